@@ -1,0 +1,82 @@
+"""What a drive log holds, and the seam behind which each log format stands."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.types import Detection
+from fcw.sources.frame import ImageSize, VideoPacket
+from fcw.tracking.types import Track
+from fcw.warning.types import WarningState
+
+
+@dataclass(frozen=True, slots=True)
+class FrameResult:
+    """Everything the pipeline found at one frame; logs give it back bit for bit.
+
+    Attributes:
+        index: 0-based number of the shown frame.
+        time_ns: presentation time on the source's clock.
+        detections: what the detector gave, best score first.
+        tracks: vehicles followed, in the order of their ids.
+        lead_id: id of the lead vehicle among `tracks`; None when the own path is free.
+        warning: the warning shown.
+        ego_speed_mps: own speed; None when unknown.
+    """
+
+    index: int
+    time_ns: int
+    detections: tuple[Detection, ...]
+    tracks: tuple[Track, ...]
+    lead_id: int | None
+    warning: WarningState
+    ego_speed_mps: float | None
+
+    @property
+    def lead(self) -> Track | None:
+        """The lead vehicle, or None."""
+        return next((track for track in self.tracks if track.track_id == self.lead_id), None)
+
+
+@dataclass(frozen=True, slots=True)
+class DriveHeader:
+    """What is known of a drive before its first frame.
+
+    Attributes:
+        source: name of the source.
+        image_size: size of every picture.
+        frame_rate_hz: nominal rate.
+        calibration: the calibration used, already for this image size.
+        relays_video: True when the video is the source's own packets, False when encoded anew.
+        detector: name of the detector.
+        model_sha256: hash of the detector's weights; empty where it has none.
+        versions: program and library versions by name.
+        imperial: whether distances shown to a person are in feet.
+    """
+
+    source: str
+    image_size: ImageSize
+    frame_rate_hz: float
+    calibration: Calibration
+    relays_video: bool
+    detector: str
+    model_sha256: str
+    versions: Mapping[str, str]
+    imperial: bool = False
+
+
+class Sink(Protocol):
+    """Where a drive is written; `close` leaves a complete file, also after an interruption."""
+
+    def open(self, header: DriveHeader) -> None:
+        """Start the log."""
+        ...
+
+    def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
+        """Add a frame: its result, and its video packets in decoding order, its own packet last."""
+        ...
+
+    def close(self) -> None:
+        """Finish the log."""
+        ...

@@ -1,0 +1,96 @@
+"""What a source yields: decoded pictures, each with its time and the encoded packets behind it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class ImageSize:
+    """Width and height of a picture in pixels."""
+
+    width: int
+    height: int
+
+    def __str__(self) -> str:
+        return f"{self.width}x{self.height}"
+
+
+@dataclass(frozen=True, slots=True)
+class VideoPacket:
+    """One encoded picture: H.264 in Annex B form, with everything needed to decode exactly one picture.
+
+    Attributes:
+        data: the access unit; a keyframe carries its SPS and PPS.
+        time_ns: presentation time on the source's clock; may be negative for packets that only feed
+            the decoder before the first shown frame (edit lists leave such packets).
+        keyframe: whether decoding can start here.
+        shown: False for packets whose picture is not part of the drive.
+    """
+
+    data: bytes
+    time_ns: int
+    keyframe: bool
+    shown: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One shown picture of a drive.
+
+    Attributes:
+        index: 0-based number among the shown frames.
+        time_ns: presentation time on the source's clock, in nanoseconds.
+        image: (height, width, 3) uint8, BGR, upright (rotation metadata already applied).
+        packets: where the source's own video can be relayed, the packets in decoding order since
+            the previous frame, the last one being this frame's own; empty otherwise.
+    """
+
+    index: int
+    time_ns: int
+    image: NDArray[np.uint8]
+    packets: tuple[VideoPacket, ...] = ()
+
+
+class Source(Protocol):
+    """Frames of one drive in the order of their times."""
+
+    @property
+    def name(self) -> str:
+        """What a person calls it: the file's or the folder's name."""
+        ...
+
+    @property
+    def image_size(self) -> ImageSize:
+        """Size of every picture, after rotation."""
+        ...
+
+    @property
+    def frame_count(self) -> int | None:
+        """Estimated number of frames for a progress bar; None where unknown."""
+        ...
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """Nominal frames per second; the frames' own times are what counts."""
+        ...
+
+    @property
+    def relays_video(self) -> bool:
+        """Whether the frames carry packets that a log can hold as they are."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know of this source, complete once iteration has ended.
+
+        For instance an applied rotation, or how much of a damaged file could be read.
+        """
+        ...
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """Frames from the first one at or after `start_ns` (None: from the beginning)."""
+        ...

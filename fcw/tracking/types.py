@@ -1,0 +1,40 @@
+"""What tracking gives: vehicles with identity, distance and closing speed."""
+
+from dataclasses import dataclass
+
+from fcw.detection.types import Box
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """One vehicle followed over time, as believed at the time of a frame.
+
+    Attributes:
+        track_id: positive, never used again within a drive.
+        box: filtered box in the picture, in pixels.
+        score: score of the latest detection behind it.
+        distance_m: along the ground from the calibration's reference to the rear of the vehicle.
+        distance_low_m: 16th percentile of the distance.
+        distance_high_m: 84th percentile of the distance; inf when unbounded.
+        lateral_m: of the middle of its rear from the camera's axis, positive to the left.
+        closing_speed_mps: rate at which the distance shrinks; negative when the gap opens.
+        closing_speed_sigma_mps: its standard deviation.
+        ttc_s: distance over closing speed; None when the gap is not closing.
+        age_s: time since its first detection.
+        coasting: True when this frame had no detection for it.
+        in_path: whether it stands in the own path ahead.
+    """
+
+    track_id: int
+    box: Box
+    score: float
+    distance_m: float
+    distance_low_m: float
+    distance_high_m: float
+    lateral_m: float
+    closing_speed_mps: float
+    closing_speed_sigma_mps: float
+    ttc_s: float | None
+    age_s: float
+    coasting: bool
+    in_path: bool

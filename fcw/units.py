@@ -1,0 +1,17 @@
+"""How distances and speeds are written for a person, metric or imperial."""
+
+FEET_PER_METRE = 1 / 0.3048
+MPH_PER_MPS = 3600 / 1609.344
+KMH_PER_MPS = 3.6
+
+
+def distance_text(distance_m: float, imperial: bool = False) -> str:
+    """A distance with its unit: one decimal below 20 m, none beyond; feet always whole."""
+    if imperial:
+        return f"{distance_m * FEET_PER_METRE:.0f} ft"
+    return f"{distance_m:.1f} m" if distance_m < 19.95 else f"{distance_m:.0f} m"
+
+
+def speed_text(speed_mps: float, imperial: bool = False) -> str:
+    """A speed with its unit, whole km/h or mph."""
+    return f"{speed_mps * MPH_PER_MPS:.0f} mph" if imperial else f"{speed_mps * KMH_PER_MPS:.0f} km/h"

@@ -1,0 +1,18 @@
+"""Shared by all tests: where the real drives are."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def data_dir() -> Path:
+    """The folder of real drives that FCW_DATA names; in CI it must be there."""
+    value = os.environ.get("FCW_DATA")
+    if value and (Path(value) / "README.md").is_file():
+        return Path(value)
+    reason = "needs the real drives: set FCW_DATA to their folder"
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
