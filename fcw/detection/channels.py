@@ -1,0 +1,404 @@
+"""The ten aggregated channel features (ACF) of a picture, as planar uint8 grids of 4x4 px cells.
+
+Definition (P. Dollár et al., "Fast Feature Pyramids for Object Detection", PAMI 2014, and its toolbox):
+BGR -> LUV; smoothing with [1 2 1]/4 both ways; central differences, in each pixel those of the colour
+channel with the largest gradient magnitude M; normalisation M / (S + 0.005), S being M smoothed by a
+triangle filter of radius 5 both ways; each pixel's magnitude shared between the two nearest of 6
+orientations; means over 4x4 px cells; smoothing of the cells with [1 2 1]/4 both ways. Edges are repeated
+beyond the picture, which is first cut to whole cells.
+
+| channel | what | value before quantisation | stored as |
+| --- | --- | --- | --- |
+| 0 | L | L* / 270: 0 to 0.37 | L times 255 * 270 / 100 |
+| 1 | u | (u* + 88) / 270, grey at 0.326 | 112 + 510 times (u less grey) |
+| 2 | v | (v* + 134) / 270, grey at 0.496 | 112 + 510 times (v less grey) |
+| 3 | normalised gradient magnitude | 0 to about 1.1 | 200 times its square root |
+| 4-9 | its part in the orientation k * 30 degrees | the six add up to channel 3 | 200 times its square root |
+
+Stored values are rounded and held within 0..255. LUV is taken of the picture's RGB values without undoing
+their gamma, as the toolbox does. The square root keeps the low end of the gradients, where far vehicles live.
+The orientation is that of the gradient in [0, pi): 0 for a vertical edge, pi/2 for a horizontal one, growing
+from u towards v.
+
+A window's values depend on nothing but its own pixels and those up to `CONTEXT_PX` around it: a crop with
+that margin, a band of rows and the whole picture give the same channels.
+"""
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.detection.jit import kernel
+from fcw.detection.model import CELL_PX, CHANNEL_COUNT
+from fcw.sources.frame import ImageSize
+
+ORIENTATIONS = 6
+NORMALISATION_RADIUS = 5
+CONTEXT_PX = CELL_PX + NORMALISATION_RADIUS + 2
+"""Pixels around a cell that its channels depend on: one cell of smoothing, the triangle filter, a difference,
+and [1 2 1]; 11 px, in whole cells 12."""
+
+_f = np.float32
+_ZERO, _HALF, _ONE, _TWO, _FOUR = _f(0), _f(0.5), _f(1), _f(2), _f(4)
+
+# RGB (0..255, gamma kept) -> XYZ, the toolbox's matrix; rows X, Y, Z, columns R, G, B.
+_XR, _XG, _XB = _f(0.430574 / 255), _f(0.341550 / 255), _f(0.178325 / 255)
+_YR, _YG, _YB = _f(0.222015 / 255), _f(0.706655 / 255), _f(0.071330 / 255)
+_ZR, _ZG, _ZB = _f(0.020183 / 255), _f(0.129553 / 255), _f(0.939180 / 255)
+_WHITE_U, _WHITE_V = _f(0.197833), _f(0.468331)
+_LUV_SCALE = _f(1 / 270)
+_GREY_U, _GREY_V = _f(88 / 270), _f(134 / 270)
+_LINEAR_BELOW_Y, _LINEAR_SLOPE = _f((6 / 29) ** 3), _f((29 / 3) ** 3)
+# First guess of a cube root on [(6/29)^3, 1], within 6 %; one step of Halley's method brings it to 1.4e-4.
+_CUBE_ROOT = tuple(_f(c) for c in (0.18444633, 3.96746603, -12.07783064, 16.72822145, -7.8593116))
+# atan(x) * 6 / pi on [0, 1], within 6e-5 of an orientation bin.
+_ARCTAN = tuple(_f(c) for c in (1.90963647, -0.63139669, 0.34653786, -0.16647493, 0.04175589))
+_TINY = _f(1e-20)
+
+_NORMALISATION_CONSTANT = _f(0.005)
+_TRIANGLE = tuple(_f(c / (NORMALISATION_RADIUS + 1) ** 2) for c in (6, 5, 4, 3, 2, 1))
+_QUARTER, _SIXTEENTH = _f(1 / 4), _f(1 / 16)
+_BINS, _HALF_TURN_BINS = _f(ORIENTATIONS), _f(ORIENTATIONS / 2)
+
+_L_STEPS, _UV_STEPS, _GRADIENT_STEPS = _f(255 * 270 / 100), _f(510), _f(200)
+_UV_OFFSET, _MAX = _f(112), _f(255)
+
+# Rows kept of each stage while streaming down the picture; powers of two no smaller than what is looked at.
+_LUV_RING, _MAGNITUDE_RING, _CELL_RING = 4, 16, 8
+
+
+@kernel()
+def _luv_row(image: NDArray, row: int, luv: NDArray) -> None:
+    """Toolbox-scaled LUV of one image row into luv[0..2, 1:-1], edges repeated."""
+    width = luv.shape[1] - 2
+    pixels = image[row]
+    light, u_row, v_row = luv[0], luv[1], luv[2]
+    for x in range(width):
+        blue, green, red = _f(pixels[x, 0]), _f(pixels[x, 1]), _f(pixels[x, 2])
+        y = _YR * red + _YG * green + _YB * blue
+        root = _CUBE_ROOT[0] + y * (
+            _CUBE_ROOT[1] + y * (_CUBE_ROOT[2] + y * (_CUBE_ROOT[3] + y * _CUBE_ROOT[4]))
+        )
+        cube = root * root * root
+        root = root * (cube + _TWO * y) / (_TWO * cube + y)
+        lightness = _f(116) * root - _f(16) if y > _LINEAR_BELOW_Y else _LINEAR_SLOPE * y
+        light[x + 1] = lightness * _LUV_SCALE
+    for x in range(width):
+        blue, green, red = _f(pixels[x, 0]), _f(pixels[x, 1]), _f(pixels[x, 2])
+        y = _YR * red + _YG * green + _YB * blue
+        sum_xyz = (
+            (_XR + _f(15) * _YR + _f(3) * _ZR) * red
+            + (_XG + _f(15) * _YG + _f(3) * _ZG) * green
+            + (_XB + _f(15) * _YB + _f(3) * _ZB) * blue
+        )
+        inverse = _ONE / (sum_xyz + _TINY)
+        x_value = _XR * red + _XG * green + _XB * blue
+        u_row[x + 1] = light[x + 1] * (_f(52) * x_value * inverse - _f(13) * _WHITE_U) + _GREY_U
+        v_row[x + 1] = light[x + 1] * (_f(117) * y * inverse - _f(13) * _WHITE_V) + _GREY_V
+    for k in range(3):
+        luv[k, 0] = luv[k, 1]
+        luv[k, width + 1] = luv[k, width]
+
+
+@kernel()
+def _smooth_row(above: NDArray, here: NDArray, below: NDArray, vertical: NDArray, out: NDArray) -> None:
+    """[1 2 1]/4 both ways over three padded rows; `out` is padded again."""
+    width = len(out) - 2
+    for x in range(width + 2):
+        vertical[x] = above[x] + _TWO * here[x] + below[x]
+    for x in range(1, width + 1):
+        out[x] = (vertical[x - 1] + _TWO * vertical[x] + vertical[x + 1]) * _SIXTEENTH
+    out[0] = out[1]
+    out[width + 1] = out[width]
+
+
+@kernel()
+def _strongest(gradient: NDArray, out_x: NDArray, out_y: NDArray) -> None:
+    """Of the three channels' gradients (x in rows 0..2, y in rows 3..5) the longest, pixel by pixel.
+
+    Two loops of one output each: with more, LLVM gives up proving that the rows do not overlap.
+    """
+    x0, x1, x2, y0, y1, y2 = gradient[0], gradient[1], gradient[2], gradient[3], gradient[4], gradient[5]
+    for x in range(len(out_x)):
+        length0 = x0[x] * x0[x] + y0[x] * y0[x]
+        length1 = x1[x] * x1[x] + y1[x] * y1[x]
+        length2 = x2[x] * x2[x] + y2[x] * y2[x]
+        first = x1[x] if length1 > length0 else x0[x]
+        out_x[x] = x2[x] if length2 > max(length0, length1) else first
+    for x in range(len(out_y)):
+        length0 = x0[x] * x0[x] + y0[x] * y0[x]
+        length1 = x1[x] * x1[x] + y1[x] * y1[x]
+        length2 = x2[x] * x2[x] + y2[x] * y2[x]
+        first = y1[x] if length1 > length0 else y0[x]
+        out_y[x] = y2[x] if length2 > max(length0, length1) else first
+
+
+@kernel()
+def _polar_row(gx_row: NDArray, gy_row: NDArray, magnitude: NDArray, orientation: NDArray) -> None:
+    """Magnitude and orientation (in bins, [0, 6)) of twice-as-long gradients."""
+    for x in range(len(gx_row)):
+        magnitude[x] = np.sqrt(gx_row[x] * gx_row[x] + gy_row[x] * gy_row[x]) * _HALF
+    for x in range(len(gx_row)):
+        gx, gy = gx_row[x], gy_row[x]
+        ax, ay = abs(gx), abs(gy)
+        ratio = min(ax, ay) / (max(ax, ay) + _TINY)
+        square = ratio * ratio
+        angle = ratio * (
+            _ARCTAN[0]
+            + square * (_ARCTAN[1] + square * (_ARCTAN[2] + square * (_ARCTAN[3] + square * _ARCTAN[4])))
+        )
+        angle = _HALF_TURN_BINS - angle if ay > ax else angle
+        orientation[x] = _BINS - angle if gx * gy < _ZERO else angle
+
+
+@kernel()
+def _vertical_triangle(ring: NDArray, row: int, last: int, out: NDArray) -> None:
+    """Triangle filter down the columns of the magnitudes; rows beyond 0..last repeat the edge."""
+    mask = _MAGNITUDE_RING - 1
+    w0, w1, w2, w3, w4, w5 = _TRIANGLE
+    a0 = ring[row & mask]
+    a1, b1 = ring[max(row - 1, 0) & mask], ring[min(row + 1, last) & mask]
+    a2, b2 = ring[max(row - 2, 0) & mask], ring[min(row + 2, last) & mask]
+    a3, b3 = ring[max(row - 3, 0) & mask], ring[min(row + 3, last) & mask]
+    a4, b4 = ring[max(row - 4, 0) & mask], ring[min(row + 4, last) & mask]
+    a5, b5 = ring[max(row - 5, 0) & mask], ring[min(row + 5, last) & mask]
+    padded = out[NORMALISATION_RADIUS:-NORMALISATION_RADIUS]
+    for x in range(len(padded)):
+        padded[x] = w0 * a0[x] + w1 * (a1[x] + b1[x]) + w2 * (a2[x] + b2[x]) + w3 * (a3[x] + b3[x])
+    for x in range(len(padded)):
+        padded[x] += w4 * (a4[x] + b4[x]) + w5 * (a5[x] + b5[x])
+    for i in range(NORMALISATION_RADIUS):
+        out[i] = padded[0]
+        out[-1 - i] = padded[-1]
+
+
+@kernel()
+def _normalise(magnitude: NDArray, s: NDArray, out: NDArray) -> None:
+    """Magnitude over its neighbourhood's: `s` is filtered down the columns, here along the row."""
+    w0, w1, w2, w3, w4, w5 = _TRIANGLE
+    for x in range(len(out)):
+        mean = (
+            w0 * s[x + 5]
+            + w1 * (s[x + 4] + s[x + 6])
+            + w2 * (s[x + 3] + s[x + 7])
+            + w3 * (s[x + 2] + s[x + 8])
+            + w4 * (s[x + 1] + s[x + 9])
+            + w5 * (s[x] + s[x + 10])
+        )
+        out[x] = magnitude[x] / (mean + _NORMALISATION_CONSTANT)
+
+
+@kernel()
+def _add_orientations(magnitude: NDArray, orientation: NDArray, sums: NDArray) -> None:
+    """Each pixel's magnitude, shared between its two nearest orientations, onto the column sums."""
+    for k in range(ORIENTATIONS):
+        centre = _f(k)
+        total = sums[k]
+        for x in range(len(magnitude)):
+            away = abs(orientation[x] - centre)
+            away = min(away, _BINS - away)
+            total[x] += magnitude[x] * max(_ONE - away, _ZERO)
+
+
+@kernel()
+def _cell_row(sums: NDArray, out: NDArray) -> None:
+    """Sums of four columns each into a padded row of cells, and the sums back to zero."""
+    cells = len(out) - 2
+    for c in range(cells):
+        out[c + 1] = sums[4 * c] + sums[4 * c + 1] + sums[4 * c + 2] + sums[4 * c + 3]
+    out[0] = out[1]
+    out[cells + 1] = out[cells]
+    sums[:] = _ZERO
+
+
+@kernel()
+def _store_row(ring: NDArray, row: int, last: int, smooth: NDArray, vertical: NDArray, out: NDArray) -> None:
+    """Smooth one row of cells of every channel and store it as uint8 in out[:, 0]."""
+    mask = _CELL_RING - 1
+    above, here, below = ring[max(row - 1, 0) & mask], ring[row & mask], ring[min(row + 1, last) & mask]
+    for k in range(CHANNEL_COUNT):
+        _smooth_row(above[k], here[k], below[k], vertical, smooth)
+        cells = out[k, 0]
+        # The sums over 4x4 px become means here.
+        if k == 0:
+            for x in range(len(cells)):
+                cells[x] = np.uint8(min(_L_STEPS * _SIXTEENTH * smooth[x + 1] + _HALF, _MAX))
+        elif k < 3:
+            grey = _GREY_U if k == 1 else _GREY_V
+            for x in range(len(cells)):
+                value = _UV_OFFSET + _UV_STEPS * (_SIXTEENTH * smooth[x + 1] - grey)
+                cells[x] = np.uint8(min(max(value + _HALF, _ZERO), _MAX))
+        else:
+            for x in range(len(cells)):
+                cells[x] = np.uint8(min(_GRADIENT_STEPS * _QUARTER * np.sqrt(smooth[x + 1]) + _HALF, _MAX))
+
+
+@kernel(
+    numba.void(
+        numba.types.Array(numba.uint8, 3, "A", readonly=True),
+        numba.int64,
+        numba.int64,
+        numba.float32[:, :, ::1],
+        numba.float32[:, :, ::1],
+        numba.float32[:, :, ::1],
+        numba.float32[:, ::1],
+        numba.float32[:, :, ::1],
+        numba.float32[:, :, ::1],
+        numba.uint8[:, :, ::1],
+    )
+)
+def _channels(
+    image: NDArray,
+    first: int,
+    end: int,
+    luv: NDArray,
+    smooth: NDArray,
+    polar: NDArray,
+    work: NDArray,
+    sums: NDArray,
+    cells: NDArray,
+    out: NDArray,
+) -> None:
+    """Rows first..end-1 of cells into `out`, streaming down the picture with each stage a few rows behind."""
+    columns = out.shape[2]
+    width = columns * CELL_PX
+    cell_rows = image.shape[0] // CELL_PX
+    last_row, last_cell = cell_rows * CELL_PX - 1, cell_rows - 1
+    # Pixel rows whose normalised gradients are wanted, and those each earlier stage needs for them.
+    top, bottom = max(first - 1, 0) * CELL_PX, min(end + 1, cell_rows) * CELL_PX - 1
+    magnitude_top = max(top - NORMALISATION_RADIUS, 0)
+    magnitude_bottom = min(bottom + NORMALISATION_RADIUS, last_row)
+    smooth_top, smooth_bottom = max(magnitude_top - 1, 0), min(magnitude_bottom + 1, last_row)
+    luv_top, luv_bottom = max(smooth_top - 1, 0), min(smooth_bottom + 1, last_row)
+    gradient = work[:6, :width]
+    gx, gy, normalised = work[6, :width], work[7, :width], work[8, :width]
+    vertical, filtered = work[9, : width + 2], work[10, : width + 2 * NORMALISATION_RADIUS]
+    cell_smooth = work[11, : columns + 2]
+    sums[:] = _ZERO
+
+    for step in range(luv_top, bottom + NORMALISATION_RADIUS + 3):
+        if step <= luv_bottom:
+            _luv_row(image, step, luv[step & 3])
+        row = step - 1
+        if smooth_top <= row <= smooth_bottom:
+            above, here, below = luv[max(row - 1, 0) & 3], luv[row & 3], luv[min(row + 1, last_row) & 3]
+            for k in range(3):
+                _smooth_row(above[k], here[k], below[k], vertical, smooth[row & 3, k])
+            if top <= row <= bottom:
+                for k in range(3):
+                    source, total = smooth[row & 3, k], sums[0, k]
+                    for x in range(width):
+                        total[x] += source[x + 1]
+                if row % CELL_PX == CELL_PX - 1:
+                    for k in range(3):
+                        _cell_row(sums[0, k], cells[(row // CELL_PX) & (_CELL_RING - 1)][k])
+        row = step - 2
+        if magnitude_top <= row <= magnitude_bottom:
+            above, here, below = (
+                smooth[max(row - 1, 0) & 3],
+                smooth[row & 3],
+                smooth[min(row + 1, last_row) & 3],
+            )
+            for k in range(3):
+                above_k, here_k, below_k = above[k], here[k], below[k]
+                along, down = gradient[k], gradient[k + 3]
+                for x in range(width):
+                    along[x] = here_k[x + 2] - here_k[x]
+                for x in range(width):
+                    down[x] = below_k[x + 1] - above_k[x + 1]
+            _strongest(gradient, gx, gy)
+            slot = row & (_MAGNITUDE_RING - 1)
+            _polar_row(gx, gy, polar[0, slot], polar[1, slot])
+        row = step - 2 - NORMALISATION_RADIUS
+        if top <= row <= bottom:
+            slot = row & (_MAGNITUDE_RING - 1)
+            _vertical_triangle(polar[0], row, last_row, filtered)
+            _normalise(polar[0, slot], filtered, normalised)
+            total = sums[0, 3]
+            for x in range(width):
+                total[x] += normalised[x]
+            _add_orientations(normalised, polar[1, slot], sums[0, 4:])
+            if row % CELL_PX == CELL_PX - 1:
+                cell = row // CELL_PX
+                for k in range(3, CHANNEL_COUNT):
+                    _cell_row(sums[0, k], cells[cell & (_CELL_RING - 1)][k])
+                if first <= cell - 1 < end:
+                    _store_row(cells, cell - 1, last_cell, cell_smooth, vertical, out[:, cell - 1 - first :])
+                if cell == last_cell and end == cell_rows:
+                    _store_row(cells, cell, last_cell, cell_smooth, vertical, out[:, cell - first :])
+
+
+class ChannelComputer:
+    """Computes channels of pictures of one size, in memory it keeps: one instance for each thread."""
+
+    def __init__(self, size: ImageSize) -> None:
+        self.size = size
+        self.rows = size.height // CELL_PX
+        self.columns = size.width // CELL_PX
+        if self.rows < 1 or self.columns < 1:
+            raise ValueError(f"a picture of {size} is smaller than one cell of {CELL_PX}x{CELL_PX} px")
+        width = self.columns * CELL_PX
+        self._luv = np.zeros((_LUV_RING, 3, width + 2), np.float32)
+        self._smooth = np.zeros((_LUV_RING, 3, width + 2), np.float32)
+        self._polar = np.zeros((2, _MAGNITUDE_RING, width), np.float32)
+        self._work = np.zeros((12, width + 2 * NORMALISATION_RADIUS), np.float32)
+        self._sums = np.zeros((1, CHANNEL_COUNT, width), np.float32)
+        self._cells = np.zeros((_CELL_RING, CHANNEL_COUNT, self.columns + 2), np.float32)
+
+    def compute(
+        self,
+        image: NDArray[np.uint8],
+        first_row: int = 0,
+        end_row: int | None = None,
+        out: NDArray[np.uint8] | None = None,
+    ) -> NDArray[np.uint8]:
+        """Channels of the cell rows first_row..end_row-1.
+
+        Args:
+            image: (height, width, 3) BGR of this computer's size.
+            first_row: first row of cells wanted.
+            end_row: one past the last; None: to the picture's end.
+            out: (10, end_row - first_row, columns), C-contiguous, to write into; None: a new array.
+
+        Returns:
+            (10, end_row - first_row, columns): the same values as those rows of the whole picture's channels.
+
+        Raises:
+            ValueError: the picture has another size, or the rows do not lie in it.
+        """
+        if image.shape != (self.size.height, self.size.width, 3) or image.dtype != np.uint8:
+            raise ValueError(
+                f"expected a uint8 BGR picture of {self.size}, got {image.dtype} of shape {image.shape}"
+            )
+        end_row = self.rows if end_row is None else end_row
+        if not 0 <= first_row < end_row <= self.rows:
+            raise ValueError(f"cell rows {first_row}..{end_row} of a picture with {self.rows}")
+        shape = (CHANNEL_COUNT, end_row - first_row, self.columns)
+        if out is None:
+            out = np.empty(shape, np.uint8)
+        elif out.shape != shape or not out.flags.c_contiguous:
+            raise ValueError(f"`out` must be contiguous and of shape {shape}, got {out.shape}")
+        readonly = image.view()
+        readonly.flags.writeable = False
+        _channels(
+            readonly,
+            first_row,
+            end_row,
+            self._luv,
+            self._smooth,
+            self._polar,
+            self._work,
+            self._sums,
+            self._cells,
+            out,
+        )
+        return out
+
+
+def compute_channels(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Channels of a (height, width, 3) BGR picture: (10, height // 4, width // 4) uint8.
+
+    Raises:
+        ValueError: the picture is smaller than a cell, or not uint8 BGR.
+    """
+    return ChannelComputer(ImageSize(image.shape[1], image.shape[0])).compute(image)
