@@ -1,0 +1,318 @@
+"""The calibration of one drive's camera: the camera, how well it is known, and its file.
+
+The uncertainty is kept as the covariance of the image rows at three support distances. Three rows fix the
+whole projective row map, and they are what a person measures: with three free clicks the covariance is
+exactly row_sigma^2 times the identity, however ill-conditioned pitch, focal length and principal row are.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.detection.types import Box
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+
+Vector3 = tuple[float, float, float]
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+
+PERCENTILE_84_SIGMAS = 0.994457883209753
+"""The standard normal's 84th percentile; its negative is the 16th."""
+ASPECT_TOLERANCE_PX = 1.0
+"""Sizes of one camera's pictures are rounded to whole pixels: 480 rows of 16:9 are 853.33 columns wide."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundPoint:
+    """A point of the road somebody clicked.
+
+    Attributes:
+        distance_m: along the ground from the calibration's reference.
+        row_px: its row in the picture.
+        column_px: its column, where known.
+    """
+
+    distance_m: float
+    row_px: float
+    column_px: float | None = None
+
+    def __str__(self) -> str:
+        column = "" if self.column_px is None else f":{self.column_px:g}"
+        return f"{self.distance_m:g}:{self.row_px:g}{column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Gaussian:
+    """A value believed before any click, and its standard deviation."""
+
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True, slots=True)
+class Priors:
+    """Weak knowledge that took part in a calibration; None where there was none.
+
+    Attributes:
+        field_of_view_rad: horizontal field of view of the whole picture.
+        principal_row_px: row of the optical axis.
+        horizon_row_px: row of the horizon, e.g. where two straight lane lines meet.
+    """
+
+    field_of_view_rad: Gaussian | None = None
+    principal_row_px: Gaussian | None = None
+    horizon_row_px: Gaussian | None = None
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return sum(
+            prior is not None
+            for prior in (self.field_of_view_rad, self.principal_row_px, self.horizon_row_px)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A ground-plane camera with its uncertainty, for pictures of one size.
+
+    Every distance it takes or gives is from the reference (the front bumper), which lies
+    `reference_offset_m` ahead of the camera. `camera` itself measures from the camera.
+
+    Attributes:
+        camera: the solution.
+        image_size: the pictures it holds for.
+        points: the clicked points.
+        row_sigma_px: standard deviation of a clicked row.
+        support_distances_m: three distances, ascending.
+        covariance: (3, 3), of the rows at the support distances, in pixels squared.
+        reference_offset_m: from the camera forward to the reference, at least 0.
+        priors: what else took part.
+        residuals_px: clicked row less row of the solution, for each point; three points without priors
+            are met exactly, so that their zeros say nothing of the quality.
+    """
+
+    camera: GroundPlaneCamera
+    image_size: ImageSize
+    points: tuple[GroundPoint, ...]
+    row_sigma_px: float
+    support_distances_m: Vector3
+    covariance: Matrix3
+    reference_offset_m: float = 0.0
+    priors: Priors = Priors()
+    residuals_px: tuple[float, ...] = ()
+    _gradient: tuple[tuple[float, float, float, float], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_gradient", self._whitened_gradient())
+
+    @classmethod
+    def from_camera(
+        cls, camera: GroundPlaneCamera, image_size: ImageSize, reference_offset_m: float = 0.0
+    ) -> "Calibration":
+        """A calibration without uncertainty, from a camera known by other means (a data set, a simulation)."""
+        support_m = (5.0, 10.0, 40.0)
+        zero = (0.0, 0.0, 0.0)
+        return cls(camera, image_size, (), 0.0, support_m, (zero, zero, zero), reference_offset_m)
+
+    @property
+    def horizon_row_px(self) -> float:
+        """Row of the horizon."""
+        return self.camera.horizon_row_px
+
+    @overload
+    def distance_at(self, row_px: float) -> float: ...
+    @overload
+    def distance_at(self, row_px: FloatArray) -> FloatArray: ...
+    def distance_at(self, row_px: float | FloatArray) -> float | FloatArray:
+        """Distance of the road seen at a row; inf at and above the horizon."""
+        return self.camera.distance_at(row_px) - self.reference_offset_m
+
+    @overload
+    def row_at(self, distance_m: float) -> float: ...
+    @overload
+    def row_at(self, distance_m: FloatArray) -> FloatArray: ...
+    def row_at(self, distance_m: float | FloatArray) -> float | FloatArray:
+        """Row of the road at a distance."""
+        return self.camera.row_at(distance_m + self.reference_offset_m)
+
+    @overload
+    def lateral_at(self, column_px: float, row_px: float) -> float: ...
+    @overload
+    def lateral_at(self, column_px: FloatArray, row_px: FloatArray) -> FloatArray: ...
+    def lateral_at(self, column_px: float | FloatArray, row_px: float | FloatArray) -> float | FloatArray:
+        """Lateral position of the road at a pixel, positive to the left; nan at and above the horizon."""
+        return self.camera.lateral_at(column_px, row_px)  # pyright: ignore[reportArgumentType, reportCallIssue]
+
+    @overload
+    def column_at(self, lateral_m: float, distance_m: float) -> float: ...
+    @overload
+    def column_at(self, lateral_m: FloatArray, distance_m: FloatArray) -> FloatArray: ...
+    def column_at(self, lateral_m: float | FloatArray, distance_m: float | FloatArray) -> float | FloatArray:
+        """Column of a point of the road, lateral positive to the left."""
+        return self.camera.column_at(lateral_m, distance_m + self.reference_offset_m)  # pyright: ignore[reportArgumentType, reportCallIssue]
+
+    def ground_box(self, distance_m: float, lateral_m: float, width_m: float, height_m: float) -> Box:
+        """Box of an upright rear; see `GroundPlaneCamera.ground_box`."""
+        return self.camera.ground_box(distance_m + self.reference_offset_m, lateral_m, width_m, height_m)
+
+    def distance_interval(self, row_px: float, row_sigma_px: float = 0.0) -> tuple[float, float]:
+        """16th and 84th percentile of the distance seen at a row.
+
+        Four pairs (distance, row) lie on one projective map when the determinant of their rows
+        [1, d, v, d v] vanishes. With the three support pairs and the pair (x, v) the determinant is
+        linear in x, its sign tells on which side of x the row's distance lies, and it is close to normal
+        because it is multilinear in the four rows. So P(distance > x) is a normal probability, and its
+        quantiles are the roots of a quadratic (Fieller's theorem) rather than a first-order sigma: skewed
+        far out, unbounded past the horizon.
+
+        Args:
+            row_px: the row; as given, or as measured with noise of its own.
+            row_sigma_px: standard deviation of that noise, independent of the calibration's.
+
+        Returns:
+            (low, high) from the reference; inf where unbounded.
+        """
+        z2 = PERCENTILE_84_SIGMAS**2
+        below_px = row_px - self.camera.horizon_row_px
+        pole_m = self.camera.pole_m
+        # The determinant, over a constant: g(x) = (K - C w) - w x; g > 0 where x is nearer than the row's road.
+        constant, slope = self.camera.row_scale_m_px - pole_m * below_px, -below_px
+        noise = row_sigma_px * row_sigma_px
+        variance_1, variance_x, variance_xx = noise * pole_m * pole_m, noise * pole_m, noise
+        for g0, gx, gw, gxw in self._gradient:
+            p, q = g0 + gw * below_px, gx + gxw * below_px
+            variance_1 += p * p
+            variance_x += p * q
+            variance_xx += q * q
+        # g(x)^2 = z^2 var g(x): a x^2 + 2 b x + c = 0.
+        a = slope * slope - z2 * variance_xx
+        b = constant * slope - z2 * variance_x
+        c = constant * constant - z2 * variance_1
+        root = math.sqrt(max(b * b - a * c, 0.0))
+        if a > 0:
+            if below_px <= 0:
+                return math.inf, math.inf
+            low_m, high_m = (c / (root - b) if b < 0 else (-b - root) / a), (root - b) / a
+        elif root == 0.0:
+            low_m, high_m = (math.inf if below_px <= 0 else 0.0), math.inf
+        else:
+            low_m, high_m = (c / (root - b) if b < 0 else (-b - root) / a), math.inf
+        return low_m - self.reference_offset_m, high_m - self.reference_offset_m
+
+    def row_gradient(self, distance_m: float) -> Vector3:
+        """Derivative of the row at a distance by the rows at the three support distances."""
+        x = distance_m + self.reference_offset_m
+        w = self.camera.row_at(x) - self.camera.horizon_row_px
+        gradient = self._support_gradient()
+        terms = gradient @ np.array([1.0, x, w, x * w]) / (x + self.camera.pole_m)
+        return float(terms[0]), float(terms[1]), float(terms[2])
+
+    def for_image_size(self, size: ImageSize) -> "Calibration":
+        """This calibration for the same camera's pictures in another size.
+
+        Raises:
+            UserError: the aspect ratios differ, so that it cannot be the whole picture scaled.
+        """
+        if size == self.image_size:
+            return self
+        scale = size.height / self.image_size.height
+        if abs(self.image_size.width * scale - size.width) > ASPECT_TOLERANCE_PX * max(1.0, scale):
+            raise UserError(
+                f"the calibration is for pictures of {self.image_size}, these are {size}: another aspect ratio; "
+                f"calibrate with a picture of {size}"
+            )
+
+        def scaled(pixel: float) -> float:
+            return (pixel + 0.5) * scale - 0.5
+
+        def scaled_prior(prior: Gaussian | None) -> Gaussian | None:
+            return None if prior is None else Gaussian(scaled(prior.value), prior.sigma * scale)
+
+        column_scale = size.width / self.image_size.width
+        camera = replace(
+            self.camera,
+            focal_y_px=self.camera.focal_y_px * scale,
+            principal_row_px=scaled(self.camera.principal_row_px),
+            principal_column_px=(self.camera.principal_column_px + 0.5) * column_scale - 0.5,
+        )
+        points = tuple(
+            GroundPoint(
+                point.distance_m,
+                scaled(point.row_px),
+                None if point.column_px is None else (point.column_px + 0.5) * column_scale - 0.5,
+            )
+            for point in self.points
+        )
+        return replace(
+            self,
+            camera=camera,
+            image_size=size,
+            points=points,
+            row_sigma_px=self.row_sigma_px * scale,
+            covariance=matrix3(np.array(self.covariance) * scale**2),
+            priors=Priors(
+                self.priors.field_of_view_rad,
+                scaled_prior(self.priors.principal_row_px),
+                scaled_prior(self.priors.horizon_row_px),
+            ),
+            residuals_px=tuple(residual * scale for residual in self.residuals_px),
+        )
+
+    def save(self, path: Path) -> None:
+        """Write the calibration file (see `fcw.camera.file`), whole or not at all."""
+        from fcw.camera.file import write_calibration
+
+        write_calibration(self, path)
+
+    @classmethod
+    def load(cls, path: Path) -> "Calibration":
+        """Read a calibration file.
+
+        Raises:
+            UserError: the file is missing, of another version, or a field of it is not as expected.
+        """
+        from fcw.camera.file import read_calibration
+
+        return read_calibration(path)
+
+    def _support_gradient(self) -> FloatArray:
+        """(3, 4): derivative of g by each support row, as coefficients of 1, x, w and x w; w from the horizon."""
+        distances_m = np.array(self.support_distances_m)
+        below_px = (
+            np.array([self.camera.row_at(d) for d in self.support_distances_m]) - self.camera.horizon_row_px
+        )
+        pairs = np.column_stack((np.ones(3), distances_m, below_px, distances_m * below_px))
+        scale = _cofactors(pairs)[3]
+        gradient = np.empty((3, 4))
+        for index, distance_m in enumerate(distances_m):
+            moved = pairs.copy()
+            moved[index] = 0.0, 0.0, 1.0, distance_m
+            gradient[index] = -_cofactors(moved) / scale
+        return gradient
+
+    def _whitened_gradient(self) -> tuple[tuple[float, float, float, float], ...]:
+        """The gradient times a square root of the covariance, as plain floats: read for each detection."""
+        values, vectors = np.linalg.eigh(np.array(self.covariance))
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        return tuple(
+            (float(row[0]), float(row[1]), float(row[2]), float(row[3]))
+            for row in root.T @ self._support_gradient()
+        )
+
+
+def matrix3(values: NDArray[np.float64]) -> Matrix3:
+    """A (3, 3) array as nested tuples of floats."""
+    rows = [(float(row[0]), float(row[1]), float(row[2])) for row in values]
+    return rows[0], rows[1], rows[2]
+
+
+def _cofactors(pairs: FloatArray) -> FloatArray:
+    """Cofactors of the last row of a (4, 4) matrix from its first three rows (3, 4)."""
+    signs = (-1.0, 1.0, -1.0, 1.0)
+    return np.array([sign * np.linalg.det(np.delete(pairs, k, axis=1)) for k, sign in enumerate(signs)])

@@ -1,0 +1,274 @@
+"""The calibration file: versioned YAML that a person can read, written whole or not at all."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Matrix3, Priors, Vector3
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+
+FORMAT_VERSION = 1
+VERSION_FIELD = "fcw_calibration_version"
+RESIDUAL_TOLERANCE_PX = 1e-6
+"""Points, camera and residuals of one calibration agree far better; a file edited by hand does not."""
+
+
+def calibration_text(calibration: Calibration) -> str:
+    """The file's text; numbers keep all their digits."""
+    camera = calibration.camera
+    half_width = calibration.image_size.width / 2
+    comment = (
+        "# Camera calibration of fcw. Distances from the reference, along the ground, in metres; rows and columns in\n"
+        "# pixels, the centre of the top-left pixel being (0, 0).\n"
+        f"# Pitch {math.degrees(camera.pitch_rad):.2f} degrees down, horizontal field of view "
+        f"{math.degrees(2 * math.atan(half_width / camera.focal_y_px)):.1f} degrees, "
+        f"horizon at row {camera.horizon_row_px:.1f}.\n"
+    )
+    document = {
+        VERSION_FIELD: FORMAT_VERSION,
+        "image_size": {"width": calibration.image_size.width, "height": calibration.image_size.height},
+        "height_m": camera.height_m,
+        "reference_offset_m": calibration.reference_offset_m,
+        "row_sigma_px": calibration.row_sigma_px,
+        "points": [
+            {"distance_m": point.distance_m, "row_px": point.row_px, "column_px": point.column_px}
+            for point in calibration.points
+        ],
+        "residuals_px": list(calibration.residuals_px),
+        "priors": {
+            name: None if prior is None else {"value": prior.value, "sigma": prior.sigma}
+            for name, prior in (
+                ("field_of_view_rad", calibration.priors.field_of_view_rad),
+                ("principal_row_px", calibration.priors.principal_row_px),
+                ("horizon_row_px", calibration.priors.horizon_row_px),
+            )
+        },
+        "camera": {
+            "pitch_rad": camera.pitch_rad,
+            "focal_y_px": camera.focal_y_px,
+            "principal_row_px": camera.principal_row_px,
+            "principal_column_px": camera.principal_column_px,
+        },
+        "row_covariance": {
+            "support_distances_m": list(calibration.support_distances_m),
+            "covariance_px2": [list(row) for row in calibration.covariance],
+        },
+    }
+    return comment + yaml.safe_dump(document, sort_keys=False, default_flow_style=None)
+
+
+def write_calibration(calibration: Calibration, path: Path) -> None:
+    """Write the calibration file, whole or not at all.
+
+    Raises:
+        UserError: the file cannot be written there.
+    """
+    partial = path.with_name(path.name + ".partial")
+    try:
+        partial.write_text(calibration_text(calibration), encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise UserError(
+            f"{path}: cannot write the calibration ({error.strerror}); name a file in a folder that exists and can be written"
+        ) from error
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a calibration file; see `Calibration.load`."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise UserError(f"{path}: no such calibration file; make one with `fcw calibrate`") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot read the calibration ({error})") from error
+    return parse_calibration(text, str(path))
+
+
+def parse_calibration(text: str, name: str) -> Calibration:
+    """The calibration in a file's text.
+
+    Args:
+        text: what `calibration_text` gave.
+        name: of the file, for messages.
+
+    Raises:
+        UserError: naming file, field, value and what was expected.
+    """
+    try:
+        document = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise UserError(
+            f"{name}: not a YAML file ({' '.join(str(error).split())}); make one with `fcw calibrate`"
+        ) from error
+    if not isinstance(document, dict) or VERSION_FIELD not in document:
+        raise UserError(
+            f"{name}: not a calibration of fcw: the field {VERSION_FIELD} is missing; make one with `fcw calibrate`"
+        )
+    if document[VERSION_FIELD] != FORMAT_VERSION:
+        raise UserError(
+            f"{name}: {VERSION_FIELD} is {document[VERSION_FIELD]!r}, this program reads {FORMAT_VERSION}; "
+            "calibrate again with `fcw calibrate`, or use the program that wrote the file"
+        )
+    fields = _Fields(name, "", document)
+    fields.take(VERSION_FIELD)
+    size = fields.section("image_size")
+    image_size = ImageSize(size.count("width"), size.count("height"))
+    size.finish()
+    height_m = fields.number("height_m", positive=True)
+    offset_m = fields.number("reference_offset_m", at_least=0.0)
+    row_sigma_px = fields.number("row_sigma_px", at_least=0.0)
+    points = []
+    for item in fields.sections("points"):
+        points.append(
+            GroundPoint(
+                item.number("distance_m", positive=True),
+                item.number("row_px"),
+                item.optional_number("column_px"),
+            )
+        )
+        item.finish()
+    residuals = fields.numbers("residuals_px", len(points))
+    priors_section = fields.section("priors")
+    priors = Priors(
+        *(priors_section.gaussian(f) for f in ("field_of_view_rad", "principal_row_px", "horizon_row_px"))
+    )
+    priors_section.finish()
+    section = fields.section("camera")
+    camera = GroundPlaneCamera(
+        section.number("pitch_rad", above=-math.pi / 2, below=math.pi / 2),
+        section.number("focal_y_px", positive=True),
+        section.number("principal_row_px"),
+        height_m,
+        section.number("principal_column_px"),
+    )
+    section.finish()
+    section = fields.section("row_covariance")
+    support = section.support_distances("support_distances_m", camera)
+    covariance = section.covariance("covariance_px2")
+    section.finish()
+    fields.finish()
+    for index, (point, residual) in enumerate(zip(points, residuals, strict=True)):
+        expected = point.row_px - camera.row_at(point.distance_m + offset_m)
+        if not abs(expected - residual) <= RESIDUAL_TOLERANCE_PX:
+            raise UserError(
+                f"{name}: residuals_px[{index}] is {residual:g}, but the point {point} lies {expected:g} px from the row of "
+                "the camera in the file: it was changed after calibrating; run `fcw calibrate` again with the points"
+            )
+    return Calibration(
+        camera, image_size, tuple(points), row_sigma_px, support, covariance, offset_m, priors, residuals
+    )
+
+
+class _Fields:
+    """One mapping of the file, its fields taken one by one, so that what is left over is a mistake."""
+
+    def __init__(self, file_name: str, prefix: str, values: dict[str, Any]) -> None:
+        self._file_name = file_name
+        self._prefix = prefix
+        self._values = dict(values)
+
+    def wrong(self, field: str, value: object, expected: str) -> UserError:
+        return UserError(f"{self._file_name}: {self._prefix}{field} is {value!r}, expected {expected}")
+
+    def take(self, field: str) -> Any:  # noqa: ANN401 - whatever YAML holds
+        if field not in self._values:
+            raise UserError(
+                f"{self._file_name}: {self._prefix}{field} is missing; add it or calibrate again with `fcw calibrate`"
+            )
+        return self._values.pop(field)
+
+    def finish(self) -> None:
+        for field, value in self._values.items():
+            raise self.wrong(str(field), value, "no field of that name; remove it")
+
+    def section(self, field: str) -> "_Fields":
+        return self._section(field, self.take(field))
+
+    def _section(self, field: str, value: object) -> "_Fields":
+        if not isinstance(value, dict):
+            raise self.wrong(field, value, "a mapping of fields")
+        return _Fields(self._file_name, f"{self._prefix}{field}.", value)
+
+    def sections(self, field: str) -> list["_Fields"]:
+        value = self.take(field)
+        if not isinstance(value, list):
+            raise self.wrong(field, value, "a list")
+        return [self._section(f"{field}[{index}]", item) for index, item in enumerate(value)]
+
+    def _checked(self, field: str, value: object) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise self.wrong(field, value, "a finite number")
+        return float(value)
+
+    def number(
+        self,
+        field: str,
+        *,
+        positive: bool = False,
+        at_least: float = -math.inf,
+        above: float = -math.inf,
+        below: float = math.inf,
+    ) -> float:
+        number = self._checked(field, self.take(field))
+        if positive and number <= 0:
+            raise self.wrong(field, number, "a number above 0")
+        if number < at_least:
+            raise self.wrong(field, number, f"a number of at least {at_least:g}")
+        if not above < number < below:
+            raise self.wrong(field, number, f"a number between {above:.6g} and {below:.6g}")
+        return number
+
+    def optional_number(self, field: str) -> float | None:
+        value = self.take(field)
+        return None if value is None else self._checked(field, value)
+
+    def count(self, field: str) -> int:
+        value = self.take(field)
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise self.wrong(field, value, "a whole number of at least 1")
+        return value
+
+    def numbers(self, field: str, count: int) -> tuple[float, ...]:
+        value = self.take(field)
+        if not isinstance(value, list) or len(value) != count:
+            raise self.wrong(field, value, f"a list of {count} numbers")
+        return tuple(self._checked(f"{field}[{index}]", item) for index, item in enumerate(value))
+
+    def gaussian(self, field: str) -> Gaussian | None:
+        value = self.take(field)
+        if value is None:
+            return None
+        section = self._section(field, value)
+        gaussian = Gaussian(section.number("value"), section.number("sigma", positive=True))
+        section.finish()
+        return gaussian
+
+    def support_distances(self, field: str, camera: GroundPlaneCamera) -> Vector3:
+        near, middle, far = self.numbers(field, 3)
+        if not 0 < near < middle < far or near + camera.pole_m <= 0:
+            raise self.wrong(field, [near, middle, far], "three ascending distances in front of the camera")
+        return near, middle, far
+
+    def covariance(self, field: str) -> Matrix3:
+        value = self.take(field)
+        if not isinstance(value, list) or len(value) != 3:
+            raise self.wrong(field, value, "three rows of three numbers")
+        rows = []
+        for index, row in enumerate(value):
+            if not isinstance(row, list) or len(row) != 3:
+                raise self.wrong(f"{field}[{index}]", row, "three numbers")
+            rows.append(tuple(self._checked(f"{field}[{index}][{k}]", item) for k, item in enumerate(row)))
+        matrix = np.array(rows)
+        tolerance = 1e-9 * max(1.0, float(np.abs(matrix).max()))
+        if (
+            not np.allclose(matrix, matrix.T, rtol=0, atol=tolerance)
+            or np.linalg.eigvalsh(matrix)[0] < -tolerance
+        ):
+            raise self.wrong(field, value, "a symmetric matrix without negative eigenvalues")
+        return rows[0], rows[1], rows[2]
