@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fcw.detection.jit import kernel
 from fcw.detection.model import BoostedTrees
 
 
@@ -114,7 +114,7 @@ def running_scores(trees: BoostedTrees, features: NDArray[np.uint8]) -> NDArray[
     return np.cumsum(responses, axis=1, dtype=np.float32)
 
 
-@njit(nogil=True)
+@kernel()
 def _best_split(
     features: NDArray[np.uint8],
     positive: NDArray[np.bool_],
@@ -123,7 +123,7 @@ def _best_split(
     candidates: NDArray[np.int64],
 ) -> tuple[int, int]:
     """The candidate feature and threshold of least Z among `members`; `features` is (F, N)."""
-    best_feature, best_threshold, best_bound = candidates[0], 255, np.inf
+    best_feature, best_threshold, best_bound = candidates[0], 255, 1.0
     histogram = np.empty((2, 256))
     for candidate in candidates:
         row = features[candidate]

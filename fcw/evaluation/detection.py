@@ -1,7 +1,8 @@
 """Detections against labels: hits, misses, false positives per image (FPPI).
 
 A hit is a detection with IoU >= 0.5 with a vehicle, one detection a vehicle, the surest first. Ignored
-vehicles are neither hit nor missed; a detection with half its area in an ignored box is neither hit nor false.
+vehicles are neither hit nor missed; a detection with half its area in an ignored box is neither hit nor
+false.
 """
 
 from collections.abc import Iterable

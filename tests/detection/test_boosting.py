@@ -71,8 +71,8 @@ def test_running_scores_add_up_tree_by_tree():
     samples = generator.integers(0, 256, (50, 6), np.uint8)
     trees = train_trees(samples[:20], samples[20:], 5, BoostingSettings(feature_fraction=1.0))
     alone = [
-        running_scores(BoostedTrees(*(a[t : t + 1] for a in (trees.feature, trees.threshold, trees.leaf))), samples)
-        for t in range(5)
+        running_scores(BoostedTrees(feature[None], threshold[None], leaf[None]), samples)
+        for feature, threshold, leaf in zip(trees.feature, trees.threshold, trees.leaf, strict=True)
     ]
     assert running_scores(trees, samples) == pytest.approx(np.cumsum(np.hstack(alone), axis=1), abs=1e-5)
 

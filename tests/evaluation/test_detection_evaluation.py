@@ -62,7 +62,7 @@ def test_two_ignored_boxes_do_not_add_up():
 
 
 def test_rate_and_fppi_by_hand():
-    # Two pictures, three vehicles that count; by falling score: hit 9, false 8, hit 7, false 6, not counted 5.
+    # Two pictures, three vehicles that count; hit 9, false 8, hit 7, false 6, not counted 5.
     car, van, truck = (0, 0, 10, 10), (50, 0, 10, 10), (0, 50, 20, 20)
     nothing = (200, 200, 10, 10)
     curve = detection_curve(

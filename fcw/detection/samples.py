@@ -1,0 +1,171 @@
+"""Windows cut from pictures for training: placement, jitter, augmentation, channels as scanning sees them."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.detection.channels import CONTEXT_PX, compute_channels
+from fcw.detection.model import CELL_PX, Window
+
+# Cells around a window that are computed with it and cut off again: its channels depend on their pixels.
+MARGIN_CELLS = math.ceil(CONTEXT_PX / CELL_PX) + 1
+
+# Random windows stand no farther than this below the horizon: nearer to it they are a few pixels small.
+MIN_ROWS_BELOW_HORIZON = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class Augmentation:
+    """How windows are varied, so that cameras other than those of the training pictures are met too.
+
+    Attributes:
+        shift: largest shift of a vehicle in its window, as a part of its size sqrt(width * height).
+        scale: largest relative change of its size.
+        stretch: largest relative change of its width.
+        gamma: largest logarithm of the exponent applied to the brightness.
+        colour_gain: largest logarithm of the factor of a colour channel.
+        resampled_part: part of the windows that lose detail by being made smaller and larger again.
+        resampling: smallest and largest factor of that.
+    """
+
+    shift: float = 0.04
+    scale: float = 0.10
+    stretch: float = 0.08
+    gamma: float = 0.3
+    colour_gain: float = 0.05
+    resampled_part: float = 1 / 3
+    resampling: tuple[float, float] = (1.2, 2.4)
+
+
+NO_AUGMENTATION = Augmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def window_features(
+    image: NDArray[np.uint8],
+    box: NDArray[np.float64],
+    window: Window,
+    augmentation: Augmentation,
+    generator: np.random.Generator,
+    mirrored: bool,
+) -> NDArray[np.uint8]:
+    """Features of the window in which a box stands as a vehicle should, jittered and augmented.
+
+    A scanned picture's channels are computed at octaves of its scale and resized between them; here the
+    place in the octave is drawn at random, so the window is blurred as one met in scanning may be.
+
+    Args:
+        image: (height, width, 3) BGR.
+        box: (4,) x, y, w, h.
+        window: where the vehicle stands in it.
+        augmentation: limits of the random changes.
+        generator: source of the randomness.
+        mirrored: whether left and right are exchanged.
+
+    Returns:
+        (2560,) uint8 for the default window, in the order channel, row, column.
+    """
+    size_px = math.sqrt(box[2] * box[3])
+    shift_x, shift_y = generator.uniform(-augmentation.shift, augmentation.shift, 2) * size_px
+    scale = (
+        size_px
+        / window.vehicle_size_px
+        * math.exp(generator.uniform(-augmentation.scale, augmentation.scale))
+    )
+    stretch = math.exp(generator.uniform(-augmentation.stretch, augmentation.stretch))
+    # Image coordinates have their origin in the middle of the first pixel, crops at its edge.
+    middle_x = box[0] + box[2] / 2 + shift_x + 0.5
+    top = box[1] + box[3] + shift_y - window.vehicle_bottom_px * scale + 0.5
+    cells = window.cells + 2 * MARGIN_CELLS
+    side = cells * CELL_PX * scale
+    left, top = middle_x - side * stretch / 2, top - MARGIN_CELLS * CELL_PX * scale
+    octave_cells = round(cells * 2 ** generator.uniform(0, 1))
+    patch = _cut(image, left, top, side * stretch, side, octave_cells * CELL_PX)
+    if generator.uniform() < augmentation.resampled_part:
+        patch = _lose_detail(patch, generator.uniform(*augmentation.resampling) * octave_cells / cells)
+    patch = _recolour(patch, augmentation, generator)
+    channels = compute_channels(np.ascontiguousarray(patch[:, ::-1]) if mirrored else patch)
+    if octave_cells != cells:
+        resized = cv2.resize(channels.transpose(1, 2, 0), (cells, cells), interpolation=cv2.INTER_LINEAR)
+        channels = resized.transpose(2, 0, 1)
+    inner = slice(MARGIN_CELLS, MARGIN_CELLS + window.cells)
+    return np.asarray(channels[:, inner, inner], np.uint8).reshape(-1)
+
+
+def random_boxes(
+    count: int,
+    horizon_row_px: float,
+    camera_height_m: float,
+    image_shape: tuple[int, ...],
+    size_range_m: tuple[float, float],
+    aspect_ratio: float,
+    generator: np.random.Generator,
+) -> NDArray[np.float64]:
+    """(count, 4) boxes standing anywhere on the road as vehicles would, uniform in the picture's rows."""
+    height, width = image_shape[:2]
+    first_row = max(horizon_row_px + MIN_ROWS_BELOW_HORIZON, 0.0)
+    bottom = generator.uniform(min(first_row, height - 1.0), height, count)
+    size_m = np.exp(generator.uniform(math.log(size_range_m[0]), math.log(size_range_m[1]), count))
+    size_px = size_m * np.maximum(bottom - horizon_row_px, MIN_ROWS_BELOW_HORIZON) / camera_height_m
+    w, h = size_px * math.sqrt(aspect_ratio), size_px / math.sqrt(aspect_ratio)
+    return np.column_stack([generator.uniform(0, width, count) - w / 2, bottom - h, w, h])
+
+
+def _cut(
+    image: NDArray[np.uint8], left: float, top: float, width: float, height: float, side_px: int
+) -> NDArray[np.uint8]:
+    """A rectangle of an image, its border repeated beyond it, resized to (side_px, side_px)."""
+    first_x, first_y = math.floor(left), math.floor(top)
+    end_x, end_y = math.ceil(left + width), math.ceil(top + height)
+    columns = np.clip(np.arange(first_x, end_x), 0, image.shape[1] - 1)
+    rows = np.clip(np.arange(first_y, end_y), 0, image.shape[0] - 1)
+    region = image[rows[:, None], columns]
+    # Halve while that loses nothing the result could hold, as a pyramid does; then one exact placement.
+    halvings = max(0, math.floor(math.log2(min(width, height) / side_px)))
+    if halvings:
+        factor = 2**halvings
+        region = cv2.resize(
+            region,
+            (math.ceil(region.shape[1] / factor), math.ceil(region.shape[0] / factor)),
+            interpolation=cv2.INTER_AREA,
+        )
+    by_x, by_y = region.shape[1] / (end_x - first_x), region.shape[0] / (end_y - first_y)
+    step_x, step_y = width * by_x / side_px, height * by_y / side_px
+    # Output pixel i covers the part (i + 1/2) of the rectangle.
+    to_source = np.array(
+        [
+            [step_x, 0.0, (left - first_x) * by_x + step_x / 2 - 0.5],
+            [0.0, step_y, (top - first_y) * by_y + step_y / 2 - 0.5],
+        ]
+    )
+    return np.asarray(
+        cv2.warpAffine(
+            region,
+            to_source,
+            (side_px, side_px),
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+            borderMode=cv2.BORDER_REPLICATE,
+        ),
+        np.uint8,
+    )
+
+
+def _lose_detail(patch: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:
+    """Made smaller by `factor` and larger again."""
+    side = len(patch)
+    small = max(2, round(side / factor))
+    reduced = cv2.resize(patch, (small, small), interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.resize(reduced, (side, side), interpolation=cv2.INTER_LINEAR), np.uint8)
+
+
+def _recolour(
+    patch: NDArray[np.uint8], augmentation: Augmentation, generator: np.random.Generator
+) -> NDArray[np.uint8]:
+    """Brightness to a random power, each colour channel times a random factor."""
+    exponent = math.exp(generator.uniform(-augmentation.gamma, augmentation.gamma))
+    gains = np.exp(generator.uniform(-augmentation.colour_gain, augmentation.colour_gain, 3))
+    levels = (np.arange(256) / 255.0) ** exponent
+    table = np.rint(255.0 * np.clip(levels[:, None] * gains, 0.0, 1.0)).astype(np.uint8)
+    return np.asarray(cv2.LUT(patch, table[None]), np.uint8)

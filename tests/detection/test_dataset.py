@@ -1,0 +1,286 @@
+"""Training data: labels and calibrations are read right or refused, windows are cut where they should be."""
+
+import json
+import math
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.dataset import (
+    LabelledImage,
+    TrainingImage,
+    background,
+    load_training_set,
+    read_calibration_table,
+    read_labels,
+)
+from fcw.detection.model import CHANNEL_COUNT, Window
+from fcw.detection.samples import NO_AUGMENTATION, Augmentation, random_boxes, window_features
+from fcw.detection.statistics import vehicle_statistics
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+
+SIZE = ImageSize(640, 360)
+# Level, f = 500 px, 1.2 m high, horizon at row 180: 600 / d rows below it.
+CAMERA = GroundPlaneCamera(0.0, 500.0, 180.0, 1.2, 319.5)
+CALIBRATION = Calibration.from_camera(CAMERA, SIZE)
+
+
+def coco(*boxes, ignored=(), file_name="drive/000.png", **image):
+    return {
+        "images": [{"id": 7, "file_name": file_name, "width": 640, "height": 360, **image}],
+        "annotations": [
+            {"id": i, "image_id": 7, "category_id": 1, "bbox": list(box), "ignore": i in ignored}
+            for i, box in enumerate(boxes)
+        ],
+        "categories": [{"id": 1, "name": "vehicle"}],
+    }
+
+
+@pytest.fixture
+def labels(tmp_path):
+    def write(content):
+        path = tmp_path / "labels.json"
+        path.write_text(content if isinstance(content, str) else json.dumps(content))
+        return path
+
+    return write
+
+
+# Which windows may serve as background
+
+
+def test_background_is_what_neither_overlaps_a_vehicle_nor_lies_in_an_ignored_box():
+    labelled = np.array([[0, 0, 10, 10], [100, 0, 100, 100]], float)
+    ignored = np.array([False, True])
+    boxes = np.array(
+        [
+            [50, 50, 10, 10],  # free
+            [5, 0, 10, 10],  # IoU 50/150 = 0.33 with the vehicle
+            [5.5, 0, 10, 10],  # IoU 45/155 = 0.29
+            [97, 0, 4, 10],  # a quarter of it in the ignored box
+            [98, 0, 4, 10],  # half of it in the ignored box, though the IoU is tiny
+        ],
+        float,
+    )
+    assert background(boxes, labelled, ignored).tolist() == [True, False, True, True, False]
+
+
+def test_without_labels_everything_is_background():
+    assert background(np.array([[0, 0, 1, 1]], float), np.zeros((0, 4)), np.zeros(0, bool)).all()
+
+
+# Reading labels
+
+
+def test_labels_keep_boxes_ignored_flags_and_clip(labels, tmp_path):
+    (image,) = read_labels(labels(coco((1, 2, 3, 4), (5, 6, 7, 8), ignored=(1,))), tmp_path)
+    assert image.path == tmp_path / "drive/000.png"
+    assert image.boxes.tolist() == [[1, 2, 3, 4], [5, 6, 7, 8]]
+    assert image.ignored.tolist() == [False, True]
+    assert (image.clip, image.size) == ("drive", SIZE)
+
+
+def test_the_clip_field_goes_before_the_folder_s_name(labels, tmp_path):
+    (image,) = read_labels(labels(coco((1, 2, 3, 4), clip="evening")), tmp_path)
+    assert image.clip == "evening"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("{", "not COCO labels"),
+        ("[]", "not COCO labels"),
+        ({"images": []}, "annotations"),
+        (coco((1, 2, 3)), "not COCO labels"),
+        (coco((1, 2, 0, 4)), r"annotation 0 has the box \[1, 2, 0, 4\].*positive"),
+        (coco((1, 2, math.inf, 4)), "annotation 0 has the box"),
+        (
+            coco() | {"annotations": [{"id": 3, "image_id": 9, "bbox": [1, 2, 3, 4]}]},
+            "annotation 3 names image 9",
+        ),
+    ],
+)
+def test_wrong_labels_are_refused_by_name(labels, tmp_path, content, message):
+    with pytest.raises(UserError, match=f"labels.json.*{message}"):
+        read_labels(labels(content), tmp_path)
+
+
+def test_an_ignored_box_without_area_is_dropped(labels, tmp_path):
+    (image,) = read_labels(labels(coco((5, 5, 0, 0), (1, 2, 3, 4), ignored=(0,))), tmp_path)
+    assert image.boxes.tolist() == [[1, 2, 3, 4]]
+
+
+def test_a_missing_file_of_labels_is_named(tmp_path):
+    with pytest.raises(UserError, match=r"absent\.json: cannot read the labels"):
+        read_labels(tmp_path / "absent.json", tmp_path)
+
+
+def test_a_picture_that_is_missing_or_of_another_size_is_refused(labels, tmp_path):
+    (image,) = read_labels(labels(coco((1, 2, 3, 4))), tmp_path)
+    with pytest.raises(UserError, match=r"000\.png: cannot read this picture"):
+        image.read()
+    image.path.parent.mkdir()
+    cv2.imwrite(str(image.path), np.zeros((180, 320, 3), np.uint8))
+    with pytest.raises(UserError, match="is 320x180, but the labels give it as 640x360"):
+        image.read()
+
+
+# The two layouts of a training folder
+
+
+def test_own_layout_with_one_calibration_for_all(labels, tmp_path):
+    labels(coco((300, 200, 40, 30)))
+    CALIBRATION.save(tmp_path / "calibration.yaml")
+    (image,) = load_training_set(tmp_path)
+    assert image.labelled.path == tmp_path / "images/drive/000.png"
+    assert image.calibration.horizon_row_px == pytest.approx(180.0)
+
+
+def test_own_layout_with_a_calibration_for_each_clip_rescaled_to_the_pictures(labels, tmp_path):
+    labels(coco((300, 200, 40, 30)))
+    (tmp_path / "calibration").mkdir()
+    double = Calibration.from_camera(GroundPlaneCamera(0.0, 1000.0, 360.5, 1.2, 639.5), ImageSize(1280, 720))
+    double.save(tmp_path / "calibration/drive.yaml")
+    (image,) = load_training_set(tmp_path)
+    # Twice the size: centres of pixels map as 2 v + 1/2.
+    assert image.calibration.horizon_row_px == pytest.approx(180.0)
+
+
+def test_a_folder_without_labels_says_what_was_expected(tmp_path):
+    with pytest.raises(UserError, match=r"labels\.json \(COCO\), images/ and calibration\.yaml"):
+        load_training_set(tmp_path)
+
+
+def test_labels_in_which_no_vehicle_counts_are_refused(labels, tmp_path):
+    labels(coco((1, 2, 3, 4), ignored=(0,)))
+    CALIBRATION.save(tmp_path / "calibration.yaml")
+    with pytest.raises(UserError, match="no vehicle that counts"):
+        load_training_set(tmp_path)
+
+
+def test_the_calibration_table_gives_the_rows_of_its_points(tmp_path):
+    table = tmp_path / "calibrations.txt"
+    table.write_text("# clip size height points belief\ndrive 640x360 1.2 6:280 12:230 60:190 good\n")
+    calibration = read_calibration_table(table)["drive"]
+    assert calibration.row_at(np.array([6.0, 12.0, 60.0])) == pytest.approx([280, 230, 190])
+    assert calibration.image_size == SIZE
+
+
+def test_a_wrong_line_of_the_calibration_table_is_named(tmp_path):
+    table = tmp_path / "calibrations.txt"
+    table.write_text("drive 640x360 tall 6:280 12:230 60:190 good\n")
+    with pytest.raises(UserError, match=r"calibrations\.txt, line 1: 'drive 640x360 tall"):
+        read_calibration_table(table)
+
+
+@pytest.mark.skipif("FCW_DATA" not in os.environ, reason="FCW_DATA is not set: no real drives to read")
+def test_non_commercial_clips_are_left_out_unless_asked_for():
+    data = Path(os.environ["FCW_DATA"])
+    free, every = load_training_set(data), load_training_set(data, include_non_commercial=True)
+    # The data's README: 430 TuSimple frames; 180 labelled ones, 31 of them of KITTI's object set.
+    assert (len(free), len(every)) == (430 + 180 - 31, 430 + 180)
+    assert not any("kitti" in image.labelled.clip for image in free)
+    assert {image.labelled.clip for image in every} - {image.labelled.clip for image in free} == {
+        "kitti_object_first31"
+    }
+
+
+# Statistics of vehicles
+
+
+def vehicles(*boxes, ignored=None):
+    flags = np.zeros(len(boxes), bool) if ignored is None else np.array(ignored, bool)
+    labelled = LabelledImage(Path("none.png"), "drive", SIZE, np.array(boxes, float), flags)
+    return TrainingImage(labelled, CALIBRATION)
+
+
+def standing_at(distance_m, width_m, height_m):
+    box = CAMERA.ground_box(distance_m, 0.0, width_m, height_m)
+    return box.x, box.y, box.w, box.h
+
+
+def test_statistics_give_back_the_vehicles_sizes_and_aspect_ratios():
+    near = [standing_at(6.0, 2.0, 1.25)] * 10
+    far = [standing_at(40.0, 1.8, 1.5)] * 10
+    statistics = vehicle_statistics([vehicles(*near), vehicles(*far)])
+    assert statistics.aspect_distances_m == (6.0, 40.0)
+    assert statistics.aspect_ratios == pytest.approx((1.6, 1.2))
+    sizes = math.sqrt(2.0 * 1.25), math.sqrt(1.8 * 1.5)
+    assert sizes[0] <= statistics.size_median_m <= sizes[1]
+    assert statistics.size_low_m < min(sizes)
+    assert statistics.size_high_m > max(sizes)
+
+
+def test_ignored_vehicles_and_those_above_the_horizon_do_not_count():
+    good = standing_at(10.0, 1.8, 1.5)
+    statistics = vehicle_statistics([vehicles(good, (0, 300, 300, 50), (0, 0, 50, 50), ignored=[0, 1, 0])])
+    assert statistics.size_median_m == pytest.approx(math.sqrt(1.8 * 1.5))
+
+
+def test_statistics_of_nothing_are_refused():
+    with pytest.raises(ValueError, match="below the horizon"):
+        vehicle_statistics([vehicles((0, 0, 50, 50))])
+
+
+# Cutting windows
+
+
+def lightness(features):
+    return features.reshape(CHANNEL_COUNT, 16, 16)[0].astype(float)
+
+
+@pytest.mark.parametrize("size_px", [22.0, 40.0, 75.0, 260.0])
+def test_a_vehicle_stands_in_its_window_at_its_size_centred_above_the_bottom_margin(size_px):
+    # A square vehicle of light on black, at a place that is no whole pixel.
+    picture = np.zeros((720, 1280, 3), np.uint8)
+    x, bottom = 600.0, 500.0
+    top, left = bottom - size_px, x - size_px / 2
+    picture[round(top + 0.5) : round(bottom + 0.5), round(left + 0.5) : round(left + size_px + 0.5)] = 255
+    box = np.array([left, top, size_px, size_px])
+    seen = lightness(
+        window_features(picture, box, Window(), NO_AUGMENTATION, np.random.default_rng(0), mirrored=False)
+    )
+    # 40 of the window's 64 px both ways: columns 12 to 52, rows 12 to 52, which is cells 3 to 13.
+    inside = np.zeros((16, 16), bool)
+    inside[3:13, 3:13] = True
+    inner, outer = inside.copy(), ~inside
+    inner[[3, 12], :] = False
+    inner[:, [3, 12]] = False
+    outer[[2, 13], :] = False
+    outer[:, [2, 13]] = False
+    assert seen[inner].min() > 0.9 * seen.max()
+    assert seen[outer].max() < 0.1 * seen.max()
+
+
+def test_a_mirrored_window_is_the_window_with_left_and_right_exchanged():
+    picture = np.random.default_rng(1).integers(0, 256, (360, 640, 3), np.uint8)
+    box = np.array([300.0, 150.0, 60.0, 40.0])
+    plain, mirrored = (
+        lightness(window_features(picture, box, Window(), Augmentation(), np.random.default_rng(2), mirror))
+        for mirror in (False, True)
+    )
+    assert np.abs(mirrored[:, ::-1] - plain).max() <= 1
+
+
+def test_windows_reach_beyond_the_picture():
+    picture = np.full((100, 100, 3), 200, np.uint8)
+    box = np.array([-20.0, 60.0, 60.0, 60.0])
+    seen = lightness(
+        window_features(picture, box, Window(), NO_AUGMENTATION, np.random.default_rng(0), False)
+    )
+    assert np.ptp(seen) <= 1
+
+
+def test_random_boxes_stand_on_the_road_with_sizes_in_the_range():
+    boxes = random_boxes(500, 180.0, 1.2, (360, 640, 3), (1.0, 4.0), 1.5, np.random.default_rng(0))
+    below_px = boxes[:, 1] + boxes[:, 3] - 180.0
+    assert np.all((below_px > 0) & (boxes[:, 1] + boxes[:, 3] <= 360))
+    sizes_m = np.sqrt(boxes[:, 2] * boxes[:, 3]) * 1.2 / below_px
+    assert np.all((sizes_m >= 1.0 - 1e-9) & (sizes_m <= 4.0 + 1e-9))
+    assert boxes[:, 2] / boxes[:, 3] == pytest.approx(np.full(500, 1.5))
