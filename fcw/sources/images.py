@@ -1,0 +1,180 @@
+"""Folders of pictures as drives."""
+
+import math
+import re
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.errors import UserError
+from fcw.sources.frame import Frame, ImageSize
+
+PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
+TIMES_NAME = "timestamps.txt"
+DEFAULT_FRAME_RATE_HZ = 10.0
+"""The rate of KITTI, the most used pictures of drives."""
+NANOSECONDS = 1_000_000_000
+
+
+class ImageFolderSource:
+    """Pictures of one folder in the natural order of their names (`2.png` before `10.png`).
+
+    Times come from `timestamps.txt` in the folder or beside it (KITTI raw keeps it there), a line for each
+    picture: seconds (`0.1034`), or a date and time (`2011-09-26 13:02:25.594360375`); otherwise from the
+    frame rate. Dates count from the first line.
+    """
+
+    def __init__(self, path: Path, frame_rate_hz: float | None = None) -> None:
+        """List the folder and read its first picture.
+
+        Raises:
+            UserError: no pictures, none that can be read, or times that do not fit them.
+        """
+        self.path = path
+        self._pictures = sorted(
+            (file for file in path.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES), key=_natural_key
+        )
+        if not self._pictures:
+            raise UserError(
+                f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files"
+            )
+        if frame_rate_hz is not None and not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0):
+            raise UserError(f"frame rate {frame_rate_hz}: expected a number of pictures a second above 0")
+        first = next((image for image in map(_read, self._pictures) if image is not None), None)
+        if first is None:
+            raise UserError(
+                f"{path}: none of its {len(self._pictures)} pictures can be read; expected whole files"
+            )
+        self._image_size = ImageSize(first.shape[1], first.shape[0])
+        self._opening_notes: tuple[str, ...] = ()
+        self._notes: tuple[str, ...] = ()
+        times_file = next(
+            (file for file in (path / TIMES_NAME, path.parent / TIMES_NAME) if file.is_file()), None
+        )
+        if frame_rate_hz is None and times_file is not None:
+            self._times_ns = _read_times(times_file, len(self._pictures))
+            steps_ns = np.diff(self._times_ns)
+            self._frame_rate_hz = (
+                NANOSECONDS / float(np.median(steps_ns)) if len(steps_ns) else DEFAULT_FRAME_RATE_HZ
+            )
+        else:
+            self._frame_rate_hz = frame_rate_hz or DEFAULT_FRAME_RATE_HZ
+            self._times_ns = [
+                round(i * NANOSECONDS / self._frame_rate_hz) for i in range(len(self._pictures))
+            ]
+            if frame_rate_hz is None:
+                self._opening_notes = (
+                    f"{self.name}: no {TIMES_NAME}, so {DEFAULT_FRAME_RATE_HZ:g} pictures a second assumed; "
+                    "speeds and times to collision depend on it",
+                )
+
+    @property
+    def name(self) -> str:
+        """The folder's name."""
+        return self.path.resolve().name
+
+    @property
+    def image_size(self) -> ImageSize:
+        """Size of every picture."""
+        return self._image_size
+
+    @property
+    def frame_count(self) -> int:
+        """Number of picture files."""
+        return len(self._pictures)
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """The rate given or assumed; with a file of times, from their median step."""
+        return self._frame_rate_hz
+
+    @property
+    def relays_video(self) -> bool:
+        """False: there are no packets."""
+        return False
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """An assumed frame rate, and after iteration the pictures that could not be read."""
+        return self._opening_notes + self._notes
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """Frames from the first one at or after `start_ns`; one that cannot be read is left out and noted.
+
+        Raises:
+            UserError: a picture has another size than the first one.
+        """
+        self._notes = ()
+        index = 0
+        for file, time_ns in zip(self._pictures, self._times_ns, strict=True):
+            if start_ns is not None and time_ns < start_ns:
+                index += 1
+                continue
+            image = _read(file)
+            if image is None:
+                self._notes += (f"{file}: this picture cannot be read and is left out",)
+                continue
+            if image.shape[:2] != (self._image_size.height, self._image_size.width):
+                raise UserError(
+                    f"{file}: {image.shape[1]}x{image.shape[0]} pixels, expected {self._image_size} "
+                    "as the first picture has; keep pictures of one camera in a folder"
+                )
+            yield Frame(index, time_ns, image)
+            index += 1
+
+
+def _read(file: Path) -> NDArray[np.uint8] | None:
+    """A picture as BGR, or None where it cannot be read."""
+    data = np.frombuffer(file.read_bytes(), np.uint8)
+    image = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    return None if image is None else np.asarray(image, np.uint8)
+
+
+def _natural_key(file: Path) -> list[tuple[int, int, str]]:
+    """Sorts runs of digits as numbers and the rest as text."""
+    parts = re.split(r"(\d+)", file.name)
+    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in parts]
+
+
+def _read_times(file: Path, count: int) -> list[int]:
+    """Times in nanoseconds, ascending, one for each of `count` pictures."""
+    lines = [line.strip() for line in file.read_text().splitlines() if line.strip()]
+    if len(lines) != count:
+        raise UserError(
+            f"{file}: {len(lines)} times for {count} pictures; expected one line for each picture"
+        )
+    times_ns: list[int] = []
+    for number, line in enumerate(lines, 1):
+        time_ns = _parse_time(line)
+        if time_ns is None:
+            raise UserError(
+                f"{file}, line {number}: {line!r}; expected seconds such as 0.1034 or a time such as "
+                "2011-09-26 13:02:25.594360375"
+            )
+        if times_ns and time_ns <= times_ns[-1]:
+            raise UserError(
+                f"{file}, line {number}: {line!r} is not after the time before it; expected rising times"
+            )
+        times_ns.append(time_ns)
+    if "-" in lines[0].lstrip("-"):
+        return [time_ns - times_ns[0] for time_ns in times_ns]
+    return times_ns
+
+
+def _parse_time(line: str) -> int | None:
+    """A line of a file of times in nanoseconds, with no rounding through a float."""
+    seconds = re.fullmatch(r"(\d+)(?:\.(\d{1,9})\d*)?", line)
+    if seconds:
+        return int(seconds[1]) * NANOSECONDS + int((seconds[2] or "").ljust(9, "0"))
+    clock = re.fullmatch(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d)(?:\.(\d{1,9}))?", line)
+    if clock is None:
+        return None
+    try:
+        whole = datetime.fromisoformat(clock[1]).replace(tzinfo=UTC)
+    except ValueError:
+        return None
+    return int(whole.timestamp()) * NANOSECONDS + int((clock[2] or "").ljust(9, "0"))

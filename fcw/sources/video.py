@@ -1,0 +1,207 @@
+"""Video files: pictures with their presentation times, and its own packets where a log can take them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from av.container import InputContainer
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+from numpy.typing import NDArray
+
+from fcw.errors import UserError
+from fcw.sources.decoding import (
+    NANOSECONDS,
+    Decoding,
+    annex_b_filter,
+    announced_packets,
+    is_plain_picture,
+    opened,
+    seek_before,
+    to_ns,
+)
+from fcw.sources.frame import Frame, ImageSize
+from fcw.sources.orientation import orientation
+
+FALLBACK_FRAME_RATE_HZ = 25.0
+"""Only where a file states no rate; frames keep their own times all the same."""
+SHORTFALL_S = 1.0
+"""A file that ends this much before its stated length is called cut short; sound may outlast pictures."""
+
+
+@dataclass(frozen=True, slots=True)
+class _PacketTable:
+    """What one pass over the packets shows, without decoding.
+
+    Attributes:
+        times_ns: times of the packets meant to be shown, ascending.
+        relayable: every packet is one H.264 picture without B slices, they stand in the order of their times,
+            and wherever decoding can start the packet brings its parameter sets.
+    """
+
+    times_ns: NDArray[np.int64]
+    relayable: bool
+
+
+class VideoSource:
+    """Pictures of a video file."""
+
+    def __init__(self, path: Path) -> None:
+        """Look into the file up to its first picture.
+
+        Raises:
+            UserError: the file is no video, its codec is unknown here, or no picture in it decodes.
+        """
+        self.path = path
+        self._notes: tuple[str, ...] = ()
+        with opened(path) as (container, stream):
+            first = next(Decoding(container, stream).pictures(), None)
+            if first is None:
+                raise UserError(
+                    f"{path}: the video stream holds no picture that can be decoded; "
+                    "expected at least one: copy or record the file again"
+                )
+            self._coded_size = ImageSize(first.width, first.height)
+            self._orient, self._turn = orientation(first)
+            height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
+            self._image_size = ImageSize(width, height)
+            self._first_time_ns = to_ns(first.pts or 0, stream)
+            self._frame_rate_hz = float(stream.average_rate or stream.guessed_rate or FALLBACK_FRAME_RATE_HZ)
+            codec = stream.codec_context
+            self._upright_h264 = (
+                codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and not self._turn
+            )
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self.path.name
+
+    @property
+    def image_size(self) -> ImageSize:
+        """Size of every picture, after rotation."""
+        return self._image_size
+
+    @property
+    def frame_count(self) -> int | None:
+        """Number of packets to be shown, found in one pass over the file; None where they have no times."""
+        return len(self._packet_table.times_ns) or None
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """Average rate as the file states it."""
+        return self._frame_rate_hz
+
+    @property
+    def relays_video(self) -> bool:
+        """Whether frames carry packets: upright 8-bit 4:2:0 H.264 without B frames.
+
+        The first call reads through the file once, without decoding, to look at every packet.
+        """
+        return self._upright_h264 and self._packet_table.relayable
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """An applied rotation, and after iteration what could not be read."""
+        turned = (f"{self.name}: pictures are {self._turn}, as the file asks",) if self._turn else ()
+        return turned + self._notes
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """Frames from the first one at or after `start_ns`.
+
+        Where the source relays video, the first frame also carries the packets before it that its decoding
+        needs, marked not shown. Packets after the last frame belong to none and are dropped.
+        """
+        far = start_ns is not None and start_ns > self._first_time_ns and self.frame_count is not None
+        return self._frames(start_ns, seek=far)
+
+    def _frames(self, start_ns: int | None, seek: bool) -> Iterator[Frame]:
+        self._notes = ()
+        relays = self.relays_video
+        with opened(self.path) as (container, stream):
+            if seek and start_ns is not None and not seek_before(container, stream, start_ns):
+                yield from self._frames(start_ns, seek=False)
+                return
+            decoding = Decoding(container, stream, relay=relays, sought=seek)
+            index, last_ns, left_out = 0, None, 0
+            for picture in decoding.pictures():
+                if ImageSize(picture.width, picture.height) != self._coded_size:
+                    self._notes = (
+                        f"{self.name}: the picture size changes from {self._coded_size} to "
+                        f"{picture.width}x{picture.height} after {_seconds(last_ns)}; the rest is left out: "
+                        "cut the file there and run its parts",
+                    )
+                    return
+                time_ns = self._time_ns(picture, stream, last_ns)
+                if last_ns is None and seek:
+                    index = int(np.searchsorted(self._packet_table.times_ns, time_ns))
+                if last_ns is not None and time_ns <= last_ns:
+                    left_out += 1
+                    continue
+                last_ns = time_ns
+                if start_ns is None or time_ns >= start_ns:
+                    packets = decoding.take_packets(time_ns) if relays else ()
+                    image = np.asarray(picture.to_ndarray(format="bgr24"), np.uint8)
+                    yield Frame(index, time_ns, self._orient(image), packets)
+                index += 1
+            announced = None if seek else announced_packets(container, stream)
+            end_ns = _stated_end_ns(container)
+        self._notes = tuple(self._damage(decoding, announced, end_ns, last_ns, left_out))
+
+    def _time_ns(self, picture: VideoFrame, stream: VideoStream, last_ns: int | None) -> int:
+        """The picture's own time; without one, a period of the nominal rate after the picture before."""
+        if picture.pts is not None:
+            return to_ns(picture.pts, stream)
+        return self._first_time_ns if last_ns is None else last_ns + round(NANOSECONDS / self._frame_rate_hz)
+
+    def _damage(
+        self,
+        decoding: Decoding,
+        announced: int | None,
+        end_ns: int | None,
+        last_ns: int | None,
+        left_out: int,
+    ) -> Iterator[str]:
+        """Sentences on what an iteration that came to the end could not read."""
+        last = f"the last picture read is at {_seconds(last_ns)}"
+        if announced and decoding.packets_read < announced:
+            missing = announced - decoding.packets_read
+            yield f"{self.name}: the file is cut short: {missing} of {announced} pictures are missing, {last}"
+        elif end_ns is not None and last_ns is not None and end_ns - last_ns > SHORTFALL_S * NANOSECONDS:
+            yield f"{self.name}: the file is cut short: {last}, it announces {_seconds(end_ns)}"
+        elif decoding.error:
+            yield f"{self.name}: the file cannot be read on ({decoding.error}), {last}"
+        if decoding.undecodable:
+            yield f"{self.name}: {decoding.undecodable} damaged pictures cannot be decoded and are left out"
+        if left_out:
+            yield f"{self.name}: {left_out} pictures with a time before the one ahead of them are left out"
+
+    @cached_property
+    def _packet_table(self) -> _PacketTable:
+        times_ns: list[int] = []
+        relayable, last_ns = self._upright_h264, None
+        with opened(self.path) as (container, stream):
+            annex_b = annex_b_filter(stream) if relayable else None
+            for packet in Decoding(container, stream).packets():
+                time_ns = None if packet.pts is None else to_ns(packet.pts, stream)
+                if time_ns is not None and not packet.is_discard:
+                    times_ns.append(time_ns)
+                if relayable and annex_b is not None:
+                    in_order = time_ns is not None and (last_ns is None or time_ns > last_ns)
+                    startable = packet.is_keyframe or last_ns is not None
+                    relayable = in_order and startable and is_plain_picture(annex_b, packet)
+                    last_ns = time_ns
+        return _PacketTable(np.sort(np.array(times_ns, np.int64)), relayable)
+
+
+def _stated_end_ns(container: InputContainer) -> int | None:
+    """Where the container says that it ends; it counts in microseconds."""
+    if container.duration is None:
+        return None
+    return (container.duration + (container.start_time or 0)) * 1000
+
+
+def _seconds(time_ns: int | None) -> str:
+    return "the start" if time_ns is None else f"{time_ns / NANOSECONDS:.3f} s"
