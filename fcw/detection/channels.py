@@ -244,7 +244,7 @@ def _store_row(ring: NDArray, row: int, last: int, smooth: NDArray, vertical: ND
         numba.float32[:, ::1],
         numba.float32[:, :, ::1],
         numba.float32[:, :, ::1],
-        numba.uint8[:, :, ::1],
+        numba.types.Array(numba.uint8, 3, "A"),
     )
 )
 def _channels(
@@ -358,7 +358,7 @@ class ChannelComputer:
             image: (height, width, 3) BGR of this computer's size.
             first_row: first row of cells wanted.
             end_row: one past the last; None: to the picture's end.
-            out: (10, end_row - first_row, columns), C-contiguous, to write into; None: a new array.
+            out: (10, end_row - first_row, columns) to write into; None: a new array.
 
         Returns:
             (10, end_row - first_row, columns): the same values as those rows of the whole picture's channels.
@@ -376,8 +376,8 @@ class ChannelComputer:
         shape = (CHANNEL_COUNT, end_row - first_row, self.columns)
         if out is None:
             out = np.empty(shape, np.uint8)
-        elif out.shape != shape or not out.flags.c_contiguous:
-            raise ValueError(f"`out` must be contiguous and of shape {shape}, got {out.shape}")
+        elif out.shape != shape:
+            raise ValueError(f"`out` must be of shape {shape}, got {out.shape}")
         readonly = image.view()
         readonly.flags.writeable = False
         _channels(
