@@ -89,7 +89,7 @@ class Calibration:
         image_size: the pictures it holds for.
         points: the clicked points.
         row_sigma_px: standard deviation of a clicked row.
-        support_distances_m: three distances, ascending.
+        support_distances_m: three distances from the reference, ascending.
         covariance: (3, 3), of the rows at the support distances, in pixels squared.
         reference_offset_m: from the camera forward to the reference, at least 0.
         priors: what else took part.
@@ -115,7 +115,7 @@ class Calibration:
     def from_camera(
         cls, camera: GroundPlaneCamera, image_size: ImageSize, reference_offset_m: float = 0.0
     ) -> "Calibration":
-        """A calibration without uncertainty, from a camera known by other means (a data set, a simulation)."""
+        """A calibration without uncertainty, from a camera known by other means."""
         support_m = (5.0, 10.0, 40.0)
         zero = (0.0, 0.0, 0.0)
         return cls(camera, image_size, (), 0.0, support_m, (zero, zero, zero), reference_offset_m)
@@ -124,6 +124,11 @@ class Calibration:
     def horizon_row_px(self) -> float:
         """Row of the horizon."""
         return self.camera.horizon_row_px
+
+    @property
+    def field_of_view_rad(self) -> float:
+        """Horizontal field of view of the whole picture."""
+        return 2 * math.atan(self.image_size.width / (2 * self.camera.focal_y_px))
 
     @overload
     def distance_at(self, row_px: float) -> float: ...
@@ -181,7 +186,8 @@ class Calibration:
         z2 = PERCENTILE_84_SIGMAS**2
         below_px = row_px - self.camera.horizon_row_px
         pole_m = self.camera.pole_m
-        # The determinant, over a constant: g(x) = (K - C w) - w x; g > 0 where x is nearer than the row's road.
+        # The determinant over a constant is g(x) = (K - C w) - w x, positive where x is nearer than the
+        # road at the row, w below the horizon.
         constant, slope = self.camera.row_scale_m_px - pole_m * below_px, -below_px
         noise = row_sigma_px * row_sigma_px
         variance_1, variance_x, variance_xx = noise * pole_m * pole_m, noise * pole_m, noise
@@ -208,9 +214,9 @@ class Calibration:
     def row_gradient(self, distance_m: float) -> Vector3:
         """Derivative of the row at a distance by the rows at the three support distances."""
         x = distance_m + self.reference_offset_m
-        w = self.camera.row_at(x) - self.camera.horizon_row_px
-        gradient = self._support_gradient()
-        terms = gradient @ np.array([1.0, x, w, x * w]) / (x + self.camera.pole_m)
+        w = self.camera.row_scale_m_px / (x + self.camera.pole_m)
+        # Implicit differentiation of g = 0; g falls by x + C for each row downwards.
+        terms = self._support_gradient() @ np.array([1.0, x, w, x * w]) / (x + self.camera.pole_m)
         return float(terms[0]), float(terms[1]), float(terms[2])
 
     def for_image_size(self, size: ImageSize) -> "Calibration":
@@ -224,8 +230,8 @@ class Calibration:
         scale = size.height / self.image_size.height
         if abs(self.image_size.width * scale - size.width) > ASPECT_TOLERANCE_PX * max(1.0, scale):
             raise UserError(
-                f"the calibration is for pictures of {self.image_size}, these are {size}: another aspect ratio; "
-                f"calibrate with a picture of {size}"
+                f"the calibration is for pictures of {self.image_size}, these are {size}: "
+                f"another aspect ratio; calibrate with a picture of {size}"
             )
 
         def scaled(pixel: float) -> float:
@@ -282,11 +288,9 @@ class Calibration:
         return read_calibration(path)
 
     def _support_gradient(self) -> FloatArray:
-        """(3, 4): derivative of g by each support row, as coefficients of 1, x, w and x w; w from the horizon."""
-        distances_m = np.array(self.support_distances_m)
-        below_px = (
-            np.array([self.camera.row_at(d) for d in self.support_distances_m]) - self.camera.horizon_row_px
-        )
+        """(3, 4): derivatives of g by the support rows, as coefficients of 1, x, w and x w."""
+        distances_m = np.array(self.support_distances_m) + self.reference_offset_m
+        below_px = self.camera.row_scale_m_px / (distances_m + self.camera.pole_m)
         pairs = np.column_stack((np.ones(3), distances_m, below_px, distances_m * below_px))
         scale = _cofactors(pairs)[3]
         gradient = np.empty((3, 4))

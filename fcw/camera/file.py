@@ -21,12 +21,11 @@ RESIDUAL_TOLERANCE_PX = 1e-6
 def calibration_text(calibration: Calibration) -> str:
     """The file's text; numbers keep all their digits."""
     camera = calibration.camera
-    half_width = calibration.image_size.width / 2
     comment = (
-        "# Camera calibration of fcw. Distances from the reference, along the ground, in metres; rows and columns in\n"
-        "# pixels, the centre of the top-left pixel being (0, 0).\n"
+        "# Camera calibration of fcw. Distances in metres along the ground, from the reference;\n"
+        "# rows and columns in pixels, the centre of the top-left pixel being (0, 0).\n"
         f"# Pitch {math.degrees(camera.pitch_rad):.2f} degrees down, horizontal field of view "
-        f"{math.degrees(2 * math.atan(half_width / camera.focal_y_px)):.1f} degrees, "
+        f"{math.degrees(calibration.field_of_view_rad):.1f} degrees, "
         f"horizon at row {camera.horizon_row_px:.1f}.\n"
     )
     document = {
@@ -75,7 +74,8 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
     except OSError as error:
         partial.unlink(missing_ok=True)
         raise UserError(
-            f"{path}: cannot write the calibration ({error.strerror}); name a file in a folder that exists and can be written"
+            f"{path}: cannot write the calibration ({error.strerror}); "
+            "name a file in a folder that exists and can be written"
         ) from error
 
 
@@ -108,7 +108,8 @@ def parse_calibration(text: str, name: str) -> Calibration:
         ) from error
     if not isinstance(document, dict) or VERSION_FIELD not in document:
         raise UserError(
-            f"{name}: not a calibration of fcw: the field {VERSION_FIELD} is missing; make one with `fcw calibrate`"
+            f"{name}: not a calibration of fcw: the field {VERSION_FIELD} is missing; "
+            "make one with `fcw calibrate`"
         )
     if document[VERSION_FIELD] != FORMAT_VERSION:
         raise UserError(
@@ -149,7 +150,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
     )
     section.finish()
     section = fields.section("row_covariance")
-    support = section.support_distances("support_distances_m", camera)
+    support = section.support_distances("support_distances_m", offset_m + camera.pole_m)
     covariance = section.covariance("covariance_px2")
     section.finish()
     fields.finish()
@@ -157,8 +158,9 @@ def parse_calibration(text: str, name: str) -> Calibration:
         expected = point.row_px - camera.row_at(point.distance_m + offset_m)
         if not abs(expected - residual) <= RESIDUAL_TOLERANCE_PX:
             raise UserError(
-                f"{name}: residuals_px[{index}] is {residual:g}, but the point {point} lies {expected:g} px from the row of "
-                "the camera in the file: it was changed after calibrating; run `fcw calibrate` again with the points"
+                f"{name}: residuals_px[{index}] is {residual:g}, but the point {point} lies {expected:g} px "
+                "from the row of the camera in the file: it was changed after calibrating; "
+                "run `fcw calibrate` again with the points"
             )
     return Calibration(
         camera, image_size, tuple(points), row_sigma_px, support, covariance, offset_m, priors, residuals
@@ -179,7 +181,8 @@ class _Fields:
     def take(self, field: str) -> Any:  # noqa: ANN401 - whatever YAML holds
         if field not in self._values:
             raise UserError(
-                f"{self._file_name}: {self._prefix}{field} is missing; add it or calibrate again with `fcw calibrate`"
+                f"{self._file_name}: {self._prefix}{field} is missing; "
+                "add it or calibrate again with `fcw calibrate`"
             )
         return self._values.pop(field)
 
@@ -249,9 +252,9 @@ class _Fields:
         section.finish()
         return gaussian
 
-    def support_distances(self, field: str, camera: GroundPlaneCamera) -> Vector3:
+    def support_distances(self, field: str, pole_m: float) -> Vector3:
         near, middle, far = self.numbers(field, 3)
-        if not 0 < near < middle < far or near + camera.pole_m <= 0:
+        if not 0 < near < middle < far or near + pole_m <= 0:
             raise self.wrong(field, [near, middle, far], "three ascending distances in front of the camera")
         return near, middle, far
 

@@ -42,6 +42,25 @@ class GroundPlaneCamera:
     height_m: float
     principal_column_px: float
 
+    @classmethod
+    def from_row_map(
+        cls,
+        horizon_row_px: float,
+        row_scale_m_px: float,
+        pole_m: float,
+        height_m: float,
+        principal_column_px: float,
+    ) -> "GroundPlaneCamera":
+        """The camera of height h whose row map has the coefficients B, K and C.
+
+        The height changes no distance; it splits the row map into pitch, focal length and principal row.
+        """
+        tangent = pole_m / height_m
+        focal_px = row_scale_m_px / (height_m * (1 + tangent**2))
+        return cls(
+            math.atan(tangent), focal_px, horizon_row_px + focal_px * tangent, height_m, principal_column_px
+        )
+
     @property
     def horizon_row_px(self) -> float:
         """Row of the horizon, B: where distance becomes infinite."""
@@ -93,7 +112,7 @@ class GroundPlaneCamera:
     @overload
     def lateral_at(self, column_px: FloatArray, row_px: FloatArray) -> FloatArray: ...
     def lateral_at(self, column_px: float | FloatArray, row_px: float | FloatArray) -> float | FloatArray:
-        """Lateral position of the road seen at a pixel, positive to the left; nan at and above the horizon."""
+        """Lateral position of the road seen at a pixel, left positive; nan at and above the horizon."""
         cosine = math.cos(self.pitch_rad)
         below = np.asarray(row_px, np.float64) - self.horizon_row_px
         # The ray through the pixel sinks by cos(a) (v - B) / f_y for each unit of depth.

@@ -1,43 +1,35 @@
 """From clicked points to a calibration: the exact three-point solution, and least squares with priors."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors, matrix3
-from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors, Vector3, matrix3
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.points import (
+    PARAMETER_COUNT,
+    check_order,
+    check_points,
+    check_priors,
+    check_setup,
+    horizon_below_road,
+)
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 
-
-def exact_camera(
-    distances_m: np.ndarray, rows_px: np.ndarray, height_m: float, principal_column_px: float
-) -> GroundPlaneCamera:
-    """The camera through three points: the linear system A + B d - C v = v d, closed form.
-
-    Args:
-        distances_m: (3,) from the camera.
-        rows_px: (3,).
-        height_m: camera height; it only splits the row map into pitch, focal length and principal row.
-        principal_column_px: column of the optical axis.
-    """
-    # Differences against the first point remove A and keep the digits.
-    d, v = distances_m[1:] - distances_m[0], rows_px[1:] - rows_px[0]
-    # v_i d_i - v_0 d_0 = B (d_i - d_0) - C (v_i - v_0), rows counted from v_0.
-    horizon, pole = np.linalg.solve(np.column_stack((d, -v)), v * distances_m[1:])
-    scale = -horizon * (distances_m[0] + pole)
-    tangent = pole / height_m
-    focal = scale / (height_m * (1 + tangent**2))
-    horizon_row = rows_px[0] + horizon
-    return GroundPlaneCamera(
-        float(np.arctan(tangent)),
-        float(focal),
-        float(horizon_row + focal * tangent),
-        height_m,
-        principal_column_px,
-    )
+DEFAULT_FIELD_OF_VIEW_RAD = math.radians(65.0)
+"""Where the iteration starts without a belief: an ordinary dash camera's horizontal field of view."""
+STEEPEST_PITCH_RAD = math.radians(89.0)
+"""A fit that runs into this pitch wants a straight line: its horizon is not above the road."""
+MINIMUM_CONDITION = 1e-6
+"""Least singular value of the scaled Jacobian over the largest: below it rounding decides the solution."""
+OUTLIER_SIGMAS = 4.0
+"""A point out of order is noise up to this residual, a mistake beyond it."""
 
 
 def calibrate(
-    points: tuple[GroundPoint, ...],
+    points: Sequence[GroundPoint],
     image_size: ImageSize,
     height_m: float,
     reference_offset_m: float = 0.0,
@@ -46,23 +38,220 @@ def calibrate(
     principal_row: Gaussian | None = None,
     horizon_row: Gaussian | None = None,
 ) -> Calibration:
-    """Calibrate from points of the road at known distances."""
-    if len(points) != 3 or Priors(field_of_view, principal_row, horizon_row).count:
-        raise UserError(f"{len(points)} points given, expected three")
-    points = tuple(points)
-    distances_m = np.array([point.distance_m for point in points]) + reference_offset_m
+    """Calibrate from points of the road at known distances.
+
+    Three points without priors are solved exactly. Otherwise the rows are fitted by least squares, each prior
+    counting as one more measurement; with priors fewer points are enough.
+
+    Args:
+        points: distances from the reference, rows in a picture of `image_size`.
+        image_size: of the picture.
+        height_m: of the camera above the road.
+        reference_offset_m: from the camera forward to the reference (the front bumper), at least 0.
+        row_sigma_px: standard deviation of a clicked row.
+        field_of_view: horizontal, of the whole picture, in radians; square pixels make it a focal length.
+        principal_row: row of the optical axis.
+        horizon_row: row of the horizon, a point at infinity.
+
+    Raises:
+        UserError: the input determines no camera; the message names the points and the mend.
+    """
+    points = tuple(
+        GroundPoint(
+            float(point.distance_m),
+            float(point.row_px),
+            None if point.column_px is None else float(point.column_px),
+        )
+        for point in points
+    )
+    priors = Priors(field_of_view, principal_row, horizon_row)
+    check_setup(image_size, height_m, reference_offset_m, row_sigma_px)
+    check_priors(priors)
+    check_points(points, image_size, row_sigma_px, priors.count)
+
+    reference_m = np.array([point.distance_m for point in points])
+    distances_m = reference_m + reference_offset_m
     rows_px = np.array([point.row_px for point in points])
-    camera = exact_camera(distances_m, rows_px, height_m, (image_size.width - 1) / 2)
-    order = np.argsort(distances_m)
-    residuals = rows_px - camera.row_at(distances_m)
-    near, middle, far = (float(d) for d in distances_m[order])
+    support_m = _support_distances(reference_m)
+    if len(points) == PARAMETER_COUNT and priors.count == 0:
+        camera = exact_camera(distances_m, rows_px, height_m, (image_size.width - 1) / 2)
+        covariance = row_sigma_px**2 * np.eye(3)
+    else:
+        fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, priors)
+        camera = fit.solve()
+        if camera.pitch_rad > STEEPEST_PITCH_RAD:
+            raise horizon_below_road(points, "a straight line fits them better than a road")
+        covariance = fit.covariance(camera, np.array(support_m) + reference_offset_m)
+    residuals = tuple(point.row_px - camera.row_at(point.distance_m + reference_offset_m) for point in points)
+    if any(abs(residual) > OUTLIER_SIGMAS * row_sigma_px for residual in residuals):
+        check_order(points)
     return Calibration(
         camera,
         image_size,
         points,
-        row_sigma_px,
-        (near, middle, far),
-        matrix3(row_sigma_px**2 * np.eye(3)),
-        reference_offset_m,
-        residuals_px=tuple(float(r) for r in residuals),
+        float(row_sigma_px),
+        support_m,
+        matrix3(covariance),
+        float(reference_offset_m),
+        priors,
+        residuals,
     )
+
+
+def exact_camera(
+    distances_m: FloatArray, rows_px: FloatArray, height_m: float, principal_column_px: float
+) -> GroundPlaneCamera:
+    """The camera through three points, in closed form.
+
+    Each point gives a linear equation A + B d - C v = v d for the row map (A + B d) / (d + C).
+
+    Args:
+        distances_m: (3,), from the camera.
+        rows_px: (3,).
+        height_m: camera height.
+        principal_column_px: column of the optical axis.
+    """
+    # Counting rows and distances from the first point removes A and keeps the digits:
+    # B' d' - C' v' = v' d' with C' = C + d_0 and B' = B - v_0.
+    d, v = distances_m[1:] - distances_m[0], rows_px[1:] - rows_px[0]
+    determinant = d[1] * v[0] - d[0] * v[1]
+    horizon_px = v[0] * v[1] * (d[1] - d[0]) / determinant
+    pole_m = d[0] * d[1] * (v[1] - v[0]) / determinant
+    return GroundPlaneCamera.from_row_map(
+        float(rows_px[0] + horizon_px),
+        float(-horizon_px * pole_m),
+        float(pole_m - distances_m[0]),
+        float(height_m),
+        float(principal_column_px),
+    )
+
+
+def row_jacobian(camera: GroundPlaneCamera, distances_m: FloatArray) -> FloatArray:
+    """(N, 3): derivatives of the rows at N distances by tan(a), log(f_y) and the horizon's row B."""
+    tangent, height_m = math.tan(camera.pitch_rad), camera.height_m
+    depths_m = distances_m + camera.pole_m
+    below_px = camera.row_scale_m_px / depths_m
+    by_tangent = below_px * (2 * tangent / (1 + tangent**2) - height_m / depths_m)
+    return np.column_stack((by_tangent, below_px, np.ones_like(depths_m)))
+
+
+def _support_distances(distances_m: FloatArray) -> Vector3:
+    """The nearest, the farthest and the point between them that is the most different in row."""
+    distinct = np.unique(distances_m)
+    if len(distinct) >= PARAMETER_COUNT:
+        inner = distinct[1:-1]
+        middle = inner[np.argmin(np.abs(1 / inner - (1 / distinct[0] + 1 / distinct[-1]) / 2))]
+        return float(distinct[0]), float(middle), float(distinct[-1])
+    nearest_m = float(distinct[0]) if len(distinct) else 5.0
+    return nearest_m, 2 * nearest_m, 4 * nearest_m
+
+
+class _Fit:
+    """Least squares in rows over tan(a), log(f_y) and the horizon's row, residuals in sigmas."""
+
+    def __init__(
+        self,
+        distances_m: FloatArray,
+        rows_px: FloatArray,
+        image_size: ImageSize,
+        height_m: float,
+        row_sigma_px: float,
+        priors: Priors,
+    ) -> None:
+        self._distances_m = distances_m
+        self._rows_px = rows_px
+        self._size = image_size
+        self._height_m = float(height_m)
+        self._row_sigma_px = row_sigma_px
+        self._priors = priors
+
+    def solve(self) -> GroundPlaneCamera:
+        from scipy.optimize import least_squares
+
+        # The nearest point stays in front of the camera's own plane: d + h tan(a) > 0.
+        nearest_m = float(self._distances_m.min()) if len(self._distances_m) else 1.0
+        lower = np.array([-nearest_m / self._height_m, -np.inf, -np.inf])
+        upper = np.array([2 * math.tan(STEEPEST_PITCH_RAD), np.inf, np.inf])
+        fits = [
+            least_squares(
+                self.residuals,
+                start,
+                jac=self.jacobian,  # pyright: ignore[reportArgumentType] - scipy's annotation misses callables
+                bounds=(lower, upper),
+                x_scale="jac",
+                ftol=1e-15,
+                xtol=1e-15,
+                gtol=1e-15,
+            )
+            for start in self._starts()
+            if np.all((lower < start) & (start < upper))
+        ]
+        return self._camera(min(fits, key=lambda fit: fit.cost).x)
+
+    def covariance(self, camera: GroundPlaneCamera, support_m: FloatArray) -> FloatArray:
+        """(3, 3) covariance of the rows at the support distances, from the information matrix."""
+        tangent = math.tan(camera.pitch_rad)
+        jacobian = self.jacobian(np.array([tangent, math.log(camera.focal_y_px), camera.horizon_row_px]))
+        scale = np.linalg.norm(jacobian, axis=0)
+        _, singular, right = np.linalg.svd(jacobian / scale, full_matrices=False)
+        if len(singular) < PARAMETER_COUNT or singular[-1] < MINIMUM_CONDITION * singular[0]:
+            raise UserError(
+                "the points and priors together leave the camera undetermined; "
+                "add a point at another distance, best far away, or another prior"
+            )
+        root = row_jacobian(camera, support_m) / scale @ right.T / singular
+        return root @ root.T
+
+    def residuals(self, parameters: FloatArray) -> FloatArray:
+        """Rows, then priors: solution less measurement, in sigmas."""
+        camera = self._camera(parameters)
+        rows = (camera.row_at(self._distances_m) - self._rows_px) / self._row_sigma_px
+        priors = self._priors
+        beliefs = (
+            (priors.field_of_view_rad, 2 * math.atan(self._size.width / (2 * camera.focal_y_px))),
+            (priors.principal_row_px, camera.principal_row_px),
+            (priors.horizon_row_px, camera.horizon_row_px),
+        )
+        return np.append(rows, [(value - prior.value) / prior.sigma for prior, value in beliefs if prior])
+
+    def jacobian(self, parameters: FloatArray) -> FloatArray:
+        """(N, 3): derivatives of the residuals."""
+        camera = self._camera(parameters)
+        tangent, focal_px = parameters[0], camera.focal_y_px
+        half_width = self._size.width / 2
+        rows = row_jacobian(camera, self._distances_m) / self._row_sigma_px
+        priors = self._priors
+        gradients = (
+            (
+                priors.field_of_view_rad,
+                (0.0, -2 * half_width * focal_px / (focal_px**2 + half_width**2), 0.0),
+            ),
+            (priors.principal_row_px, (focal_px, focal_px * tangent, 1.0)),
+            (priors.horizon_row_px, (0.0, 0.0, 1.0)),
+        )
+        beliefs = [np.array(gradient) / prior.sigma for prior, gradient in gradients if prior]
+        return np.vstack((rows, *beliefs))
+
+    def _camera(self, parameters: FloatArray) -> GroundPlaneCamera:
+        tangent, log_focal, horizon_px = (float(value) for value in parameters)
+        focal_px = math.exp(log_focal)
+        column_px = (self._size.width - 1) / 2
+        return GroundPlaneCamera(
+            math.atan(tangent), focal_px, horizon_px + focal_px * tangent, self._height_m, column_px
+        )
+
+    def _starts(self) -> list[FloatArray]:
+        """A level camera with the field of view believed in; and the linear solution where there is one."""
+        belief = self._priors.field_of_view_rad
+        field_of_view = DEFAULT_FIELD_OF_VIEW_RAD if belief is None else belief.value
+        focal_px = self._size.width / 2 / math.tan(field_of_view / 2)
+        below_px = self._height_m * focal_px / self._distances_m
+        horizon_px = float(np.mean(self._rows_px - below_px)) if len(below_px) else self._size.height / 2
+        starts = [np.array([0.0, math.log(focal_px), horizon_px])]
+        if len(np.unique(self._distances_m)) >= PARAMETER_COUNT:
+            d, v = self._distances_m, self._rows_px
+            (a, b, c), *_ = np.linalg.lstsq(np.column_stack((np.ones_like(d), d, -v)), v * d, rcond=None)
+            if a > b * c:
+                camera = GroundPlaneCamera.from_row_map(b, a - b * c, c, self._height_m, 0.0)
+                starts.append(np.array([c / self._height_m, math.log(camera.focal_y_px), b]))
+        return starts

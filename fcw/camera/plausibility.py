@@ -1,0 +1,205 @@
+"""Whether a calibration can be that of a camera behind a windscreen; if not, what likely went wrong.
+
+The row map's distances hold for whatever camera it is split into, so nothing here is an error.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.uncertainty import camera_sigmas
+from fcw.sources.frame import ImageSize
+
+MAXIMUM_PITCH_RAD = math.radians(20.0)
+"""A dash camera has the horizon near its middle; this is half of an ordinary vertical field of view."""
+FIELD_OF_VIEW_RANGE_RAD = (math.radians(20.0), math.radians(130.0))
+"""Horizontal; below is a tele lens, above no picture is rectilinear any more."""
+PRINCIPAL_ROW_TOLERANCE = 0.25
+"""Distance of the principal row from the picture's middle, in heights; an uncropped lens stays within 0.05,
+the rest is for the noise of clicks and for cropped pictures."""
+MAXIMUM_OFFSET_M = 4.0
+"""No lens on a windscreen is farther behind the bumper."""
+OUTLIER_SIGMAS = 3.0
+"""A residual beyond this is a mistake about that point rather than noise."""
+NOISE_SIGMAS = 2.0
+"""An implausible value this near to a plausible one is explained by the noise of the clicks."""
+
+
+class FindingKind(Enum):
+    """What a finding is about."""
+
+    PITCH = "pitch"
+    FIELD_OF_VIEW = "field_of_view"
+    PRINCIPAL_ROW = "principal_row"
+    HORIZON = "horizon"
+    POINT_OUTSIDE = "point_outside"
+    RESIDUAL = "residual"
+    CAUSE = "cause"
+
+
+@dataclass(frozen=True, slots=True)
+class OffsetProposal:
+    """The reference offset that would explain an implausible camera.
+
+    Attributes:
+        offset_m: puts the principal row at the picture's middle.
+        low_m: smallest offset around it with a plausible camera, in tenths of a metre.
+        high_m: largest one.
+    """
+
+    offset_m: float
+    low_m: float
+    high_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something a person should know of a calibration, in words.
+
+    Attributes:
+        kind: what it is about.
+        text: one paragraph.
+        offset: the reference offset that would explain it, where one does.
+    """
+
+    kind: FindingKind
+    text: str
+    offset: OffsetProposal | None = None
+
+
+def plausibility(calibration: Calibration) -> tuple[Finding, ...]:
+    """Everything that speaks against a calibration, with the likely cause; empty when all is well."""
+    findings = list(_camera_findings(calibration.camera, calibration.image_size))
+    if findings:
+        findings.append(_cause(calibration, findings))
+    return (*findings, *_point_findings(calibration))
+
+
+def offset_proposal(calibration: Calibration) -> OffsetProposal | None:
+    """The reference offset that would put the principal row at the picture's middle.
+
+    The row map counted from the reference stays as it is, and with it every distance; the offset only moves
+    the camera behind the reference: C = C_reference - offset. With v0 - B = (K / 2 h) sin(2 a) the offset for
+    a given v0 is closed form.
+
+    Returns:
+        None where no offset from 0 to `MAXIMUM_OFFSET_M` gives a plausible camera with v0 at the middle, or
+        priors took part, which an offset would pull elsewhere.
+    """
+    if calibration.priors.count:
+        return None
+    camera, size = calibration.camera, calibration.image_size
+    scale, height_m = camera.row_scale_m_px, camera.height_m
+    sine = 2 * height_m * (_middle_row(size) - camera.horizon_row_px) / scale
+    if abs(sine) > 1:
+        return None
+    reference_pole_m = camera.pole_m + calibration.reference_offset_m
+    offset_m = reference_pole_m - height_m * math.tan(math.asin(sine) / 2)
+
+    def plausible(offset_m: float) -> bool:
+        shifted = GroundPlaneCamera.from_row_map(
+            camera.horizon_row_px, scale, reference_pole_m - offset_m, height_m, camera.principal_column_px
+        )
+        return not any(_camera_findings(shifted, size))
+
+    if not (0 <= offset_m <= MAXIMUM_OFFSET_M and plausible(offset_m)):
+        return None
+    # Tenths of a metre around it, as fine as anybody measures this: every one named is plausible.
+    low_m = high_m = offset_m
+    tenths = math.floor(offset_m * 10)
+    while tenths >= 0 and plausible(tenths / 10):
+        low_m, tenths = tenths / 10, tenths - 1
+    tenths = math.ceil(offset_m * 10)
+    while tenths <= MAXIMUM_OFFSET_M * 10 and plausible(tenths / 10):
+        high_m, tenths = tenths / 10, tenths + 1
+    return OffsetProposal(offset_m, low_m, high_m)
+
+
+def _middle_row(size: ImageSize) -> float:
+    return (size.height - 1) / 2
+
+
+def _camera_findings(camera: GroundPlaneCamera, size: ImageSize) -> Iterator[Finding]:
+    if abs(camera.pitch_rad) > MAXIMUM_PITCH_RAD:
+        side = "down" if camera.pitch_rad > 0 else "up"
+        yield Finding(
+            FindingKind.PITCH,
+            f"the camera would look {abs(math.degrees(camera.pitch_rad)):.1f} degrees {side}; "
+            f"behind a windscreen it is less than {math.degrees(MAXIMUM_PITCH_RAD):.0f}",
+        )
+    field_of_view = 2 * math.atan(size.width / (2 * camera.focal_y_px))
+    narrowest, widest = FIELD_OF_VIEW_RANGE_RAD
+    if not narrowest <= field_of_view <= widest:
+        yield Finding(
+            FindingKind.FIELD_OF_VIEW,
+            f"the focal length of {camera.focal_y_px:.0f} px means a horizontal field of view of "
+            f"{math.degrees(field_of_view):.1f} degrees; dash cameras have "
+            f"{math.degrees(narrowest):.0f} to {math.degrees(widest):.0f}",
+        )
+    middle_px = _middle_row(size)
+    if abs(camera.principal_row_px - middle_px) > PRINCIPAL_ROW_TOLERANCE * size.height:
+        yield Finding(
+            FindingKind.PRINCIPAL_ROW,
+            f"the optical axis would meet the picture at row {camera.principal_row_px:.0f}, "
+            f"far from its middle, row {middle_px:g}",
+        )
+    if not -0.5 <= camera.horizon_row_px <= size.height - 0.5:
+        yield Finding(
+            FindingKind.HORIZON,
+            f"the horizon would be at row {camera.horizon_row_px:.0f}, outside the picture of {size}",
+        )
+
+
+def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
+    distances_hold = "The distances of the rows do not depend on this; pitch, focal length, lateral positions and box sizes do."
+    proposal = offset_proposal(calibration)
+    if proposal is not None:
+        measured_from = (
+            "the reference offset is not what was given"
+            if calibration.reference_offset_m
+            else "the distances were measured from the front bumper and the camera is some way behind it"
+        )
+        return Finding(
+            FindingKind.CAUSE,
+            f"likely cause: {measured_from}. A reference offset of {proposal.offset_m:.2f} m would put the "
+            f"optical axis at the picture's middle, and {proposal.low_m:.1f} to {proposal.high_m:.1f} m are "
+            "plausible: measure from the camera forward to where the distances start, and calibrate again with "
+            f"that reference offset. {distances_hold}",
+            proposal,
+        )
+    kinds = {finding.kind for finding in findings}
+    sigmas = camera_sigmas(calibration)
+    excess_px = (
+        abs(calibration.camera.principal_row_px - _middle_row(calibration.image_size))
+        - PRINCIPAL_ROW_TOLERANCE * calibration.image_size.height
+    )
+    if FindingKind.HORIZON not in kinds and excess_px < NOISE_SIGMAS * sigmas.principal_row_px:
+        reason = (
+            f"the clicks leave the parameters open, the principal row by {sigmas.principal_row_px:.0f} px; "
+            "add a point far away, or say the lens's field of view"
+        )
+    else:
+        reason = (
+            "a wrong distance or camera height, another unit than metres, an image size other than that of the "
+            "picture clicked in, or a road that is not flat; measure again"
+        )
+    return Finding(FindingKind.CAUSE, f"likely cause: {reason}. {distances_hold}")
+
+
+def _point_findings(calibration: Calibration) -> Iterator[Finding]:
+    size = calibration.image_size
+    for point, residual_px in zip(calibration.points, calibration.residuals_px, strict=True):
+        column_px = 0.0 if point.column_px is None else point.column_px
+        if not (-0.5 <= point.row_px <= size.height - 0.5 and -0.5 <= column_px <= size.width - 0.5):
+            yield Finding(FindingKind.POINT_OUTSIDE, f"the point {point} lies outside the picture of {size}")
+        if abs(residual_px) > OUTLIER_SIGMAS * calibration.row_sigma_px:
+            yield Finding(
+                FindingKind.RESIDUAL,
+                f"the point {point} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} "
+                "the row that all points and priors together give it, "
+                f"{abs(residual_px) / calibration.row_sigma_px:.1f} times the error of a click; "
+                "check its distance and click it again",
+            )

@@ -1,0 +1,166 @@
+"""What is wrong with clicked points before any calculation, in words that name them and the mend."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from fcw.camera.calibration import GroundPoint, Priors
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+
+PARAMETER_COUNT = 3
+"""Pitch, focal length and principal row; as many independent facts are needed."""
+OUTSIDE_LIMIT = 1.0
+"""How far outside the picture a point may lie, in pictures: an extrapolated mark may be just below it, but a
+row further off belongs to another picture or is a slip of the pen."""
+REPEAT_SIGMAS = 6.0
+"""Two clicks on one distance that differ by more than this many sigmas are not the same mark."""
+COLLINEAR_TOLERANCE = 1e-9
+"""How far from the straight line rounding can put the middle row, in parts of the rows between the others."""
+
+
+def check_setup(
+    image_size: ImageSize, height_m: float, reference_offset_m: float, row_sigma_px: float
+) -> None:
+    """Refuse impossible measurements of the set-up.
+
+    Raises:
+        UserError: naming the value and what was expected.
+    """
+    if image_size.width < 1 or image_size.height < 1:
+        raise UserError(f"image size {image_size}: expected a width and height of at least 1 pixel")
+    if not (math.isfinite(height_m) and height_m > 0):
+        raise UserError(
+            f"camera height {height_m:g} m: expected a height above 0; "
+            "measure from the road up to the lens, in metres"
+        )
+    if not (math.isfinite(reference_offset_m) and reference_offset_m >= 0):
+        raise UserError(
+            f"reference offset {reference_offset_m:g} m: expected 0 or more, "
+            "the metres from the camera forward to where the distances start (the front bumper)"
+        )
+    if not (math.isfinite(row_sigma_px) and row_sigma_px > 0):
+        raise UserError(
+            f"row sigma {row_sigma_px:g} px: expected a number above 0, the error of a click in pixels"
+        )
+
+
+def check_priors(priors: Priors) -> None:
+    """Refuse priors without meaning.
+
+    Raises:
+        UserError: naming the prior, its value and what was expected.
+    """
+    named = (
+        ("field of view", priors.field_of_view_rad, 180 / math.pi, " degrees"),
+        ("principal row", priors.principal_row_px, 1.0, ""),
+        ("horizon row", priors.horizon_row_px, 1.0, ""),
+    )
+    for name, prior, unit, unit_name in named:
+        if prior is None:
+            continue
+        if not (math.isfinite(prior.sigma) and prior.sigma > 0):
+            raise UserError(
+                f"{name}: sigma {prior.sigma * unit:g}{unit_name}, expected a number above 0: "
+                "how uncertain the value is"
+            )
+        if not math.isfinite(prior.value):
+            raise UserError(f"{name} {prior.value:g}: expected a finite number")
+    field_of_view = priors.field_of_view_rad
+    if field_of_view is not None and not 0 < field_of_view.value < math.pi:
+        raise UserError(
+            f"field of view {math.degrees(field_of_view.value):g} degrees: "
+            "expected more than 0 and less than 180"
+        )
+
+
+def check_points(
+    points: Sequence[GroundPoint], image_size: ImageSize, row_sigma_px: float, prior_count: int
+) -> None:
+    """Refuse points that determine no camera.
+
+    Raises:
+        UserError: naming the points and the mend.
+    """
+    for point in points:
+        _check_point(point, image_size)
+    ordered = sorted(points, key=lambda point: point.distance_m)
+    distinct = len({point.distance_m for point in points})
+    enough = distinct + prior_count >= PARAMETER_COUNT
+    for near, far in pairwise(ordered):
+        apart_px = abs(near.row_px - far.row_px)
+        contradictory = apart_px > REPEAT_SIGMAS * row_sigma_px
+        if near.distance_m == far.distance_m and (contradictory or not enough):
+            raise UserError(
+                f"points {near} and {far} have the same distance, {near.distance_m:g} m; "
+                "mark points at different distances, or correct one of the two"
+            )
+    if not enough:
+        given = ", ".join(map(str, points)) or "none"
+        missing = PARAMETER_COUNT - distinct - prior_count
+        raise UserError(
+            f"{len(points)} points given ({given}), expected at least {PARAMETER_COUNT} at different "
+            f"distances; add {missing} more, best far away, or as many of the priors field of view, "
+            "principal row and horizon row"
+        )
+    if distinct + prior_count == PARAMETER_COUNT:
+        check_order(points)
+    if len(points) == PARAMETER_COUNT and prior_count == 0:
+        _check_convex(*ordered)
+
+
+def _check_point(point: GroundPoint, size: ImageSize) -> None:
+    column_px = 0.0 if point.column_px is None else point.column_px
+    if not all(map(math.isfinite, (point.distance_m, point.row_px, column_px))):
+        raise UserError(f"point {point}: expected finite numbers DISTANCE:ROW or DISTANCE:ROW:COLUMN")
+    if point.distance_m <= 0:
+        raise UserError(
+            f"point {point}: distance {point.distance_m:g} m, expected more than 0: "
+            "metres along the road from the reference forward to the mark"
+        )
+    for name, value, length in (("row", point.row_px, size.height), ("column", column_px, size.width)):
+        if not -OUTSIDE_LIMIT * length <= value <= (1 + OUTSIDE_LIMIT) * length:
+            raise UserError(
+                f"point {point}: {name} {value:g} lies far outside the picture of {size}; "
+                "check the point, and that the image size is that of the picture it was clicked in"
+            )
+
+
+def check_order(points: Sequence[GroundPoint]) -> None:
+    """Refuse points of which a farther one is not higher in the picture.
+
+    Raises:
+        UserError: naming the two points.
+    """
+    for near, far in pairwise(sorted(points, key=lambda point: point.distance_m)):
+        if near.distance_m == far.distance_m or far.row_px < near.row_px:
+            continue
+        if far.row_px == near.row_px:
+            raise UserError(
+                f"points {near} and {far} have the same row, {near.row_px:g}, at different distances; "
+                "a farther mark stands higher in the picture: click one of them again"
+            )
+        raise UserError(
+            f"point {far} is farther than {near} but lower in the picture (rows count downwards); "
+            "swap their distances or click them again"
+        )
+
+
+def _check_convex(near: GroundPoint, middle: GroundPoint, far: GroundPoint) -> None:
+    """Rows of a road crowd together towards the horizon; otherwise the horizon comes out below the road."""
+    near_gap_m, far_gap_m = middle.distance_m - near.distance_m, far.distance_m - middle.distance_m
+    straight_px = (near.row_px * far_gap_m + far.row_px * near_gap_m) / (near_gap_m + far_gap_m)
+    if straight_px - middle.row_px > COLLINEAR_TOLERANCE * (near.row_px - far.row_px):
+        return
+    raise horizon_below_road(
+        (near, middle, far),
+        f"the row at {middle.distance_m:g} m must be less than {straight_px:g} for the other two",
+    )
+
+
+def horizon_below_road(points: Sequence[GroundPoint], detail: str) -> UserError:
+    """The error for points whose rows do not crowd together with distance."""
+    return UserError(
+        f"points {', '.join(map(str, points))}: the horizon would come out below the road, because the rows "
+        f"do not crowd together with distance ({detail}); check the distances and click the points again"
+    )

@@ -1,0 +1,110 @@
+"""How well the camera's parameters are known, and where one more click helps most."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import FloatArray
+from fcw.camera.solve import row_jacobian
+
+CANDIDATE_COUNT = 60
+TARGET_DISTANCES_M = (10.0, 20.0, 30.0, 40.0, 50.0)
+"""Where the error of the distance counts when the next click is chosen: the range of a warning."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSigmas:
+    """Standard deviations, to first order.
+
+    Pitch, focal length and principal row trade off against each other: each alone may be poorly known while
+    every distance is known well.
+    """
+
+    pitch_rad: float
+    focal_y_px: float
+    principal_row_px: float
+    horizon_row_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class NextClick:
+    """The distance at which one more clicked point improves the distances most.
+
+    Attributes:
+        distance_m: from the reference.
+        row_px: where it will be, about.
+        error_before: relative standard deviation of the distance now, root mean square over
+            `TARGET_DISTANCES_M`.
+        error_after: the same with that click.
+    """
+
+    distance_m: float
+    row_px: float
+    error_before: float
+    error_after: float
+
+
+def camera_sigmas(calibration: Calibration) -> CameraSigmas:
+    """Standard deviations of the camera's parameters, from the covariance of the support rows."""
+    camera = calibration.camera
+    tangent, focal_px = math.tan(camera.pitch_rad), camera.focal_y_px
+    # Of pitch, f_y, v0 and B by tan(a), log(f_y) and B.
+    by_parameters = np.array(
+        [
+            [1 / (1 + tangent**2), 0.0, 0.0],
+            [0.0, focal_px, 0.0],
+            [focal_px, focal_px * tangent, 1.0],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    support_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m
+    by_rows = by_parameters @ np.linalg.inv(row_jacobian(camera, support_m))
+    variances = np.einsum("ij,jk,ik->i", by_rows, np.array(calibration.covariance), by_rows)
+    return CameraSigmas(*(math.sqrt(max(float(variance), 0.0)) for variance in variances))
+
+
+def best_next_click(
+    calibration: Calibration, nearest_m: float = 3.0, farthest_m: float = 40.0
+) -> NextClick | None:
+    """Where one more click, as good as the others, shrinks the errors of the distances most.
+
+    Args:
+        calibration: the state so far.
+        nearest_m: nearest distance that can be marked, from the reference.
+        farthest_m: farthest one; a tape measure or paced dashes reach no farther.
+
+    Returns:
+        None where no distance between the two is inside the picture, or nothing is uncertain.
+    """
+    covariance = np.array(calibration.covariance)
+    candidates_m = np.geomspace(nearest_m, farthest_m, CANDIDATE_COUNT)
+    rows_px = calibration.row_at(candidates_m)
+    candidates_m = candidates_m[(rows_px >= -0.5) & (rows_px <= calibration.image_size.height - 0.5)]
+    before = _relative_error(calibration, covariance)
+    if not len(candidates_m) or before == 0:
+        return None
+
+    def error_with_click(distance_m: float) -> float:
+        # One more row measured is a rank-one update of the covariance, as in a Kalman filter.
+        gradient = np.array(calibration.row_gradient(distance_m))
+        spread = covariance @ gradient
+        gain = np.outer(spread, spread) / (calibration.row_sigma_px**2 + gradient @ spread)
+        return _relative_error(calibration, covariance - gain)
+
+    errors = [error_with_click(float(distance_m)) for distance_m in candidates_m]
+    best = int(np.argmin(errors))
+    distance_m = float(candidates_m[best])
+    return NextClick(distance_m, calibration.row_at(distance_m), before, errors[best])
+
+
+def _relative_error(calibration: Calibration, covariance: FloatArray) -> float:
+    """Relative standard deviation of the distance, root mean square over the target distances."""
+    camera, total = calibration.camera, 0.0
+    for distance_m in TARGET_DISTANCES_M:
+        gradient = np.array(calibration.row_gradient(distance_m))
+        depth_m = distance_m + calibration.reference_offset_m + camera.pole_m
+        metres_per_row = depth_m**2 / camera.row_scale_m_px
+        total += float(gradient @ covariance @ gradient) * (metres_per_row / distance_m) ** 2
+    return math.sqrt(max(total, 0.0) / len(TARGET_DISTANCES_M))
