@@ -82,7 +82,7 @@ class Level:
     def vehicles(
         self, window: Window, rows: NDArray[np.integer], columns: NDArray[np.integer]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Where vehicles in these windows stand, px: column of the middle, row of the bottom edge, sqrt(w h)."""
+        """Where vehicles in these windows stand, px: the middle's column, the bottom's row, sqrt(w h)."""
         cell_x, cell_y = self.cell_px
         octave_cell_px = CELL_PX / 2.0**self.octave
         # Half a pixel: cells start at the first pixel's edge, coordinates at its middle.
