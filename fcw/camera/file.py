@@ -1,6 +1,7 @@
 """The calibration file: versioned YAML that a person can read, written whole or not at all."""
 
 import math
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,10 @@ def calibration_text(calibration: Calibration) -> str:
     )
     document = {
         VERSION_FIELD: FORMAT_VERSION,
-        "image_size": {"width": calibration.image_size.width, "height": calibration.image_size.height},
+        "image_size": {
+            "width": int(calibration.image_size.width),
+            "height": int(calibration.image_size.height),
+        },
         "height_m": camera.height_m,
         "reference_offset_m": calibration.reference_offset_m,
         "row_sigma_px": calibration.row_sigma_px,
@@ -67,14 +71,24 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
     Raises:
         UserError: the file cannot be written there.
     """
+    write_whole(path, calibration_text(calibration))
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file under a partial name and rename it, so that it is whole or not there.
+
+    Raises:
+        UserError: the file cannot be written there.
+    """
     partial = path.with_name(path.name + ".partial")
     try:
-        partial.write_text(calibration_text(calibration), encoding="utf-8")
+        partial.write_text(text, encoding="utf-8")
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
         raise UserError(
-            f"{path}: cannot write the calibration ({error.strerror}); "
+            f"{path}: cannot write this file ({error.strerror}); "
             "name a file in a folder that exists and can be written"
         ) from error
 

@@ -37,6 +37,7 @@ class FindingKind(Enum):
     HORIZON = "horizon"
     POINT_OUTSIDE = "point_outside"
     RESIDUAL = "residual"
+    PRIOR = "prior"
     CAUSE = "cause"
 
 
@@ -75,7 +76,7 @@ def plausibility(calibration: Calibration) -> tuple[Finding, ...]:
     findings = list(_camera_findings(calibration.camera, calibration.image_size))
     if findings:
         findings.append(_cause(calibration, findings))
-    return (*findings, *_point_findings(calibration))
+    return (*findings, *_point_findings(calibration), *_prior_findings(calibration))
 
 
 def offset_proposal(calibration: Calibration) -> OffsetProposal | None:
@@ -154,7 +155,10 @@ def _camera_findings(camera: GroundPlaneCamera, size: ImageSize) -> Iterator[Fin
 
 
 def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
-    distances_hold = "The distances of the rows do not depend on this; pitch, focal length, lateral positions and box sizes do."
+    distances_hold = (
+        "The distances of the rows are the same whatever the parameters; "
+        "pitch, focal length, lateral positions and box sizes are not."
+    )
     proposal = offset_proposal(calibration)
     if proposal is not None:
         measured_from = (
@@ -166,8 +170,8 @@ def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
             FindingKind.CAUSE,
             f"likely cause: {measured_from}. A reference offset of {proposal.offset_m:.2f} m would put the "
             f"optical axis at the picture's middle, and {proposal.low_m:.1f} to {proposal.high_m:.1f} m are "
-            "plausible: measure from the camera forward to where the distances start, and calibrate again with "
-            f"that reference offset. {distances_hold}",
+            "plausible: measure from the camera forward to where the distances start, and calibrate again "
+            f"with that reference offset. {distances_hold}",
             proposal,
         )
     kinds = {finding.kind for finding in findings}
@@ -183,8 +187,8 @@ def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
         )
     else:
         reason = (
-            "a wrong distance or camera height, another unit than metres, an image size other than that of the "
-            "picture clicked in, or a road that is not flat; measure again"
+            "a wrong distance or camera height, another unit than metres, an image size other than that of "
+            "the picture clicked in, or a road that is not flat; measure again"
         )
     return Finding(FindingKind.CAUSE, f"likely cause: {reason}. {distances_hold}")
 
@@ -202,4 +206,26 @@ def _point_findings(calibration: Calibration) -> Iterator[Finding]:
                 "the row that all points and priors together give it, "
                 f"{abs(residual_px) / calibration.row_sigma_px:.1f} times the error of a click; "
                 "check its distance and click it again",
+            )
+
+
+def _prior_findings(calibration: Calibration) -> Iterator[Finding]:
+    priors, camera = calibration.priors, calibration.camera
+    beliefs = (
+        (
+            "field of view",
+            " degrees",
+            math.degrees(1),
+            priors.field_of_view_rad,
+            calibration.field_of_view_rad,
+        ),
+        ("principal row", "", 1.0, priors.principal_row_px, camera.principal_row_px),
+        ("horizon row", "", 1.0, priors.horizon_row_px, camera.horizon_row_px),
+    )
+    for name, unit_name, unit, prior, value in beliefs:
+        if prior is not None and abs(value - prior.value) > OUTLIER_SIGMAS * prior.sigma:
+            yield Finding(
+                FindingKind.PRIOR,
+                f"the {name} of {prior.value * unit:g} ± {prior.sigma * unit:g}{unit_name} contradicts the rest, "
+                f"with which it comes out as {value * unit:.1f}; check it, the distances and the camera height",
             )
