@@ -56,20 +56,23 @@ class _Octave:
         first_slab, end_slab = max(first - CONTEXT_CELLS, 0), min(end + CONTEXT_CELLS, rows)
         self._slab_rows = slice(round(first_slab * step_px), round(end_slab * step_px))
         self._slab_columns = slice(0, round(self._columns * step_px))
-        slab_size = ImageSize(self._columns * CELL_PX, (end_slab - first_slab) * CELL_PX)
-        self._computer = ChannelComputer(slab_size)
-        self._resized = None if octave == 0 else np.empty((slab_size.height, slab_size.width, 3), np.uint8)
+        slab_height = (end_slab - first_slab) * CELL_PX
+        slab_width = size.width if octave == 0 else self._columns * CELL_PX
+        self._computer = ChannelComputer(ImageSize(slab_width, slab_height))
+        self._resized = None if octave == 0 else np.empty((slab_height, slab_width, 3), np.uint8)
         self._wanted = first - first_slab, end - first_slab
         self._pad_above, self._pad_below = first - first_cut, end_cut - end
         self.grid = np.empty((CHANNEL_COUNT, end_cut - first_cut, self._columns + 2 * PAD_CELLS), np.uint8)
 
     def compute(self, image: NDArray[np.uint8]) -> None:
         """Fill the grid from a picture."""
-        slab = image[self._slab_rows, self._slab_columns]
+        slab = image[self._slab_rows]
         if self._resized is not None:
             interpolation = cv2.INTER_LINEAR if self.octave > 0 else cv2.INTER_AREA
             height, width = self._resized.shape[:2]
-            cv2.resize(slab, (width, height), dst=self._resized, interpolation=interpolation)
+            cv2.resize(
+                slab[:, self._slab_columns], (width, height), dst=self._resized, interpolation=interpolation
+            )
             slab = self._resized
         grid, above = self.grid, self._pad_above
         end = grid.shape[1] - self._pad_below

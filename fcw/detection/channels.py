@@ -41,10 +41,14 @@ and [1 2 1]; 11 px, in whole cells 12."""
 _f = np.float32
 _ZERO, _HALF, _ONE, _TWO, _FOUR = _f(0), _f(0.5), _f(1), _f(2), _f(4)
 
-# RGB (0..255, gamma kept) -> XYZ, the toolbox's matrix; rows X, Y, Z, columns R, G, B.
-_XR, _XG, _XB = _f(0.430574 / 255), _f(0.341550 / 255), _f(0.178325 / 255)
-_YR, _YG, _YB = _f(0.222015 / 255), _f(0.706655 / 255), _f(0.071330 / 255)
-_ZR, _ZG, _ZB = _f(0.020183 / 255), _f(0.129553 / 255), _f(0.939180 / 255)
+# RGB (0..255, gamma kept) -> X, Y and X + 15 Y + 3 Z, after the toolbox's matrix.
+Weights = tuple[np.float32, np.float32, np.float32]
+_TO_XYZ = np.array(
+    [[0.430574, 0.341550, 0.178325], [0.222015, 0.706655, 0.071330], [0.020183, 0.129553, 0.939180]]
+)
+_TO_X, _TO_Y, _TO_XYZ_SUM = (
+    tuple(_f(w) for w in weights @ _TO_XYZ / 255) for weights in np.array([[1, 0, 0], [0, 1, 0], [1, 15, 3]])
+)
 _WHITE_U, _WHITE_V = _f(0.197833), _f(0.468331)
 _LUV_SCALE = _f(1 / 270)
 _GREY_U, _GREY_V = _f(88 / 270), _f(134 / 270)
@@ -68,33 +72,47 @@ _LUV_RING, _MAGNITUDE_RING, _CELL_RING = 4, 16, 8
 
 
 @kernel()
-def _luv_row(image: NDArray, row: int, luv: NDArray) -> None:
-    """Toolbox-scaled LUV of one image row into luv[0..2, 1:-1], edges repeated."""
+def _weighted_sum(red: NDArray, green: NDArray, blue: NDArray, weights: Weights, out: NDArray) -> None:
+    weight_red, weight_green, weight_blue = weights
+    for x in range(len(out)):
+        out[x] = weight_red * red[x] + weight_green * green[x] + weight_blue * blue[x]
+
+
+@kernel()
+def _luv_row(pixels: NDArray, luv: NDArray, work: NDArray) -> None:
+    """Toolbox-scaled LUV of one row of BGR pixels into luv[0..2, 1:-1], edges repeated.
+
+    Loops of one output each here and below: with more, LLVM gives up proving that the rows do not overlap,
+    and does not vectorise.
+    """
     width = luv.shape[1] - 2
-    pixels = image[row]
-    light, u_row, v_row = luv[0], luv[1], luv[2]
-    for x in range(width):
-        blue, green, red = _f(pixels[x, 0]), _f(pixels[x, 1]), _f(pixels[x, 2])
-        y = _YR * red + _YG * green + _YB * blue
-        root = _CUBE_ROOT[0] + y * (
-            _CUBE_ROOT[1] + y * (_CUBE_ROOT[2] + y * (_CUBE_ROOT[3] + y * _CUBE_ROOT[4]))
+    blue, green, red = work[0], work[1], work[2]
+    y, inverse = work[3], work[4]
+    lightness, u, v = luv[0, 1:-1], luv[1, 1:-1], luv[2, 1:-1]
+    for i in range(width):
+        blue[i] = _f(pixels[3 * i])
+    for i in range(width):
+        green[i] = _f(pixels[3 * i + 1])
+    for i in range(width):
+        red[i] = _f(pixels[3 * i + 2])
+    _weighted_sum(red, green, blue, _TO_Y, y)
+    _weighted_sum(red, green, blue, _TO_XYZ_SUM, inverse)
+    for i in range(width):
+        inverse[i] = _ONE / (inverse[i] + _TINY)
+    for i in range(width):
+        yi = y[i]
+        root = _CUBE_ROOT[0] + yi * (
+            _CUBE_ROOT[1] + yi * (_CUBE_ROOT[2] + yi * (_CUBE_ROOT[3] + yi * _CUBE_ROOT[4]))
         )
         cube = root * root * root
-        root = root * (cube + _TWO * y) / (_TWO * cube + y)
-        lightness = _f(116) * root - _f(16) if y > _LINEAR_BELOW_Y else _LINEAR_SLOPE * y
-        light[x + 1] = lightness * _LUV_SCALE
-    for x in range(width):
-        blue, green, red = _f(pixels[x, 0]), _f(pixels[x, 1]), _f(pixels[x, 2])
-        y = _YR * red + _YG * green + _YB * blue
-        sum_xyz = (
-            (_XR + _f(15) * _YR + _f(3) * _ZR) * red
-            + (_XG + _f(15) * _YG + _f(3) * _ZG) * green
-            + (_XB + _f(15) * _YB + _f(3) * _ZB) * blue
-        )
-        inverse = _ONE / (sum_xyz + _TINY)
-        x_value = _XR * red + _XG * green + _XB * blue
-        u_row[x + 1] = light[x + 1] * (_f(52) * x_value * inverse - _f(13) * _WHITE_U) + _GREY_U
-        v_row[x + 1] = light[x + 1] * (_f(117) * y * inverse - _f(13) * _WHITE_V) + _GREY_V
+        root = root * (cube + _TWO * yi) / (_TWO * cube + yi)
+        curved, straight = _f(116) * root - _f(16), _LINEAR_SLOPE * yi
+        lightness[i] = (curved if yi > _LINEAR_BELOW_Y else straight) * _LUV_SCALE
+    for i in range(width):
+        v[i] = lightness[i] * (_f(117) * y[i] * inverse[i] - _f(13) * _WHITE_V) + _GREY_V
+    _weighted_sum(red, green, blue, _TO_X, y)
+    for i in range(width):
+        u[i] = lightness[i] * (_f(52) * y[i] * inverse[i] - _f(13) * _WHITE_U) + _GREY_U
     for k in range(3):
         luv[k, 0] = luv[k, 1]
         luv[k, width + 1] = luv[k, width]
@@ -113,24 +131,34 @@ def _smooth_row(above: NDArray, here: NDArray, below: NDArray, vertical: NDArray
 
 
 @kernel()
-def _strongest(gradient: NDArray, out_x: NDArray, out_y: NDArray) -> None:
-    """Of the three channels' gradients (x in rows 0..2, y in rows 3..5) the longest, pixel by pixel.
+def _add(values: NDArray, total: NDArray) -> None:
+    for x in range(len(total)):
+        total[x] += values[x]
 
-    Two loops of one output each: with more, LLVM gives up proving that the rows do not overlap.
-    """
-    x0, x1, x2, y0, y1, y2 = gradient[0], gradient[1], gradient[2], gradient[3], gradient[4], gradient[5]
-    for x in range(len(out_x)):
-        length0 = x0[x] * x0[x] + y0[x] * y0[x]
-        length1 = x1[x] * x1[x] + y1[x] * y1[x]
-        length2 = x2[x] * x2[x] + y2[x] * y2[x]
-        first = x1[x] if length1 > length0 else x0[x]
-        out_x[x] = x2[x] if length2 > max(length0, length1) else first
-    for x in range(len(out_y)):
-        length0 = x0[x] * x0[x] + y0[x] * y0[x]
-        length1 = x1[x] * x1[x] + y1[x] * y1[x]
-        length2 = x2[x] * x2[x] + y2[x] * y2[x]
-        first = y1[x] if length1 > length0 else y0[x]
-        out_y[x] = y2[x] if length2 > max(length0, length1) else first
+
+@kernel()
+def _difference(plus: NDArray, minus: NDArray, out: NDArray) -> None:
+    for x in range(len(out)):
+        out[x] = plus[x] - minus[x]
+
+
+@kernel()
+def _squared_length(along: NDArray, down: NDArray, out: NDArray) -> None:
+    for x in range(len(out)):
+        out[x] = along[x] * along[x] + down[x] * down[x]
+
+
+@kernel()
+def _of_longest(values: NDArray, lengths: NDArray, out: NDArray) -> None:
+    """Of three rows of values that whose length is the largest, pixel by pixel; the first of equals."""
+    value0, value1, value2 = values[0], values[1], values[2]
+    length0, length1, length2 = lengths[0], lengths[1], lengths[2]
+    for x in range(len(out)):
+        a, b, c = value0[x], value1[x], value2[x]
+        la, lb, lc = length0[x], length1[x], length2[x]
+        first = b if lb > la else a
+        longer = lb if lb > la else la
+        out[x] = c if lc > longer else first
 
 
 @kernel()
@@ -235,14 +263,15 @@ def _store_row(ring: NDArray, row: int, last: int, smooth: NDArray, vertical: ND
 
 @kernel(
     numba.void(
-        numba.types.Array(numba.uint8, 3, "A", readonly=True),
+        numba.types.Array(numba.uint8, 3, "C", readonly=True),
         numba.int64,
         numba.int64,
         numba.float32[:, :, ::1],
         numba.float32[:, :, ::1],
         numba.float32[:, :, ::1],
         numba.float32[:, ::1],
-        numba.float32[:, :, ::1],
+        numba.float32[:, ::1],
+        numba.float32[:, ::1],
         numba.float32[:, :, ::1],
         numba.types.Array(numba.uint8, 3, "A"),
     )
@@ -255,6 +284,7 @@ def _channels(
     smooth: NDArray,
     polar: NDArray,
     work: NDArray,
+    padded: NDArray,
     sums: NDArray,
     cells: NDArray,
     out: NDArray,
@@ -270,15 +300,15 @@ def _channels(
     magnitude_bottom = min(bottom + NORMALISATION_RADIUS, last_row)
     smooth_top, smooth_bottom = max(magnitude_top - 1, 0), min(magnitude_bottom + 1, last_row)
     luv_top, luv_bottom = max(smooth_top - 1, 0), min(smooth_bottom + 1, last_row)
-    gradient = work[:6, :width]
-    gx, gy, normalised = work[6, :width], work[7, :width], work[8, :width]
-    vertical, filtered = work[9, : width + 2], work[10, : width + 2 * NORMALISATION_RADIUS]
-    cell_smooth = work[11, : columns + 2]
+    along, down, length = work[0:3], work[3:6], work[6:9]
+    gx, gy, normalised = work[9], work[10], work[11]
+    vertical, filtered = padded[0, : width + 2], padded[1]
+    cell_smooth = padded[2, : columns + 2]
     sums[:] = _ZERO
 
     for step in range(luv_top, bottom + NORMALISATION_RADIUS + 3):
         if step <= luv_bottom:
-            _luv_row(image, step, luv[step & 3])
+            _luv_row(image[step].reshape(-1), luv[step & 3], work)
         row = step - 1
         if smooth_top <= row <= smooth_bottom:
             above, here, below = luv[max(row - 1, 0) & 3], luv[row & 3], luv[min(row + 1, last_row) & 3]
@@ -286,12 +316,10 @@ def _channels(
                 _smooth_row(above[k], here[k], below[k], vertical, smooth[row & 3, k])
             if top <= row <= bottom:
                 for k in range(3):
-                    source, total = smooth[row & 3, k], sums[0, k]
-                    for x in range(width):
-                        total[x] += source[x + 1]
+                    _add(smooth[row & 3, k, 1:-1], sums[k])
                 if row % CELL_PX == CELL_PX - 1:
                     for k in range(3):
-                        _cell_row(sums[0, k], cells[(row // CELL_PX) & (_CELL_RING - 1)][k])
+                        _cell_row(sums[k], cells[(row // CELL_PX) & (_CELL_RING - 1)][k])
         row = step - 2
         if magnitude_top <= row <= magnitude_bottom:
             above, here, below = (
@@ -300,13 +328,11 @@ def _channels(
                 smooth[min(row + 1, last_row) & 3],
             )
             for k in range(3):
-                above_k, here_k, below_k = above[k], here[k], below[k]
-                along, down = gradient[k], gradient[k + 3]
-                for x in range(width):
-                    along[x] = here_k[x + 2] - here_k[x]
-                for x in range(width):
-                    down[x] = below_k[x + 1] - above_k[x + 1]
-            _strongest(gradient, gx, gy)
+                _difference(here[k, 2:], here[k, :-2], along[k])
+                _difference(below[k, 1:-1], above[k, 1:-1], down[k])
+                _squared_length(along[k], down[k], length[k])
+            _of_longest(along, length, gx)
+            _of_longest(down, length, gy)
             slot = row & (_MAGNITUDE_RING - 1)
             _polar_row(gx, gy, polar[0, slot], polar[1, slot])
         row = step - 2 - NORMALISATION_RADIUS
@@ -314,14 +340,12 @@ def _channels(
             slot = row & (_MAGNITUDE_RING - 1)
             _vertical_triangle(polar[0], row, last_row, filtered)
             _normalise(polar[0, slot], filtered, normalised)
-            total = sums[0, 3]
-            for x in range(width):
-                total[x] += normalised[x]
-            _add_orientations(normalised, polar[1, slot], sums[0, 4:])
+            _add(normalised, sums[3])
+            _add_orientations(normalised, polar[1, slot], sums[4:])
             if row % CELL_PX == CELL_PX - 1:
                 cell = row // CELL_PX
                 for k in range(3, CHANNEL_COUNT):
-                    _cell_row(sums[0, k], cells[cell & (_CELL_RING - 1)][k])
+                    _cell_row(sums[k], cells[cell & (_CELL_RING - 1)][k])
                 if first <= cell - 1 < end:
                     _store_row(cells, cell - 1, last_cell, cell_smooth, vertical, out[:, cell - 1 - first :])
                 if cell == last_cell and end == cell_rows:
@@ -341,8 +365,9 @@ class ChannelComputer:
         self._luv = np.zeros((_LUV_RING, 3, width + 2), np.float32)
         self._smooth = np.zeros((_LUV_RING, 3, width + 2), np.float32)
         self._polar = np.zeros((2, _MAGNITUDE_RING, width), np.float32)
-        self._work = np.zeros((12, width + 2 * NORMALISATION_RADIUS), np.float32)
-        self._sums = np.zeros((1, CHANNEL_COUNT, width), np.float32)
+        self._work = np.zeros((12, width), np.float32)
+        self._padded = np.zeros((3, width + 2 * NORMALISATION_RADIUS), np.float32)
+        self._sums = np.zeros((CHANNEL_COUNT, width), np.float32)
         self._cells = np.zeros((_CELL_RING, CHANNEL_COUNT, self.columns + 2), np.float32)
 
     def compute(
@@ -355,7 +380,7 @@ class ChannelComputer:
         """Channels of the cell rows first_row..end_row-1.
 
         Args:
-            image: (height, width, 3) BGR of this computer's size.
+            image: (height, width, 3) BGR of this computer's size; copied where it is not contiguous.
             first_row: first row of cells wanted.
             end_row: one past the last; None: to the picture's end.
             out: (10, end_row - first_row, columns) to write into; None: a new array.
@@ -378,7 +403,7 @@ class ChannelComputer:
             out = np.empty(shape, np.uint8)
         elif out.shape != shape:
             raise ValueError(f"`out` must be of shape {shape}, got {out.shape}")
-        readonly = image.view()
+        readonly = np.ascontiguousarray(image).view()
         readonly.flags.writeable = False
         _channels(
             readonly,
@@ -388,6 +413,7 @@ class ChannelComputer:
             self._smooth,
             self._polar,
             self._work,
+            self._padded,
             self._sums,
             self._cells,
             out,
