@@ -1,0 +1,246 @@
+"""Vehicles followed from frame to frame: association, births and deaths, and the lead."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.types import Box, Detection
+from fcw.tracking.lead import Corridor, select_lead
+from fcw.tracking.range_filter import MotionNoise, RangeFilter
+from fcw.tracking.ranging import BoxNoise, measure_row, measures_width
+from fcw.tracking.types import Track
+
+NEVER = 1e6
+"""Cost of a pair that must not be associated."""
+SHORTEST_STEP_S = 1e-6
+"""Two pictures with one time count as this far apart."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackerSettings:
+    """How tracks are associated, born and ended.
+
+    Attributes:
+        box_noise: errors of the detector's boxes.
+        motion: what the range filter believes of motion and pitch.
+        corridor: the own path.
+        minimum_iou: least overlap of a detection with the box predicted for a track.
+        maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
+            than between a car and the car two places ahead of it.
+        confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
+        coast_s: a track without a detection for longer than this ends.
+        box_smoothing_s: time constant of the filtered box.
+    """
+
+    box_noise: BoxNoise = field(default_factory=BoxNoise)
+    motion: MotionNoise = field(default_factory=MotionNoise)
+    corridor: Corridor = field(default_factory=Corridor)
+    minimum_iou: float = 0.2
+    maximum_scale_ratio: float = 1.5
+    confirm_hits: int = 3
+    coast_s: float = 0.8
+    box_smoothing_s: float = 0.1
+
+
+class Tracker:
+    """Follows the vehicles of one drive.
+
+    Args:
+        calibration: for the size of the pictures the detections come from.
+        settings: see `TrackerSettings`.
+    """
+
+    def __init__(self, calibration: Calibration, settings: TrackerSettings | None = None) -> None:
+        self._calibration = calibration
+        self._settings = settings or TrackerSettings()
+        self._followed: list[_Followed] = []
+        self._time_ns: int | None = None
+        self._next_id = 1
+        self._lead_id: int | None = None
+
+    @property
+    def lead_id(self) -> int | None:
+        """Id of the lead among the tracks of the last update; None when the own path is free."""
+        return self._lead_id
+
+    def update(
+        self, time_ns: int, detections: Sequence[Detection], ego_speed_mps: float | None = None
+    ) -> tuple[Track, ...]:
+        """Take one frame's detections.
+
+        Args:
+            time_ns: of the frame; intervals between frames may vary.
+            detections: of the frame.
+            ego_speed_mps: own speed, which tells oncoming vehicles; None when unknown.
+
+        Returns:
+            The confirmed tracks in the order of their ids, coasting ones among them.
+
+        Raises:
+            ValueError: `time_ns` is before the last frame's.
+        """
+        if self._time_ns is not None and time_ns < self._time_ns:
+            raise ValueError(f"frame time went back from {self._time_ns} to {time_ns} ns")
+        dt_s = 0.0 if self._time_ns is None else (time_ns - self._time_ns) / 1e9
+        self._time_ns = time_ns
+        oldest_ns = time_ns - round(self._settings.coast_s * 1e9)
+        self._followed = [followed for followed in self._followed if followed.last_ns >= oldest_ns]
+        for followed in self._followed:
+            followed.predict(dt_s)
+        unused = set(range(len(detections)))
+        for followed, index in self._associate(detections):
+            followed.correct(time_ns, detections[index])
+            unused.discard(index)
+        self._followed = [followed for followed in self._followed if followed.is_worth_keeping()]
+        for index in sorted(unused):
+            self._start(time_ns, detections[index])
+        tracks = tuple(followed.track(time_ns) for followed in self._followed if followed.confirmed)
+        lead = select_lead(tracks, ego_speed_mps)
+        self._lead_id = lead.track_id if lead else None
+        return tracks
+
+    def _associate(self, detections: Sequence[Detection]) -> "list[tuple[_Followed, int]]":
+        """Pairs of least total cost: overlap lost, plus the difference in scale."""
+        if not self._followed or not detections:
+            return []
+        cost = np.array(
+            [[self._cost(followed.box, found.box) for found in detections] for followed in self._followed]
+        )
+        rows, columns = linear_sum_assignment(cost)
+        return [
+            (self._followed[row], int(column))
+            for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
+            if cost[row, column] < NEVER
+        ]
+
+    def _cost(self, predicted: Box, found: Box) -> float:
+        width = min(predicted.right, found.right) - max(predicted.x, found.x)
+        height = min(predicted.bottom, found.bottom) - max(predicted.y, found.y)
+        if width <= 0 or height <= 0:
+            return NEVER
+        shared = width * height
+        iou = shared / (predicted.w * predicted.h + found.w * found.h - shared)
+        log_scale = abs(math.log(found.w / predicted.w))
+        if iou < self._settings.minimum_iou or log_scale > math.log(self._settings.maximum_scale_ratio):
+            return NEVER
+        return 1 - iou + log_scale
+
+    def _start(self, time_ns: int, detection: Detection) -> None:
+        """Begin a track, where the box gives a first distance."""
+        calibration, settings = self._calibration, self._settings
+        box = detection.box
+        row = measure_row(calibration, box, settings.box_noise)
+        if row is None or not measures_width(calibration, box):
+            return
+        log_width_sigma = settings.box_noise.log_width_sigma(box)
+        filter_ = RangeFilter(
+            row, box.w, log_width_sigma, calibration.camera.height_m, settings.box_noise, settings.motion
+        )
+        self._followed.append(_Followed(self._next_id, time_ns, detection, filter_, calibration, settings))
+        self._next_id += 1
+
+
+class _Followed:
+    """One vehicle's filters and history."""
+
+    def __init__(
+        self,
+        track_id: int,
+        time_ns: int,
+        detection: Detection,
+        range_filter: RangeFilter,
+        calibration: Calibration,
+        settings: TrackerSettings,
+    ) -> None:
+        self.box = detection.box
+        self.last_ns = time_ns
+        self.confirmed = False
+        self._track_id = track_id
+        self._first_ns = time_ns
+        self._score = detection.score
+        self._range = range_filter
+        self._calibration = calibration
+        self._settings = settings
+        self._column_rate_pxps = 0.0
+        self._hits = 1
+        self._misses = 0
+        self._in_path = False
+
+    def predict(self, dt_s: float) -> None:
+        """Move on by dt; counts as a miss until a detection says otherwise."""
+        growth = self._range.predict(dt_s)
+        box, horizon_px = self.box, self._calibration.horizon_row_px
+        # Rows below the horizon grow as the picture of the vehicle does: both go with 1/D.
+        bottom = horizon_px + (box.bottom - horizon_px) * growth
+        self.box = _box(box.center_x + self._column_rate_pxps * dt_s, bottom, box.w * growth, box.h * growth)
+        self._misses += 1
+
+    def correct(self, time_ns: int, detection: Detection) -> None:
+        """Take the detection of this frame."""
+        dt_s = max((time_ns - self.last_ns) / 1e9, SHORTEST_STEP_S)
+        settings, found, box = self._settings, detection.box, self.box
+        self.last_ns = time_ns
+        self._score = detection.score
+        self._hits += 1
+        self._misses -= 1
+        row = measure_row(self._calibration, found, settings.box_noise)
+        if row is not None:
+            self._range.update_row(row, dt_s)
+        if measures_width(self._calibration, found):
+            self._range.update_width(found.w, settings.box_noise.log_width_sigma(found), dt_s)
+        # Alpha-beta filter, its gain from the time constant and at first that of a plain mean.
+        alpha = max(1 - math.exp(-dt_s / settings.box_smoothing_s), 1 / self._hits)
+        shift = found.center_x - box.center_x
+        self._column_rate_pxps += alpha**2 / (2 - alpha) * shift / dt_s
+        self.box = _box(
+            box.center_x + alpha * shift,
+            box.bottom + alpha * (found.bottom - box.bottom),
+            box.w + alpha * (found.w - box.w),
+            box.h + alpha * (found.h - box.h),
+        )
+        # At least every second frame: a false alarm that flickers is not confirmed by patience.
+        self.confirmed |= self._hits >= settings.confirm_hits and self._hits >= self._misses
+
+    def is_worth_keeping(self) -> bool:
+        """Whether it is still in the picture and, before it is confirmed, seen more often than missed."""
+        width, height = self._calibration.image_size.width, self._calibration.image_size.height
+        inside = 0 <= self.box.center_x < width and self.box.y < height
+        return inside and (self.confirmed or self._misses <= self._hits)
+
+    def track(self, time_ns: int) -> Track:
+        """The vehicle as believed now; called once a frame, for the path's hysteresis."""
+        calibration, filter_ = self._calibration, self._range
+        camera_distance_m = filter_.distance_m
+        distance_m = max(camera_distance_m - calibration.reference_offset_m, 0.0)
+        row_px = calibration.row_at(distance_m)
+        spread = math.exp(filter_.log_distance_sigma)
+        nearer_px = calibration.row_at(camera_distance_m / spread - calibration.reference_offset_m)
+        # The filter's sigma as a row noise, so that the calibration adds its own part of the interval.
+        low_m, high_m = calibration.distance_interval(row_px, nearer_px - row_px)
+        relative = max(filter_.log_distance_sigma, math.log(distance_m / low_m) if low_m > 0 else 0.0)
+        closing_mps = filter_.closing_speed_mps
+        lateral_m = calibration.lateral_at(self.box.center_x, row_px)
+        self._in_path = self._settings.corridor.holds(lateral_m, self._in_path)
+        return Track(
+            track_id=self._track_id,
+            box=self.box,
+            score=self._score,
+            distance_m=distance_m,
+            distance_low_m=low_m,
+            distance_high_m=high_m,
+            lateral_m=lateral_m,
+            closing_speed_mps=closing_mps,
+            closing_speed_sigma_mps=filter_.closing_speed_sigma_mps(relative),
+            ttc_s=distance_m / closing_mps if closing_mps > 0 else None,
+            age_s=(time_ns - self._first_ns) / 1e9,
+            coasting=self.last_ns != time_ns,
+            in_path=self._in_path,
+        )
+
+
+def _box(center_x: float, bottom: float, w: float, h: float) -> Box:
+    return Box(center_x - w / 2, bottom - h, w, h)

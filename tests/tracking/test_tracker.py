@@ -1,0 +1,214 @@
+"""Identity, births, deaths and the lead, on boxes projected by a known camera."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.types import Box, Detection
+from fcw.sources.frame import ImageSize
+from fcw.tracking.range_filter import MotionNoise
+from fcw.tracking.ranging import BoxNoise
+from fcw.tracking.tracker import Tracker, TrackerSettings
+
+CALIBRATION = Calibration.from_camera(
+    GroundPlaneCamera(0.03, 740.0, 359.5, 1.3, 639.5), ImageSize(1280, 720), reference_offset_m=1.5
+)
+FRAME_NS = 33_333_333
+
+
+def seen(distance_m, lateral_m=0.0, width_m=1.8):
+    return Detection(CALIBRATION.ground_box(distance_m, lateral_m, width_m, 1.5), 10.0)
+
+
+def follow(tracker, frames, detections_at, ego_speed_mps=None):
+    """Tracks of each frame, `detections_at` giving the detections at a time in seconds."""
+    return [
+        tracker.update(k * FRAME_NS, detections_at(k * FRAME_NS / 1e9), ego_speed_mps) for k in range(frames)
+    ]
+
+
+def test_constant_closing_speed_gives_distance_speed_and_ttc_from_the_reference():
+    tracks = follow(Tracker(CALIBRATION), 90, lambda t: [seen(50 - 10 * t)])[-1]
+    (track,) = tracks
+    true_m = 50 - 10 * 89 * FRAME_NS / 1e9
+    assert track.distance_m == pytest.approx(true_m, rel=0.02)
+    assert track.closing_speed_mps == pytest.approx(10, rel=0.05)
+    assert track.ttc_s == pytest.approx(true_m / 10, rel=0.05)
+    assert track.distance_low_m < true_m < track.distance_high_m
+    assert track.lateral_m == pytest.approx(0, abs=0.05)
+    assert track.box.bottom == pytest.approx(seen(true_m).box.bottom, abs=2)
+
+
+def test_lateral_position_is_positive_to_the_left():
+    (track,) = follow(Tracker(CALIBRATION), 10, lambda t: [seen(20, lateral_m=3.0)])[-1]
+    assert track.lateral_m == pytest.approx(3.0, rel=0.03)
+
+
+def test_an_opening_gap_has_no_ttc():
+    (track,) = follow(Tracker(CALIBRATION), 60, lambda t: [seen(15 + 5 * t)])[-1]
+    assert track.closing_speed_mps < 0
+    assert track.ttc_s is None
+
+
+def test_false_alarms_of_two_frames_are_never_shown():
+    tracks = follow(Tracker(CALIBRATION), 30, lambda t: [seen(20)] if 0.3 < t < 0.39 else [])
+    assert not any(tracks)
+
+
+def test_a_detection_that_flickers_rarely_is_never_shown():
+    tracker = Tracker(CALIBRATION)
+    shown = [tracker.update(k * FRAME_NS, [seen(20)] if k % 3 == 0 else []) for k in range(60)]
+    assert not any(shown)
+
+
+def test_identity_survives_a_short_miss_of_a_closing_vehicle():
+    missed = follow(Tracker(CALIBRATION), 90, lambda t: [] if 1.5 < t < 2.0 else [seen(40 - 8 * t)])
+    assert {track.track_id for tracks in missed for track in tracks} == {1}
+    assert any(track.coasting for track in missed[50])
+    assert not missed[-1][0].coasting
+
+
+@pytest.mark.parametrize("frame_ns", [33_333_333, 100_000_000])
+def test_a_track_ends_after_coasting_so_many_seconds_whatever_the_frame_rate(frame_ns):
+    tracker = Tracker(CALIBRATION, TrackerSettings(coast_s=0.5))
+    times_ns = [k * frame_ns for k in range(3_000_000_000 // frame_ns)]
+    last_seen_ns = max(t for t in times_ns if t <= 1_500_000_000)
+    alive = [t for t in times_ns if tracker.update(t, [seen(20)] if t <= last_seen_ns else [])]
+    assert alive[-1] == max(t for t in times_ns if t <= last_seen_ns + 500_000_000)
+
+
+def test_a_long_gap_in_time_ends_every_track():
+    tracker = Tracker(CALIBRATION)
+    follow(tracker, 20, lambda t: [seen(20)])
+    assert tracker.lead_id == 1
+    assert tracker.update(10_000_000_000, [seen(20)]) == ()
+    assert tracker.lead_id is None
+
+
+def test_time_that_goes_back_is_refused():
+    tracker = Tracker(CALIBRATION)
+    tracker.update(1000, [])
+    with pytest.raises(ValueError, match="went back from 1000 to 999"):
+        tracker.update(999, [])
+
+
+def test_two_frames_with_one_time_are_taken():
+    tracker = Tracker(CALIBRATION)
+    for time_ns in (0, FRAME_NS, FRAME_NS, 2 * FRAME_NS):
+        tracks = tracker.update(time_ns, [seen(20)])
+    assert tracks[0].distance_m == pytest.approx(20, rel=0.02)
+
+
+def test_vehicles_that_cross_in_the_picture_keep_their_ids():
+    # A near one changes lane from left to right in front of a far one that goes the other way.
+    def both(t):
+        return [seen(14, 4.0 - 2.5 * t), seen(35, -6.0 + 3.0 * t)]
+
+    history = follow(Tracker(CALIBRATION), 100, both)
+    near = {min(tracks, key=lambda x: x.distance_m).track_id for tracks in history if len(tracks) == 2}
+    far = {max(tracks, key=lambda x: x.distance_m).track_id for tracks in history if len(tracks) == 2}
+    assert len(history[-1]) == 2
+    assert len(near) == len(far) == 1
+    assert near != far
+
+
+def test_a_box_cut_by_the_lower_border_keeps_its_track_by_its_width():
+    # 4 m ahead of the bumper the road is in the picture, 0.5 m ahead it is below it.
+    def approach(t):
+        box = CALIBRATION.ground_box(max(4 - 2 * t, 0.5), 0.0, 1.8, 1.5)
+        bottom = min(box.bottom, 719.5)
+        return [Detection(Box(box.x, box.y, box.w, bottom - box.y), 10.0)]
+
+    (track,) = follow(Tracker(CALIBRATION), 51, approach)[-1]
+    assert track.distance_m == pytest.approx(4 - 2 * 50 * FRAME_NS / 1e9, abs=0.4)
+
+
+def test_the_lead_is_the_nearest_in_the_own_path():
+    tracker = Tracker(CALIBRATION)
+    tracks = follow(tracker, 10, lambda t: [seen(40), seen(25), seen(10, lateral_m=3.5)])[-1]
+    lead = next(track for track in tracks if track.track_id == tracker.lead_id)
+    assert lead.distance_m == pytest.approx(25, rel=0.05)
+    assert [track.track_id for track in tracks] == [1, 2, 3]
+    assert [track.in_path for track in tracks] == [True, True, False]
+
+
+def test_the_own_path_is_entered_and_left_at_different_offsets():
+    tracker = Tracker(CALIBRATION)
+    in_path = [
+        tracks[0].in_path
+        for tracks in follow(tracker, 180, lambda t: [seen(20, lateral_m=3 * math.cos(t / 2))])
+        if tracks
+    ]
+    # From 3 m left through the path to 3 m right: in at 1.2 m, out at 1.8 m.
+    first, last = in_path.index(True), len(in_path) - 1 - in_path[::-1].index(True)
+    skipped = 2
+    assert 3 * math.cos((first + skipped) * FRAME_NS / 2e9) == pytest.approx(1.2, abs=0.15)
+    assert 3 * math.cos((last + skipped) * FRAME_NS / 2e9) == pytest.approx(-1.8, abs=0.15)
+
+
+def test_oncoming_traffic_is_no_lead_but_a_standing_vehicle_is():
+    for closing_mps, is_lead in ((40.0, False), (20.0, True)):
+        tracker = Tracker(CALIBRATION)
+        follow(tracker, 45, lambda t, v=closing_mps: [seen(80 - v * t)], ego_speed_mps=20.0)
+        assert (tracker.lead_id is not None) == is_lead
+
+
+def test_intervals_of_whole_tracks_hold_the_true_distance_two_times_in_three():
+    # Boxes with the stated noise of their edges, independent from frame to frame, and a level drive.
+    rng = np.random.default_rng(3)
+    noise, motion = BoxNoise(correlation_s=0.0), MotionNoise(pitch_sigma_rad=0.0)
+    inside = []
+    for _ in range(300):
+        tracker = Tracker(CALIBRATION, TrackerSettings(box_noise=noise, motion=motion))
+        distance_m, closing_mps = rng.uniform(10, 50), rng.normal(0, 3)
+        tracks, true_m = (), distance_m
+        for k in range(11):
+            true_m = distance_m - closing_mps * k / 10
+            box = seen(true_m).box
+            left, right, top, bottom = noise.edge_sigma_px(box) * rng.standard_normal(4)
+            moved = Box(box.x + left, box.y + top, box.w + right - left, box.h + bottom - top)
+            tracks = tracker.update(k * 100_000_000, [Detection(moved, 1.0)])
+        if tracks:
+            inside.append(tracks[0].distance_low_m <= true_m <= tracks[0].distance_high_m)
+    assert len(inside) >= 290
+    assert 0.60 <= np.mean(inside) <= 0.76
+
+
+detections = st.lists(
+    st.builds(
+        lambda x, y, w, h: Detection(Box(x, y, w, h), 1.0),
+        st.floats(-50, 1250),
+        st.floats(0, 700),
+        st.floats(4, 900),
+        st.floats(4, 700),
+    ),
+    max_size=6,
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 400_000_000), detections), max_size=25))
+def test_whatever_the_detector_says_tracks_are_finite_ordered_and_ids_never_return(steps):
+    tracker = Tracker(CALIBRATION)
+    time_ns, ended, before = 0, set(), set()
+    for step_ns, found in steps:
+        time_ns += step_ns
+        tracks = tracker.update(time_ns, found, 20.0)
+        ids = [track.track_id for track in tracks]
+        assert ids == sorted(set(ids))
+        assert not ended & set(ids)
+        ended |= before - set(ids)
+        before = set(ids)
+        assert tracker.lead_id is None or tracker.lead_id in ids
+        for track in tracks:
+            assert math.isfinite(track.distance_m)
+            assert track.distance_m >= 0
+            assert track.distance_low_m <= track.distance_m <= track.distance_high_m
+            assert math.isfinite(track.closing_speed_mps)
+            assert track.closing_speed_sigma_mps > 0
+            assert track.ttc_s is None or track.ttc_s >= 0
