@@ -1,0 +1,124 @@
+"""The own speed over the time of a drive: a number, or a CSV file."""
+
+import csv
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+from pathlib import Path
+
+from fcw.errors import UserError
+
+TIME_COLUMN = "time_s"
+SPEED_COLUMN = "speed_mps"
+EXPECTED = f"expected a CSV with the header {TIME_COLUMN},{SPEED_COLUMN}"
+HIGHEST_SPEED_MPS = 150.0
+"""A larger number is surely not metres per second (540 km/h)."""
+
+
+@dataclass(frozen=True, slots=True)
+class EgoSpeed:
+    """Own speed, constant or between the samples of a file.
+
+    Attributes:
+        times_s: sample times on the source's clock, ascending; empty for a constant speed.
+        speeds_mps: speed at each time, or the one constant speed.
+    """
+
+    times_s: tuple[float, ...]
+    speeds_mps: tuple[float, ...]
+
+    @classmethod
+    def parse(cls, text: str) -> "EgoSpeed":
+        """From what a user typed: metres per second, or the path of a CSV file.
+
+        Raises:
+            UserError: see `constant` and `read_csv`.
+        """
+        try:
+            speed_mps = float(text)
+        except ValueError:
+            return cls.read_csv(Path(text))
+        return cls.constant(speed_mps)
+
+    @classmethod
+    def constant(cls, speed_mps: float) -> "EgoSpeed":
+        """The same speed all the time.
+
+        Raises:
+            UserError: it is no plausible speed in metres per second.
+        """
+        if not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
+            raise UserError(
+                f"ego speed {speed_mps:g}: expected metres per second between 0 and {HIGHEST_SPEED_MPS:g}"
+            )
+        return cls((), (speed_mps,))
+
+    @classmethod
+    def read_csv(cls, path: Path) -> "EgoSpeed":
+        """From a CSV file with the columns `time_s` (seconds on the source's clock) and `speed_mps`.
+
+        Raises:
+            UserError: the file cannot be read, lacks a column, or holds a line that is no sample.
+        """
+        try:
+            text = path.read_text(encoding="utf-8-sig")
+        except FileNotFoundError:
+            raise UserError(
+                f"ego speed {path}: no such file; give metres per second or the path of a CSV file"
+            ) from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise UserError(f"ego speed {path}: cannot be read ({error}); {EXPECTED}") from error
+        rows = csv.reader(text.splitlines())
+        header = [name.strip() for name in next(rows, [])]
+        for name in (TIME_COLUMN, SPEED_COLUMN):
+            if name not in header:
+                raise UserError(f"ego speed {path}: no column {name} in the first line; {EXPECTED}")
+        time_index, speed_index = header.index(TIME_COLUMN), header.index(SPEED_COLUMN)
+        times_s: list[float] = []
+        speeds_mps: list[float] = []
+        for row in rows:
+            if not row:
+                continue
+            line = f"ego speed {path}, line {rows.line_num}"
+            time_s = _number(row, time_index, TIME_COLUMN, line)
+            speed_mps = _number(row, speed_index, SPEED_COLUMN, line)
+            if not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
+                raise UserError(
+                    f"{line}: {SPEED_COLUMN} is {speed_mps:g}, "
+                    f"expected metres per second between 0 and {HIGHEST_SPEED_MPS:g}"
+                )
+            if times_s and time_s <= times_s[-1]:
+                raise UserError(
+                    f"{line}: {TIME_COLUMN} {time_s:g} is not after {times_s[-1]:g} of the line before; "
+                    "sort the lines by time"
+                )
+            times_s.append(time_s)
+            speeds_mps.append(speed_mps)
+        if not times_s:
+            raise UserError(f"ego speed {path}: no line below the header; {EXPECTED}")
+        return cls(tuple(times_s), tuple(speeds_mps))
+
+    def at(self, time_ns: int) -> float | None:
+        """Speed in metres per second, linear between samples; None outside the file's time span."""
+        if not self.times_s:
+            return self.speeds_mps[0]
+        time_s = time_ns / 1e9
+        if not self.times_s[0] <= time_s <= self.times_s[-1]:
+            return None
+        after = bisect_right(self.times_s, time_s)
+        if after == len(self.times_s):
+            return self.speeds_mps[-1]
+        t0, t1 = self.times_s[after - 1 : after + 1]
+        v0, v1 = self.speeds_mps[after - 1 : after + 1]
+        return v0 + (v1 - v0) * (time_s - t0) / (t1 - t0)
+
+
+def _number(row: list[str], index: int, name: str, line: str) -> float:
+    text = row[index].strip() if index < len(row) else ""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UserError(f"{line}: {name} is {text!r}, expected a number")
+    return value
