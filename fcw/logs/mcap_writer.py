@@ -1,0 +1,143 @@
+"""The drive log as MCAP, for Foxglove, for this program's own review, and for whatever else reads it."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from io import BufferedWriter
+from pathlib import Path
+
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf.message import Message
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
+from fcw import __version__
+from fcw.camera.file import calibration_text
+from fcw.errors import UserError
+from fcw.logs import foxglove_messages as foxglove
+from fcw.logs import mcap_format as mcap
+from fcw.logs.messages import result_message, track_message, warning_message
+from fcw.logs.overlay import overlay_rows
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.logs.schemas import drive_pb2
+from fcw.sources.frame import VideoPacket
+from fcw.warning.types import WarningLevel
+
+FLUSH_INTERVAL_NS = 1_000_000_000
+"""A chunk ends at least this often, so that a killed process loses a second of its drive at most."""
+_TOPICS: dict[str, type[Message]] = {
+    mcap.VIDEO_TOPIC: CompressedVideo,
+    mcap.VIDEO_INDEX_TOPIC: drive_pb2.VideoPacket,
+    mcap.RESULT_TOPIC: drive_pb2.FrameResult,
+    mcap.LEAD_TOPIC: drive_pb2.Track,
+    mcap.WARNING_TOPIC: drive_pb2.WarningState,
+    mcap.CALIBRATION_TOPIC: CameraCalibration,
+    mcap.ANNOTATIONS_TOPIC: ImageAnnotations,
+    mcap.SCENE_TOPIC: SceneUpdate,
+    mcap.TRANSFORMS_TOPIC: FrameTransforms,
+    mcap.LOG_TOPIC: Log,
+}
+
+
+class McapSink:
+    """Writes a drive as MCAP; an `fcw.logs.records.Sink`. `mcap_format` says what stands where.
+
+    The file is written in place and has no footer before `close`: an unfinished log can be told from a
+    finished one, and read up to where it ends.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """The log will be at `path`; a file that is there is replaced when the log is opened."""
+        self._path = path
+        self._file: BufferedWriter | None = None
+
+    def open(self, header: DriveHeader) -> None:
+        """Start the file with all that is known before the first frame.
+
+        Raises:
+            UserError: the file cannot be written there.
+        """
+        try:
+            self._file = self._path.open("wb")
+        except OSError as error:
+            raise UserError(
+                f"{self._path}: cannot write the log ({error.strerror}); "
+                "name a folder that exists and can be written"
+            ) from error
+        self._header = header
+        self._rows = overlay_rows(header.calibration, header.imperial)
+        self._level = WarningLevel.NONE
+        self._flushed_ns: int | None = None
+        self._sequences: defaultdict[str, int] = defaultdict(int)
+        self._writer = Writer(self._file)
+        self._writer.start(library=f"fcw {__version__}")
+        self._writer.add_metadata(mcap.DRIVE_METADATA, mcap.drive_metadata(header))
+        self._writer.add_metadata(mcap.VERSIONS_METADATA, dict(header.versions))
+        calibration = calibration_text(header.calibration).encode()
+        self._writer.add_attachment(0, 0, mcap.CALIBRATION_NAME, "application/yaml", calibration)
+        self._channels = {
+            topic: self._writer.register_channel(topic, "protobuf", register_schema(self._writer, message))
+            for topic, message in _TOPICS.items()
+        }
+        self._file.flush()
+
+    def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
+        """Add a frame; it reaches the file within a second of the drive's time."""
+        header = self._header
+        log_ns = max(result.time_ns, 0)
+        if self._flushed_ns is None:
+            start_ns = min([log_ns, *(max(packet.time_ns, 0) for packet in packets)])
+            stamp = foxglove.timestamp(start_ns)
+            self._add(
+                mcap.CALIBRATION_TOPIC, start_ns, foxglove.calibration_message(header.calibration, stamp)
+            )
+            self._add(mcap.TRANSFORMS_TOPIC, start_ns, foxglove.transforms_message(header.calibration, stamp))
+            self._flushed_ns = start_ns
+        elif log_ns - self._flushed_ns >= FLUSH_INTERVAL_NS:
+            self._writer.flush()
+            self._flushed_ns = log_ns
+        for packet in packets:
+            self._add_packet(packet, result.index)
+        stamp = foxglove.timestamp(log_ns)
+        annotations = foxglove.annotations_message(
+            result, self._rows, header.image_size, header.imperial, stamp
+        )
+        self._add(mcap.ANNOTATIONS_TOPIC, log_ns, annotations)
+        self._add(
+            mcap.SCENE_TOPIC,
+            log_ns,
+            foxglove.scene_message(result, header.calibration, header.imperial, stamp),
+        )
+        if result.warning.level != self._level:
+            self._level = result.warning.level
+            self._add(mcap.LOG_TOPIC, log_ns, foxglove.log_message(result, header.imperial, stamp))
+        if result.lead is not None:
+            self._add(mcap.LEAD_TOPIC, log_ns, track_message(result.lead))
+        self._add(mcap.WARNING_TOPIC, log_ns, warning_message(result.warning))
+        self._add(mcap.RESULT_TOPIC, log_ns, result_message(result))
+
+    def close(self) -> None:
+        """Finish the file; a second call does nothing."""
+        if self._file is None:
+            return
+        file, self._file = self._file, None
+        with file:
+            self._writer.finish()
+
+    def _add_packet(self, packet: VideoPacket, frame_index: int) -> None:
+        log_ns = max(packet.time_ns, 0)
+        self._add(mcap.VIDEO_TOPIC, log_ns, foxglove.video_message(packet.data, foxglove.timestamp(log_ns)))
+        index = drive_pb2.VideoPacket(
+            time_ns=packet.time_ns, keyframe=packet.keyframe, shown=packet.shown, frame_index=frame_index
+        )
+        self._add(mcap.VIDEO_INDEX_TOPIC, log_ns, index)
+
+    def _add(self, topic: str, log_ns: int, message: Message) -> None:
+        self._writer.add_message(
+            self._channels[topic], log_ns, message.SerializeToString(), log_ns, self._sequences[topic]
+        )
+        self._sequences[topic] += 1

@@ -1,0 +1,107 @@
+"""The project's own messages (`schemas/drive.proto`) from records and back, bit for bit."""
+
+from fcw.detection.types import Box, Detection
+from fcw.logs.records import FrameResult
+from fcw.logs.schemas import drive_pb2
+from fcw.tracking.types import Track
+from fcw.warning.types import WarningLevel, WarningState
+
+
+def track_message(track: Track) -> drive_pb2.Track:
+    """A track as a message."""
+    return drive_pb2.Track(
+        track_id=track.track_id,
+        box=_box_message(track.box),
+        score=track.score,
+        distance_m=track.distance_m,
+        distance_low_m=track.distance_low_m,
+        distance_high_m=track.distance_high_m,
+        lateral_m=track.lateral_m,
+        closing_speed_mps=track.closing_speed_mps,
+        closing_speed_sigma_mps=track.closing_speed_sigma_mps,
+        ttc_s=track.ttc_s,
+        age_s=track.age_s,
+        coasting=track.coasting,
+        in_path=track.in_path,
+    )
+
+
+def warning_message(warning: WarningState) -> drive_pb2.WarningState:
+    """A warning state as a message."""
+    return drive_pb2.WarningState(
+        level=warning.level.name,
+        track_id=warning.track_id,
+        rule=warning.rule,
+        ttc_s=warning.ttc_s,
+        required_deceleration_mps2=warning.required_deceleration_mps2,
+        headway_s=warning.headway_s,
+    )
+
+
+def result_message(result: FrameResult) -> drive_pb2.FrameResult:
+    """A frame's result as a message."""
+    return drive_pb2.FrameResult(
+        index=result.index,
+        time_ns=result.time_ns,
+        detections=[
+            drive_pb2.Detection(box=_box_message(detection.box), score=detection.score)
+            for detection in result.detections
+        ],
+        tracks=[track_message(track) for track in result.tracks],
+        lead_id=result.lead_id,
+        warning=warning_message(result.warning),
+        ego_speed_mps=result.ego_speed_mps,
+    )
+
+
+def result_from_message(data: bytes) -> FrameResult:
+    """The result that `result_message` was made of, from the message's bytes."""
+    message = drive_pb2.FrameResult.FromString(data)
+    return FrameResult(
+        index=message.index,
+        time_ns=message.time_ns,
+        detections=tuple(Detection(_box(item.box), item.score) for item in message.detections),
+        tracks=tuple(_track(item) for item in message.tracks),
+        lead_id=message.lead_id if message.HasField("lead_id") else None,
+        warning=_warning(message.warning),
+        ego_speed_mps=message.ego_speed_mps if message.HasField("ego_speed_mps") else None,
+    )
+
+
+def _track(message: drive_pb2.Track) -> Track:
+    return Track(
+        track_id=message.track_id,
+        box=_box(message.box),
+        score=message.score,
+        distance_m=message.distance_m,
+        distance_low_m=message.distance_low_m,
+        distance_high_m=message.distance_high_m,
+        lateral_m=message.lateral_m,
+        closing_speed_mps=message.closing_speed_mps,
+        closing_speed_sigma_mps=message.closing_speed_sigma_mps,
+        ttc_s=message.ttc_s if message.HasField("ttc_s") else None,
+        age_s=message.age_s,
+        coasting=message.coasting,
+        in_path=message.in_path,
+    )
+
+
+def _warning(message: drive_pb2.WarningState) -> WarningState:
+    return WarningState(
+        level=WarningLevel(message.level),
+        track_id=message.track_id if message.HasField("track_id") else None,
+        rule=message.rule,
+        ttc_s=message.ttc_s if message.HasField("ttc_s") else None,
+        required_deceleration_mps2=(
+            message.required_deceleration_mps2 if message.HasField("required_deceleration_mps2") else None
+        ),
+        headway_s=message.headway_s if message.HasField("headway_s") else None,
+    )
+
+
+def _box_message(box: Box) -> drive_pb2.Box:
+    return drive_pb2.Box(x=box.x, y=box.y, w=box.w, h=box.h)
+
+
+def _box(message: drive_pb2.Box) -> Box:
+    return Box(message.x, message.y, message.w, message.h)

@@ -1,0 +1,1 @@
+"""Messages of the drive log that are the project's own."""

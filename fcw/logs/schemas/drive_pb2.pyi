@@ -1,0 +1,114 @@
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class Box(_message.Message):
+    __slots__ = ("x", "y", "w", "h")
+    X_FIELD_NUMBER: _ClassVar[int]
+    Y_FIELD_NUMBER: _ClassVar[int]
+    W_FIELD_NUMBER: _ClassVar[int]
+    H_FIELD_NUMBER: _ClassVar[int]
+    x: float
+    y: float
+    w: float
+    h: float
+    def __init__(self, x: _Optional[float] = ..., y: _Optional[float] = ..., w: _Optional[float] = ..., h: _Optional[float] = ...) -> None: ...
+
+class Detection(_message.Message):
+    __slots__ = ("box", "score")
+    BOX_FIELD_NUMBER: _ClassVar[int]
+    SCORE_FIELD_NUMBER: _ClassVar[int]
+    box: Box
+    score: float
+    def __init__(self, box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ...) -> None: ...
+
+class Track(_message.Message):
+    __slots__ = ("track_id", "box", "score", "distance_m", "distance_low_m", "distance_high_m", "lateral_m", "closing_speed_mps", "closing_speed_sigma_mps", "ttc_s", "age_s", "coasting", "in_path")
+    TRACK_ID_FIELD_NUMBER: _ClassVar[int]
+    BOX_FIELD_NUMBER: _ClassVar[int]
+    SCORE_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_M_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_LOW_M_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_HIGH_M_FIELD_NUMBER: _ClassVar[int]
+    LATERAL_M_FIELD_NUMBER: _ClassVar[int]
+    CLOSING_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
+    CLOSING_SPEED_SIGMA_MPS_FIELD_NUMBER: _ClassVar[int]
+    TTC_S_FIELD_NUMBER: _ClassVar[int]
+    AGE_S_FIELD_NUMBER: _ClassVar[int]
+    COASTING_FIELD_NUMBER: _ClassVar[int]
+    IN_PATH_FIELD_NUMBER: _ClassVar[int]
+    track_id: int
+    box: Box
+    score: float
+    distance_m: float
+    distance_low_m: float
+    distance_high_m: float
+    lateral_m: float
+    closing_speed_mps: float
+    closing_speed_sigma_mps: float
+    ttc_s: float
+    age_s: float
+    coasting: bool
+    in_path: bool
+    def __init__(self, track_id: _Optional[int] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., lateral_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., closing_speed_sigma_mps: _Optional[float] = ..., ttc_s: _Optional[float] = ..., age_s: _Optional[float] = ..., coasting: bool = ..., in_path: bool = ...) -> None: ...
+
+class WarningState(_message.Message):
+    __slots__ = ("level", "track_id", "rule", "ttc_s", "required_deceleration_mps2", "headway_s")
+    class Level(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        NONE: _ClassVar[WarningState.Level]
+        ADVISORY: _ClassVar[WarningState.Level]
+        CAUTION: _ClassVar[WarningState.Level]
+        WARNING: _ClassVar[WarningState.Level]
+    NONE: WarningState.Level
+    ADVISORY: WarningState.Level
+    CAUTION: WarningState.Level
+    WARNING: WarningState.Level
+    LEVEL_FIELD_NUMBER: _ClassVar[int]
+    TRACK_ID_FIELD_NUMBER: _ClassVar[int]
+    RULE_FIELD_NUMBER: _ClassVar[int]
+    TTC_S_FIELD_NUMBER: _ClassVar[int]
+    REQUIRED_DECELERATION_MPS2_FIELD_NUMBER: _ClassVar[int]
+    HEADWAY_S_FIELD_NUMBER: _ClassVar[int]
+    level: WarningState.Level
+    track_id: int
+    rule: str
+    ttc_s: float
+    required_deceleration_mps2: float
+    headway_s: float
+    def __init__(self, level: _Optional[_Union[WarningState.Level, str]] = ..., track_id: _Optional[int] = ..., rule: _Optional[str] = ..., ttc_s: _Optional[float] = ..., required_deceleration_mps2: _Optional[float] = ..., headway_s: _Optional[float] = ...) -> None: ...
+
+class FrameResult(_message.Message):
+    __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps")
+    INDEX_FIELD_NUMBER: _ClassVar[int]
+    TIME_NS_FIELD_NUMBER: _ClassVar[int]
+    DETECTIONS_FIELD_NUMBER: _ClassVar[int]
+    TRACKS_FIELD_NUMBER: _ClassVar[int]
+    LEAD_ID_FIELD_NUMBER: _ClassVar[int]
+    WARNING_FIELD_NUMBER: _ClassVar[int]
+    EGO_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
+    index: int
+    time_ns: int
+    detections: _containers.RepeatedCompositeFieldContainer[Detection]
+    tracks: _containers.RepeatedCompositeFieldContainer[Track]
+    lead_id: int
+    warning: WarningState
+    ego_speed_mps: float
+    def __init__(self, index: _Optional[int] = ..., time_ns: _Optional[int] = ..., detections: _Optional[_Iterable[_Union[Detection, _Mapping]]] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., lead_id: _Optional[int] = ..., warning: _Optional[_Union[WarningState, _Mapping]] = ..., ego_speed_mps: _Optional[float] = ...) -> None: ...
+
+class VideoPacket(_message.Message):
+    __slots__ = ("time_ns", "keyframe", "shown", "frame_index")
+    TIME_NS_FIELD_NUMBER: _ClassVar[int]
+    KEYFRAME_FIELD_NUMBER: _ClassVar[int]
+    SHOWN_FIELD_NUMBER: _ClassVar[int]
+    FRAME_INDEX_FIELD_NUMBER: _ClassVar[int]
+    time_ns: int
+    keyframe: bool
+    shown: bool
+    frame_index: int
+    def __init__(self, time_ns: _Optional[int] = ..., keyframe: bool = ..., shown: bool = ..., frame_index: _Optional[int] = ...) -> None: ...
