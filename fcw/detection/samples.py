@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fcw.detection.channels import CONTEXT_PX, compute_channels
 from fcw.detection.model import CELL_PX, Window
+from fcw.sources.frame import ImageSize
 
 # Cells around a window that are computed with it and cut off again: its channels depend on their pixels.
 MARGIN_CELLS = math.ceil(CONTEXT_PX / CELL_PX) + 1
@@ -98,19 +99,18 @@ def random_boxes(
     count: int,
     horizon_row_px: float,
     camera_height_m: float,
-    image_shape: tuple[int, ...],
+    size: ImageSize,
     size_range_m: tuple[float, float],
     aspect_ratio: float,
     generator: np.random.Generator,
 ) -> NDArray[np.float64]:
     """(count, 4) boxes standing anywhere on the road as vehicles would, uniform in the picture's rows."""
-    height, width = image_shape[:2]
     first_row = max(horizon_row_px + MIN_ROWS_BELOW_HORIZON, 0.0)
-    bottom = generator.uniform(min(first_row, height - 1.0), height, count)
+    bottom = generator.uniform(min(first_row, size.height - 1.0), size.height, count)
     size_m = np.exp(generator.uniform(math.log(size_range_m[0]), math.log(size_range_m[1]), count))
     size_px = size_m * np.maximum(bottom - horizon_row_px, MIN_ROWS_BELOW_HORIZON) / camera_height_m
     w, h = size_px * math.sqrt(aspect_ratio), size_px / math.sqrt(aspect_ratio)
-    return np.column_stack([generator.uniform(0, width, count) - w / 2, bottom - h, w, h])
+    return np.column_stack([generator.uniform(0, size.width, count) - w / 2, bottom - h, w, h])
 
 
 def _cut(
