@@ -12,14 +12,14 @@ from fcw.warning.types import WarningLevel
 Rgb = tuple[int, int, int]
 
 LEVEL_COLORS: dict[WarningLevel, Rgb] = {
-    WarningLevel.NONE: (64, 200, 96),
-    WarningLevel.ADVISORY: (90, 170, 255),
-    WarningLevel.CAUTION: (255, 176, 0),
+    WarningLevel.NONE: (40, 165, 80),
+    WarningLevel.ADVISORY: (50, 130, 235),
+    WarningLevel.CAUTION: (235, 145, 0),
     WarningLevel.WARNING: (255, 48, 48),
 }
-"""Colour of the lead vehicle at each level."""
-OTHER_TRACK_COLOR: Rgb = (190, 190, 190)
-ROW_COLOR: Rgb = (0, 190, 210)
+"""Colour of the lead vehicle at each level. All colours here read on light and on dark ground."""
+OTHER_TRACK_COLOR: Rgb = (145, 115, 225)
+ROW_COLOR: Rgb = (0, 145, 170)
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 MINIMUM_ROW_GAP_PX = 6.0
 
@@ -44,7 +44,7 @@ class OverlayRow:
 
 
 def overlay_boxes(result: FrameResult, imperial: bool = False) -> tuple[OverlayBox, ...]:
-    """Boxes of all tracks; the lead in the colour of the warning level, the others grey."""
+    """Boxes of all tracks; the lead in the colour of the warning level, the others violet."""
     return tuple(
         OverlayBox(
             track.box,

@@ -1,0 +1,121 @@
+"""Where everything stands in the rerun recording of a drive, and how the viewer lays it out.
+
+Entities (all paths below the root, without a leading slash):
+
+====================================  ========================================================
+`frames`                              one row for each shown frame: its index, time and warning
+`world/ego`                           vehicle axes of ISO 8855, origin on the road at the reference
+`world/ego/vehicles`                  a box for each track; `.../intervals` its distance interval
+`world/ego/path`, `.../distances`     the road ahead: own path and lines at fixed distances
+`world/ego/camera`                    pose of the camera; `.../image` its pinhole
+`world/ego/camera/image/video`        the video, one sample for each packet
+`world/ego/camera/image/vehicles`     boxes of the tracks with their words
+`world/ego/camera/image/detections`   what the detector gave, hidden at first
+`world/ego/camera/image/rows`         rows of fixed distances
+`plots/...`                           of the lead vehicle: distance, time to collision, speed
+`warning/level`, `warning/log`        the level over time, and its changes in words
+`calibration`, `versions`             texts
+====================================  ========================================================
+"""
+
+import rerun.blueprint as rrb
+from rerun.blueprint import encodings
+
+FRAMES = "frames"
+EGO = "world/ego"
+EGO_BODY = "world/ego/body"
+PATH = "world/ego/path"
+DISTANCES = "world/ego/distances"
+DISTANCE_LABELS = "world/ego/distances/labels"
+VEHICLES = "world/ego/vehicles"
+INTERVALS = "world/ego/intervals"
+CAMERA = "world/ego/camera"
+IMAGE = "world/ego/camera/image"
+VIDEO = "world/ego/camera/image/video"
+IMAGE_VEHICLES = "world/ego/camera/image/vehicles"
+IMAGE_DETECTIONS = "world/ego/camera/image/detections"
+IMAGE_ROWS = "world/ego/camera/image/rows"
+IMAGE_ROW_LABELS = "world/ego/camera/image/rows/labels"
+PLOT_DISTANCE = "plots/distance"
+PLOT_TTC = "plots/ttc"
+PLOT_SPEED = "plots/speed"
+LEVEL = "warning/level"
+LOG = "warning/log"
+CALIBRATION = "calibration"
+VERSIONS = "versions"
+
+FRAME_TIMELINE = "frame"
+TIME_TIMELINE = "drive_time"
+
+TTC_AXIS_S = (0.0, 10.0)
+"""Beyond ten seconds nobody is warned: the plot keeps its room for what matters."""
+
+
+def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
+    """Camera, ground view, plots and the warnings' log at once; the rest is folded away.
+
+    Args:
+        imperial: whether the plots are in feet and miles per hour.
+    """
+    distance_unit, speed_unit = ("ft", "mph") if imperial else ("m", "m/s")
+    camera = rrb.Spatial2DView(
+        origin=IMAGE,
+        contents="$origin/**",
+        name="Camera",
+        overrides={IMAGE_DETECTIONS: rrb.EntityBehavior(visible=False)},
+    )
+    ground = rrb.Spatial3DView(
+        origin=EGO,
+        contents=["$origin/**", f"- {IMAGE}/**"],
+        name="Ground, from above",
+        line_grid=rrb.LineGrid3D(visible=False),
+        eye_controls=rrb.EyeControls3D(
+            position=(36.0, 0.0, 105.0), look_target=(36.0, 0.0, 0.0), eye_up=(1.0, 0.0, 0.0)
+        ),
+    )
+    style = {
+        "plot_legend": rrb.PlotLegend(visible=False),
+        "axis_x": rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+    }
+    plots = [
+        rrb.TimeSeriesView(origin=PLOT_DISTANCE, name=f"Distance of the lead [{distance_unit}]", **style),
+        rrb.TimeSeriesView(
+            origin=PLOT_TTC,
+            name="Time to collision [s]",
+            axis_y=rrb.ScalarAxis(range=TTC_AXIS_S, zoom_lock=True),
+            **style,
+        ),
+        rrb.TimeSeriesView(origin=PLOT_SPEED, name=f"Closing speed [{speed_unit}]", **style),
+    ]
+    level = rrb.StateTimelineView(origin=LEVEL, name="Warning level", time_view=style["axis_x"])
+    log = rrb.TextLogView(
+        origin=LOG,
+        name="Warnings",
+        columns=rrb.TextLogColumns(
+            timeline_columns=[
+                encodings.TimelineColumn(TIME_TIMELINE),
+                encodings.TimelineColumn(FRAME_TIMELINE),
+            ],
+            text_log_columns=[encodings.TextLogColumn("LogLevel"), encodings.TextLogColumn("Body")],
+        ),
+    )
+    texts = [
+        rrb.TextDocumentView(origin=CALIBRATION, name="Calibration"),
+        rrb.TextDocumentView(origin=VERSIONS, name="Versions"),
+    ]
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                rrb.Horizontal(camera, ground, column_shares=[11, 4]),
+                rrb.Tabs(log, *texts, active_tab=0),
+                row_shares=[5, 2],
+            ),
+            rrb.Vertical(level, *plots, row_shares=[2, 4, 4, 4]),
+            column_shares=[11, 5],
+        ),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline=TIME_TIMELINE, play_state="paused"),
+        auto_layout=False,
+        auto_views=False,
+    )

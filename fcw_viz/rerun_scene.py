@@ -1,0 +1,222 @@
+"""What stays the same during a drive in its rerun recording: axes, camera, road, rows, styles and texts."""
+
+import math
+from dataclasses import astuple
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+import fcw_viz.rerun_blueprint as scene
+from fcw.camera.calibration import Calibration
+from fcw.camera.file import calibration_text
+from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, ROW_DISTANCES_M, Rgb, overlay_rows
+from fcw.logs.records import DriveHeader
+from fcw.tracking.lead import Corridor
+from fcw.tracking.types import Track
+from fcw.units import distance_text
+from fcw.warning.types import WarningLevel
+
+PIXEL_CENTRE = 0.5
+"""rerun's pixel coordinates start at the corner of the top-left pixel, ours at its centre."""
+VEHICLE_LENGTH_M = 4.5
+VEHICLE_WIDTH_M = 1.8
+VEHICLE_HEIGHT_M = 1.5
+"""A common car: no length is seen from behind, so vehicles are drawn this long; the own car is this one."""
+PATH_COLOR: Rgb = (70, 110, 160)
+LINE_HALF_LENGTH_M = 8.0
+"""Of the lines across the road at fixed distances: two lanes to either side."""
+LABEL_COLUMNS = (0.03, 0.09, 0.15)
+"""Where the words of the distance rows stand in turn, as parts of the width: far rows are close together."""
+FRUSTUM_M = 2.0
+"""Depth at which the picture stands before the camera in the ground view."""
+
+
+def log_static_scene(recording: rr.RecordingStream, header: DriveHeader) -> None:
+    """Log all that stays the same during a drive.
+
+    Args:
+        recording: the open recording.
+        header: of the drive.
+    """
+    _log_texts(recording, header)
+    _log_camera(recording, header.calibration)
+    _log_road(recording, header)
+    _log_rows(recording, header)
+    _log_styles(recording)
+
+
+def rear_size_m(track: Track, calibration: Calibration) -> tuple[float, float]:
+    """Width and height of a vehicle's rear from the size of its box at its distance."""
+    camera = calibration.camera
+    along_m = track.distance_m + calibration.reference_offset_m
+    depth_m = along_m * math.cos(camera.pitch_rad) + camera.height_m * math.sin(camera.pitch_rad)
+    metres_per_px = max(depth_m, 0.0) / camera.focal_y_px
+    return track.box.w * metres_per_px, track.box.h * metres_per_px
+
+
+def camera_axes(pitch_rad: float) -> NDArray[np.float64]:
+    """(3, 3) rotation whose columns are the camera's right, down and forward in vehicle axes."""
+    sine, cosine = math.sin(pitch_rad), math.cos(pitch_rad)
+    return np.array([[0.0, -sine, cosine], [-1.0, 0.0, 0.0], [0.0, -cosine, -sine]])
+
+
+def _log_camera(recording: rr.RecordingStream, calibration: Calibration) -> None:
+    camera = calibration.camera
+    recording.log(scene.EGO, rr.ViewCoordinates.FLU, static=True, strict=True)
+    recording.log(
+        scene.CAMERA,
+        rr.Transform3D(
+            translation=(-calibration.reference_offset_m, 0.0, camera.height_m),
+            mat3x3=camera_axes(camera.pitch_rad),
+        ),
+        static=True,
+        strict=True,
+    )
+    recording.log(
+        scene.IMAGE,
+        rr.Pinhole(
+            focal_length=camera.focal_y_px,
+            principal_point=(
+                camera.principal_column_px + PIXEL_CENTRE,
+                camera.principal_row_px + PIXEL_CENTRE,
+            ),
+            resolution=astuple(calibration.image_size),
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=FRUSTUM_M,
+        ),
+        static=True,
+        strict=True,
+    )
+    recording.log(scene.VIDEO, rr.VideoStream(codec=rr.VideoCodec.H264), static=True, strict=True)
+
+
+def _log_road(recording: rr.RecordingStream, header: DriveHeader) -> None:
+    recording.log(
+        scene.EGO_BODY,
+        rr.Boxes3D(
+            centers=[(-VEHICLE_LENGTH_M / 2, 0.0, VEHICLE_HEIGHT_M / 2)],
+            sizes=[(VEHICLE_LENGTH_M, VEHICLE_WIDTH_M, VEHICLE_HEIGHT_M)],
+            colors=[PATH_COLOR],
+            labels=["ego"],
+            show_labels=False,
+        ),
+        static=True,
+        strict=True,
+    )
+    far_m = ROW_DISTANCES_M[-1]
+    half_width_m = Corridor().leave_m
+    recording.log(
+        scene.PATH,
+        rr.LineStrips3D(
+            [[(0.0, side, 0.0), (far_m, side, 0.0)] for side in (-half_width_m, half_width_m)],
+            colors=[PATH_COLOR],
+            radii=rr.Radius.ui_points(1.5),
+        ),
+        static=True,
+        strict=True,
+    )
+    recording.log(
+        scene.DISTANCES,
+        rr.LineStrips3D(
+            [[(d, LINE_HALF_LENGTH_M, 0.0), (d, -LINE_HALF_LENGTH_M, 0.0)] for d in ROW_DISTANCES_M],
+            colors=[ROW_COLOR],
+            radii=rr.Radius.ui_points(0.5),
+        ),
+        static=True,
+        strict=True,
+    )
+    recording.log(
+        scene.DISTANCE_LABELS,
+        rr.Points3D(
+            [(d, -LINE_HALF_LENGTH_M, 0.0) for d in ROW_DISTANCES_M],
+            labels=[distance_text(d, header.imperial) for d in ROW_DISTANCES_M],
+            colors=[ROW_COLOR],
+            radii=rr.Radius.ui_points(0.0),
+            show_labels=True,
+        ),
+        static=True,
+        strict=True,
+    )
+
+
+def _log_rows(recording: rr.RecordingStream, header: DriveHeader) -> None:
+    rows = overlay_rows(header.calibration, header.imperial)
+    width = header.image_size.width
+    recording.log(
+        scene.IMAGE_ROWS,
+        rr.LineStrips2D(
+            [[(0.0, row.row_px + PIXEL_CENTRE), (width, row.row_px + PIXEL_CENTRE)] for row in rows],
+            colors=[ROW_COLOR],
+            radii=rr.Radius.ui_points(0.5),
+        ),
+        static=True,
+        strict=True,
+    )
+    recording.log(
+        scene.IMAGE_ROW_LABELS,
+        rr.Points2D(
+            [
+                (width * LABEL_COLUMNS[i % len(LABEL_COLUMNS)], row.row_px + PIXEL_CENTRE)
+                for i, row in enumerate(rows)
+            ],
+            labels=[row.label for row in rows],
+            colors=[ROW_COLOR],
+            radii=rr.Radius.ui_points(0.0),
+            show_labels=True,
+        ),
+        static=True,
+        strict=True,
+    )
+
+
+def _log_styles(recording: rr.RecordingStream) -> None:
+    lead, bound = LEVEL_COLORS[WarningLevel.NONE], OTHER_TRACK_COLOR
+    for path, names in (
+        (scene.PLOT_DISTANCE, ("distance", "16th percentile", "84th percentile")),
+        (scene.PLOT_SPEED, ("closing speed", "less one sigma", "plus one sigma")),
+    ):
+        lines = rr.SeriesLines(colors=[lead, bound, bound], widths=[2.0, 0.7, 0.7], names=names)
+        recording.log(path, lines, static=True, strict=True)
+    recording.log(
+        scene.PLOT_TTC, rr.SeriesLines(colors=[lead], widths=[2.0], names=["TTC"]), static=True, strict=True
+    )
+    recording.log(
+        scene.LEVEL,
+        rr.StateConfiguration(
+            values=[level.name.lower() for level in LEVEL_COLORS],
+            colors=list(LEVEL_COLORS.values()),
+        ),
+        static=True,
+        strict=True,
+    )
+
+
+def _log_texts(recording: rr.RecordingStream, header: DriveHeader) -> None:
+    recording.send_recording_name(header.source)
+    text = calibration_text(header.calibration)
+    recording.log(
+        scene.CALIBRATION,
+        rr.TextDocument(f"```yaml\n{text}```\n", media_type=rr.MediaType.MARKDOWN),
+        static=True,
+        strict=True,
+    )
+    facts = {
+        "source": header.source,
+        "image_size": str(header.image_size),
+        "frame_rate_hz": f"{header.frame_rate_hz:g}",
+        "video": "relayed" if header.relays_video else "encoded anew",
+        "detector": header.detector,
+        "model_sha256": header.model_sha256,
+        **{f"version of {name}": version for name, version in header.versions.items()},
+    }
+    table = "\n".join(f"| {name} | {value} |" for name, value in facts.items())
+    recording.log(
+        scene.VERSIONS,
+        rr.TextDocument(f"| | |\n| --- | --- |\n{table}\n", media_type=rr.MediaType.MARKDOWN),
+        static=True,
+        strict=True,
+    )
+    recording.send_property(
+        "drive", rr.DynamicArchetype("fcw.Drive", components=facts | {"calibration": text})
+    )
