@@ -16,6 +16,8 @@ from fcw.tracking.types import Track
 
 NEVER = 1e6
 """Cost of a pair that must not be associated."""
+NEAREST_M = 0.5
+"""Nothing ahead comes nearer to a camera behind a windscreen: a track coasting on from here is wrong."""
 SHORTEST_STEP_S = 1e-6
 """Two pictures with one time count as this far apart."""
 
@@ -206,10 +208,10 @@ class _Followed:
         self.confirmed |= self._hits >= settings.confirm_hits and self._hits >= self._misses
 
     def is_worth_keeping(self) -> bool:
-        """Whether it is still in the picture and, before it is confirmed, seen more often than missed."""
+        """Whether it is still ahead, in the picture and, before it is confirmed, seen more often than missed."""
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
         inside = 0 <= self.box.center_x < width and self.box.y < height
-        return inside and (self.confirmed or self._misses <= self._hits)
+        return inside and self._range.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
 
     def track(self, time_ns: int) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""

@@ -90,6 +90,15 @@ def test_a_long_gap_in_time_ends_every_track():
     assert tracker.lead_id is None
 
 
+def test_a_track_that_coasts_into_the_camera_ends_there_and_stays_finite():
+    tracker = Tracker(CALIBRATION)
+
+    frames = follow(tracker, 60, lambda t: [seen(30 - 20 * t)] if t < 1.3 else [])
+    assert len(frames[38]) == 1
+    assert all(0 <= track.distance_m < 60 and track.box.w < 1e5 for tracks in frames for track in tracks)
+    assert frames[-1] == ()
+
+
 def test_time_that_goes_back_is_refused():
     tracker = Tracker(CALIBRATION)
     tracker.update(1000, [])

@@ -1,0 +1,104 @@
+"""`fcw run`: the whole job on one drive."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fcw_viz.drive_job import DriveOutcome
+
+RECORDINGS = Path("recordings")
+
+
+@dataclass(frozen=True, slots=True)
+class RunCommand:
+    """Find the vehicles ahead, measure their distance, warn, and write drive.mcap and drive.rrd."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """Video file, or folder of pictures."""
+    calibration: Path | None = None
+    """Calibration file; by default `<name>.calibration.yaml` beside the source."""
+    out: Path | None = None
+    """Folder for the logs and summary.json; by default recordings/<name>. Earlier logs there are replaced."""
+    detector: str = "acf"
+    """acf searches where the calibration allows a vehicle; acf-full the whole picture."""
+    ego_speed: str | None = None
+    """Own speed: metres per second, or a CSV file with the columns time_s and speed_mps."""
+    frame_rate: float | None = None
+    """Frames per second of a folder of pictures without time stamps."""
+    units: Literal["metric", "imperial"] = "metric"
+    """Units of the distances that people are shown."""
+    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Print the summary as JSON on stdout, alone."""
+
+
+def run_run(command: RunCommand) -> int:
+    """Run `fcw run`; returns the exit code."""
+    import json
+    import sys
+
+    from rich.console import Console
+
+    from fcw_viz.drive_job import DriveJob, run_drive
+
+    out = command.out or RECORDINGS / (command.source.stem or command.source.resolve().name)
+    job = DriveJob(
+        source=command.source,
+        out=out,
+        calibration=command.calibration,
+        detector=command.detector,
+        ego_speed=command.ego_speed,
+        imperial=command.units == "imperial",
+        frame_rate_hz=command.frame_rate,
+    )
+    messages = Console(stderr=True)
+    outcome = run_drive(job, messages)
+    for note in outcome.notes:
+        messages.print(f"note: {note}", highlight=False)
+    if command.json:
+        sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
+    else:
+        report_drive(outcome, out, Console(), imperial=job.imperial)
+    return 130 if outcome.interrupted else 0
+
+
+def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False) -> None:
+    """Print what a drive came to, and how to open its logs."""
+    from rich.table import Table
+
+    from fcw.units import distance_text
+    from fcw_viz.drive_job import MCAP_NAME, RRD_NAME, SUMMARY_NAME
+
+    summary = outcome.summary
+    console.print(
+        f"[bold]{summary['source']}[/bold]: {summary['frames']} frames, {summary['duration_s']:.1f} s, "
+        f"{summary['frames_per_second']:.0f} frames/s, a lead vehicle in {summary['frames_with_lead']} frames"
+        + (" [yellow](interrupted)[/yellow]" if outcome.interrupted else ""),
+        highlight=False,
+    )
+    if summary["warnings"]:
+        table = Table("level", "from", "to", "smallest TTC", "smallest distance", "track", box=None)
+        for span in summary["warnings"]:
+            ttc_s, distance_m = span["min_ttc_s"], span["min_distance_m"]
+            table.add_row(
+                span["level"],
+                f"{span['start_s']:.2f} s",
+                f"{span['end_s']:.2f} s",
+                "-" if ttc_s is None else f"{ttc_s:.1f} s",
+                "-" if distance_m is None else distance_text(distance_m, imperial),
+                str(span["track_id"]),
+            )
+        console.print(table)
+    else:
+        console.print("no warnings")
+    console.print(
+        f"\n  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file)\n"
+        f"  {out / RRD_NAME}    open it with: rerun {out / RRD_NAME}\n"
+        f"  {out / SUMMARY_NAME}",
+        highlight=False,
+        soft_wrap=True,
+    )

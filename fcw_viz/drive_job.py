@@ -1,0 +1,202 @@
+"""The whole job on one drive, as `fcw run` and `fcw demo` do it: open, detect, range, warn, log, sum up."""
+
+import json
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.acf import AcfDetector, FullAcfDetector
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
+from fcw.detection.types import Detector
+from fcw.errors import UserError
+from fcw.logs.mcap_writer import McapSink
+from fcw.logs.records import DriveHeader, FrameResult, Sink
+from fcw.pipeline import Stages, run_pipeline
+from fcw.sources import open_source
+from fcw.sources.frame import Source
+from fcw.summary import DriveSummary
+from fcw.tracking.tracker import Tracker
+from fcw.versions import versions
+from fcw.warning.ttc_policy import TtcPolicy
+from fcw.warning.ego_speed import EgoSpeed
+from fcw_viz.rerun_log import RerunSink
+
+MCAP_NAME = "drive.mcap"
+RRD_NAME = "drive.rrd"
+SUMMARY_NAME = "summary.json"
+DETECTOR_NAMES = ("acf", "acf-full")
+
+
+@dataclass(frozen=True, slots=True)
+class DriveJob:
+    """What to run and how.
+
+    Attributes:
+        source: video file or folder of pictures.
+        out: folder for the logs and the summary.
+        calibration: its calibration file; None looks beside the source.
+        detector: one of `DETECTOR_NAMES`.
+        ego_speed: metres per second, or a CSV file; None when unknown.
+        imperial: distances shown to a person in feet.
+        frame_rate_hz: for folders of pictures without time stamps.
+    """
+
+    source: Path
+    out: Path
+    calibration: Path | None = None
+    detector: str = "acf"
+    ego_speed: str | None = None
+    imperial: bool = False
+    frame_rate_hz: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveOutcome:
+    """What came of a job: the JSON summary, what to know of the source, and whether it was interrupted."""
+
+    summary: dict[str, Any]
+    notes: tuple[str, ...]
+    interrupted: bool
+
+
+def calibration_path(source: Path) -> Path:
+    """`<name>.calibration.yaml` beside the source: where it is saved and looked for by default."""
+    name = source.stem if source.is_file() else source.name
+    return source.parent / f"{name}.calibration.yaml"
+
+
+def load_calibration(job: DriveJob, source: Source) -> Calibration:
+    """The calibration for a source, scaled to its image size.
+
+    Raises:
+        UserError: there is none, or it is for another camera's image size.
+    """
+    path = job.calibration or calibration_path(job.source)
+    if not path.is_file():
+        raise UserError(
+            f"{path}: no calibration for {job.source}; make one with `fcw calibrate {job.source} "
+            "--points ... --height ...`, or name an existing one with --calibration"
+        )
+    try:
+        return Calibration.load(path).for_image_size(source.image_size)
+    except UserError as error:
+        raise error if str(path) in str(error) else UserError(f"{path}: {error}") from None
+
+
+def make_detector(name: str, calibration: Calibration, model: Model) -> Detector:
+    """A detector by its name on the command line.
+
+    Raises:
+        UserError: there is no detector of that name.
+    """
+    if name == "acf":
+        return AcfDetector(model, calibration)
+    if name == "acf-full":
+        return FullAcfDetector(model)
+    raise UserError(f"--detector {name}: no such detector; expected one of {', '.join(DETECTOR_NAMES)}")
+
+
+def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> DriveOutcome:
+    """Run a job with a progress bar on `console`; Ctrl-C ends it early with complete logs.
+
+    Args:
+        job: what to run.
+        console: where the bar is drawn; nothing is drawn unless it is a terminal.
+        source: the job's source where it is open already.
+    """
+    source = source or open_source(job.source, frame_rate_hz=job.frame_rate_hz)
+    calibration = load_calibration(job, source)
+    model = Model.load(SHIPPED_MODEL_PATH)
+    ego_speed = EgoSpeed.parse(job.ego_speed) if job.ego_speed is not None else None
+    detection_threads = max(1, min(2, (os.cpu_count() or 1) - 1))
+    detectors = [make_detector(job.detector, calibration, model) for _ in range(detection_threads)]
+    header = DriveHeader(
+        source=source.name,
+        image_size=source.image_size,
+        frame_rate_hz=source.frame_rate_hz,
+        calibration=calibration,
+        relays_video=source.relays_video,
+        detector=job.detector,
+        model_sha256=model_sha256(SHIPPED_MODEL_PATH),
+        versions=versions(),
+        imperial=job.imperial,
+    )
+    summary = DriveSummary(source.name, header.versions)
+    job.out.mkdir(parents=True, exist_ok=True)
+    summary_path = job.out / SUMMARY_NAME
+    summary_path.unlink(missing_ok=True)  # an earlier run's must not stand beside this run's logs
+    sinks: tuple[Sink, ...] = (McapSink(job.out / MCAP_NAME), RerunSink(job.out / RRD_NAME))
+    stages = Stages(detectors, Tracker(calibration), TtcPolicy(), ego_speed, sinks)
+
+    start = time.perf_counter()
+    with stop_on_interrupt() as stop, _progress(console, source) as advance:
+
+        def on_result(result: FrameResult) -> None:
+            summary.add(result)
+            advance()
+
+        run_pipeline(source, stages, header, stop, on_result)
+    if summary.frames == 0 and not stop.is_set():
+        raise UserError(f"{job.source}: no frame could be read; " + "; ".join(source.notes))
+    as_json = summary.as_json(time.perf_counter() - start)
+    _write_whole(summary_path, json.dumps(as_json, indent=2) + "\n")
+    return DriveOutcome(as_json, source.notes, stop.is_set())
+
+
+def _write_whole(path: Path, text: str) -> None:
+    partial = path.with_name(path.name + ".partial")
+    partial.write_text(text)
+    partial.replace(path)
+
+
+@contextmanager
+def stop_on_interrupt() -> Iterator[threading.Event]:
+    """An event that the first Ctrl-C (or SIGTERM) sets; a second one interrupts at once."""
+    stop = threading.Event()
+
+    def on_signal(number: int, _stack: FrameType | None) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _progress(console: Console, source: Source) -> Iterator[Callable[[], None]]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]:.0f} frames/s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
+        task = progress.add_task(source.name, total=source.frame_count, rate=0.0)
+        start, frames = time.perf_counter(), 0
+
+        def advance() -> None:
+            nonlocal frames
+            frames += 1
+            progress.update(task, advance=1, rate=frames / (time.perf_counter() - start))
+
+        yield advance

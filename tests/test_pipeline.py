@@ -1,0 +1,180 @@
+"""The loop keeps the order of the frames, closes every log whatever happens, and leaves no thread behind."""
+
+import random
+import threading
+import time
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pytest
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.types import Box, Detection
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.pipeline import Stages, run_pipeline
+from fcw.sources.frame import Frame, ImageSize, VideoPacket
+from fcw.tracking.tracker import Tracker
+from fcw.warning.ttc_policy import TtcPolicy
+
+SIZE = ImageSize(64, 48)
+CALIBRATION = Calibration.from_camera(GroundPlaneCamera(0.03, 60.0, 23.5, 1.2, 31.5), SIZE)
+FRAME_NS = 40_000_000
+
+
+class CountingSource:
+    """Frames whose pixels are their index, each with a packet."""
+
+    name = "counting"
+    image_size = SIZE
+    frame_rate_hz = 25.0
+    notes = ()
+
+    def __init__(self, count: int, relays_video: bool = True, fails_at: int | None = None) -> None:
+        self.frame_count = count
+        self.relays_video = relays_video
+        self._fails_at = fails_at
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        for index in range(self.frame_count):
+            if index == self._fails_at:
+                raise OSError("the disk is gone")
+            image = np.full((SIZE.height, SIZE.width, 3), index % 256, np.uint8)
+            time_ns = index * FRAME_NS
+            packet = VideoPacket(b"%d" % index, time_ns, index == 0, shown=True)
+            yield Frame(index, time_ns, image, (packet,) if self.relays_video else ())
+
+
+class UnevenDetector:
+    """Says which picture it saw, after a wait that puts the threads out of step."""
+
+    name = "uneven"
+
+    def __init__(self, seed: int, fails_at: int | None = None) -> None:
+        self._random = random.Random(seed)
+        self._fails_at = fails_at
+
+    def detect(self, image: np.ndarray) -> tuple[Detection, ...]:
+        index = int(image[0, 0, 0])
+        if index == self._fails_at:
+            raise RuntimeError("detector broke")
+        time.sleep(self._random.uniform(0, 0.004))
+        return (Detection(Box(index, 30, 8, 6), float(index)),)
+
+
+class MemorySink:
+    """Keeps what it is given; can refuse to open, or to write from some frame on."""
+
+    def __init__(self, refuses_open: bool = False, fails_at: int | None = None) -> None:
+        self.results: list[FrameResult] = []
+        self.packets: list[VideoPacket] = []
+        self.opened = 0
+        self.closed = 0
+        self._refuses_open = refuses_open
+        self._fails_at = fails_at
+
+    def open(self, header: DriveHeader) -> None:
+        if self._refuses_open:
+            raise OSError("read-only")
+        self.opened += 1
+
+    def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
+        if result.index == self._fails_at:
+            raise OSError("no space left")
+        self.results.append(result)
+        self.packets.extend(packets)
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def run(
+    source: CountingSource,
+    sinks: Sequence[MemorySink],
+    detectors: Sequence[UnevenDetector] = (UnevenDetector(1), UnevenDetector(2), UnevenDetector(3)),
+    stop: threading.Event | None = None,
+    stop_after: int | None = None,
+) -> None:
+    header = DriveHeader(
+        source.name, SIZE, source.frame_rate_hz, CALIBRATION, source.relays_video, "uneven", "", {}
+    )
+
+    def on_result(result: FrameResult) -> None:
+        if stop is not None and result.index == stop_after:
+            stop.set()
+
+    threads_before = threading.active_count()
+    try:
+        stages = Stages(detectors, Tracker(CALIBRATION), TtcPolicy(), None, sinks)
+        run_pipeline(source, stages, header, stop, on_result)
+    finally:
+        assert threading.active_count() == threads_before
+
+
+def test_every_sink_gets_every_frame_in_order_with_its_own_detections_and_packets() -> None:
+    sinks = [MemorySink(), MemorySink()]
+    run(CountingSource(100), sinks)
+    for sink in sinks:
+        assert [result.index for result in sink.results] == list(range(100))
+        assert [result.time_ns for result in sink.results] == [i * FRAME_NS for i in range(100)]
+        assert [result.detections[0].score for result in sink.results] == list(range(100))
+        assert [packet.data for packet in sink.packets] == [b"%d" % i for i in range(100)]
+        assert sink.closed == 1
+
+
+def test_video_that_cannot_be_relayed_is_encoded_once_with_a_packet_for_each_frame() -> None:
+    sinks = [MemorySink(), MemorySink()]
+    run(CountingSource(30, relays_video=False), sinks)
+    assert [packet.time_ns for packet in sinks[0].packets] == [i * FRAME_NS for i in range(30)]
+    assert all(a is b for a, b in zip(sinks[0].packets, sinks[1].packets, strict=True))
+
+
+def test_a_stop_ends_early_with_complete_logs() -> None:
+    sink, stop = MemorySink(), threading.Event()
+    run(CountingSource(10_000), [sink], stop=stop, stop_after=20)
+    assert 21 <= len(sink.results) < 200
+    assert [result.index for result in sink.results] == list(range(len(sink.results)))
+    assert sink.closed == 1
+
+
+def test_a_drive_that_ran_to_its_end_does_not_look_interrupted() -> None:
+    stop = threading.Event()
+    run(CountingSource(10), [MemorySink()], stop=stop)
+    assert not stop.is_set()
+
+
+def test_a_drive_without_frames_leaves_closed_logs() -> None:
+    sink = MemorySink()
+    run(CountingSource(0), [sink])
+    assert (sink.opened, sink.closed, sink.results) == (1, 1, [])
+
+
+def test_a_failing_detector_is_raised_and_the_logs_hold_what_came_before() -> None:
+    sink = MemorySink()
+    with pytest.raises(RuntimeError, match="detector broke"):
+        run(CountingSource(100), [sink], [UnevenDetector(1, fails_at=40)])
+    assert [result.index for result in sink.results] == list(range(40))
+    assert sink.closed == 1
+
+
+def test_a_failing_source_is_raised_after_the_frames_that_could_be_read_were_written() -> None:
+    sink = MemorySink()
+    with pytest.raises(OSError, match="disk is gone"):
+        run(CountingSource(100, fails_at=50), [sink])
+    assert [result.index for result in sink.results] == list(range(50))
+    assert sink.closed == 1
+
+
+def test_when_one_log_cannot_be_written_the_other_is_closed_all_the_same() -> None:
+    good, full = MemorySink(), MemorySink(fails_at=10)
+    with pytest.raises(OSError, match="no space"):
+        run(CountingSource(10_000), [good, full])
+    assert len(good.results) == 11
+    assert (good.closed, full.closed) == (1, 1)
+
+
+def test_when_one_log_cannot_be_opened_the_one_already_open_is_closed() -> None:
+    first, refused = MemorySink(), MemorySink(refuses_open=True)
+    with pytest.raises(OSError, match="read-only"):
+        run(CountingSource(5), [first, refused])
+    assert (first.closed, refused.closed) == (1, 0)

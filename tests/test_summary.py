@@ -1,0 +1,100 @@
+"""The summary turns a sequence of warning states into spans of time."""
+
+import json
+
+from fcw.detection.types import Box
+from fcw.logs.records import FrameResult
+from fcw.summary import DriveSummary
+from fcw.tracking.types import Track
+from fcw.warning.types import WarningLevel, WarningState
+
+START_NS = 7_000_000_000  # spans are told from the first frame, wherever the source's clock starts
+
+
+def track(track_id: int, distance_m: float) -> Track:
+    return Track(
+        track_id=track_id,
+        box=Box(0, 0, 10, 10),
+        score=1.0,
+        distance_m=distance_m,
+        distance_low_m=distance_m,
+        distance_high_m=distance_m,
+        lateral_m=0.0,
+        closing_speed_mps=5.0,
+        closing_speed_sigma_mps=1.0,
+        ttc_s=distance_m / 5.0,
+        age_s=1.0,
+        coasting=False,
+        in_path=True,
+    )
+
+
+def result(index: int, level: WarningLevel, track_id: int | None, distance_m: float = 20.0) -> FrameResult:
+    tracks = () if track_id is None else (track(track_id, distance_m),)
+    state = WarningState(level, track_id if level else None, "ttc" if level else "", distance_m / 5.0)
+    return FrameResult(index, START_NS + index * 100_000_000, (), tracks, track_id, state, None)
+
+
+def summed(*results: FrameResult) -> DriveSummary:
+    summary = DriveSummary("drive.mp4", {"fcw": "1"})
+    for each in results:
+        summary.add(each)
+    return summary
+
+
+def test_a_level_held_by_one_vehicle_is_one_span_with_its_smallest_values() -> None:
+    summary = summed(
+        result(0, WarningLevel.NONE, None),
+        result(1, WarningLevel.CAUTION, 4, 20.0),
+        result(2, WarningLevel.CAUTION, 4, 10.0),
+        result(3, WarningLevel.CAUTION, 4, 15.0),
+        result(4, WarningLevel.NONE, 4),
+    )
+    (span,) = summary.warnings
+    assert (span.level, span.start_s, span.end_s, span.track_id) == ("caution", 0.1, 0.3, 4)
+    assert (span.min_ttc_s, span.min_distance_m) == (2.0, 10.0)
+
+
+def test_another_level_another_vehicle_and_a_pause_each_begin_a_new_span() -> None:
+    summary = summed(
+        result(0, WarningLevel.CAUTION, 1),
+        result(1, WarningLevel.WARNING, 1),
+        result(2, WarningLevel.WARNING, 2),
+        result(3, WarningLevel.NONE, 2),
+        result(4, WarningLevel.WARNING, 2),
+    )
+    assert [(span.level, span.track_id, span.start_s) for span in summary.warnings] == [
+        ("caution", 1, 0.0),
+        ("warning", 1, 0.1),
+        ("warning", 2, 0.2),
+        ("warning", 2, 0.4),
+    ]
+
+
+def test_json_has_the_keys_that_scripts_rely_on() -> None:
+    as_json = summed(result(0, WarningLevel.WARNING, 1), result(5, WarningLevel.NONE, None)).as_json(
+        elapsed_s=4.0
+    )
+    assert json.loads(json.dumps(as_json)) == {
+        "source": "drive.mp4",
+        "frames": 2,
+        "duration_s": 0.5,
+        "frames_per_second": 0.5,
+        "frames_with_lead": 1,
+        "warnings": [
+            {
+                "level": "warning",
+                "start_s": 0.0,
+                "end_s": 0.0,
+                "min_ttc_s": 4.0,
+                "min_distance_m": 20.0,
+                "track_id": 1,
+            }
+        ],
+        "versions": {"fcw": "1"},
+    }
+
+
+def test_a_drive_without_frames_is_summed_up_as_nothing() -> None:
+    as_json = summed().as_json(elapsed_s=0.0)
+    assert (as_json["frames"], as_json["duration_s"], as_json["frames_per_second"]) == (0, 0.0, 0.0)
