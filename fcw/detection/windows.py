@@ -148,7 +148,7 @@ def prior_levels(
 ) -> tuple[Level, ...]:
     """Levels of the distance-prior detector, from the largest scale (the farthest vehicles) down."""
     top_step = math.floor(scales_per_octave * math.log2(largest_scale) + 1e-9)
-    top_octave = max(0, math.floor(math.log2(largest_scale) + 1e-9))
+    top_octave = 1 if largest_scale >= 2 else 0
     levels = []
     for scale in _scales_down(size, window, scales_per_octave, top_step):
         rows = prior.bottom_rows(window.vehicle_size_px / scale)

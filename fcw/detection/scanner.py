@@ -1,0 +1,234 @@
+"""Scoring the windows of planned levels in a picture: what both ACF detectors do."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.detection.cascade import feature_offsets, score_windows
+from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
+from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model
+from fcw.detection.windows import PAD_CELLS, Level
+from fcw.sources.frame import ImageSize
+
+FIRST_CAPACITY = 4096
+"""Windows that the result buffers hold at first; they grow where a low threshold lets more through."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposals:
+    """Windows that passed the cascade, best score first, before any suppression.
+
+    Attributes:
+        boxes: (N, 4) float64, x, y, w, h of the vehicles, cut to the picture.
+        scores: (N,) float32.
+        features: (N, 2560) uint8, what the trees saw: channel, row, column; None unless asked for.
+    """
+
+    boxes: NDArray[np.float64]
+    scores: NDArray[np.float32]
+    features: NDArray[np.uint8] | None
+
+
+class _Octave:
+    """One octave's channels in the rows that its levels need, edges repeated beyond the picture."""
+
+    def __init__(self, size: ImageSize, number: int, levels: list[Level]) -> None:
+        """`size` is that of the picture the channels are computed of."""
+        settings = FINE if number > 0 else COARSE
+        first_cut = min(level.first_cut for level in levels)
+        end_cut = max(level.first_cut + level.cut_rows for level in levels)
+        self.first_row = first_cut
+        first, end = max(first_cut, 0), min(end_cut, size.height // settings.cell_px)
+        context = math.ceil(CONTEXT_PX / CELL_PX)
+        first_cell, end_cell = max(first - context, 0), min(end + context, size.height // settings.cell_px)
+        self.picture_rows = slice(first_cell * settings.cell_px, end_cell * settings.cell_px)
+        """Rows of the picture that the channels depend on."""
+        height = self.picture_rows.stop - self.picture_rows.start
+        self._computer = ChannelComputer(ImageSize(size.width, height), settings)
+        self._wanted = first - first_cell, end - first_cell
+        self._inside = slice(first - first_cut, end - first_cut)
+        self.grid = np.empty(
+            (CHANNEL_COUNT, end_cut - first_cut, self._computer.columns + 2 * PAD_CELLS), np.uint8
+        )
+
+    def compute(self, picture_rows: NDArray[np.uint8]) -> None:
+        """Fill the grid from the rows asked for."""
+        grid, first, end = self.grid, self._inside.start, self._inside.stop
+        self._computer.compute(picture_rows, *self._wanted, out=grid[:, first:end, PAD_CELLS:-PAD_CELLS])
+        grid[:, :, :PAD_CELLS] = grid[:, :, PAD_CELLS : PAD_CELLS + 1]
+        grid[:, :, -PAD_CELLS:] = grid[:, :, -PAD_CELLS - 1 : -PAD_CELLS]
+        grid[:, :first] = grid[:, first : first + 1]
+        grid[:, end:] = grid[:, end - 1 : end]
+
+
+class _Halves:
+    """The picture at 1/2, 1/4, ... of its size, each in the rows needed of it and of the next."""
+
+    def __init__(self, size: ImageSize, octaves: dict[int, _Octave]) -> None:
+        self._rows: dict[int, slice] = {0: slice(0, size.height)}
+        self._reduced: dict[int, NDArray[np.uint8]] = {}
+        needed = None
+        for number in range(min(0, *octaves), 0):
+            wanted = [needed] if needed else []
+            wanted += [octaves[number].picture_rows] if number in octaves else []
+            rows = slice(min(r.start for r in wanted), max(r.stop for r in wanted))
+            self._rows[number] = rows
+            self._reduced[number] = np.empty((rows.stop - rows.start, size.width >> -number, 3), np.uint8)
+            needed = slice(2 * rows.start, 2 * rows.stop)
+
+    def compute(self, image: NDArray[np.uint8]) -> None:
+        """Fill them from a picture."""
+        source = image
+        for number in sorted(self._reduced, reverse=True):
+            reduced, first = self._reduced[number], self._rows[number + 1].start
+            rows = slice(2 * self._rows[number].start - first, 2 * self._rows[number].stop - first)
+            height, width = reduced.shape[:2]
+            cv2.resize(source[rows, : 2 * width], (width, height), dst=reduced, interpolation=cv2.INTER_AREA)
+            source = reduced
+
+    def rows(self, image: NDArray[np.uint8], number: int, rows: slice) -> NDArray[np.uint8]:
+        """Rows of the picture at an octave; above the picture's own scale, of the picture itself."""
+        if number >= 0:
+            return image[rows]
+        first = self._rows[number].start
+        return self._reduced[number][rows.start - first : rows.stop - first]
+
+
+class Scanner:
+    """Scores the windows of given levels in pictures of one size, in memory it keeps."""
+
+    def __init__(self, model: Model, size: ImageSize, levels: tuple[Level, ...]) -> None:
+        self.size = size
+        self.windows_per_frame = sum(level.window_count for level in levels)
+        self._model = model
+        self._octaves: dict[int, _Octave] = {}
+        self._levels: list[tuple[_Octave, Level, NDArray[np.int64]]] = []
+        cut_size = level_size = columns = 1
+        for number in sorted({level.octave for level in levels}, reverse=True):
+            members = [level for level in levels if level.octave == number]
+            halved = ImageSize(size.width >> max(-number, 0), size.height >> max(-number, 0))
+            octave = self._octaves[number] = _Octave(halved, number, members)
+            for level in members:
+                rows, pitch = (level.rows, level.columns) if level.resized else octave.grid.shape[1:]
+                offsets = feature_offsets(model.trees, model.window, rows * pitch, pitch)
+                self._levels.append((octave, level, offsets))
+                cut_size = max(cut_size, CHANNEL_COUNT * level.cut_rows * level.cut_columns)
+                level_size = max(level_size, CHANNEL_COUNT * level.rows * level.columns)
+                columns = max(columns, level.window_columns)
+        self._halves = _Halves(size, self._octaves)
+        self._cut = np.empty(cut_size, np.uint8)
+        self._level = np.empty(level_size, np.uint8)
+        self._running = np.empty((2, columns), np.float32)
+        self._places = np.empty((FIRST_CAPACITY, 2), np.int32)
+        self._scores = np.empty(FIRST_CAPACITY, np.float32)
+        self._leaves = np.ascontiguousarray(model.trees.leaf, np.float32)
+        self._thresholds = np.ascontiguousarray(model.trees.threshold, np.uint8)
+
+    def scan(
+        self,
+        image: NDArray[np.uint8],
+        threshold: float,
+        aspect_ratios: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+        with_features: bool,
+    ) -> Proposals:
+        """All windows scored at least `threshold`; `aspect_ratios` are asked for by their bottom rows."""
+        boxes: list[NDArray[np.float64]] = []
+        scores: list[NDArray[np.float32]] = []
+        features: list[NDArray[np.uint8]] = []
+        self._compute_channels(image)
+        for octave, level, offsets in self._levels:
+            grids, first_row = self._grids(octave, level)
+            count = self._run(grids, level, first_row, offsets, threshold)
+            if not count:
+                continue
+            rows, columns = self._places[:count, 0], self._places[:count, 1]
+            if with_features:
+                features.append(self._features(grids, rows, columns))
+            middle, bottom, size_px = level.vehicles(self._model.window, rows - first_row, columns)
+            root = np.sqrt(aspect_ratios(bottom))
+            w, h = size_px * root, size_px / root
+            boxes.append(np.column_stack([middle - w / 2, bottom - h, w, h]))
+            scores.append(self._scores[:count].copy())
+        if not scores:
+            none = np.empty((0, self._model.window.feature_count), np.uint8) if with_features else None
+            return Proposals(np.empty((0, 4)), np.empty(0, np.float32), none)
+        all_scores = np.concatenate(scores)
+        order = np.argsort(-all_scores, kind="stable")
+        return Proposals(
+            _cut_to_picture(np.concatenate(boxes)[order], self.size),
+            all_scores[order],
+            np.concatenate(features)[order] if with_features else None,
+        )
+
+    def _compute_channels(self, image: NDArray[np.uint8]) -> None:
+        self._halves.compute(image)
+        for number, octave in self._octaves.items():
+            octave.compute(self._halves.rows(image, number, octave.picture_rows))
+
+    def _grids(self, octave: _Octave, level: Level) -> tuple[NDArray[np.uint8], int]:
+        """A level's channels (10, rows, columns), and the row among them that is the level's first."""
+        first = level.first_cut - octave.first_row
+        if not level.resized:
+            return octave.grid, first
+        cut = self._cut[: CHANNEL_COUNT * level.cut_rows * level.cut_columns]
+        cut = cut.reshape(CHANNEL_COUNT, level.cut_rows, level.cut_columns)
+        np.copyto(cut, octave.grid[:, first : first + level.cut_rows])
+        # All channels in one call: one above the other. Reduced, a row of one takes nothing from the next.
+        stacked = self._level[: CHANNEL_COUNT * level.rows * level.columns].reshape(-1, level.columns)
+        cv2.resize(
+            cut.reshape(-1, level.cut_columns),
+            (level.columns, CHANNEL_COUNT * level.rows),
+            dst=stacked,
+            interpolation=cv2.INTER_LINEAR,
+        )
+        return stacked.reshape(CHANNEL_COUNT, level.rows, level.columns), 0
+
+    def _run(
+        self,
+        grids: NDArray[np.uint8],
+        level: Level,
+        first_row: int,
+        offsets: NDArray[np.int64],
+        threshold: float,
+    ) -> int:
+        """Run the cascade; the windows' rows (in `grids`), columns and scores are left in the buffers."""
+        while True:
+            count = score_windows(
+                grids.reshape(-1),
+                grids.shape[2],
+                first_row + level.first_window,
+                first_row + level.end_window,
+                level.window_columns,
+                offsets,
+                self._thresholds,
+                self._leaves,
+                self._model.rejection_threshold,
+                threshold,
+                self._running,
+                self._places,
+                self._scores,
+            )
+            if count <= len(self._scores):
+                return count
+            self._places = np.empty((2 * count, 2), np.int32)
+            self._scores = np.empty(2 * count, np.float32)
+
+    def _features(
+        self, grids: NDArray[np.uint8], rows: NDArray[np.int32], columns: NDArray[np.int32]
+    ) -> NDArray[np.uint8]:
+        """(N, 2560) features of windows."""
+        cells = self._model.window.cells
+        windows = np.lib.stride_tricks.sliding_window_view(grids, (cells, cells), (1, 2))
+        return windows[:, rows, columns].transpose(1, 0, 2, 3).reshape(len(rows), -1)
+
+
+def _cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.float64]:
+    """The parts of boxes that lie in the picture, whose edges are half a pixel outside its outer pixels."""
+    limit = np.array([size.width, size.height]) - 0.5
+    near = np.maximum(boxes[:, :2], -0.5)
+    far = np.minimum(boxes[:, :2] + boxes[:, 2:], limit)
+    return np.column_stack([near, far - near])
