@@ -44,7 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
         prog="fcw",
         description="Forward collision warning from one dash camera: calibrate, detect, range, warn, log.",
         args=arguments,
-        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagConversionOff),
+        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
     )
     try:
         return RUNNERS[type(command)](command)

@@ -19,7 +19,7 @@ class BenchCommand:
     """How often each case is run; medians are reported."""
     detector_frames: int = 60
     """Frames on which the detectors are compared in each round, one thread."""
-    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    json: bool = False
     """Print the figures as JSON on stdout, alone."""
 
 

@@ -2,9 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
-
-import tyro
 
 from fcw.errors import UserError
 from fcw_viz.commands.run import report_drive
@@ -18,7 +15,7 @@ DEMO_FOLDERS = (_PACKAGE / "demo_drive", _PACKAGE.parent / "recordings" / "demo"
 class DemoCommand:
     """Run everything on the shipped drive and say where the logs are."""
 
-    no_serve: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    no_serve: bool = False
     """Do not open the review page afterwards (there is none yet: the demo ends by itself either way)."""
     out: Path = Path("recordings/demo/out")
     """Folder for the logs and summary.json."""

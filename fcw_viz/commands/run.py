@@ -32,7 +32,7 @@ class RunCommand:
     """Frames per second of a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
     """Units of the distances that people are shown."""
-    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    json: bool = False
     """Print the summary as JSON on stdout, alone."""
 
 
