@@ -14,15 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradient
 from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 
-Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
-PERCENTILE_84_SIGMAS = 0.994457883209753
-"""The standard normal's 84th percentile; its negative is the 16th."""
 ASPECT_TOLERANCE_PX = 1.0
 """Sizes of one camera's pictures are rounded to whole pixels: 480 rows of 16:9 are 853.33 columns wide."""
 
@@ -106,10 +104,12 @@ class Calibration:
     reference_offset_m: float = 0.0
     priors: Priors = Priors()
     residuals_px: tuple[float, ...] = ()
-    _gradient: tuple[tuple[float, float, float, float], ...] = field(init=False, repr=False, compare=False)
+    _row_map: UncertainRowMap = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_gradient", self._whitened_gradient())
+        support_m = np.array(self.support_distances_m) + self.reference_offset_m
+        row_map = UncertainRowMap.of(self.camera, support_m, np.array(self.covariance))
+        object.__setattr__(self, "_row_map", row_map)
 
     @classmethod
     def from_camera(
@@ -167,14 +167,7 @@ class Calibration:
         return self.camera.ground_box(distance_m + self.reference_offset_m, lateral_m, width_m, height_m)
 
     def distance_interval(self, row_px: float, row_sigma_px: float = 0.0) -> tuple[float, float]:
-        """16th and 84th percentile of the distance seen at a row.
-
-        Four pairs (distance, row) lie on one projective map when the determinant of their rows
-        [1, d, v, d v] vanishes. With the three support pairs and the pair (x, v) the determinant is
-        linear in x, its sign tells on which side of x the row's distance lies, and it is close to normal
-        because it is multilinear in the four rows. So P(distance > x) is a normal probability, and its
-        quantiles are the roots of a quadratic (Fieller's theorem) rather than a first-order sigma: skewed
-        far out, unbounded past the horizon.
+        """16th and 84th percentile of the distance seen at a row (`fcw.camera.interval` says how).
 
         Args:
             row_px: the row; as given, or as measured with noise of its own.
@@ -183,41 +176,12 @@ class Calibration:
         Returns:
             (low, high) from the reference; inf where unbounded.
         """
-        z2 = PERCENTILE_84_SIGMAS**2
-        below_px = row_px - self.camera.horizon_row_px
-        pole_m = self.camera.pole_m
-        # The determinant over a constant is g(x) = (K - C w) - w x, positive where x is nearer than the
-        # road at the row, w below the horizon.
-        constant, slope = self.camera.row_scale_m_px - pole_m * below_px, -below_px
-        noise = row_sigma_px * row_sigma_px
-        variance_1, variance_x, variance_xx = noise * pole_m * pole_m, noise * pole_m, noise
-        for g0, gx, gw, gxw in self._gradient:
-            p, q = g0 + gw * below_px, gx + gxw * below_px
-            variance_1 += p * p
-            variance_x += p * q
-            variance_xx += q * q
-        # g(x)^2 = z^2 var g(x): a x^2 + 2 b x + c = 0.
-        a = slope * slope - z2 * variance_xx
-        b = constant * slope - z2 * variance_x
-        c = constant * constant - z2 * variance_1
-        root = math.sqrt(max(b * b - a * c, 0.0))
-        if a > 0:
-            if below_px <= 0:
-                return math.inf, math.inf
-            low_m, high_m = (c / (root - b) if b < 0 else (-b - root) / a), (root - b) / a
-        elif root == 0.0:
-            low_m, high_m = (math.inf if below_px <= 0 else 0.0), math.inf
-        else:
-            low_m, high_m = (c / (root - b) if b < 0 else (-b - root) / a), math.inf
+        low_m, high_m = distance_interval(self._row_map, row_px, row_sigma_px)
         return low_m - self.reference_offset_m, high_m - self.reference_offset_m
 
     def row_gradient(self, distance_m: float) -> Vector3:
         """Derivative of the row at a distance by the rows at the three support distances."""
-        x = distance_m + self.reference_offset_m
-        w = self.camera.row_scale_m_px / (x + self.camera.pole_m)
-        # Implicit differentiation of g = 0; g falls by x + C for each row downwards.
-        terms = self._support_gradient() @ np.array([1.0, x, w, x * w]) / (x + self.camera.pole_m)
-        return float(terms[0]), float(terms[1]), float(terms[2])
+        return row_gradient(self._row_map, distance_m + self.reference_offset_m)
 
     def for_image_size(self, size: ImageSize) -> "Calibration":
         """This calibration for the same camera's pictures in another size.
@@ -287,36 +251,8 @@ class Calibration:
 
         return read_calibration(path)
 
-    def _support_gradient(self) -> FloatArray:
-        """(3, 4): derivatives of g by the support rows, as coefficients of 1, x, w and x w."""
-        distances_m = np.array(self.support_distances_m) + self.reference_offset_m
-        below_px = self.camera.row_scale_m_px / (distances_m + self.camera.pole_m)
-        pairs = np.column_stack((np.ones(3), distances_m, below_px, distances_m * below_px))
-        scale = _cofactors(pairs)[3]
-        gradient = np.empty((3, 4))
-        for index, distance_m in enumerate(distances_m):
-            moved = pairs.copy()
-            moved[index] = 0.0, 0.0, 1.0, distance_m
-            gradient[index] = -_cofactors(moved) / scale
-        return gradient
-
-    def _whitened_gradient(self) -> tuple[tuple[float, float, float, float], ...]:
-        """The gradient times a square root of the covariance, as plain floats: read for each detection."""
-        values, vectors = np.linalg.eigh(np.array(self.covariance))
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
-        return tuple(
-            (float(row[0]), float(row[1]), float(row[2]), float(row[3]))
-            for row in root.T @ self._support_gradient()
-        )
-
 
 def matrix3(values: NDArray[np.float64]) -> Matrix3:
     """A (3, 3) array as nested tuples of floats."""
     rows = [(float(row[0]), float(row[1]), float(row[2])) for row in values]
     return rows[0], rows[1], rows[2]
-
-
-def _cofactors(pairs: FloatArray) -> FloatArray:
-    """Cofactors of the last row of a (4, 4) matrix from its first three rows (3, 4)."""
-    signs = (-1.0, 1.0, -1.0, 1.0)
-    return np.array([sign * np.linalg.det(np.delete(pairs, k, axis=1)) for k, sign in enumerate(signs)])

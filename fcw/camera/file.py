@@ -19,6 +19,14 @@ RESIDUAL_TOLERANCE_PX = 1e-6
 """Points, camera and residuals of one calibration agree far better; a file edited by hand does not."""
 
 
+class _Dumper(yaml.SafeDumper):
+    """Takes NumPy's scalars for the numbers that they are."""
+
+
+_Dumper.add_multi_representer(float, lambda dumper, value: dumper.represent_float(float(value)))
+_Dumper.add_multi_representer(np.integer, lambda dumper, value: dumper.represent_int(int(value)))
+
+
 def calibration_text(calibration: Calibration) -> str:
     """The file's text; numbers keep all their digits."""
     camera = calibration.camera
@@ -31,10 +39,7 @@ def calibration_text(calibration: Calibration) -> str:
     )
     document = {
         VERSION_FIELD: FORMAT_VERSION,
-        "image_size": {
-            "width": int(calibration.image_size.width),
-            "height": int(calibration.image_size.height),
-        },
+        "image_size": {"width": calibration.image_size.width, "height": calibration.image_size.height},
         "height_m": camera.height_m,
         "reference_offset_m": calibration.reference_offset_m,
         "row_sigma_px": calibration.row_sigma_px,
@@ -62,7 +67,7 @@ def calibration_text(calibration: Calibration) -> str:
             "covariance_px2": [list(row) for row in calibration.covariance],
         },
     }
-    return comment + yaml.safe_dump(document, sort_keys=False, default_flow_style=None)
+    return comment + yaml.dump(document, Dumper=_Dumper, sort_keys=False, default_flow_style=None)
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:

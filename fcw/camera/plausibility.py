@@ -226,6 +226,7 @@ def _prior_findings(calibration: Calibration) -> Iterator[Finding]:
         if prior is not None and abs(value - prior.value) > OUTLIER_SIGMAS * prior.sigma:
             yield Finding(
                 FindingKind.PRIOR,
-                f"the {name} of {prior.value * unit:g} ± {prior.sigma * unit:g}{unit_name} contradicts the rest, "
-                f"with which it comes out as {value * unit:.1f}; check it, the distances and the camera height",
+                f"the {name} of {prior.value * unit:g} ± {prior.sigma * unit:g}{unit_name} contradicts "
+                f"the rest, with which it comes out as {value * unit:.1f}; "
+                "check it, the distances and the camera height",
             )

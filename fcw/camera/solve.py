@@ -18,8 +18,8 @@ from fcw.camera.points import (
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 
-DEFAULT_FIELD_OF_VIEW_RAD = math.radians(65.0)
-"""Where the iteration starts without a belief: an ordinary dash camera's horizontal field of view."""
+START_PITCHES_RAD = np.radians(np.arange(-60.0, 89.0, 1.0))
+"""Where the iteration may start."""
 STEEPEST_PITCH_RAD = math.radians(89.0)
 """A fit that runs into this pitch wants a straight line: its horizon is not above the road."""
 MINIMUM_CONDITION = 1e-6
@@ -166,27 +166,27 @@ class _Fit:
         self._priors = priors
 
     def solve(self) -> GroundPlaneCamera:
+        """The camera of least squares; among solutions as good, the one that looks straightest ahead."""
         from scipy.optimize import least_squares
 
-        # The nearest point stays in front of the camera's own plane: d + h tan(a) > 0.
-        nearest_m = float(self._distances_m.min()) if len(self._distances_m) else 1.0
-        lower = np.array([-nearest_m / self._height_m, -np.inf, -np.inf])
-        upper = np.array([2 * math.tan(STEEPEST_PITCH_RAD), np.inf, np.inf])
         fits = [
             least_squares(
                 self.residuals,
                 start,
                 jac=self.jacobian,  # pyright: ignore[reportArgumentType] - scipy's annotation misses callables
-                bounds=(lower, upper),
+                method="lm",
                 x_scale="jac",
                 ftol=1e-15,
                 xtol=1e-15,
                 gtol=1e-15,
+                max_nfev=1000,
             )
             for start in self._starts()
-            if np.all((lower < start) & (start < upper))
         ]
-        return self._camera(min(fits, key=lambda fit: fit.cost).x)
+        best = min(fit.cost for fit in fits)
+        # Cost is half of chi squared: half a unit is one sigma.
+        straightest = min((fit for fit in fits if fit.cost <= best + 0.5), key=lambda fit: abs(fit.x[0]))
+        return self._camera(straightest.x)
 
     def covariance(self, camera: GroundPlaneCamera, support_m: FloatArray) -> FloatArray:
         """(3, 3) covariance of the rows at the support distances, from the information matrix."""
@@ -205,7 +205,8 @@ class _Fit:
     def residuals(self, parameters: FloatArray) -> FloatArray:
         """Rows, then priors: solution less measurement, in sigmas."""
         camera = self._camera(parameters)
-        rows = (camera.row_at(self._distances_m) - self._rows_px) / self._row_sigma_px
+        rows_px = camera.horizon_row_px + camera.row_scale_m_px / (self._distances_m + camera.pole_m)
+        rows = (rows_px - self._rows_px) / self._row_sigma_px
         priors = self._priors
         beliefs = (
             (priors.field_of_view_rad, 2 * math.atan(self._size.width / (2 * camera.focal_y_px))),
@@ -241,17 +242,35 @@ class _Fit:
         )
 
     def _starts(self) -> list[FloatArray]:
-        """A level camera with the field of view believed in; and the linear solution where there is one."""
-        belief = self._priors.field_of_view_rad
-        field_of_view = DEFAULT_FIELD_OF_VIEW_RAD if belief is None else belief.value
-        focal_px = self._size.width / 2 / math.tan(field_of_view / 2)
-        below_px = self._height_m * focal_px / self._distances_m
-        horizon_px = float(np.mean(self._rows_px - below_px)) if len(below_px) else self._size.height / 2
-        starts = [np.array([0.0, math.log(focal_px), horizon_px])]
-        if len(np.unique(self._distances_m)) >= PARAMETER_COUNT:
-            d, v = self._distances_m, self._rows_px
-            (a, b, c), *_ = np.linalg.lstsq(np.column_stack((np.ones_like(d), d, -v)), v * d, rcond=None)
-            if a > b * c:
-                camera = GroundPlaneCamera.from_row_map(b, a - b * c, c, self._height_m, 0.0)
-                starts.append(np.array([c / self._height_m, math.log(camera.focal_y_px), b]))
-        return starts
+        """The local minima over a grid of pitches; for a given pitch the rest is linear least squares.
+
+        A field of view leaves the sign of the pitch open where nothing else decides it: two minima.
+        """
+        d, height_m, priors = self._distances_m, self._height_m, self._priors
+        half_width = self._size.width / 2
+        # Unknowns f_y and B; each measurement is (coefficients, value) in sigmas.
+        fixed = []
+        if belief := priors.field_of_view_rad:
+            focal_px = half_width / math.tan(belief.value / 2)
+            sigma_px = belief.sigma * (focal_px**2 + half_width**2) / (2 * half_width)
+            fixed.append((1 / sigma_px, 0.0, focal_px / sigma_px))
+        if belief := priors.horizon_row_px:
+            fixed.append((0.0, 1 / belief.sigma, belief.value / belief.sigma))
+        costs, starts = [math.inf], []
+        for tangent in np.tan(START_PITCHES_RAD):
+            depths_m = d + height_m * tangent
+            if np.any(depths_m <= 0):
+                continue
+            measurements = list(fixed)
+            if belief := priors.principal_row_px:
+                measurements.append((tangent / belief.sigma, 1 / belief.sigma, belief.value / belief.sigma))
+            shape = height_m * (1 + tangent**2) / depths_m
+            rows = np.column_stack((shape, np.ones_like(d), self._rows_px)) / self._row_sigma_px
+            system = np.vstack((rows, *measurements))
+            (focal_px, horizon_px), *_ = np.linalg.lstsq(system[:, :2], system[:, 2], rcond=None)
+            if focal_px <= 0:
+                continue
+            costs.append(float(np.sum((system @ [focal_px, horizon_px, -1.0]) ** 2)))
+            starts.append(np.array([tangent, math.log(focal_px), horizon_px]))
+        costs.append(math.inf)
+        return [start for k, start in enumerate(starts, 1) if costs[k - 1] >= costs[k] <= costs[k + 1]]

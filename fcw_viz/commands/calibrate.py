@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -72,10 +72,9 @@ def run_calibrate(command: CalibrateCommand) -> int:
 
     from fcw.camera.export import export_text
     from fcw.camera.file import write_whole
-    from fcw.camera.plausibility import plausibility
 
     calibration = _calibration(command)
-    warnings = [finding.text for finding in plausibility(calibration)]
+    summary = calibration_summary(calibration)
     save = command.save
     if save is None and command.source is not None:
         from fcw_viz.drive_job import calibration_path
@@ -88,19 +87,19 @@ def run_calibrate(command: CalibrateCommand) -> int:
         write_whole(path, export_text(calibration, file_format))
 
     messages = Console(stderr=True)
-    for warning in warnings:
+    for warning in summary["warnings"]:
         messages.print(
             f"[yellow]warning:[/yellow] {warning}", highlight=False, soft_wrap=not messages.is_terminal
         )
     if command.json:
-        result = calibration_summary(calibration) | {"warnings": warnings, "saved": save and str(save)}
+        result = summary | {"saved": save and str(save)}
         sys.stdout.write(json.dumps(result, indent=2, allow_nan=False) + "\n")
     else:
         _report(calibration, save, Console(), imperial=command.units == "imperial")
     return 0
 
 
-def calibration_summary(calibration: "Calibration") -> dict[str, object]:
+def calibration_summary(calibration: "Calibration") -> dict[str, Any]:
     """The result as JSON has it; unbounded distances are None."""
     import math
     from dataclasses import asdict
@@ -123,7 +122,8 @@ def calibration_summary(calibration: "Calibration") -> dict[str, object]:
                 "high_m": bounded(high_m),
             }
         )
-    proposals = [finding.offset for finding in plausibility(calibration) if finding.offset]
+    findings = plausibility(calibration)
+    proposals = [finding.offset for finding in findings if finding.offset]
     next_click = best_next_click(calibration)
     camera = calibration.camera
     return {
@@ -140,6 +140,7 @@ def calibration_summary(calibration: "Calibration") -> dict[str, object]:
         "rows": rows,
         "points": [asdict(point) for point in calibration.points],
         "residuals_px": list(calibration.residuals_px),
+        "warnings": [finding.text for finding in findings],
         "next_click": next_click and asdict(next_click),
         "proposed_reference_offset": asdict(proposals[0]) if proposals else None,
     }

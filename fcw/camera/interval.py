@@ -1,0 +1,122 @@
+"""The distance's percentiles at a row, in closed form.
+
+Four pairs (distance, row) lie on one projective map when the determinant of their rows [1, d, v, d v]
+vanishes. With three support pairs, whose rows v_i carry the calibration's uncertainty, and the pair (x, v),
+the determinant g is linear in x; where it is positive the road at row v is farther than x. It is multilinear
+in the four rows, hence close to normal even where pitch, focal length and horizon are far from it. So
+
+    P(distance > x) = Phi(g(x) / sd(g(x)))
+
+and its quantiles are the roots of a quadratic (Fieller's theorem for a ratio of normals) rather than a
+first-order sigma: skewed far out, unbounded past the horizon.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+
+Vector3 = tuple[float, float, float]
+Vector4 = tuple[float, float, float, float]
+
+PERCENTILE_84_SIGMAS = 0.994457883209753
+"""The standard normal's 84th percentile; its negative is the 16th."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UncertainRowMap:
+    """The row map v = B + K / (d + C) and the derivatives of g that its uncertainty needs.
+
+    Scaled by a constant, g = K - (v - B) (x + C).
+
+    Attributes:
+        horizon_row_px: B.
+        row_scale_m_px: K.
+        pole_m: C.
+        gradient: (3, 4), derivatives of g by the support rows as coefficients of 1, x, w and x w, w = v - B.
+        whitened: the gradient times a square root of the rows' covariance, as plain floats: it is read for
+            each detection of each frame.
+    """
+
+    horizon_row_px: float
+    row_scale_m_px: float
+    pole_m: float
+    gradient: FloatArray
+    whitened: tuple[Vector4, ...]
+
+    @classmethod
+    def of(
+        cls, camera: GroundPlaneCamera, support_distances_m: FloatArray, covariance: FloatArray
+    ) -> "UncertainRowMap":
+        """From a camera, three distances from it, and the covariance of the rows there."""
+        below_px = camera.row_scale_m_px / (support_distances_m + camera.pole_m)
+        pairs = np.column_stack((np.ones(3), support_distances_m, below_px, support_distances_m * below_px))
+        scale = _cofactors(pairs)[3]
+        gradient = np.empty((3, 4))
+        for index, distance_m in enumerate(support_distances_m):
+            moved = pairs.copy()
+            moved[index] = 0.0, 0.0, 1.0, distance_m
+            gradient[index] = -_cofactors(moved) / scale
+        values, vectors = np.linalg.eigh(covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        whitened = tuple(
+            (float(row[0]), float(row[1]), float(row[2]), float(row[3])) for row in root.T @ gradient
+        )
+        return cls(camera.horizon_row_px, camera.row_scale_m_px, camera.pole_m, gradient, whitened)
+
+
+def distance_interval(row_map: UncertainRowMap, row_px: float, row_sigma_px: float) -> tuple[float, float]:
+    """16th and 84th percentile of the distance from the camera at a row; inf where unbounded.
+
+    Args:
+        row_map: the uncertain map.
+        row_px: the row.
+        row_sigma_px: standard deviation of the row's own, independent noise.
+    """
+    z2 = PERCENTILE_84_SIGMAS**2
+    pole_m = row_map.pole_m
+    below_px = row_px - row_map.horizon_row_px
+    constant, slope = row_map.row_scale_m_px - pole_m * below_px, -below_px
+    noise = row_sigma_px * row_sigma_px
+    # var g(x) = variance_1 + 2 variance_x x + variance_xx x^2; dg/dv = -(x + C).
+    variance_1, variance_x, variance_xx = noise * pole_m * pole_m, noise * pole_m, noise
+    for g_1, g_x, g_w, g_xw in row_map.whitened:
+        at_1, at_x = g_1 + g_w * below_px, g_x + g_xw * below_px
+        variance_1 += at_1 * at_1
+        variance_x += at_1 * at_x
+        variance_xx += at_x * at_x
+    # g(x)^2 = z^2 var g(x), that is a x^2 + 2 b x + c = 0.
+    a = slope * slope - z2 * variance_xx
+    b = constant * slope - z2 * variance_x
+    c = constant * constant - z2 * variance_1
+    if a > 0:
+        if below_px <= 0:
+            return math.inf, math.inf
+        root = math.sqrt(max(b * b - a * c, 0.0))
+        return (c / (root - b) if b < 0 else (-b - root) / a), (root - b) / a
+    if variance_xx == 0:
+        return math.inf, math.inf
+    # The horizon is within reach of the noise: no upper end, and no lower one either where nothing is known.
+    if b * b > a * c:
+        root = math.sqrt(b * b - a * c)
+        low_m = c / (root - b) if b < 0 else (-b - root) / a
+        if constant + slope * low_m > 0:
+            return low_m, math.inf
+    return -pole_m, math.inf
+
+
+def row_gradient(row_map: UncertainRowMap, distance_m: float) -> Vector3:
+    """Derivatives of the row at a distance from the camera by the rows at the three support distances."""
+    depth_m = distance_m + row_map.pole_m
+    below_px = row_map.row_scale_m_px / depth_m
+    # Implicit differentiation of g = 0, where g falls by x + C for each row downwards.
+    rates = row_map.gradient @ np.array([1.0, distance_m, below_px, distance_m * below_px]) / depth_m
+    return float(rates[0]), float(rates[1]), float(rates[2])
+
+
+def _cofactors(pairs: FloatArray) -> FloatArray:
+    """Cofactors of the fourth row of a (4, 4) matrix, from its first three rows (3, 4)."""
+    signs = (-1.0, 1.0, -1.0, 1.0)
+    return np.array([sign * np.linalg.det(np.delete(pairs, k, axis=1)) for k, sign in enumerate(signs)])
