@@ -195,18 +195,24 @@ def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
 
 def _point_findings(calibration: Calibration) -> Iterator[Finding]:
     size = calibration.image_size
-    for point, residual_px in zip(calibration.points, calibration.residuals_px, strict=True):
+    for point in calibration.points:
         column_px = 0.0 if point.column_px is None else point.column_px
         if not (-0.5 <= point.row_px <= size.height - 0.5 and -0.5 <= column_px <= size.width - 0.5):
             yield Finding(FindingKind.POINT_OUTSIDE, f"the point {point} lies outside the picture of {size}")
-        if abs(residual_px) > OUTLIER_SIGMAS * calibration.row_sigma_px:
-            yield Finding(
-                FindingKind.RESIDUAL,
-                f"the point {point} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} "
-                "the row that all points and priors together give it, "
-                f"{abs(residual_px) / calibration.row_sigma_px:.1f} times the error of a click; "
-                "check its distance and click it again",
-            )
+    # A wrong point pulls its neighbours off the curve too: the worst is the one to mend first.
+    residual_px, worst = max(
+        zip(calibration.residuals_px, calibration.points, strict=True),
+        key=lambda pair: abs(pair[0]),
+        default=(0.0, None),
+    )
+    if abs(residual_px) > OUTLIER_SIGMAS * calibration.row_sigma_px:
+        yield Finding(
+            FindingKind.RESIDUAL,
+            f"the point {worst} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} "
+            "the row that all points and priors together give it, "
+            f"{abs(residual_px) / calibration.row_sigma_px:.1f} times the error of a click; "
+            "check its distance and click it again",
+        )
 
 
 def _prior_findings(calibration: Calibration) -> Iterator[Finding]:

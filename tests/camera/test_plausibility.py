@@ -1,0 +1,126 @@
+"""What is said of calibrations that no windscreen camera can have."""
+
+import math
+
+import pytest
+
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.plausibility import FindingKind, plausibility
+from fcw.camera.solve import calibrate
+from fcw.sources.frame import ImageSize
+
+SIZE = ImageSize(1280, 720)
+PAPER_POINTS = (GroundPoint(4, 461), GroundPoint(5, 428), GroundPoint(7, 383))
+
+
+def kinds(calibration: Calibration) -> set[FindingKind]:
+    return {finding.kind for finding in plausibility(calibration)}
+
+
+def seen_by(camera: GroundPlaneCamera, *distances_m: float) -> list[GroundPoint]:
+    return [GroundPoint(d, camera.row_at(d)) for d in distances_m]
+
+
+def test_papers_points_lead_to_the_bumper_and_an_offset_of_2_29_m():
+    findings = plausibility(calibrate(PAPER_POINTS, SIZE, 1.225))
+    assert {FindingKind.PITCH, FindingKind.FIELD_OF_VIEW, FindingKind.PRINCIPAL_ROW} < {
+        f.kind for f in findings
+    }
+    cause = findings[-1]
+    assert cause.kind is FindingKind.CAUSE
+    assert cause.offset is not None
+    assert cause.offset.offset_m == pytest.approx(2.29, abs=0.005)
+    assert (cause.offset.low_m, cause.offset.high_m) == pytest.approx((2.1, 2.4))
+    assert "measured from the front bumper" in cause.text
+    assert "2.29 m" in cause.text
+    assert "2.1 to 2.4 m" in cause.text
+    assert "distances of the rows are the same" in cause.text
+
+
+def test_proposed_offset_puts_the_principal_row_at_the_middle_and_silences_the_warning():
+    findings = plausibility(calibrate(PAPER_POINTS, SIZE, 1.225))
+    offset = findings[-1].offset
+    assert offset is not None
+    mended = calibrate(PAPER_POINTS, SIZE, 1.225, reference_offset_m=offset.offset_m)
+    assert mended.camera.principal_row_px == pytest.approx(359.5, abs=1e-6)
+    for offset_m in (offset.low_m, offset.offset_m, offset.high_m):
+        assert plausibility(calibrate(PAPER_POINTS, SIZE, 1.225, reference_offset_m=offset_m)) == ()
+    for offset_m in (offset.low_m - 0.1, offset.high_m + 0.1):
+        assert plausibility(calibrate(PAPER_POINTS, SIZE, 1.225, reference_offset_m=offset_m))
+
+
+def test_wrong_offset_is_told_from_a_missing_one():
+    findings = plausibility(calibrate(PAPER_POINTS, SIZE, 1.225, reference_offset_m=1.0))
+    offset = findings[-1].offset
+    assert offset is not None
+    assert offset.offset_m == pytest.approx(2.29, abs=0.005)
+    assert "the reference offset is not what was given" in findings[-1].text
+
+
+@pytest.mark.parametrize(
+    ("camera", "kind"),
+    [
+        (GroundPlaneCamera(0.45, 900, 359.5, 1.3, 639.5), FindingKind.PITCH),
+        (GroundPlaneCamera(-0.45, 900, 300, 1.3, 639.5), FindingKind.PITCH),
+        (GroundPlaneCamera(0.05, 200, 359.5, 1.3, 639.5), FindingKind.FIELD_OF_VIEW),
+        (GroundPlaneCamera(0.0, 5000, 359.5, 1.3, 639.5), FindingKind.FIELD_OF_VIEW),
+        (GroundPlaneCamera(0.05, 900, 120, 1.3, 639.5), FindingKind.PRINCIPAL_ROW),
+        (GroundPlaneCamera(0.3, 1600, 400, 1.3, 639.5), FindingKind.HORIZON),
+    ],
+)
+def test_each_implausible_quantity_is_found_and_a_cause_named(camera, kind):
+    calibration = Calibration.from_camera(camera, SIZE)
+    assert kind in kinds(calibration)
+    assert FindingKind.CAUSE in kinds(calibration)
+
+
+def test_plausible_cameras_are_left_in_peace():
+    for camera in (
+        GroundPlaneCamera(0.1194, 1094.313, 363.331, 1.225, 639.5),
+        GroundPlaneCamera(-0.03, 700, 340, 1.6, 639.5),
+    ):
+        assert plausibility(calibrate(seen_by(camera, 6, 15, 40), SIZE, camera.height_m)) == ()
+
+
+def test_feet_for_metres_are_not_explained_by_an_offset():
+    """Distances in feet make the map 3.28 times longer: the focal length comes out as long."""
+    camera = GroundPlaneCamera(0.05, 1700, 359.5, 1.3, 639.5)
+    in_feet = [GroundPoint(d / 0.3048, camera.row_at(d)) for d in (6.0, 9.0, 16.0)]
+    findings = plausibility(calibrate(in_feet, SIZE, 1.3))
+    assert FindingKind.FIELD_OF_VIEW in {finding.kind for finding in findings}
+    assert all(finding.offset is None for finding in findings)
+    assert "another unit than metres" in findings[-1].text
+
+
+def test_wrong_click_among_many_is_named():
+    camera = GroundPlaneCamera(0.05, 1000, 359.5, 1.3, 639.5)
+    points = seen_by(camera, 5, 8, 13, 21, 34)
+    points[2] = GroundPoint(13.0, points[2].row_px + 12)
+    findings = [f for f in plausibility(calibrate(points, SIZE, 1.3)) if f.kind is FindingKind.RESIDUAL]
+    assert len(findings) == 1
+    assert str(points[2]) in findings[0].text
+    assert "below" in findings[0].text
+
+
+def test_contradicted_prior_is_named():
+    camera = GroundPlaneCamera(0.05, 1000, 359.5, 1.3, 639.5)
+    true_deg = math.degrees(2 * math.atan(640 / 1000))
+    calibration = calibrate(
+        seen_by(camera, 5, 12, 30, 45),
+        SIZE,
+        1.3,
+        row_sigma_px=0.01,
+        field_of_view=Gaussian(math.radians(100), math.radians(3)),
+    )
+    texts = [f.text for f in plausibility(calibration) if f.kind is FindingKind.PRIOR]
+    assert len(texts) == 1
+    assert "field of view of 100 ± 3 degrees contradicts" in texts[0]
+    assert f"{true_deg:.1f}" in texts[0]
+
+
+def test_point_outside_the_picture_is_named():
+    camera = GroundPlaneCamera(0.05, 1000, 359.5, 1.3, 639.5)
+    findings = plausibility(calibrate(seen_by(camera, 3, 12, 30), SIZE, 1.3))
+    assert [finding.kind for finding in findings] == [FindingKind.POINT_OUTSIDE]
+    assert "outside the picture of 1280x720" in findings[0].text
