@@ -10,7 +10,7 @@ from enum import Enum
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.uncertainty import camera_sigmas
+from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
 from fcw.sources.frame import ImageSize
 
 MAXIMUM_PITCH_RAD = math.radians(20.0)
@@ -75,7 +75,7 @@ def plausibility(calibration: Calibration) -> tuple[Finding, ...]:
     """Everything that speaks against a calibration, with the likely cause; empty when all is well."""
     findings = list(_camera_findings(calibration.camera, calibration.image_size))
     if findings:
-        findings.append(_cause(calibration, findings))
+        findings.append(_cause(calibration))
     return (*findings, *_point_findings(calibration), *_prior_findings(calibration))
 
 
@@ -154,7 +154,7 @@ def _camera_findings(camera: GroundPlaneCamera, size: ImageSize) -> Iterator[Fin
         )
 
 
-def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
+def _cause(calibration: Calibration) -> Finding:
     distances_hold = (
         "The distances of the rows are the same whatever the parameters; "
         "pitch, focal length, lateral positions and box sizes are not."
@@ -174,13 +174,8 @@ def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
             f"with that reference offset. {distances_hold}",
             proposal,
         )
-    kinds = {finding.kind for finding in findings}
     sigmas = camera_sigmas(calibration)
-    excess_px = (
-        abs(calibration.camera.principal_row_px - _middle_row(calibration.image_size))
-        - PRINCIPAL_ROW_TOLERANCE * calibration.image_size.height
-    )
-    if FindingKind.HORIZON not in kinds and excess_px < NOISE_SIGMAS * sigmas.principal_row_px:
+    if _noise_explains(calibration, sigmas):
         reason = (
             f"the clicks leave the parameters open, the principal row by {sigmas.principal_row_px:.0f} px; "
             "add a point far away, or say the lens's field of view"
@@ -191,6 +186,20 @@ def _cause(calibration: Calibration, findings: list[Finding]) -> Finding:
             "the picture clicked in, or a road that is not flat; measure again"
         )
     return Finding(FindingKind.CAUSE, f"likely cause: {reason}. {distances_hold}")
+
+
+def _noise_explains(calibration: Calibration, sigmas: CameraSigmas) -> bool:
+    """Whether every implausible value is within the noise of the clicks of a plausible one."""
+    camera, size = calibration.camera, calibration.image_size
+    longest_px, shortest_px = (size.width / 2 / math.tan(angle / 2) for angle in FIELD_OF_VIEW_RANGE_RAD)
+    tolerance_px = PRINCIPAL_ROW_TOLERANCE * size.height
+    excesses = (
+        (abs(camera.pitch_rad) - MAXIMUM_PITCH_RAD, sigmas.pitch_rad),
+        (max(camera.focal_y_px - longest_px, shortest_px - camera.focal_y_px), sigmas.focal_y_px),
+        (abs(camera.principal_row_px - _middle_row(size)) - tolerance_px, sigmas.principal_row_px),
+        (abs(camera.horizon_row_px - _middle_row(size)) - size.height / 2, sigmas.horizon_row_px),
+    )
+    return all(excess <= max(NOISE_SIGMAS * sigma, 0.0) for excess, sigma in excesses)
 
 
 def _point_findings(calibration: Calibration) -> Iterator[Finding]:

@@ -17,7 +17,7 @@ SIZE = ImageSize(1280, 720)
 TRUTH = GroundPlaneCamera(0.03, 1100, 359.5, 1.225, 639.5)
 
 
-def points_at(distances_m, noise_px=0.0) -> list[GroundPoint]:
+def points_at(distances_m, noise_px: float | np.ndarray = 0.0) -> list[GroundPoint]:
     rows = TRUTH.row_at(np.array(distances_m, float)) + noise_px
     return [GroundPoint(float(d), float(row)) for d, row in zip(distances_m, rows, strict=True)]
 

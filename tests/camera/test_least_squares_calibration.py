@@ -62,12 +62,13 @@ def test_prior_of_the_principal_row_halves_the_far_error_of_three_clicks():
     truth = GroundPlaneCamera(0.03, 1100, 359.5, 1.225, 639.5)
     points = [GroundPoint(d, truth.row_at(d)) for d in (5.0, 10.0, 20.0)]
 
-    def relative_error(**priors: Gaussian) -> float:
-        low_m, high_m = calibrate(points, SIZE, 1.225, **priors).distance_interval(truth.row_at(50.0))
+    def relative_error(principal_row: Gaussian | None = None) -> float:
+        calibration = calibrate(points, SIZE, 1.225, principal_row=principal_row)
+        low_m, high_m = calibration.distance_interval(truth.row_at(50.0))
         return (high_m - low_m) / 2 / 50
 
     assert relative_error() == pytest.approx(0.085, abs=0.004)
-    assert relative_error(principal_row=Gaussian(359.5, 0.001)) == pytest.approx(0.042, abs=0.004)
+    assert relative_error(Gaussian(359.5, 0.001)) == pytest.approx(0.042, abs=0.004)
 
 
 def test_prior_pulls_by_its_sigma():

@@ -87,10 +87,20 @@ def test_feet_for_metres_are_not_explained_by_an_offset():
     """Distances in feet make the map 3.28 times longer: the focal length comes out as long."""
     camera = GroundPlaneCamera(0.05, 1700, 359.5, 1.3, 639.5)
     in_feet = [GroundPoint(d / 0.3048, camera.row_at(d)) for d in (6.0, 9.0, 16.0)]
-    findings = plausibility(calibrate(in_feet, SIZE, 1.3))
+    findings = plausibility(calibrate(in_feet, SIZE, 1.3, row_sigma_px=0.1))
     assert FindingKind.FIELD_OF_VIEW in {finding.kind for finding in findings}
     assert all(finding.offset is None for finding in findings)
     assert "another unit than metres" in findings[-1].text
+
+
+def test_noise_of_near_clicks_is_named_where_it_explains_all():
+    camera = GroundPlaneCamera(0.03, 1100, 359.5, 1.225, 639.5)
+    near = seen_by(camera, 4, 5, 7)
+    noisy = [GroundPoint(p.distance_m, p.row_px + n) for p, n in zip(near, (1.0, -1.0, 1.0), strict=True)]
+    implausible = calibrate(noisy, SIZE, 1.225)
+    assert FindingKind.PRINCIPAL_ROW in kinds(implausible)
+    text = next(f.text for f in plausibility(implausible) if f.kind is FindingKind.CAUSE)
+    assert "add a point far away" in text
 
 
 def test_wrong_click_among_many_is_named():
