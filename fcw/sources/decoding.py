@@ -115,9 +115,11 @@ class Decoding:
             self.undecodable += 1
 
     def take_packets(self, time_ns: int) -> tuple[VideoPacket, ...]:
-        """Packets up to the one of the picture shown at `time_ns`, in decoding order."""
+        """Packets up to the one shown at `time_ns`, in decoding order; none where that has no packet."""
+        if all(packet_ns != time_ns for _, packet_ns, _ in self._pending):
+            return ()
         taken: list[VideoPacket] = []
-        while self._pending and self._pending[0][1] <= time_ns:
+        while not taken or not taken[-1].shown:
             data, packet_ns, keyframe = self._pending.popleft()
             taken.append(VideoPacket(data, packet_ns, keyframe, shown=packet_ns == time_ns))
         return tuple(taken)

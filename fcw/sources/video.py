@@ -30,6 +30,9 @@ FALLBACK_FRAME_RATE_HZ = 25.0
 SHORTFALL_S = 1.0
 """A file that ends this much before its stated length is called cut short; sound may outlast pictures."""
 
+REORDERING_NS = NANOSECONDS
+"""B frames stand a few pictures out of order in a file; a clock that steps back further starts anew."""
+
 
 @dataclass(frozen=True, slots=True)
 class _PacketTable:
@@ -39,10 +42,43 @@ class _PacketTable:
         times_ns: times of the packets meant to be shown, ascending.
         relayable: every packet is one H.264 picture without B slices, they stand in the order of their times,
             and wherever decoding can start the packet brings its parameter sets.
+        seekable: the clock never steps back, so that a time is found by going to it.
     """
 
     times_ns: NDArray[np.int64]
     relayable: bool
+    seekable: bool
+
+
+class _Clock:
+    """Times of pictures, always rising.
+
+    Attributes:
+        last_ns: time of the latest picture.
+        estimated: how often a picture had no time, or none after the picture before.
+    """
+
+    def __init__(self, stream: VideoStream, period_ns: int, by_decoding: bool) -> None:
+        """`by_decoding` where the container states when to decode, but not when to show."""
+        self.last_ns: int | None = None
+        self.estimated = 0
+        self._stream, self._period_ns, self._by_decoding = stream, period_ns, by_decoding
+        self._stepped_ns = 0
+
+    def time_ns(self, picture: VideoFrame) -> int:
+        """The picture's own time; without one, a period after the picture before.
+
+        Where the stream's clock steps back, all later times move on with it.
+        """
+        ticks = picture.dts if self._by_decoding else picture.pts
+        own_ns = None if ticks is None else to_ns(ticks, self._stream) + self._stepped_ns
+        time_ns = own_ns
+        if time_ns is None or (self.last_ns is not None and time_ns <= self.last_ns):
+            time_ns = 0 if self.last_ns is None else self.last_ns + self._period_ns
+            self._stepped_ns += 0 if own_ns is None else time_ns - own_ns
+            self.estimated += 0 if own_ns is None and self._by_decoding else 1
+        self.last_ns = time_ns
+        return time_ns
 
 
 class VideoSource:
@@ -67,12 +103,12 @@ class VideoSource:
             self._orient, self._turn = orientation(first)
             height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
             self._image_size = ImageSize(width, height)
-            self._first_time_ns = to_ns(first.pts or 0, stream)
             self._frame_rate_hz = float(stream.average_rate or stream.guessed_rate or FALLBACK_FRAME_RATE_HZ)
             codec = stream.codec_context
             self._upright_h264 = (
                 codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and not self._turn
             )
+            self._avi = container.format.name == "avi"
 
     @property
     def name(self) -> str:
@@ -114,7 +150,8 @@ class VideoSource:
         Where the source relays video, the first frame also carries the packets before it that its decoding
         needs, marked not shown. Packets after the last frame belong to none and are dropped.
         """
-        far = start_ns is not None and start_ns > self._first_time_ns and self.frame_count is not None
+        table = self._packet_table
+        far = start_ns is not None and table.seekable and start_ns > table.times_ns[0]
         return self._frames(start_ns, seek=far)
 
     def _frames(self, start_ns: int | None, seek: bool) -> Iterator[Frame]:
@@ -125,46 +162,38 @@ class VideoSource:
                 yield from self._frames(start_ns, seek=False)
                 return
             decoding = Decoding(container, stream, relay=relays, sought=seek)
-            index, last_ns, left_out = 0, None, 0
+            # AVI has no presentation times; those that FFmpeg makes up are right only without reordering.
+            period_ns = round(NANOSECONDS / self._frame_rate_hz)
+            clock = _Clock(stream, period_ns, by_decoding=self._avi and not relays)
+            index: int | None = None if seek else 0
             for picture in decoding.pictures():
                 if ImageSize(picture.width, picture.height) != self._coded_size:
                     self._notes = (
                         f"{self.name}: the picture size changes from {self._coded_size} to "
-                        f"{picture.width}x{picture.height} after {_seconds(last_ns)}; the rest is left out: "
-                        "cut the file there and run its parts",
+                        f"{picture.width}x{picture.height} after {_seconds(clock.last_ns)}; the rest is left "
+                        "out: cut the file there and run its parts",
                     )
                     return
-                time_ns = self._time_ns(picture, stream, last_ns)
-                if last_ns is None and seek:
+                time_ns = clock.time_ns(picture)
+                if index is None:
                     index = int(np.searchsorted(self._packet_table.times_ns, time_ns))
-                if last_ns is not None and time_ns <= last_ns:
-                    left_out += 1
-                    continue
-                last_ns = time_ns
                 if start_ns is None or time_ns >= start_ns:
                     packets = decoding.take_packets(time_ns) if relays else ()
+                    if relays and not packets:
+                        decoding.undecodable += 1  # its packet was too damaged to hand on
+                        continue
                     image = np.asarray(picture.to_ndarray(format="bgr24"), np.uint8)
                     yield Frame(index, time_ns, self._orient(image), packets)
                 index += 1
             announced = None if seek else announced_packets(container, stream)
             end_ns = _stated_end_ns(container)
-        self._notes = tuple(self._damage(decoding, announced, end_ns, last_ns, left_out))
-
-    def _time_ns(self, picture: VideoFrame, stream: VideoStream, last_ns: int | None) -> int:
-        """The picture's own time; without one, a period of the nominal rate after the picture before."""
-        if picture.pts is not None:
-            return to_ns(picture.pts, stream)
-        return self._first_time_ns if last_ns is None else last_ns + round(NANOSECONDS / self._frame_rate_hz)
+        self._notes = tuple(self._damage(decoding, announced, end_ns, clock))
 
     def _damage(
-        self,
-        decoding: Decoding,
-        announced: int | None,
-        end_ns: int | None,
-        last_ns: int | None,
-        left_out: int,
+        self, decoding: Decoding, announced: int | None, end_ns: int | None, clock: _Clock
     ) -> Iterator[str]:
         """Sentences on what an iteration that came to the end could not read."""
+        last_ns = clock.last_ns
         last = f"the last picture read is at {_seconds(last_ns)}"
         if announced and decoding.packets_read < announced:
             missing = announced - decoding.packets_read
@@ -175,25 +204,28 @@ class VideoSource:
             yield f"{self.name}: the file cannot be read on ({decoding.error}), {last}"
         if decoding.undecodable:
             yield f"{self.name}: {decoding.undecodable} damaged pictures cannot be decoded and are left out"
-        if left_out:
-            yield f"{self.name}: {left_out} pictures with a time before the one ahead of them are left out"
+        if clock.estimated:
+            yield f"{self.name}: {clock.estimated} pictures have no time after the one before: estimated"
 
     @cached_property
     def _packet_table(self) -> _PacketTable:
         times_ns: list[int] = []
-        relayable, last_ns = self._upright_h264, None
+        relayable, last_ns, stepped_back = self._upright_h264, None, False
         with opened(self.path) as (container, stream):
             annex_b = annex_b_filter(stream) if relayable else None
             for packet in Decoding(container, stream).packets():
                 time_ns = None if packet.pts is None else to_ns(packet.pts, stream)
                 if time_ns is not None and not packet.is_discard:
                     times_ns.append(time_ns)
+                rises = time_ns is not None and (last_ns is None or time_ns > last_ns)
                 if relayable and annex_b is not None:
-                    in_order = time_ns is not None and (last_ns is None or time_ns > last_ns)
                     startable = packet.is_keyframe or last_ns is not None
-                    relayable = in_order and startable and is_plain_picture(annex_b, packet)
-                    last_ns = time_ns
-        return _PacketTable(np.sort(np.array(times_ns, np.int64)), relayable)
+                    relayable = rises and startable and is_plain_picture(annex_b, packet)
+                if time_ns is not None and last_ns is not None:
+                    stepped_back |= time_ns < last_ns - REORDERING_NS
+                last_ns = time_ns
+        seekable = bool(times_ns) and not stepped_back and (relayable or not self._avi)
+        return _PacketTable(np.sort(np.array(times_ns, np.int64)), relayable, seekable)
 
 
 def _stated_end_ns(container: InputContainer) -> int | None:

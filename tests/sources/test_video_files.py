@@ -1,0 +1,129 @@
+"""Videos made on the spot: times, rotation, containers, codecs."""
+
+from fractions import Fraction
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fcw.errors import UserError
+from fcw.sources import h264, open_source
+
+NO_B_FRAMES = {"bf": "0", "g": "10"}
+
+
+def number_in(image: np.ndarray) -> int:
+    """The number that the picture shows, see the fixture `numbered_images`."""
+    return sum(int(image[:, 8 * bit + 2 : 8 * bit + 6].mean() > 127) << bit for bit in range(8))
+
+
+def test_variable_frame_rate_keeps_every_time(make_video, numbered_images):
+    pts = [0, 1501, 4500, 4501, 9000, 99_000, 99_090, 180_007]
+    path = make_video(
+        "vfr.mp4",
+        numbered_images[: len(pts)],
+        pts=pts,
+        time_base=Fraction(1, 90_000),
+        codec_options=NO_B_FRAMES,
+    )
+    frames = list(open_source(path).frames())
+    assert [frame.time_ns for frame in frames] == [round(Fraction(p, 90_000) * 10**9) for p in pts]
+    assert [number_in(frame.image) for frame in frames] == list(range(len(pts)))
+    assert [frame.packets[-1].time_ns for frame in frames] == [frame.time_ns for frame in frames]
+
+
+@pytest.mark.parametrize("mirror", [(False, False), (True, False), (False, True)])
+@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
+def test_pictures_are_set_upright_as_the_file_asks(make_video, degrees: int, mirror: tuple[bool, bool]):
+    picture = np.zeros((48, 64, 3), np.uint8)
+    picture[:24, :32] = (250, 20, 20)  # top left blue
+    picture[:24, 32:] = (20, 250, 20)  # top right green
+    picture[24:, :32] = (20, 20, 250)  # bottom left red, bottom right black
+    path = make_video("turned.mp4", [picture] * 3, rotation=(degrees, *mirror), codec_options=NO_B_FRAMES)
+    expected = np.rot90(picture, degrees // 90)  # anticlockwise, as PyAV counts, then mirrored
+    expected = expected[:, ::-1] if mirror[0] else expected
+    expected = expected[::-1] if mirror[1] else expected
+    source = open_source(path)
+    frame = next(source.frames())
+    assert frame.image.shape == expected.shape
+    assert (source.image_size.height, source.image_size.width) == expected.shape[:2]
+    assert np.mean(np.abs(frame.image.astype(float) - expected)) < 8
+    upright = degrees == 0 and not any(mirror)
+    assert source.relays_video == upright
+    assert bool(frame.packets) == upright
+    assert ("turned.mp4: pictures are" in " ".join(source.notes)) == (not upright)
+
+
+def test_a_rotation_is_said_in_degrees_clockwise_and_agrees_with_opencv(make_video):
+    generator = np.random.default_rng(0)
+    picture = cv2.resize(generator.integers(0, 256, (6, 8, 3), np.uint8), (64, 48))
+    path = make_video("phone.mp4", [picture] * 3, rotation=(270, False, False))
+    source = open_source(path)
+    shown, image = cv2.VideoCapture(str(path)).read()
+    assert shown
+    np.testing.assert_array_equal(next(source.frames()).image, image)
+    assert source.notes == ("phone.mp4: pictures are turned by 90 degrees clockwise, as the file asks",)
+
+
+def test_mirrored_pictures_are_said_to_be(make_video, numbered_images):
+    path = make_video("rear.mp4", numbered_images[:3], rotation=(0, True, False))
+    assert open_source(path).notes == ("rear.mp4: pictures are mirrored, as the file asks",)
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.mov", "a.mkv", "a.avi", "a.ts"])
+@pytest.mark.parametrize("b_frames", [0, 2])
+def test_containers_give_the_same_pictures_and_relay_only_without_b_frames(
+    make_video, numbered_images, name: str, b_frames: int
+):
+    options = {"bf": str(b_frames), "g": "10", "b_strategy": "0", "sc_threshold": "0"}
+    source = open_source(make_video(name, numbered_images, codec_options=options))
+    frames = list(source.frames())
+    assert [number_in(frame.image) for frame in frames] == list(range(100))
+    steps = np.diff([frame.time_ns for frame in frames])
+    assert np.all(np.abs(steps - 1e9 / 30) <= 1e6)  # Matroska counts in milliseconds
+    assert source.relays_video == (b_frames == 0)
+    assert all(bool(frame.packets) == (b_frames == 0) for frame in frames)
+    assert source.notes == ()
+    for index in (0, 15, 99):
+        frame = next(source.frames(frames[index].time_ns))
+        assert (frame.index, frame.time_ns, number_in(frame.image)) == (
+            index,
+            frames[index].time_ns,
+            index,
+        )
+        if source.relays_video:
+            assert frame.packets[0].keyframe
+
+
+@pytest.mark.parametrize("pixel_format", ["yuv444p", "yuv420p10le"])
+def test_video_that_viewers_cannot_decode_is_not_relayed(make_video, numbered_images, pixel_format: str):
+    path = make_video("deep.mp4", numbered_images[:12], pixel_format=pixel_format, codec_options=NO_B_FRAMES)
+    source = open_source(path)
+    frames = list(source.frames())
+    assert not source.relays_video
+    assert [number_in(frame.image) for frame in frames] == list(range(12))
+
+
+def test_a_frame_rate_for_a_video_is_refused(make_video, numbered_images):
+    path = make_video("rated.mp4", numbered_images[:3])
+    with pytest.raises(UserError, match=r"rated\.mp4: a frame rate of 12 was given, but a video has times"):
+        open_source(path, frame_rate_hz=12)
+
+
+def exp_golomb(number: int) -> str:
+    digits = f"{number + 1:b}"
+    return "0" * (len(digits) - 1) + digits
+
+
+@given(first=st.integers(0, 2**20), slice_type=st.integers(0, 9), idr=st.booleans(), headers=st.booleans())
+def test_slice_headers_are_read_as_the_standard_writes_them(
+    first: int, slice_type: int, idr: bool, headers: bool
+):
+    bits = exp_golomb(first) + exp_golomb(slice_type) + "1"
+    bits += "1" * (-len(bits) % 8)
+    slice_unit = bytes([0x65 if idr else 0x41]) + int(bits, 2).to_bytes(len(bits) // 8, "big")
+    parameter_sets = b"\0\0\0\1\x67\x42\0\0\0\1\x68\xce" if headers else b""
+    unit = h264.inspect(parameter_sets + b"\0\0\0\1\x06\x05\0\0\1" + slice_unit + b"\0\0\1\x67")
+    assert unit == h264.AccessUnit(idr, headers, slice_type % 5 == 1)
