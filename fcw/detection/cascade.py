@@ -5,7 +5,6 @@ threshold (as in ACF): a window is dropped as soon as its running score falls be
 drop most windows, run over whole rows of windows at once (vectorised); the survivors go on one by one.
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +13,7 @@ from fcw.detection.model import BoostedTrees, Window
 
 ROW_TREES = 32
 """Trees that run over whole rows of windows."""
+_LARGEST = np.float32(np.finfo(np.float32).max)
 
 
 def feature_offsets(
@@ -32,23 +32,6 @@ def feature_offsets(
     return channel * channel_pitch + row * row_pitch + column
 
 
-@kernel(
-    numba.int64(
-        numba.uint8[::1],
-        numba.int64,
-        numba.int64,
-        numba.int64,
-        numba.int64,
-        numba.int64[:, ::1],
-        numba.uint8[:, ::1],
-        numba.float32[:, ::1],
-        numba.float32,
-        numba.float32,
-        numba.float32[:, ::1],
-        numba.int32[:, ::1],
-        numba.float32[::1],
-    )
-)
 def score_windows(
     grids: NDArray[np.uint8],
     row_pitch: int,
@@ -75,7 +58,7 @@ def score_windows(
         offsets: (T, 3) from `feature_offsets`.
         thresholds: (T, 3) of the trees.
         leaves: (T, 4) of the trees.
-        rejection_threshold: running score below which a window is dropped.
+        rejection_threshold: running score below which a window is dropped; finite.
         score_threshold: final score from which a window is put out.
         scratch: (2, columns or more).
         places: (N, 2) receives row and column of the windows.
@@ -84,6 +67,39 @@ def score_windows(
     Returns:
         How many there are; where that is more than N, only the first N were written.
     """
+    return _score_windows(
+        grids,
+        row_pitch,
+        first_row,
+        end_row,
+        columns,
+        offsets,
+        thresholds,
+        leaves,
+        np.float32(rejection_threshold),
+        np.float32(score_threshold),
+        scratch,
+        places,
+        scores,
+    )
+
+
+@kernel()
+def _score_windows(
+    grids: NDArray[np.uint8],
+    row_pitch: int,
+    first_row: int,
+    end_row: int,
+    columns: int,
+    offsets: NDArray[np.int64],
+    thresholds: NDArray[np.uint8],
+    leaves: NDArray[np.float32],
+    rejection_threshold: np.float32,
+    score_threshold: np.float32,
+    scratch: NDArray[np.float32],
+    places: NDArray[np.int32],
+    scores: NDArray[np.float32],
+) -> int:
     tree_count = len(offsets)
     row_trees = min(ROW_TREES, tree_count)
     score, lowest = scratch[0, :columns], scratch[1, :columns]
@@ -91,7 +107,7 @@ def score_windows(
     for row in range(first_row, end_row):
         base = row * row_pitch
         score[:] = np.float32(0)
-        lowest[:] = np.float32(np.inf)
+        lowest[:] = _LARGEST
         for t in range(row_trees):
             at0, at1, at2 = base + offsets[t, 0], base + offsets[t, 1], base + offsets[t, 2]
             root, left, right = (

@@ -3,7 +3,8 @@
 What is computed is defined in `fcw.detection.channels`.
 """
 
-import numba
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +19,7 @@ _f = np.float32
 _ZERO, _HALF, _ONE, _TWO = _f(0), _f(0.5), _f(1), _f(2)
 
 # RGB (0..255, gamma kept) -> X, Y and X + 15 Y + 3 Z, after the toolbox's matrix.
-Weights = tuple[np.float32, np.float32, np.float32]
+
 _TO_XYZ = np.array(
     [[0.430574, 0.341550, 0.178325], [0.222015, 0.706655, 0.071330], [0.020183, 0.129553, 0.939180]]
 )
@@ -46,7 +47,9 @@ LUV_RING, MAGNITUDE_RING, CELL_RING = 4, 16, 8
 
 
 @kernel()
-def _weighted_sum(red: NDArray, green: NDArray, blue: NDArray, weights: Weights, out: NDArray) -> None:
+def _weighted_sum(
+    red: NDArray, green: NDArray, blue: NDArray, weights: Sequence[np.float32], out: NDArray
+) -> None:
     weight_red, weight_green, weight_blue = weights
     for x in range(len(out)):
         out[x] = weight_red * red[x] + weight_green * green[x] + weight_blue * blue[x]
@@ -224,13 +227,13 @@ def _cell_row(sums: NDArray, cell_px: int, out: NDArray) -> None:
 def _store_row(
     ring: NDArray, row: int, last: int, cell_px: int, smooth: NDArray, vertical: NDArray, out: NDArray
 ) -> None:
-    """Smooth one row of cells of every channel and store it as uint8 in out[:, 0]."""
+    """Smooth one row of cells of every channel and store it as uint8 in out (columns, 10)."""
     part = _ONE / _f(cell_px * cell_px)
     mask = CELL_RING - 1
     above, here, below = ring[max(row - 1, 0) & mask], ring[row & mask], ring[min(row + 1, last) & mask]
     for k in range(CHANNEL_COUNT):
         _smooth_row(above[k], here[k], below[k], _QUARTER, vertical, smooth)
-        cells = out[k, 0]
+        cells = out[:, k]
         # Sums over a cell's pixels become means here.
         if k == 0:
             for x in range(len(cells)):
@@ -245,25 +248,7 @@ def _store_row(
                 cells[x] = np.uint8(min(_GRADIENT_STEPS * np.sqrt(part * smooth[x + 1]) + _HALF, _MAX))
 
 
-@kernel(
-    numba.void(
-        numba.types.Array(numba.uint8, 3, "C", readonly=True),
-        numba.int64,
-        numba.int64,
-        numba.int64,
-        numba.float32,
-        numba.float32[::1],
-        numba.float32,
-        numba.float32[:, :, ::1],
-        numba.float32[:, :, ::1],
-        numba.float32[:, :, ::1],
-        numba.float32[:, ::1],
-        numba.float32[:, ::1],
-        numba.float32[:, ::1],
-        numba.float32[:, :, ::1],
-        numba.types.Array(numba.uint8, 3, "A"),
-    )
-)
+@kernel()
 def channel_rows(
     image: NDArray,
     first: int,
@@ -298,9 +283,9 @@ def channel_rows(
         padded: (3, width + 2 * TRIANGLE_REACH).
         sums: (10, width).
         cells: (CELL_RING, 10, columns + 2).
-        out: (10, end - first, columns).
+        out: (end - first, columns, 10).
     """
-    columns = out.shape[2]
+    columns = out.shape[1]
     width = columns * cell_px
     cell_rows = image.shape[0] // cell_px
     last_row, last_cell = cell_rows * cell_px - 1, cell_rows - 1
@@ -358,7 +343,7 @@ def channel_rows(
                     _cell_row(sums[k], cell_px, cells[cell & (CELL_RING - 1)][k])
                 if first <= cell - 1 < end:
                     _store_row(
-                        cells, cell - 1, last_cell, cell_px, cell_smooth, vertical, out[:, cell - 1 - first :]
+                        cells, cell - 1, last_cell, cell_px, cell_smooth, vertical, out[cell - 1 - first]
                     )
                 if cell == last_cell and end == cell_rows:
-                    _store_row(cells, cell, last_cell, cell_px, cell_smooth, vertical, out[:, cell - first :])
+                    _store_row(cells, cell, last_cell, cell_px, cell_smooth, vertical, out[cell - first])

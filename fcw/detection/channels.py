@@ -120,6 +120,7 @@ class ChannelComputer:
             out = np.empty(shape, np.uint8)
         elif out.shape != shape:
             raise ValueError(f"`out` must be of shape {shape}, got {out.shape}")
+        # One type for every caller, and so one compiled kernel: read-only, and never contiguous by luck.
         readonly = np.ascontiguousarray(image).view()
         readonly.flags.writeable = False
         channel_rows(
@@ -127,9 +128,9 @@ class ChannelComputer:
             first_row,
             end_row,
             self._settings.cell_px,
-            self._settings.smoothing,
+            np.float32(self._settings.smoothing),
             self._triangle,
-            self._settings.normalisation_constant,
+            np.float32(self._settings.normalisation_constant),
             self._luv,
             self._smooth,
             self._polar,
@@ -137,7 +138,7 @@ class ChannelComputer:
             self._padded,
             self._sums,
             self._cells,
-            out,
+            out.transpose(1, 2, 0),
         )
         return out
 

@@ -6,19 +6,19 @@ from typing import Any
 import numba
 
 
-def kernel(*signature: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401 - numba's own types
-    """Decorator: compile at import for one signature, or at the first use where none is given.
+def kernel() -> Callable[[Callable[..., Any]], Any]:
+    """Decorator: compile a function at its first use, for the types it is then called with.
 
     nogil lets frames be worked on in several threads; fastmath lets LLVM vectorise. The machine code is
     cached beside the source or in numba's cache folder; where neither can be written to (a read-only install
     without a home folder) numba refuses, and the kernel is compiled anew in each process.
     """
 
-    def compile_kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401
+    def compiled(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's own type
         options = {"nogil": True, "fastmath": True, "error_model": "numpy"}
         try:
-            return numba.njit(*signature, cache=True, **options)(function)
+            return numba.njit(cache=True, **options)(function)
         except RuntimeError:  # "cannot cache function ...: no locator available"
-            return numba.njit(*signature, **options)(function)
+            return numba.njit(**options)(function)
 
-    return compile_kernel
+    return compiled
