@@ -157,7 +157,7 @@ def _calibration(command: CalibrateCommand) -> "Calibration":
         if command.source is None:
             raise UserError(
                 "no points: give at least three as --points DISTANCE:ROW ..., "
-                "for example --points 6:541 15:438 40:386 --image-size 1280x720 --height 1.2"
+                "for example --points 8:594 15:513 40:455 --image-size 1280x720 --height 1.2"
             )
         raise UserError(
             f"{command.source}: clicking in the browser is not there yet; read the rows of three marks off a "
@@ -217,7 +217,7 @@ def parse_point(text: str) -> "GroundPoint":
     except ValueError:
         raise UserError(
             f"--points {text}: expected DISTANCE:ROW or DISTANCE:ROW:COLUMN, metres and pixels, "
-            "for example 6:541 or 6:541:640"
+            "for example 8:594 or 8:594:640 (a video or folder is named before --points)"
         ) from None
     return GroundPoint(distance_m, row_px, column_px)
 
@@ -266,7 +266,7 @@ def _report(calibration: "Calibration", saved: Path | None, console: "Console", 
     from rich.table import Table
 
     from fcw.camera.points import PARAMETER_COUNT
-    from fcw.camera.uncertainty import best_next_click, camera_sigmas
+    from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
     from fcw.units import distance_text
 
     camera, sigmas = calibration.camera, camera_sigmas(calibration)
@@ -286,16 +286,18 @@ def _report(calibration: "Calibration", saved: Path | None, console: "Console", 
     )
     line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
 
-    table = Table("distance", "row", "16th to 84th percentile", box=None, pad_edge=False)
+    table = Table("distance", "row", "16th to 84th percentile", "half of it", box=None, pad_edge=False)
     for distance_m in ROW_DISTANCES_M:
         row_px = calibration.row_at(distance_m)
         low_m, high_m = calibration.distance_interval(row_px)
-        high = distance_text(high_m, imperial) if math.isfinite(high_m) else "unbounded"
+        bounded = math.isfinite(high_m)
+        high = distance_text(high_m, imperial) if bounded else "unbounded"
         outside = "" if row_px <= calibration.image_size.height - 0.5 else " (below the picture)"
         table.add_row(
             distance_text(distance_m, imperial),
             f"{row_px:.1f}{outside}",
             f"{distance_text(low_m, imperial)} to {high}",
+            f"{(high_m - low_m) / 2 / distance_m:.1%}" if bounded else "",
         )
     console.print(table)
 
@@ -309,9 +311,10 @@ def _report(calibration: "Calibration", saved: Path | None, console: "Console", 
         line("The solution meets the points exactly, as any three do: that says nothing of its quality.")
     next_click = best_next_click(calibration)
     if next_click is not None:
+        nearest, farthest = (distance_text(TARGET_DISTANCES_M[end], imperial) for end in (0, -1))
         line(
             f"One more point helps most at {distance_text(next_click.distance_m, imperial)}, near row "
-            f"{next_click.row_px:.0f}: the error of distances of 10 to 50 m would fall from "
+            f"{next_click.row_px:.0f}: the error of distances from {nearest} to {farthest} would fall from "
             f"{next_click.error_before:.1%} to {next_click.error_after:.1%}."
         )
     line(f"saved {saved}" if saved is not None else "not saved; --save FILE keeps it")
