@@ -150,7 +150,9 @@ def prior_levels(
     top_step = math.floor(scales_per_octave * math.log2(largest_scale) + 1e-9)
     top_octave = 1 if largest_scale >= 2 else 0
     levels = []
-    for scale in _scales_down(size, window, scales_per_octave, top_step):
+    # A near vehicle's window may reach beyond the picture; twice its size is more than the padding allows.
+    smallest = window.size_px / min(size.width, size.height) / 2
+    for scale in _scales_down(scales_per_octave, top_step, smallest):
         rows = prior.bottom_rows(window.vehicle_size_px / scale)
         level = rows and _level(size, window, scale, top_octave, rows)
         if level:
@@ -161,15 +163,13 @@ def prior_levels(
 def full_levels(size: ImageSize, window: Window, scales_per_octave: int) -> tuple[Level, ...]:
     """Levels of plain ACF: the whole picture, from its own scale down to the window's size."""
     everywhere = RowRange(-math.inf, math.inf)
-    levels = (
-        _level(size, window, s, 0, everywhere) for s in _scales_down(size, window, scales_per_octave, 0)
-    )
+    smallest = window.size_px / min(size.width, size.height)
+    levels = (_level(size, window, s, 0, everywhere) for s in _scales_down(scales_per_octave, 0, smallest))
     return tuple(level for level in levels if level)
 
 
-def _scales_down(size: ImageSize, window: Window, scales_per_octave: int, top_step: int) -> Iterator[float]:
-    """Scales 2**(k / scales_per_octave) at which the window fits into the picture."""
-    smallest = window.size_px / min(size.width, size.height)
+def _scales_down(scales_per_octave: int, top_step: int, smallest: float) -> Iterator[float]:
+    """Scales 2**(k / scales_per_octave) from k = top_step down to the smallest allowed."""
     step = top_step
     while (scale := 2.0 ** (step / scales_per_octave)) >= smallest:
         yield scale
