@@ -15,9 +15,13 @@ from fcw.detection.scanner import Proposals, Scanner
 from fcw.detection.suppression import suppress
 from fcw.detection.types import Box, Detection
 from fcw.detection.windows import DistancePrior, full_levels, prior_levels
+from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 
 __all__ = ["AcfDetector", "AcfSettings", "FullAcfDetector", "FullAcfSettings", "Proposals"]
+
+LARGEST_SCALE_LIMIT = 4
+"""There is one octave above the picture's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +46,19 @@ class AcfSettings:
     largest_overlap: float = 0.5
     score_threshold: float | None = None
 
+    def __post_init__(self) -> None:
+        if not 1 <= self.largest_scale < LARGEST_SCALE_LIMIT:
+            raise ValueError(f"largest_scale {self.largest_scale}: expected 1 to under {LARGEST_SCALE_LIMIT}")
+
 
 class AcfDetector:
     """ACF with windows that follow from the calibration (section 3.2 of the paper).
 
     Scales, rows and aspect ratio of the windows come from the distance prior; see `fcw.detection.windows`.
     An instance owns scratch memory: use one for each thread.
+
+    Raises:
+        UserError: by the calibration the road is not in the picture.
     """
 
     def __init__(
@@ -71,6 +82,12 @@ class AcfDetector:
             settings.scales_per_octave,
             settings.largest_scale,
         )
+        if not self.levels:
+            raise UserError(
+                f"the calibration has its horizon in row {calibration.horizon_row_px:.0f} of pictures of "
+                f"{calibration.image_size}: no vehicle {settings.nearest_m:g} to {settings.farthest_m:g} m "
+                "away can be in them; calibrate again with points on the road ahead"
+            )
         self._scanner = Scanner(model, calibration.image_size, self.levels)
 
     @property

@@ -72,7 +72,7 @@ class _Halves:
         self._rows: dict[int, slice] = {0: slice(0, size.height)}
         self._reduced: dict[int, NDArray[np.uint8]] = {}
         needed = None
-        for number in range(min(0, *octaves), 0):
+        for number in range(min(octaves, default=0), 0):
             wanted = [needed] if needed else []
             wanted += [octaves[number].picture_rows] if number in octaves else []
             rows = slice(min(r.start for r in wanted), max(r.stop for r in wanted))

@@ -1,0 +1,284 @@
+"""The two detectors on pictures with vehicles drawn where they should be found."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
+from fcw.detection.boosting import train_trees
+from fcw.detection.channels import compute_channels
+from fcw.detection.model import BoostedTrees, Model, VehicleStatistics, Window
+from fcw.detection.overlap import intersection_over_union
+from fcw.detection.types import Box, Detection
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+
+WINDOW = Window()
+ASPECT = 1.4
+STATISTICS = VehicleStatistics(0.9, 2.1, 4.5, (5.0, 50.0), (ASPECT, ASPECT))
+SIZE = ImageSize(641, 363)
+CAMERA = GroundPlaneCamera(0.03, 560.0, 180.0, 1.3, 320.0)
+CALIBRATION = Calibration.from_camera(CAMERA, SIZE)
+MARGIN_PX = 16
+
+
+def background(height: int, width: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Soft blobs of several sizes in muted colours."""
+    picture = np.full((height, width, 3), 120.0)
+    for cell, strength in ((4, 6), (16, 15), (64, 30)):
+        coarse = rng.normal(0, strength, (height // cell + 2, width // cell + 2, 3))
+        picture += cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
+    return np.clip(picture, 0, 255).astype(np.uint8)
+
+
+def draw_vehicle(picture: NDArray[np.uint8], box: NDArray[np.float64]) -> None:
+    """A dark rear with a bright window, red lights and a shadow, antialiased at any size."""
+    x, y, w, h = box
+    bits = 6
+
+    def fill(left: float, top: float, width: float, height: float, colour: tuple[int, int, int]) -> None:
+        corners = [(left, top), (left + width, top), (left + width, top + height), (left, top + height)]
+        points = np.array([(x + w * u, y + h * v) for u, v in corners])
+        fixed = np.rint(points * 2**bits).astype(np.int32)
+        cv2.fillConvexPoly(picture, fixed, colour, cv2.LINE_AA, bits)
+
+    fill(0.0, 0.35, 1.0, 0.55, (60, 50, 45))
+    fill(0.15, 0.0, 0.7, 0.4, (70, 60, 55))
+    fill(0.2, 0.06, 0.6, 0.28, (200, 190, 180))
+    fill(0.02, 0.42, 0.16, 0.14, (30, 20, 200))
+    fill(0.82, 0.42, 0.16, 0.14, (30, 20, 200))
+    fill(0.35, 0.65, 0.3, 0.12, (220, 220, 220))
+    fill(0.05, 0.88, 0.9, 0.12, (15, 15, 15))
+
+
+def box_of(size_px: float, middle: float, bottom: float) -> NDArray[np.float64]:
+    w, h = size_px * math.sqrt(ASPECT), size_px / math.sqrt(ASPECT)
+    return np.array([middle - w / 2, bottom - h, w, h])
+
+
+def example(rng: np.random.Generator, positive: bool) -> NDArray[np.uint8]:
+    """Features of a window with a vehicle in its place, or without, or with one out of place."""
+    side = WINDOW.size_px + 2 * MARGIN_PX
+    picture = background(side, side, rng)
+    size, middle, bottom = WINDOW.vehicle_size_px, side / 2 - 0.5, MARGIN_PX + WINDOW.vehicle_bottom_px - 0.5
+    if positive:
+        size *= math.exp(rng.uniform(-0.1, 0.1))
+        middle, bottom = middle + rng.uniform(-2.5, 2.5), bottom + rng.uniform(-2.5, 2.5)
+        draw_vehicle(picture, box_of(size, middle, bottom))
+    elif rng.uniform() < 0.6:
+        angle = rng.uniform(0, 2 * math.pi)
+        away = rng.uniform(0.5, 1.0) * size
+        factor = rng.choice([0.5, 1.0, 1.9])
+        away *= factor != 1.9
+        draw_vehicle(
+            picture, box_of(size * factor, middle + away * math.cos(angle), bottom + away * math.sin(angle))
+        )
+    cut = slice(MARGIN_PX // 4, MARGIN_PX // 4 + WINDOW.cells)
+    return compute_channels(picture)[:, cut, cut].reshape(-1)
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    rng = np.random.default_rng(1)
+    positives = np.array([example(rng, True) for _ in range(250)])
+    negatives = np.array([example(rng, False) for _ in range(1000)])
+    return Model(WINDOW, train_trees(positives, negatives, 64), STATISTICS, -3.0, 3.0)
+
+
+@pytest.fixture(scope="module")
+def open_model(model: Model) -> Model:
+    """The same with few trees and no rejection: every window passes."""
+    trees = BoostedTrees(model.trees.feature[:40], model.trees.threshold[:40], model.trees.leaf[:40])
+    return Model(WINDOW, trees, STATISTICS, -1e6, -1e6)
+
+
+def overlap(detection: Detection, box: NDArray[np.float64]) -> float:
+    found = detection.box
+    return float(intersection_over_union(np.array([[found.x, found.y, found.w, found.h]]), box[None])[0, 0])
+
+
+def vehicle_at(distance_m: float, lateral_m: float) -> NDArray[np.float64]:
+    bottom = CAMERA.row_at(distance_m)
+    size_px = 2.1 * (bottom - CAMERA.horizon_row_px) / CAMERA.height_m
+    return box_of(size_px, float(CAMERA.column_at(lateral_m, distance_m)), bottom)
+
+
+# Vehicles of 170 to 20 px: every octave, and both edges of the picture.
+@pytest.mark.parametrize(
+    ("distance_m", "lateral_m"), [(7, 0), (9, -3.3), (14, 3), (20, -1), (28, 5), (40, 0), (52, 4), (58, -6)]
+)
+def test_finds_the_vehicle_and_where_it_stands(model: Model, distance_m: float, lateral_m: float):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(int(distance_m)))
+    box = vehicle_at(distance_m, lateral_m)
+    draw_vehicle(picture, box)
+    detections = AcfDetector(model, CALIBRATION).detect(picture)
+    assert detections
+    assert overlap(detections[0], box) >= 0.65
+    assert detections[0].box.bottom == pytest.approx(box[1] + box[3], abs=0.1 * math.sqrt(box[2] * box[3]))
+
+
+@pytest.mark.parametrize("size_px", [41.0, 60.0, 95.0, 150.0])
+def test_plain_acf_finds_a_vehicle_anywhere(model: Model, size_px: float):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(int(size_px)))
+    box = box_of(size_px, 200.0, 170.0)
+    draw_vehicle(picture, box)
+    detections = FullAcfDetector(model).detect(picture)
+    assert detections
+    assert overlap(detections[0], box) >= 0.65
+
+
+def test_the_prior_does_not_look_where_no_vehicle_can_stand(model: Model):
+    # As large as a vehicle at 10 m, with its wheels in the sky.
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(5))
+    box = box_of(110.0, 320.0, 120.0)
+    draw_vehicle(picture, box)
+    assert any(overlap(found, box) > 0.5 for found in FullAcfDetector(model).detect(picture))
+    assert not any(overlap(found, box) > 0.3 for found in AcfDetector(model, CALIBRATION).detect(picture))
+
+
+def test_vehicles_at_the_edge_of_the_picture_are_found_and_their_boxes_cut(model: Model):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(6))
+    box = vehicle_at(12, 0)
+    box[0] = -0.1 * box[2]
+    draw_vehicle(picture, box)
+    best = AcfDetector(model, CALIBRATION).detect(picture)[0]
+    assert best.box.x >= -0.5
+    assert overlap(best, box) >= 0.6
+
+
+def test_detections_are_above_the_threshold_and_best_first(model: Model):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(7))
+    for lateral_m in (-3.0, 0.5, 4.0):
+        draw_vehicle(picture, vehicle_at(18, lateral_m))
+    for detector in (
+        AcfDetector(model, CALIBRATION, AcfSettings(score_threshold=1.0)),
+        FullAcfDetector(model, FullAcfSettings(score_threshold=1.0)),
+    ):
+        scores = [found.score for found in detector.detect(picture)]
+        assert len(scores) >= 3
+        assert scores == sorted(scores, reverse=True)
+        assert scores[-1] >= 1.0
+
+
+def test_the_models_threshold_is_the_default(model: Model):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(8))
+    draw_vehicle(picture, vehicle_at(18, 0))
+    lower = AcfDetector(model, CALIBRATION, AcfSettings(score_threshold=-2.0)).detect(picture)
+    default = AcfDetector(model, CALIBRATION).detect(picture)
+    assert [found for found in lower if found.score >= model.score_threshold] == list(default)
+
+
+def test_scanning_gives_the_features_that_the_trees_saw(open_model: Model):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(9))
+    proposals = AcfDetector(open_model, CALIBRATION).scan(picture, -1e5, with_features=True)
+    features = proposals.features
+    assert features is not None
+    assert features.shape == (len(proposals.scores), WINDOW.feature_count)
+    trees = open_model.trees
+    score = np.zeros(len(features), np.float32)
+    for feature, threshold, leaf in zip(trees.feature, trees.threshold, trees.leaf, strict=True):
+        goes = features[:, feature] <= threshold
+        score += leaf[np.where(goes[:, 0], 1 - goes[:, 1], 3 - goes[:, 2])]
+    np.testing.assert_array_equal(score, proposals.scores)
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_windows_of_the_pictures_own_scale_have_the_channels_of_the_picture(open_model: Model, full: bool):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(10))
+    detector = FullAcfDetector(open_model) if full else AcfDetector(open_model, CALIBRATION)
+    proposals = detector.scan(picture, -1e5, with_features=True)
+    assert proposals.features is not None
+    assert len(proposals.scores) == detector.windows_per_frame
+    channels = compute_channels(picture)
+    x, y, w, h = proposals.boxes.T
+    columns, rows = (x + w / 2 + 0.5) / 4 - WINDOW.cells / 2, (y + h + 0.5) / 4 - WINDOW.vehicle_bottom_px / 4
+    own_scale = np.isclose(np.sqrt(w * h), WINDOW.vehicle_size_px) & np.isclose(w / h, ASPECT)
+    inside = own_scale & (columns > -0.5) & (rows > -0.5)
+    inside &= (columns < channels.shape[2] - 15.5) & (rows < channels.shape[1] - 15.5)
+    assert inside.sum() > 500
+    for i in np.flatnonzero(inside)[::7]:
+        row, column = round(rows[i]), round(columns[i])
+        assert (row, column) == (pytest.approx(rows[i]), pytest.approx(columns[i]))
+        window = channels[:, row : row + WINDOW.cells, column : column + WINDOW.cells]
+        np.testing.assert_array_equal(proposals.features[i], window.reshape(-1))
+
+
+def test_the_enlarged_octave_stands_for_an_enlarged_picture(open_model: Model):
+    """Far windows have about the channels of the picture enlarged, which is what training sees."""
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(11))
+    for distance_m in (35, 45):
+        draw_vehicle(picture, vehicle_at(distance_m, 0))
+    proposals = AcfDetector(open_model, CALIBRATION).scan(picture, -1e5, with_features=True)
+    assert proposals.features is not None
+    enlarged = cv2.resize(picture, (2 * SIZE.width, 2 * SIZE.height), interpolation=cv2.INTER_LINEAR)
+    channels = compute_channels(np.asarray(enlarged, np.uint8))
+    x, y, w, h = proposals.boxes.T
+    columns, rows = (x + w / 2 + 0.5) / 2 - WINDOW.cells / 2, (y + h + 0.5) / 2 - WINDOW.vehicle_bottom_px / 4
+    own_scale = np.isclose(np.sqrt(w * h), WINDOW.vehicle_size_px / 2) & np.isclose(w / h, ASPECT)
+    inside = own_scale & (columns > 1) & (rows > 1) & (columns < channels.shape[2] - 18)
+    assert inside.sum() > 500
+    pairs = [
+        (
+            proposals.features[i].reshape(10, -1),
+            channels[:, (r := round(rows[i])) : r + 16, (c := round(columns[i])) : c + 16].reshape(10, -1),
+        )
+        for i in np.flatnonzero(inside)[::11]
+    ]
+    far, expected = (np.concatenate(part, axis=1).astype(np.float64) for part in zip(*pairs, strict=True))
+    for channel in range(10):
+        assert np.corrcoef(far[channel], expected[channel])[0, 1] >= 0.95
+    np.testing.assert_allclose(far.mean(axis=1), expected.mean(axis=1), rtol=0.05)
+
+
+def test_detecting_again_gives_the_same_whatever_came_before(model: Model):
+    rng = np.random.default_rng(12)
+    first, second = background(SIZE.height, SIZE.width, rng), background(SIZE.height, SIZE.width, rng)
+    draw_vehicle(first, vehicle_at(15, 0))
+    draw_vehicle(second, vehicle_at(30, 2))
+    for detector in (AcfDetector(model, CALIBRATION), FullAcfDetector(model)):
+        before = detector.detect(first)
+        assert detector.detect(second) != before
+        assert detector.detect(first) == before
+
+
+def test_an_empty_picture_has_no_vehicles(model: Model):
+    grey = np.full((SIZE.height, SIZE.width, 3), 128, np.uint8)
+    assert AcfDetector(model, CALIBRATION).detect(grey) == ()
+    proposals = AcfDetector(model, CALIBRATION).scan(grey, 3.0, with_features=True)
+    assert proposals.boxes.shape == (0, 4)
+    assert proposals.features is not None
+    assert proposals.features.shape == (0, WINDOW.feature_count)
+
+
+def test_names_are_those_of_the_command_line(model: Model):
+    assert AcfDetector(model, CALIBRATION).name == "acf"
+    assert FullAcfDetector(model).name == "acf-full"
+
+
+def test_a_picture_of_another_size_than_the_calibrations_is_refused(model: Model):
+    with pytest.raises(ValueError, match="641x363"):
+        AcfDetector(model, CALIBRATION).detect(np.zeros((360, 640, 3), np.uint8))
+
+
+def test_plain_acf_takes_pictures_of_any_size(model: Model):
+    detector = FullAcfDetector(model)
+    for height, width in ((363, 641), (200, 301), (40, 40)):
+        picture = background(height, width, np.random.default_rng(13))
+        assert all(isinstance(found.box, Box) for found in detector.detect(picture))
+        assert (detector.windows_per_frame == 0) == (height < WINDOW.size_px)
+
+
+def test_a_calibration_without_road_in_the_picture_is_the_users_mistake(model: Model):
+    skywards = GroundPlaneCamera(-1.0, 560.0, 180.0, 1.3, 320.0)
+    with pytest.raises(UserError, match=r"horizon in row 1052 .* calibrate again"):
+        AcfDetector(model, Calibration.from_camera(skywards, SIZE))
+
+
+def test_enlarging_more_than_an_octave_and_a_part_is_refused():
+    with pytest.raises(ValueError, match="largest_scale"):
+        AcfSettings(largest_scale=4.0)
