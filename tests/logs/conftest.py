@@ -1,0 +1,102 @@
+"""A header, and frame results of any content."""
+
+import pytest
+from hypothesis import strategies as st
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.types import Box, Detection
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.sources.frame import ImageSize, VideoPacket
+from fcw.tracking.types import Track
+from fcw.warning.types import WarningLevel, WarningState
+
+numbers = st.floats(allow_nan=False)
+identities = st.integers(1, 2**53)
+boxes = st.builds(Box, numbers, numbers, numbers, numbers)
+tracks = st.builds(
+    Track,
+    track_id=identities,
+    box=boxes,
+    score=numbers,
+    distance_m=numbers,
+    distance_low_m=numbers,
+    distance_high_m=numbers,
+    lateral_m=numbers,
+    closing_speed_mps=numbers,
+    closing_speed_sigma_mps=numbers,
+    ttc_s=st.none() | numbers,
+    age_s=numbers,
+    coasting=st.booleans(),
+    in_path=st.booleans(),
+)
+warning_states = st.builds(
+    WarningState,
+    level=st.sampled_from(WarningLevel),
+    track_id=st.none() | identities,
+    rule=st.text(max_size=12),
+    ttc_s=st.none() | numbers,
+    required_deceleration_mps2=st.none() | numbers,
+    headway_s=st.none() | numbers,
+)
+frame_results = st.builds(
+    FrameResult,
+    index=st.integers(0, 2**40),
+    time_ns=st.integers(-(2**62), 2**62),
+    detections=st.lists(st.builds(Detection, boxes, numbers), max_size=3).map(tuple),
+    tracks=st.lists(tracks, max_size=4).map(tuple),
+    lead_id=st.none() | identities,
+    warning=warning_states,
+    ego_speed_mps=st.none() | numbers,
+)
+
+
+@pytest.fixture(scope="session")
+def any_frame_result() -> st.SearchStrategy[FrameResult]:
+    """Frame results of any content but NaN, which equals nothing."""
+    return frame_results
+
+
+@pytest.fixture(scope="session")
+def header() -> DriveHeader:
+    """A camera 1.4 m high that looks 2 degrees down, 1.7 m behind the bumper."""
+    size = ImageSize(1280, 720)
+    camera = GroundPlaneCamera(0.035, 1000.0, 355.0, 1.4, 644.0)
+    return DriveHeader(
+        source="drive.mp4",
+        image_size=size,
+        frame_rate_hz=30000 / 1001,
+        calibration=Calibration.from_camera(camera, size, reference_offset_m=1.7),
+        relays_video=True,
+        detector="acf",
+        model_sha256="ab" * 32,
+        versions={"fcw": "0.1.0", "numpy": "2.4"},
+        imperial=False,
+    )
+
+
+def lead_result(index: int, time_ns: int, level: WarningLevel = WarningLevel.NONE) -> FrameResult:
+    """A frame with two vehicles, the second of them the lead."""
+    box = Box(600.0, 380.0, 80.0, 60.0)
+    other = Track(1, Box(100, 390, 50, 40), 4.0, 30.0, 28.0, 33.0, 5.0, -1.0, 0.5, None, 2.0, False, False)
+    lead = Track(7, box, 9.5, 20.0, 19.0, 21.2, 0.25, 8.0, 0.4, 2.5, 3.0, False, True)
+    state = (
+        WarningState(level) if level == WarningLevel.NONE else WarningState(level, 7, "ttc", 2.5, 3.2, None)
+    )
+    return FrameResult(index, time_ns, (Detection(box, 9.5),), (other, lead), 7, state, 22.0)
+
+
+@pytest.fixture(scope="session")
+def short_drive() -> list[tuple[FrameResult, tuple[VideoPacket, ...]]]:
+    """Ten seconds at 10 frames a second; two packets before time 0 feed the decoder; levels rise and fall."""
+    levels = [WarningLevel.NONE] * 20 + [WarningLevel.CAUTION] * 30 + [WarningLevel.WARNING] * 10
+    levels += [WarningLevel.NONE] * 40
+    drive: list[tuple[FrameResult, tuple[VideoPacket, ...]]] = []
+    for i, level in enumerate(levels):
+        time_ns = i * 100_000_000
+        own = VideoPacket(b"picture %d" % i, time_ns, i % 10 == 0, shown=True)
+        before = tuple(
+            VideoPacket(b"feed %d" % k, k * 100_000_000, k == -2, shown=False) for k in (-2, -1) if i == 0
+        )
+        drive.append((lead_result(i, time_ns, level), (*before, own)))
+    return drive

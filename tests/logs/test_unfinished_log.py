@@ -1,0 +1,112 @@
+"""Logs whose writer was killed, and files that are no logs."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mcap.writer import Writer
+
+from fcw.errors import UserError
+from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap_writer import McapSink
+
+KILLED_WRITER = """
+import os, signal, sys
+from pathlib import Path
+from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap_writer import McapSink
+whole = DriveLog(Path(sys.argv[1]))
+sink = McapSink(Path(sys.argv[2]))
+sink.open(whole.header)
+for result, packets in whole.entries():
+    sink.write(result, packets)
+    if result.index == 57:
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.fixture
+def whole_log(tmp_path, header, short_drive) -> Path:
+    path = tmp_path / "whole.mcap"
+    sink = McapSink(path)
+    sink.open(header)
+    for result, packets in short_drive:
+        sink.write(result, packets)
+    sink.close()
+    return path
+
+
+def test_a_killed_writer_loses_a_second_at_most(whole_log, header, short_drive, tmp_path):
+    path = tmp_path / "killed.mcap"
+    root = Path(__file__).parents[2]
+    run = subprocess.run(
+        [sys.executable, "-c", KILLED_WRITER, str(whole_log), str(path)],
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": str(root)},
+        check=False,
+        timeout=120,
+    )
+    assert run.returncode == -signal.SIGKILL
+    log = DriveLog(path)
+    assert not log.complete
+    assert log.header == header
+    entries = list(log.entries())
+    assert entries == short_drive[: len(entries)]
+    assert 58 - 10 <= len(entries) <= 58
+
+
+def test_a_log_torn_anywhere_gives_all_before_the_tear(whole_log, header, short_drive, tmp_path):
+    data = whole_log.read_bytes()
+    results = [result for result, _ in short_drive]
+    path = tmp_path / "torn.mcap"
+    counts: list[int] = []
+    for length in range(len(data) - 1, 2000, -max(1, len(data) // 150)):
+        path.write_bytes(data[:length])
+        log = DriveLog(path)
+        assert not log.complete
+        assert log.header == header
+        read = list(log.results())
+        assert read == results[: len(read)]
+        counts.append(len(read))
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] == len(results)
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(UserError) as caught:
+        DriveLog(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    return str(caught.value)
+
+
+def test_a_missing_log(tmp_path):
+    assert "cannot read the log (No such file or directory)" in refusal(tmp_path / "drive.mcap")
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", b"no log" * 100, b"\x89MCAP0\r\n" + b"\xff" * 99])
+def test_a_file_that_is_no_log(tmp_path, content: bytes):
+    path = tmp_path / "drive.mcap"
+    path.write_bytes(content)
+    assert "not a drive log, or one cut off at its start" in refusal(path)
+
+
+def test_the_mcap_of_others(tmp_path):
+    path = tmp_path / "robot.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/a", "json", writer.register_schema("a", "jsonschema", b"{}"))
+        writer.add_message(channel, 1, b"{}", 1)
+        writer.finish()
+    assert "an MCAP file, but no drive log of fcw" in refusal(path)
+
+
+def test_a_log_of_a_later_version(whole_log):
+    data = whole_log.read_bytes()
+    field, version = b"\x0e\0\0\0format_version\x01\0\0\0", b"1"
+    assert data.count(field + version) == 1
+    whole_log.write_bytes(data.replace(field + version, field + b"9"))
+    assert "drive log of format version 9, expected 1" in refusal(whole_log)
