@@ -167,7 +167,7 @@ class _Followed:
         self._range = range_filter
         self._calibration = calibration
         self._settings = settings
-        self._column_rate_pxps = 0.0
+        self._drift_pxps = 0.0
         self._hits = 1
         self._misses = 0
         self._in_path = False
@@ -176,9 +176,11 @@ class _Followed:
         """Move on by dt; counts as a miss until a detection says otherwise."""
         growth = self._range.predict(dt_s)
         box, horizon_px = self.box, self._calibration.horizon_row_px
-        # Rows below the horizon grow as the picture of the vehicle does: both go with 1/D.
+        axis_px = self._calibration.camera.principal_column_px
+        # Offsets from the vanishing point grow as the picture of the vehicle does: all go with 1/D.
         bottom = horizon_px + (box.bottom - horizon_px) * growth
-        self.box = _box(box.center_x + self._column_rate_pxps * dt_s, bottom, box.w * growth, box.h * growth)
+        center_x = axis_px + (box.center_x - axis_px) * growth
+        self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
         self._misses += 1
 
     def correct(self, time_ns: int, detection: Detection) -> None:
@@ -194,10 +196,11 @@ class _Followed:
             self._range.update_row(row, dt_s)
         if measures_width(self._calibration, found):
             self._range.update_width(found.w, settings.box_noise.log_width_sigma(found), dt_s)
-        # Alpha-beta filter, its gain from the time constant and at first that of a plain mean.
+        # Alpha-beta filter for the column, which drifts when the vehicle moves across the road; its gain is
+        # from the time constant, and at first that of a plain mean.
         alpha = max(1 - math.exp(-dt_s / settings.box_smoothing_s), 1 / self._hits)
         shift = found.center_x - box.center_x
-        self._column_rate_pxps += alpha**2 / (2 - alpha) * shift / dt_s
+        self._drift_pxps += alpha**2 / (2 - alpha) * shift / dt_s
         self.box = _box(
             box.center_x + alpha * shift,
             box.bottom + alpha * (found.bottom - box.bottom),
@@ -208,10 +211,12 @@ class _Followed:
         self.confirmed |= self._hits >= settings.confirm_hits and self._hits >= self._misses
 
     def is_worth_keeping(self) -> bool:
-        """Whether it is still ahead, in the picture and, before it is confirmed, seen more often than missed."""
+        """Whether it is still ahead and in the picture, and seen more often than missed until confirmed."""
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
         inside = 0 <= self.box.center_x < width and self.box.y < height
-        return inside and self._range.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
+        return (
+            inside and self._range.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
+        )
 
     def track(self, time_ns: int) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
@@ -226,20 +231,23 @@ class _Followed:
         relative = max(filter_.log_distance_sigma, math.log(distance_m / low_m) if low_m > 0 else 0.0)
         closing_mps = filter_.closing_speed_mps
         lateral_m = calibration.lateral_at(self.box.center_x, row_px)
-        self._in_path = self._settings.corridor.holds(lateral_m, self._in_path)
+        coasting = self.last_ns != time_ns
+        if not coasting:
+            # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
+            self._in_path = self._settings.corridor.holds(lateral_m, self._in_path)
         return Track(
             track_id=self._track_id,
             box=self.box,
             score=self._score,
             distance_m=distance_m,
-            distance_low_m=low_m,
+            distance_low_m=max(low_m, 0.0),
             distance_high_m=high_m,
             lateral_m=lateral_m,
             closing_speed_mps=closing_mps,
             closing_speed_sigma_mps=filter_.closing_speed_sigma_mps(relative),
             ttc_s=distance_m / closing_mps if closing_mps > 0 else None,
             age_s=(time_ns - self._first_ns) / 1e9,
-            coasting=self.last_ns != time_ns,
+            coasting=coasting,
             in_path=self._in_path,
         )
 

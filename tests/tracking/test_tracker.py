@@ -160,6 +160,14 @@ def test_the_own_path_is_entered_and_left_at_different_offsets():
     assert 3 * math.cos((last + skipped) * FRAME_NS / 2e9) == pytest.approx(-1.8, abs=0.15)
 
 
+def test_a_vehicle_that_is_passed_and_no_longer_found_never_comes_into_the_path():
+    tracker = Tracker(CALIBRATION)
+    for k in range(150):
+        distance_m = 40 - 10 * k / 30
+        tracker.update(k * FRAME_NS, [seen(distance_m, lateral_m=-3.6)] if distance_m > 8 else [])
+        assert tracker.lead_id is None
+
+
 def test_oncoming_traffic_is_no_lead_but_a_standing_vehicle_is():
     for closing_mps, is_lead in ((40.0, False), (20.0, True)):
         tracker = Tracker(CALIBRATION)
