@@ -15,8 +15,12 @@ OUTSIDE_LIMIT = 1.0
 row further off belongs to another picture or is a slip of the pen."""
 REPEAT_SIGMAS = 6.0
 """Two clicks on one distance that differ by more than this many sigmas are not the same mark."""
-COLLINEAR_TOLERANCE = 1e-9
+COLLINEAR_TOLERANCE = 1e-6
 """How far from the straight line rounding can put the middle row, in parts of the rows between the others."""
+DISTANCE_RESOLUTION_M = 1e-4
+"""Distances that agree to this are the same mark."""
+ROW_RESOLUTION_PX = 1e-4
+"""Rows that agree to this are the same row; no click is finer."""
 
 
 def check_setup(
@@ -85,12 +89,13 @@ def check_points(
     for point in points:
         _check_point(point, image_size)
     ordered = sorted(points, key=lambda point: point.distance_m)
-    distinct = len({point.distance_m for point in points})
+    distinct = len(distinct_distances([point.distance_m for point in points]))
     enough = distinct + prior_count >= PARAMETER_COUNT
     for near, far in pairwise(ordered):
         apart_px = abs(near.row_px - far.row_px)
         contradictory = apart_px > REPEAT_SIGMAS * row_sigma_px
-        if near.distance_m == far.distance_m and (contradictory or not enough):
+        same = far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M
+        if same and (contradictory or not enough):
             raise UserError(
                 f"points {near} and {far} have the same distance, {near.distance_m:g} m; "
                 "mark points at different distances, or correct one of the two"
@@ -107,6 +112,15 @@ def check_points(
         check_order(points)
     if len(points) == PARAMETER_COUNT and prior_count == 0:
         _check_convex(*ordered)
+
+
+def distinct_distances(distances_m: Sequence[float]) -> list[float]:
+    """The distances in ascending order, each mark once."""
+    distinct: list[float] = []
+    for distance_m in sorted(distances_m):
+        if not distinct or distance_m - distinct[-1] > DISTANCE_RESOLUTION_M:
+            distinct.append(distance_m)
+    return distinct
 
 
 def _check_point(point: GroundPoint, size: ImageSize) -> None:
@@ -133,9 +147,11 @@ def check_order(points: Sequence[GroundPoint]) -> None:
         UserError: naming the two points.
     """
     for near, far in pairwise(sorted(points, key=lambda point: point.distance_m)):
-        if near.distance_m == far.distance_m or far.row_px < near.row_px:
+        if far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M:
             continue
-        if far.row_px == near.row_px:
+        if near.row_px - far.row_px > ROW_RESOLUTION_PX:
+            continue
+        if near.row_px - far.row_px >= -ROW_RESOLUTION_PX:
             raise UserError(
                 f"points {near} and {far} have the same row, {near.row_px:g}, at different distances; "
                 "a farther mark stands higher in the picture: click one of them again"

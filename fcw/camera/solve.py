@@ -13,11 +13,16 @@ from fcw.camera.points import (
     check_points,
     check_priors,
     check_setup,
+    distinct_distances,
     horizon_below_road,
 )
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 
+LOG_FOCAL_LIMIT = 50.0
+"""Keeps a fit that runs away in floating point's range; no camera is near it."""
+START_COUNT = 3
+"""Local minima of the grid that are followed; two are real, a third may be of the grid."""
 START_PITCHES_RAD = np.radians(np.arange(-60.0, 89.0, 1.0))
 """Where the iteration may start."""
 STEEPEST_PITCH_RAD = math.radians(89.0)
@@ -79,7 +84,8 @@ def calibrate(
     else:
         fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, priors)
         camera = fit.solve()
-        if camera.pitch_rad > STEEPEST_PITCH_RAD:
+        if camera is None or camera.pitch_rad > STEEPEST_PITCH_RAD:
+            check_order(points)
             raise horizon_below_road(points, "a straight line fits them better than a road")
         covariance = fit.covariance(camera, np.array(support_m) + reference_offset_m)
     residuals = tuple(point.row_px - camera.row_at(point.distance_m + reference_offset_m) for point in points)
@@ -137,7 +143,7 @@ def row_jacobian(camera: GroundPlaneCamera, distances_m: FloatArray) -> FloatArr
 
 def _support_distances(distances_m: FloatArray) -> Vector3:
     """The nearest, the farthest and the point between them that is the most different in row."""
-    distinct = np.unique(distances_m)
+    distinct = np.array(distinct_distances(list(distances_m)))
     if len(distinct) >= PARAMETER_COUNT:
         inner = distinct[1:-1]
         middle = inner[np.argmin(np.abs(1 / inner - (1 / distinct[0] + 1 / distinct[-1]) / 2))]
@@ -165,8 +171,11 @@ class _Fit:
         self._row_sigma_px = row_sigma_px
         self._priors = priors
 
-    def solve(self) -> GroundPlaneCamera:
-        """The camera of least squares; among solutions as good, the one that looks straightest ahead."""
+    def solve(self) -> GroundPlaneCamera | None:
+        """The camera of least squares; among solutions as good, the one that looks straightest ahead.
+
+        None where no camera that has the points in front of it comes near them.
+        """
         from scipy.optimize import least_squares
 
         fits = [
@@ -179,10 +188,13 @@ class _Fit:
                 ftol=1e-15,
                 xtol=1e-15,
                 gtol=1e-15,
-                max_nfev=1000,
+                max_nfev=300,
             )
             for start in self._starts()
         ]
+        fits = [fit for fit in fits if np.all(self._distances_m + self._height_m * fit.x[0] > 0)]
+        if not fits:
+            return None
         best = min(fit.cost for fit in fits)
         # Cost is half of chi squared: half a unit is one sigma.
         straightest = min((fit for fit in fits if fit.cost <= best + 0.5), key=lambda fit: abs(fit.x[0]))
@@ -209,7 +221,7 @@ class _Fit:
         rows = (rows_px - self._rows_px) / self._row_sigma_px
         priors = self._priors
         beliefs = (
-            (priors.field_of_view_rad, 2 * math.atan(self._size.width / (2 * camera.focal_y_px))),
+            (priors.field_of_view_rad, 2 * math.atan2(self._size.width, 2 * camera.focal_y_px)),
             (priors.principal_row_px, camera.principal_row_px),
             (priors.horizon_row_px, camera.horizon_row_px),
         )
@@ -235,7 +247,7 @@ class _Fit:
 
     def _camera(self, parameters: FloatArray) -> GroundPlaneCamera:
         tangent, log_focal, horizon_px = (float(value) for value in parameters)
-        focal_px = math.exp(log_focal)
+        focal_px = math.exp(min(max(log_focal, -LOG_FOCAL_LIMIT), LOG_FOCAL_LIMIT))
         column_px = (self._size.width - 1) / 2
         return GroundPlaneCamera(
             math.atan(tangent), focal_px, horizon_px + focal_px * tangent, self._height_m, column_px
@@ -273,4 +285,5 @@ class _Fit:
             costs.append(float(np.sum((system @ [focal_px, horizon_px, -1.0]) ** 2)))
             starts.append(np.array([tangent, math.log(focal_px), horizon_px]))
         costs.append(math.inf)
-        return [start for k, start in enumerate(starts, 1) if costs[k - 1] >= costs[k] <= costs[k + 1]]
+        minima = [k for k in range(1, len(costs) - 1) if costs[k - 1] >= costs[k] <= costs[k + 1]]
+        return [starts[k - 1] for k in sorted(minima, key=lambda k: costs[k])[:START_COUNT]]

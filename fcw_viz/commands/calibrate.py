@@ -267,9 +267,12 @@ def _report(calibration: "Calibration", saved: Path | None, console: "Console", 
 
     from fcw.camera.points import PARAMETER_COUNT
     from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
-    from fcw.units import distance_text
+    from fcw.units import FEET_PER_METRE, distance_text
 
     camera, sigmas = calibration.camera, camera_sigmas(calibration)
+
+    def length(distance_m: float) -> str:
+        return f"{distance_m * FEET_PER_METRE:.0f} ft" if imperial else f"{distance_m:.1f} m"
 
     def line(text: str) -> None:
         console.print(text, highlight=False, soft_wrap=not console.is_terminal)
@@ -291,12 +294,11 @@ def _report(calibration: "Calibration", saved: Path | None, console: "Console", 
         row_px = calibration.row_at(distance_m)
         low_m, high_m = calibration.distance_interval(row_px)
         bounded = math.isfinite(high_m)
-        high = distance_text(high_m, imperial) if bounded else "unbounded"
         outside = "" if row_px <= calibration.image_size.height - 0.5 else " (below the picture)"
         table.add_row(
             distance_text(distance_m, imperial),
             f"{row_px:.1f}{outside}",
-            f"{distance_text(low_m, imperial)} to {high}",
+            f"{length(low_m)} to {length(high_m) if bounded else 'unbounded'}",
             f"{(high_m - low_m) / 2 / distance_m:.1%}" if bounded else "",
         )
     console.print(table)

@@ -4,6 +4,8 @@ import math
 import re
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.solve import calibrate
@@ -46,6 +48,10 @@ def points(*pairs) -> list[GroundPoint]:
             "point 20:440 is farther than 7:383 but lower in the picture",
         ),
         (((4, 461), (5, 428), (7, 383), (7, 300)), "points 7:383 and 7:300 have the same distance"),
+        (
+            ((4, 300), (5, 350), (7, 400), (9, 450)),
+            "point 5:350 is farther than 4:300 but lower in the picture",
+        ),
         (((4, math.nan), (5, 428), (7, 383)), "point 4:nan: expected finite numbers"),
         (((4, 461), (5, 428), (math.inf, 383)), "point inf:383: expected finite numbers"),
         (((4, 461, math.nan), (5, 428), (7, 383)), "point 4:461:nan: expected finite numbers"),
@@ -91,3 +97,38 @@ def test_impossible_setups_are_named(arguments, message):
 def test_too_few_points_beside_a_prior_say_how_many_are_missing():
     with pytest.raises(UserError, match=r"1 points given \(4:461\).*add 1 more"):
         calibrate(points((4, 461)), SIZE, 1.225, principal_row=Gaussian(360, 20))
+
+
+GAUSSIANS = st.one_of(st.none(), st.builds(Gaussian, st.floats(0.1, 700), st.floats(0.01, 50)))
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.1, 200), st.floats(-700, 1400)), max_size=6),
+    st.booleans(),
+    st.floats(0.1, 5),
+    st.floats(0, 4),
+    st.one_of(st.none(), st.builds(Gaussian, st.floats(0.1, 3), st.floats(0.01, 1))),
+    GAUSSIANS,
+    GAUSSIANS,
+)
+def test_any_points_give_a_finite_camera_or_a_message(
+    pairs, in_order, height_m, offset_m, field_of_view, principal, horizon
+):
+    if in_order:
+        pairs = zip(
+            sorted(pair[0] for pair in pairs), sorted((pair[1] for pair in pairs), reverse=True), strict=True
+        )
+    try:
+        calibration = calibrate(
+            points(*pairs), SIZE, height_m, offset_m, 1.0, field_of_view, principal, horizon
+        )
+    except UserError:
+        return
+    camera = calibration.camera
+    assert abs(camera.pitch_rad) < math.pi / 2
+    assert 0 < camera.focal_y_px < math.inf
+    assert math.isfinite(camera.principal_row_px)
+    assert all(math.isfinite(residual) for residual in calibration.residuals_px)
+    low_m, high_m = calibration.distance_interval(calibration.horizon_row_px + 20)
+    assert low_m <= calibration.distance_at(calibration.horizon_row_px + 20) * (1 + 1e-6) + 1e-6
+    assert not math.isnan(high_m)

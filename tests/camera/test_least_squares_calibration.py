@@ -138,6 +138,9 @@ def test_jacobian_of_the_fit_agrees_with_finite_differences():
 
 
 def test_points_that_leave_the_camera_open_are_refused_for_all_their_number():
-    """Clicks on two marks 1 mm apart and a prior count as three facts and determine next to nothing."""
-    with pytest.raises(UserError, match="undetermined"):
-        calibrate(points_at(10.0, 10.000001), SIZE, 1.3, horizon_row=HORIZON_ROW)
+    """Two marks and a lens: with f = 1000 px and h = 1.3 m, 5 and 30 m are at least 211 rows apart.
+
+    Rows 200 apart pull the fit to the pitch of that least difference, where the rows do not feel the pitch.
+    """
+    with pytest.raises(UserError, match="undetermined; add a point at another distance"):
+        calibrate([GroundPoint(5, 600), GroundPoint(30, 400)], SIZE, 1.3, field_of_view=FIELD_OF_VIEW)
