@@ -21,6 +21,8 @@ from fcw.sources.frame import ImageSize
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
+DEFAULT_SUPPORT_M: Vector3 = (5.0, 10.0, 20.0)
+"""Support distances where no points suggest others: well apart in row, and in front of any camera."""
 ASPECT_TOLERANCE_PX = 1.0
 """Sizes of one camera's pictures are rounded to whole pixels: 480 rows of 16:9 are 853.33 columns wide."""
 
@@ -116,9 +118,8 @@ class Calibration:
         cls, camera: GroundPlaneCamera, image_size: ImageSize, reference_offset_m: float = 0.0
     ) -> "Calibration":
         """A calibration without uncertainty, from a camera known by other means."""
-        support_m = (5.0, 10.0, 40.0)
         zero = (0.0, 0.0, 0.0)
-        return cls(camera, image_size, (), 0.0, support_m, (zero, zero, zero), reference_offset_m)
+        return cls(camera, image_size, (), 0.0, DEFAULT_SUPPORT_M, (zero, zero, zero), reference_offset_m)
 
     @property
     def horizon_row_px(self) -> float:

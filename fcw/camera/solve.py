@@ -5,8 +5,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors, Vector3, matrix3
+from fcw.camera.calibration import (
+    DEFAULT_SUPPORT_M,
+    Calibration,
+    Gaussian,
+    GroundPoint,
+    Priors,
+    matrix3,
+)
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.interval import Vector3
 from fcw.camera.points import (
     PARAMETER_COUNT,
     check_order,
@@ -143,12 +151,14 @@ def row_jacobian(camera: GroundPlaneCamera, distances_m: FloatArray) -> FloatArr
 
 def _support_distances(distances_m: FloatArray) -> Vector3:
     """The nearest, the farthest and the point between them that is the most different in row."""
-    distinct = np.array(distinct_distances(list(distances_m)))
+    distinct = np.array(distinct_distances(distances_m.tolist()))
     if len(distinct) >= PARAMETER_COUNT:
         inner = distinct[1:-1]
         middle = inner[np.argmin(np.abs(1 / inner - (1 / distinct[0] + 1 / distinct[-1]) / 2))]
         return float(distinct[0]), float(middle), float(distinct[-1])
-    nearest_m = float(distinct[0]) if len(distinct) else 5.0
+    if not len(distinct):
+        return DEFAULT_SUPPORT_M
+    nearest_m = float(distinct[0])
     return nearest_m, 2 * nearest_m, 4 * nearest_m
 
 
