@@ -15,6 +15,7 @@ from fcw.sources.frame import Frame, ImageSize
 
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
 TIMES_NAME = "timestamps.txt"
+KITTI_FOLDER_NAME = "data"
 DEFAULT_FRAME_RATE_HZ = 10.0
 """The rate of KITTI, the most used pictures of drives."""
 NANOSECONDS = 1_000_000_000
@@ -23,9 +24,10 @@ NANOSECONDS = 1_000_000_000
 class ImageFolderSource:
     """Pictures of one folder in the natural order of their names (`2.png` before `10.png`).
 
-    Times come from `timestamps.txt` in the folder or beside it (KITTI raw keeps it there), a line for each
-    picture: seconds (`0.1034`), or a date and time (`2011-09-26 13:02:25.594360375`); otherwise from the
-    frame rate. Dates count from the first line.
+    Times come from `timestamps.txt` in the folder, or beside it where the folder is called `data`, as in
+    KITTI raw. It has a line for each picture: seconds (`0.1034`), or a date and time
+    (`2011-09-26 13:02:25.594360375`), which count from the first line. Without it, and where a frame rate is
+    given, times come from the rate.
     """
 
     def __init__(self, path: Path, frame_rate_hz: float | None = None) -> None:
@@ -52,9 +54,8 @@ class ImageFolderSource:
         self._image_size = ImageSize(first.shape[1], first.shape[0])
         self._opening_notes: tuple[str, ...] = ()
         self._notes: tuple[str, ...] = ()
-        times_file = next(
-            (file for file in (path / TIMES_NAME, path.parent / TIMES_NAME) if file.is_file()), None
-        )
+        places = (path, path.parent) if path.name == KITTI_FOLDER_NAME else (path,)
+        times_file = next((place / TIMES_NAME for place in places if (place / TIMES_NAME).is_file()), None)
         if frame_rate_hz is None and times_file is not None:
             self._times_ns = _read_times(times_file, len(self._pictures))
             steps_ns = np.diff(self._times_ns)
@@ -129,7 +130,10 @@ class ImageFolderSource:
 
 def _read(file: Path) -> NDArray[np.uint8] | None:
     """A picture as BGR, or None where it cannot be read."""
-    data = np.frombuffer(file.read_bytes(), np.uint8)
+    try:
+        data = np.frombuffer(file.read_bytes(), np.uint8)
+    except OSError:
+        return None
     image = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
     return None if image is None else np.asarray(image, np.uint8)
 

@@ -150,9 +150,10 @@ class VideoSource:
         Where the source relays video, the first frame also carries the packets before it that its decoding
         needs, marked not shown. Packets after the last frame belong to none and are dropped.
         """
+        if start_ns is None:
+            return self._frames(None, seek=False)
         table = self._packet_table
-        far = start_ns is not None and table.seekable and start_ns > table.times_ns[0]
-        return self._frames(start_ns, seek=far)
+        return self._frames(start_ns, seek=table.seekable and start_ns > table.times_ns[0])
 
     def _frames(self, start_ns: int | None, seek: bool) -> Iterator[Frame]:
         self._notes = ()

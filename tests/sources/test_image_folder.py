@@ -62,6 +62,12 @@ def test_kitti_timestamps(tmp_path, beside: bool):
     assert source.notes == ()
 
 
+def test_times_beside_another_folder_are_not_its_own(tmp_path):
+    write_pictures(tmp_path / "front", ["0.png"])
+    (tmp_path / "timestamps.txt").write_text("5.0\n")
+    assert [frame.time_ns for frame in open_source(tmp_path / "front").frames()] == [0]
+
+
 def test_times_in_seconds_keep_every_digit(tmp_path):
     write_pictures(tmp_path, ["0.png", "1.png"])
     (tmp_path / "timestamps.txt").write_text("1317042272.123456789\n1317042273\n")
