@@ -55,11 +55,13 @@ class TtcPolicySettings:
             ISO 15623 asks for; a slow approach has a short TTC for seconds without any danger, and the
             driver rules cover it.
         latest_ttc_s: nothing above this: ISO 15623 needs no warning there.
-        closing_sigmas: a closing speed below so many of its sigmas raises nothing: it may be noise. Three
-            leave a chance of one in a thousand, and every new track is a chance.
+        minimum_age_s: a younger track raises neither `caution` nor `warning`: a closing speed from its
+            first few boxes is mostly their noise, and every new track is a chance of a false alarm.
+        closing_sigmas: a closing speed below so many of its sigmas raises neither: it may be noise.
         confidence_sigmas: `warning` is raised on the closing speed less so many sigmas. Far out, a pixel of
             noise in the width is metres per second of closing speed: the level that makes a driver brake
-            must wait until the danger is likely; `caution` may go by the mean.
+            must wait until the danger is likely; `caution` may go by the mean. A quarter, as more costs
+            time that a driver lacks (with a half, 0.2 s and more) and less is no margin.
         headway_s: `advisory` when following closer than this: Mobileye's default 0.6 s.
         headway_on_mps: own speed from which `advisory` is raised: Mobileye, 40 km/h.
         headway_off_mps: own speed below which it ends: Mobileye, 30 km/h.
@@ -74,8 +76,9 @@ class TtcPolicySettings:
     caution_ttc_s: float = 3.0
     minimum_closing_mps: float = 4.2
     latest_ttc_s: float = 4.0
-    closing_sigmas: float = 3.0
-    confidence_sigmas: float = 0.5
+    minimum_age_s: float = 0.75
+    closing_sigmas: float = 1.5
+    confidence_sigmas: float = 0.25
     headway_s: float = 0.6
     headway_on_mps: float = 40 * MPS_PER_KMH
     headway_off_mps: float = 30 * MPS_PER_KMH
@@ -162,7 +165,8 @@ class TtcPolicy:
         distance_m, closing_mps, slack = lead.distance_m, lead.closing_speed_mps, settings.release_factor
         if not holding:
             slack = 1.0
-            if closing_mps < settings.closing_sigmas * lead.closing_speed_sigma_mps:
+            unsure = closing_mps < settings.closing_sigmas * lead.closing_speed_sigma_mps
+            if unsure or lead.age_s < settings.minimum_age_s:
                 return ""
             closing_mps -= confidence_sigmas * lead.closing_speed_sigma_mps
         if closing_mps <= 0 or distance_m > closing_mps * settings.latest_ttc_s * slack:

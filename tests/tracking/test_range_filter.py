@@ -57,7 +57,7 @@ def test_prediction_alone_is_constant_closing_speed_and_tells_the_growth_of_the_
 
 def test_width_alone_gives_time_to_collision_without_knowing_the_distance():
     # The first row puts the vehicle at twice its distance: TTC must not care (Dagan 2004).
-    motion = MotionNoise(pitch_sigma_rad=math.radians(3))
+    motion = MotionNoise(bounce_sigma_rad=math.radians(3))
     range_filter = RangeFilter(
         RowMeasurement(1 / 100, 0.01), width_px(50.0), LOG_WIDTH_SIGMA, HEIGHT_M, BoxNoise(), motion
     )
@@ -88,13 +88,15 @@ def sampled_errors(tracks, seconds, dt_s, seed):
     """Normalised errors of log distance and closing speed, for tracks drawn from the filter's model."""
     rng = np.random.default_rng(seed)
     motion, box_noise = MotionNoise(), BoxNoise()
-    row_sigma, pitch_sigma = 0.0015, motion.pitch_sigma_rad / HEIGHT_M
+    row_sigma, bounce_sigma = 0.0015, motion.bounce_sigma_rad / HEIGHT_M
     keep_box = math.exp(-dt_s / box_noise.correlation_s)
-    keep_pitch = math.exp(-dt_s / motion.pitch_correlation_s)
+    keep_bounce = math.exp(-dt_s / motion.bounce_correlation_s)
+    slope_sigma = motion.slope_sigma_rad / HEIGHT_M
     errors = []
     while len(errors) < tracks:
         distance_m, closing_mps = rng.uniform(12, 50), rng.normal(0, 5)
-        edges, pitch = rng.standard_normal(2), rng.standard_normal()
+        edges, bounce = rng.standard_normal(2), rng.standard_normal()
+        slope, drift = slope_sigma * rng.standard_normal(), 0.0
         range_filter = None
         for step in range(round(seconds / dt_s) + 1):
             if step:
@@ -102,11 +104,13 @@ def sampled_errors(tracks, seconds, dt_s, seed):
                 distance_m -= (closing_mps + change / 2) * dt_s
                 closing_mps += change
                 edges = keep_box * edges + math.sqrt(1 - keep_box**2) * rng.standard_normal(2)
-                pitch = keep_pitch * pitch + math.sqrt(1 - keep_pitch**2) * rng.standard_normal()
+                bounce = keep_bounce * bounce + math.sqrt(1 - keep_bounce**2) * rng.standard_normal()
+                drift += motion.width_drift_per_sqrt_s * math.sqrt(dt_s) * rng.standard_normal()
             if distance_m < 4:
                 break
-            row = RowMeasurement(1 / distance_m + row_sigma * edges[0] + pitch_sigma * pitch, row_sigma)
-            width = width_px(distance_m) * math.exp(LOG_WIDTH_SIGMA * edges[1])
+            inverse = 1 / distance_m + row_sigma * edges[0] + bounce_sigma * bounce + slope
+            row = RowMeasurement(inverse, row_sigma)
+            width = width_px(distance_m) * math.exp(LOG_WIDTH_SIGMA * edges[1] + drift)
             if range_filter is None:
                 range_filter = RangeFilter(row, width, LOG_WIDTH_SIGMA, HEIGHT_M, box_noise, motion)
                 continue

@@ -178,7 +178,7 @@ def test_oncoming_traffic_is_no_lead_but_a_standing_vehicle_is():
 def test_intervals_of_whole_tracks_hold_the_true_distance_two_times_in_three():
     # Boxes with the stated noise of their edges, independent from frame to frame, and a level drive.
     rng = np.random.default_rng(3)
-    noise, motion = BoxNoise(correlation_s=0.0), MotionNoise(pitch_sigma_rad=0.0)
+    noise, motion = BoxNoise(correlation_s=0.0), MotionNoise(bounce_sigma_rad=0.0, slope_sigma_rad=0.0)
     inside = []
     for _ in range(300):
         tracker = Tracker(CALIBRATION, TrackerSettings(box_noise=noise, motion=motion))

@@ -1,6 +1,7 @@
 """When the default policy warns: closed-form motion, standards' figures, and invariants."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -92,14 +93,21 @@ def test_oncoming_vehicles_never_warn(distance_m, ego_mps, excess_mps, sigma_mps
 
 
 def test_an_unsure_closing_speed_makes_a_caution_but_no_warning():
-    # 60 m at 18 m/s: the 0.4 g driver must brake within 62.9 m, and within 56.8 m at 17 m/s.
+    # 60 m at 18 m/s: the 0.4 g driver must brake within 62.9 m, and within 56.8 m at 17 m/s, which is
+    # 18 m/s less a quarter of 4 m/s.
     assert level_at(60, 18, sigma_mps=0.1) == WarningLevel.WARNING
-    assert level_at(60, 18, sigma_mps=2.0) == WarningLevel.CAUTION
+    assert level_at(60, 18, sigma_mps=4.0) == WarningLevel.CAUTION
 
 
 def test_a_closing_speed_that_may_be_noise_raises_nothing():
-    assert level_at(30, 20, sigma_mps=6.8) == WarningLevel.NONE
-    assert level_at(30, 20, sigma_mps=6.5) == WarningLevel.WARNING
+    assert level_at(30, 20, sigma_mps=13.5) == WarningLevel.NONE
+    assert level_at(30, 20, sigma_mps=13.2) == WarningLevel.WARNING
+
+
+def test_a_track_of_a_few_frames_raises_nothing():
+    young, older = (replace(lead(15, 15), age_s=age_s) for age_s in (0.7, 0.8))
+    assert TtcPolicy().update(0, young, None).level == WarningLevel.NONE
+    assert TtcPolicy().update(0, older, None).level == WarningLevel.WARNING
 
 
 def test_following_too_closely_is_an_advisory_from_40_km_h_down_to_30():

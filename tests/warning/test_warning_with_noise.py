@@ -27,16 +27,18 @@ class NoisyView:
     def __init__(self, seed, dt_s):
         self.rng = np.random.default_rng(seed)
         self.keep_box = math.exp(-dt_s / SETTINGS.box_noise.correlation_s)
-        self.keep_pitch = math.exp(-dt_s / SETTINGS.motion.pitch_correlation_s)
-        self.edges, self.pitch = self.rng.standard_normal(4), self.rng.standard_normal()
+        self.keep_bounce = math.exp(-dt_s / SETTINGS.motion.bounce_correlation_s)
+        self.edges, self.bounce = self.rng.standard_normal(4), self.rng.standard_normal()
 
     def see(self, distance_m):
         rng = self.rng
         self.edges = self.keep_box * self.edges + math.sqrt(1 - self.keep_box**2) * rng.standard_normal(4)
-        self.pitch = self.keep_pitch * self.pitch + math.sqrt(1 - self.keep_pitch**2) * rng.standard_normal()
+        self.bounce = (
+            self.keep_bounce * self.bounce + math.sqrt(1 - self.keep_bounce**2) * rng.standard_normal()
+        )
         box = CALIBRATION.ground_box(distance_m, 0.0, 1.8, 1.5)
         left, right, top, bottom = SETTINGS.box_noise.edge_sigma_px(box) * self.edges
-        shift = FOCAL_PX * SETTINGS.motion.pitch_sigma_rad * self.pitch
+        shift = FOCAL_PX * SETTINGS.motion.bounce_sigma_rad * self.bounce
         return Detection(
             Box(box.x + left, box.y + top + shift, box.w + right - left, box.h + bottom - top), 1.0
         )
