@@ -10,7 +10,9 @@ takes its final name once it is complete. A process that is killed leaves the pa
 the last batches; `rerun rrd optimize` gives such a file its missing footer.
 """
 
+import os
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 
 import pyarrow as pa
@@ -18,6 +20,7 @@ import rerun as rr
 from rerun.chunk import RrdReader
 
 import fcw_viz.rerun_blueprint as scene
+from fcw.errors import UserError
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources.frame import VideoPacket
 from fcw.warning.types import WarningLevel
@@ -32,7 +35,10 @@ from fcw_viz.rerun_columns import (
 from fcw_viz.rerun_scene import log_static_scene
 
 FRAMES_PER_BATCH = 64
-"""About two seconds: what a killed run loses, against the 25 kB that each batch costs."""
+"""About two seconds: what a killed run loses, against the 16 kB that each batch costs."""
+FOOTER_MAGIC = b"RRF2FOOT"
+FOOTER_SEARCH_BYTES = 32
+"""The magic stands 12 bytes before the end of a complete file."""
 
 
 class RerunSink:
@@ -51,44 +57,69 @@ class RerunSink:
         self._last_level: WarningLevel | None = None
 
     def open(self, header: DriveHeader) -> None:
-        """Start the file with all that stays the same during the drive."""
+        """Start the file with all that stays the same during the drive.
+
+        Raises:
+            UserError: the file cannot be written there.
+        """
         self._header = header
-        self._recording = rr.RecordingStream("fcw")
-        self._recording.save(self._partial_path, default_blueprint=scene.drive_blueprint(header.imperial))
-        log_static_scene(self._recording, header)
+        recording = rr.RecordingStream("fcw")
+        try:
+            recording.save(self._partial_path, default_blueprint=scene.drive_blueprint(header.imperial))
+        except RuntimeError as error:
+            raise UserError(
+                f"{self._path}: cannot write the recording ({error}); "
+                "name a folder that exists and can be written"
+            ) from error
+        self._recording = recording
+        log_static_scene(recording, header)
+        self._flush()
 
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        """Add a frame; it reaches the file with its batch."""
+        """Add a frame; it reaches the file with its batch.
+
+        Raises:
+            UserError: the file cannot be written any further.
+        """
         self._results.append(result)
         self._packets.extend((packet, result.index) for packet in packets)
         if len(self._results) == FRAMES_PER_BATCH:
             self._send()
 
     def close(self) -> None:
-        """Write what was kept back and give the file its name; a second call does nothing."""
+        """Write what was kept back and give the file its name; a second call does nothing.
+
+        Raises:
+            UserError: the file could not be written to its end; it keeps its partial name.
+        """
         if self._recording is None:
             return
-        if self._results:
-            self._send()
-        self._recording.disconnect()
-        self._recording = None
+        try:
+            if self._results:
+                self._send()
+        finally:
+            self._recording.disconnect()
+            self._recording = None
+        if not _has_footer(self._partial_path):
+            raise self._unwritten("it has no end")
         self._partial_path.replace(self._path)
 
     def _send(self) -> None:
         results, packets = self._results, self._packets
         self._results, self._packets = [], []
-        self._send_video([packet for packet, _ in packets if not packet.shown], None)
-        shown = [(packet, index) for packet, index in packets if packet.shown]
-        self._send_video([packet for packet, _ in shown], [index for _, index in shown])
+        self._send_video(packets)
         times = _times(results)
         for path, columns in result_columns(results, self._header):
             self._send_columns(path, times, columns)
         self._send_level_changes(results)
+        self._flush()
 
-    def _send_video(self, packets: Sequence[VideoPacket], indexes: Sequence[int] | None) -> None:
-        if packets:
-            times = time_columns([packet.time_ns for packet in packets], indexes)
-            self._send_columns(scene.VIDEO, times, video_columns(packets))
+    def _send_video(self, packets: Sequence[tuple[VideoPacket, int]]) -> None:
+        """Packets with their frame's index, in runs: only shown ones have a place among the frames."""
+        for shown, group in groupby(packets, key=lambda pair: pair[0].shown):
+            run, indexes = zip(*group, strict=True)
+            times = time_columns([packet.time_ns for packet in run], indexes if shown else None)
+            self._send_columns(scene.VIDEO, times, video_columns(run))
 
     def _send_level_changes(self, results: Sequence[FrameResult]) -> None:
         """The level where it changes and, but for a quiet beginning, the reason in words."""
@@ -105,6 +136,20 @@ class RerunSink:
             self._send_columns(scene.LEVEL, _times(changes), level_columns(changes))
         if told:
             self._send_columns(scene.LOG, _times(told), log_columns(told, self._header.imperial))
+
+    def _flush(self) -> None:
+        """Wait for the file: rerun tells of a failed write here and nowhere else."""
+        assert self._recording is not None
+        try:
+            self._recording.flush()
+        except RuntimeError as error:
+            raise self._unwritten(str(error)) from error
+
+    def _unwritten(self, reason: str) -> UserError:
+        return UserError(
+            f"{self._path}: the recording could not be written whole ({reason}); make room on the disk and "
+            f"run again; {self._partial_path.name} holds the beginning"
+        )
 
     def _send_columns(self, path: str, times: list[rr.TimeColumn], columns: Columns) -> None:
         assert self._recording is not None
@@ -127,6 +172,12 @@ def read_frame_times(path: Path) -> list[tuple[int, int]]:
         times_ns = rows.column(scene.TIME_TIMELINE).cast(pa.int64()).to_pylist()
         times += zip(indexes, times_ns, strict=True)
     return times
+
+
+def _has_footer(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(-min(FOOTER_SEARCH_BYTES, path.stat().st_size), os.SEEK_END)
+        return FOOTER_MAGIC in file.read()
 
 
 def _times(results: Sequence[FrameResult]) -> list[rr.TimeColumn]:
