@@ -3,8 +3,6 @@
 What is computed is defined in `fcw.detection.channels`.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +21,7 @@ _ZERO, _HALF, _ONE, _TWO = _f(0), _f(0.5), _f(1), _f(2)
 _TO_XYZ = np.array(
     [[0.430574, 0.341550, 0.178325], [0.222015, 0.706655, 0.071330], [0.020183, 0.129553, 0.939180]]
 )
-_TO_X, _TO_Y, _TO_XYZ_SUM = (
+_TO_X, _TO_Y, _TO_TOTAL = (
     tuple(_f(w) for w in weights @ _TO_XYZ / 255) for weights in np.array([[1, 0, 0], [0, 1, 0], [1, 15, 3]])
 )
 _WHITE_U, _WHITE_V = _f(0.197833), _f(0.468331)
@@ -47,52 +45,29 @@ LUV_RING, MAGNITUDE_RING, CELL_RING = 4, 16, 8
 
 
 @kernel()
-def _weighted_sum(
-    red: NDArray, green: NDArray, blue: NDArray, weights: Sequence[np.float32], out: NDArray
-) -> None:
-    weight_red, weight_green, weight_blue = weights
-    for x in range(len(out)):
-        out[x] = weight_red * red[x] + weight_green * green[x] + weight_blue * blue[x]
-
-
-@kernel()
-def _luv_row(pixels: NDArray, luv: NDArray, work: NDArray) -> None:
-    """Toolbox-scaled LUV of one row of BGR pixels into luv[0..2, 1:-1], edges repeated.
-
-    Loops of one output each here and below: with more, LLVM gives up proving that the rows do not overlap,
-    and does not vectorise.
-    """
-    width = luv.shape[1] - 2
-    blue, green, red = work[0], work[1], work[2]
-    y, inverse = work[3], work[4]
-    lightness, u, v = luv[0, 1:-1], luv[1, 1:-1], luv[2, 1:-1]
+def _luv_row(pixels: NDArray, lightness: NDArray, u: NDArray, v: NDArray) -> None:
+    """Toolbox-scaled LUV of one row of BGR pixels into padded rows, edges repeated."""
+    width = len(lightness) - 2
+    light_row, u_row, v_row = lightness[1:-1], u[1:-1], v[1:-1]
     for i in range(width):
-        blue[i] = _f(pixels[3 * i])
-    for i in range(width):
-        green[i] = _f(pixels[3 * i + 1])
-    for i in range(width):
-        red[i] = _f(pixels[3 * i + 2])
-    _weighted_sum(red, green, blue, _TO_Y, y)
-    _weighted_sum(red, green, blue, _TO_XYZ_SUM, inverse)
-    for i in range(width):
-        inverse[i] = _ONE / (inverse[i] + _TINY)
-    for i in range(width):
-        yi = y[i]
-        root = _CUBE_ROOT[0] + yi * (
-            _CUBE_ROOT[1] + yi * (_CUBE_ROOT[2] + yi * (_CUBE_ROOT[3] + yi * _CUBE_ROOT[4]))
+        blue, green, red = _f(pixels[3 * i]), _f(pixels[3 * i + 1]), _f(pixels[3 * i + 2])
+        x = _TO_X[0] * red + _TO_X[1] * green + _TO_X[2] * blue
+        y = _TO_Y[0] * red + _TO_Y[1] * green + _TO_Y[2] * blue
+        total = _TO_TOTAL[0] * red + _TO_TOTAL[1] * green + _TO_TOTAL[2] * blue
+        inverse = _ONE / (total + _TINY)
+        root = _CUBE_ROOT[0] + y * (
+            _CUBE_ROOT[1] + y * (_CUBE_ROOT[2] + y * (_CUBE_ROOT[3] + y * _CUBE_ROOT[4]))
         )
         cube = root * root * root
-        root = root * (cube + _TWO * yi) / (_TWO * cube + yi)
-        curved, straight = _f(116) * root - _f(16), _LINEAR_SLOPE * yi
-        lightness[i] = (curved if yi > _LINEAR_BELOW_Y else straight) * _LUV_SCALE
-    for i in range(width):
-        v[i] = lightness[i] * (_f(117) * y[i] * inverse[i] - _f(13) * _WHITE_V) + _GREY_V
-    _weighted_sum(red, green, blue, _TO_X, y)
-    for i in range(width):
-        u[i] = lightness[i] * (_f(52) * y[i] * inverse[i] - _f(13) * _WHITE_U) + _GREY_U
-    for k in range(3):
-        luv[k, 0] = luv[k, 1]
-        luv[k, width + 1] = luv[k, width]
+        root = root * (cube + _TWO * y) / (_TWO * cube + y)
+        curved, straight = _f(116) * root - _f(16), _LINEAR_SLOPE * y
+        light = (curved if y > _LINEAR_BELOW_Y else straight) * _LUV_SCALE
+        light_row[i] = light
+        u_row[i] = light * (_f(52) * x * inverse - _f(13) * _WHITE_U) + _GREY_U
+        v_row[i] = light * (_f(117) * y * inverse - _f(13) * _WHITE_V) + _GREY_V
+    for row in (lightness, u, v):
+        row[0] = row[1]
+        row[width + 1] = row[width]
 
 
 @kernel()
@@ -117,37 +92,24 @@ def _add(values: NDArray, total: NDArray) -> None:
 
 
 @kernel()
-def _difference(plus: NDArray, minus: NDArray, out: NDArray) -> None:
-    for x in range(len(out)):
-        out[x] = plus[x] - minus[x]
-
-
-@kernel()
-def _squared_length(along: NDArray, down: NDArray, out: NDArray) -> None:
-    for x in range(len(out)):
-        out[x] = along[x] * along[x] + down[x] * down[x]
-
-
-@kernel()
-def _of_longest(values: NDArray, lengths: NDArray, out: NDArray) -> None:
-    """Of three rows of values that whose length is the largest, pixel by pixel; the first of equals."""
-    value0, value1, value2 = values[0], values[1], values[2]
-    length0, length1, length2 = lengths[0], lengths[1], lengths[2]
-    for x in range(len(out)):
-        a, b, c = value0[x], value1[x], value2[x]
-        la, lb, lc = length0[x], length1[x], length2[x]
-        first = b if lb > la else a
-        longer = lb if lb > la else la
-        out[x] = c if lc > longer else first
-
-
-@kernel()
-def _polar_row(gx_row: NDArray, gy_row: NDArray, magnitude: NDArray, orientation: NDArray) -> None:
-    """Magnitude and orientation (in bins, [0, 6)) of twice-as-long gradients."""
-    for x in range(len(gx_row)):
-        magnitude[x] = np.sqrt(gx_row[x] * gx_row[x] + gy_row[x] * gy_row[x]) * _HALF
-    for x in range(len(gx_row)):
-        gx, gy = gx_row[x], gy_row[x]
+def _gradient_row(
+    above: NDArray, here: NDArray, below: NDArray, magnitude: NDArray, orientation: NDArray
+) -> None:
+    """Magnitude and orientation (in bins, [0, 6)) of the longest of three channels' gradients."""
+    above0, above1, above2 = above[0], above[1], above[2]
+    here0, here1, here2 = here[0], here[1], here[2]
+    below0, below1, below2 = below[0], below[1], below[2]
+    for x in range(len(magnitude)):
+        # Twice the gradients.
+        gx, gy = here0[x + 2] - here0[x], below0[x + 1] - above0[x + 1]
+        gx1, gy1 = here1[x + 2] - here1[x], below1[x + 1] - above1[x + 1]
+        gx2, gy2 = here2[x + 2] - here2[x], below2[x + 1] - above2[x + 1]
+        length, length1, length2 = gx * gx + gy * gy, gx1 * gx1 + gy1 * gy1, gx2 * gx2 + gy2 * gy2
+        longer = length1 > length
+        gx, gy, length = gx1 if longer else gx, gy1 if longer else gy, length1 if longer else length
+        longer = length2 > length
+        gx, gy, length = gx2 if longer else gx, gy2 if longer else gy, length2 if longer else length
+        magnitude[x] = np.sqrt(length) * _HALF
         ax, ay = abs(gx), abs(gy)
         ratio = min(ax, ay) / (max(ax, ay) + _TINY)
         square = ratio * ratio
@@ -172,9 +134,14 @@ def _vertical_triangle(ring: NDArray, row: int, last: int, weights: NDArray, out
     a5, b5 = ring[max(row - 5, 0) & mask], ring[min(row + 5, last) & mask]
     padded = out[TRIANGLE_REACH:-TRIANGLE_REACH]
     for x in range(len(padded)):
-        padded[x] = w0 * a0[x] + w1 * (a1[x] + b1[x]) + w2 * (a2[x] + b2[x]) + w3 * (a3[x] + b3[x])
-    for x in range(len(padded)):
-        padded[x] += w4 * (a4[x] + b4[x]) + w5 * (a5[x] + b5[x])
+        padded[x] = (
+            w0 * a0[x]
+            + w1 * (a1[x] + b1[x])
+            + w2 * (a2[x] + b2[x])
+            + w3 * (a3[x] + b3[x])
+            + w4 * (a4[x] + b4[x])
+            + w5 * (a5[x] + b5[x])
+        )
     for i in range(TRIANGLE_REACH):
         out[i] = padded[0]
         out[-1 - i] = padded[-1]
@@ -260,7 +227,7 @@ def channel_rows(
     luv: NDArray,
     smooth: NDArray,
     polar: NDArray,
-    work: NDArray,
+    normalised: NDArray,
     padded: NDArray,
     sums: NDArray,
     cells: NDArray,
@@ -279,7 +246,7 @@ def channel_rows(
         luv: (LUV_RING, 3, width + 2) scratch, as all up to `out`.
         smooth: (LUV_RING, 3, width + 2).
         polar: (2, MAGNITUDE_RING, width), magnitude and orientation.
-        work: (12, width).
+        normalised: (width,).
         padded: (3, width + 2 * TRIANGLE_REACH).
         sums: (10, width).
         cells: (CELL_RING, 10, columns + 2).
@@ -295,15 +262,13 @@ def channel_rows(
     magnitude_bottom = min(bottom + TRIANGLE_REACH, last_row)
     smooth_top, smooth_bottom = max(magnitude_top - 1, 0), min(magnitude_bottom + 1, last_row)
     luv_top, luv_bottom = max(smooth_top - 1, 0), min(smooth_bottom + 1, last_row)
-    along, down, length = work[0:3], work[3:6], work[6:9]
-    gx, gy, normalised = work[9], work[10], work[11]
     vertical, filtered = padded[0, : width + 2], padded[1]
     cell_smooth = padded[2, : columns + 2]
     sums[:] = _ZERO
 
     for step in range(luv_top, bottom + TRIANGLE_REACH + 3):
         if step <= luv_bottom:
-            _luv_row(image[step].reshape(-1), luv[step & 3], work)
+            _luv_row(image[step].reshape(-1), luv[step & 3, 0], luv[step & 3, 1], luv[step & 3, 2])
         row = step - 1
         if smooth_top <= row <= smooth_bottom:
             above, here, below = luv[max(row - 1, 0) & 3], luv[row & 3], luv[min(row + 1, last_row) & 3]
@@ -322,14 +287,8 @@ def channel_rows(
                 smooth[row & 3],
                 smooth[min(row + 1, last_row) & 3],
             )
-            for k in range(3):
-                _difference(here[k, 2:], here[k, :-2], along[k])
-                _difference(below[k, 1:-1], above[k, 1:-1], down[k])
-                _squared_length(along[k], down[k], length[k])
-            _of_longest(along, length, gx)
-            _of_longest(down, length, gy)
             slot = row & (MAGNITUDE_RING - 1)
-            _polar_row(gx, gy, polar[0, slot], polar[1, slot])
+            _gradient_row(above, here, below, polar[0, slot], polar[1, slot])
         row = step - 2 - TRIANGLE_REACH
         if top <= row <= bottom:
             slot = row & (MAGNITUDE_RING - 1)

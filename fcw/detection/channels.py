@@ -82,7 +82,7 @@ class ChannelComputer:
         self._luv = np.zeros((LUV_RING, 3, width + 2), np.float32)
         self._smooth = np.zeros((LUV_RING, 3, width + 2), np.float32)
         self._polar = np.zeros((2, MAGNITUDE_RING, width), np.float32)
-        self._work = np.zeros((12, width), np.float32)
+        self._normalised = np.zeros(width, np.float32)
         self._padded = np.zeros((3, width + 2 * TRIANGLE_REACH), np.float32)
         self._sums = np.zeros((CHANNEL_COUNT, width), np.float32)
         self._cells = np.zeros((CELL_RING, CHANNEL_COUNT, self.columns + 2), np.float32)
@@ -134,7 +134,7 @@ class ChannelComputer:
             self._luv,
             self._smooth,
             self._polar,
-            self._work,
+            self._normalised,
             self._padded,
             self._sums,
             self._cells,

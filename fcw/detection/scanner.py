@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fcw.detection.cascade import feature_offsets, score_windows
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
-from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model
+from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model, Window
 from fcw.detection.windows import PAD_CELLS, Level
 from fcw.sources.frame import ImageSize
 
@@ -98,6 +98,63 @@ class _Halves:
         return self._reduced[number][rows.start - first : rows.stop - first]
 
 
+class _LevelGrid:
+    """A level's channels: its octave's own, or those resized into memory that the levels share.
+
+    Attributes:
+        level: the level.
+        channels: (10, rows, columns).
+        first_row: row of `channels` that is the level's first.
+        offsets: (T, 3) places of the trees' features.
+        flat: `channels`, flat.
+    """
+
+    def __init__(
+        self,
+        octave: _Octave,
+        level: Level,
+        model: Model,
+        cut_memory: NDArray[np.uint8],
+        level_memory: NDArray[np.uint8],
+    ) -> None:
+        self.level = level
+        first = level.first_cut - octave.first_row
+        if level.resized:
+            self.channels = _shaped(level_memory, level.rows, level.columns)
+            self.first_row = 0
+            self._source = octave.grid[:, first : first + level.cut_rows]
+            self._cut = _shaped(cut_memory, level.cut_rows, level.cut_columns)
+        else:
+            self.channels = octave.grid
+            self.first_row = first
+        rows, columns = self.channels.shape[1:]
+        self.offsets = feature_offsets(model.trees, model.window, rows * columns, columns)
+        self.flat = self.channels.reshape(-1)
+
+    def fill(self) -> None:
+        """Resize the octave's channels, as they are now."""
+        if not self.level.resized:
+            return
+        np.copyto(self._cut, self._source)
+        # All channels in one call, one above the other; windows keep clear of rows where two of them mix.
+        stacked = self.channels.reshape(-1, self.level.columns)
+        cv2.resize(
+            self._cut.reshape(-1, self.level.cut_columns),
+            (stacked.shape[1], stacked.shape[0]),
+            dst=stacked,
+            interpolation=cv2.INTER_LINEAR,
+        )
+
+    def features(
+        self, window: Window, rows: NDArray[np.int32], columns: NDArray[np.int32]
+    ) -> NDArray[np.uint8]:
+        """(N, 2560) features of windows with these top-left cells in `channels`."""
+        windows = np.lib.stride_tricks.sliding_window_view(
+            self.channels, (window.cells, window.cells), (1, 2)
+        )
+        return windows[:, rows, columns].transpose(1, 0, 2, 3).reshape(len(rows), -1)
+
+
 class Scanner:
     """Scores the windows of given levels in pictures of one size, in memory it keeps."""
 
@@ -106,23 +163,20 @@ class Scanner:
         self.windows_per_frame = sum(level.window_count for level in levels)
         self._model = model
         self._octaves: dict[int, _Octave] = {}
-        self._levels: list[tuple[_Octave, Level, NDArray[np.int64]]] = []
-        cut_size = level_size = columns = 1
         for number in sorted({level.octave for level in levels}, reverse=True):
-            members = [level for level in levels if level.octave == number]
             halved = ImageSize(size.width >> max(-number, 0), size.height >> max(-number, 0))
-            octave = self._octaves[number] = _Octave(halved, number, members)
-            for level in members:
-                rows, pitch = (level.rows, level.columns) if level.resized else octave.grid.shape[1:]
-                offsets = feature_offsets(model.trees, model.window, rows * pitch, pitch)
-                self._levels.append((octave, level, offsets))
-                cut_size = max(cut_size, CHANNEL_COUNT * level.cut_rows * level.cut_columns)
-                level_size = max(level_size, CHANNEL_COUNT * level.rows * level.columns)
-                columns = max(columns, level.window_columns)
+            members = [level for level in levels if level.octave == number]
+            self._octaves[number] = _Octave(halved, number, members)
         self._halves = _Halves(size, self._octaves)
-        self._cut = np.empty(cut_size, np.uint8)
-        self._level = np.empty(level_size, np.uint8)
-        self._running = np.empty((2, columns), np.float32)
+        cut_cells = max((level.cut_rows * level.cut_columns for level in levels), default=0)
+        level_cells = max((level.rows * level.columns for level in levels), default=0)
+        memory = (
+            np.empty(CHANNEL_COUNT * cut_cells, np.uint8),
+            np.empty(CHANNEL_COUNT * level_cells, np.uint8),
+        )
+        self._grids = [_LevelGrid(self._octaves[level.octave], level, model, *memory) for level in levels]
+        window_columns = max((level.window_columns for level in levels), default=0)
+        self._running = np.empty((2, window_columns), np.float32)
         self._places = np.empty((FIRST_CAPACITY, 2), np.int32)
         self._scores = np.empty(FIRST_CAPACITY, np.float32)
         self._leaves = np.ascontiguousarray(model.trees.leaf, np.float32)
@@ -140,15 +194,15 @@ class Scanner:
         scores: list[NDArray[np.float32]] = []
         features: list[NDArray[np.uint8]] = []
         self._compute_channels(image)
-        for octave, level, offsets in self._levels:
-            grids, first_row = self._grids(octave, level)
-            count = self._run(grids, level, first_row, offsets, threshold)
+        for grid in self._grids:
+            grid.fill()
+            count = self._run(grid, threshold)
             if not count:
                 continue
             rows, columns = self._places[:count, 0], self._places[:count, 1]
             if with_features:
-                features.append(self._features(grids, rows, columns))
-            middle, bottom, size_px = level.vehicles(self._model.window, rows - first_row, columns)
+                features.append(grid.features(self._model.window, rows, columns))
+            middle, bottom, size_px = grid.level.vehicles(self._model.window, rows - grid.first_row, columns)
             root = np.sqrt(aspect_ratios(bottom))
             w, h = size_px * root, size_px / root
             boxes.append(np.column_stack([middle - w / 2, bottom - h, w, h]))
@@ -169,41 +223,16 @@ class Scanner:
         for number, octave in self._octaves.items():
             octave.compute(self._halves.rows(image, number, octave.picture_rows))
 
-    def _grids(self, octave: _Octave, level: Level) -> tuple[NDArray[np.uint8], int]:
-        """A level's channels (10, rows, columns), and the row among them that is the level's first."""
-        first = level.first_cut - octave.first_row
-        if not level.resized:
-            return octave.grid, first
-        cut = self._cut[: CHANNEL_COUNT * level.cut_rows * level.cut_columns]
-        cut = cut.reshape(CHANNEL_COUNT, level.cut_rows, level.cut_columns)
-        np.copyto(cut, octave.grid[:, first : first + level.cut_rows])
-        # All channels in one call: one above the other. Reduced, a row of one takes nothing from the next.
-        stacked = self._level[: CHANNEL_COUNT * level.rows * level.columns].reshape(-1, level.columns)
-        cv2.resize(
-            cut.reshape(-1, level.cut_columns),
-            (level.columns, CHANNEL_COUNT * level.rows),
-            dst=stacked,
-            interpolation=cv2.INTER_LINEAR,
-        )
-        return stacked.reshape(CHANNEL_COUNT, level.rows, level.columns), 0
-
-    def _run(
-        self,
-        grids: NDArray[np.uint8],
-        level: Level,
-        first_row: int,
-        offsets: NDArray[np.int64],
-        threshold: float,
-    ) -> int:
-        """Run the cascade; the windows' rows (in `grids`), columns and scores are left in the buffers."""
+    def _run(self, grid: _LevelGrid, threshold: float) -> int:
+        """Run the cascade; the windows' places in the grid and their scores are left in the buffers."""
         while True:
             count = score_windows(
-                grids.reshape(-1),
-                grids.shape[2],
-                first_row + level.first_window,
-                first_row + level.end_window,
-                level.window_columns,
-                offsets,
+                grid.flat,
+                grid.channels.shape[2],
+                grid.first_row + grid.level.first_window,
+                grid.first_row + grid.level.end_window,
+                grid.level.window_columns,
+                grid.offsets,
                 self._thresholds,
                 self._leaves,
                 self._model.rejection_threshold,
@@ -217,13 +246,10 @@ class Scanner:
             self._places = np.empty((2 * count, 2), np.int32)
             self._scores = np.empty(2 * count, np.float32)
 
-    def _features(
-        self, grids: NDArray[np.uint8], rows: NDArray[np.int32], columns: NDArray[np.int32]
-    ) -> NDArray[np.uint8]:
-        """(N, 2560) features of windows."""
-        cells = self._model.window.cells
-        windows = np.lib.stride_tricks.sliding_window_view(grids, (cells, cells), (1, 2))
-        return windows[:, rows, columns].transpose(1, 0, 2, 3).reshape(len(rows), -1)
+
+def _shaped(memory: NDArray[np.uint8], rows: int, columns: int) -> NDArray[np.uint8]:
+    """The first bytes of a buffer as channels (10, rows, columns)."""
+    return memory[: CHANNEL_COUNT * rows * columns].reshape(CHANNEL_COUNT, rows, columns)
 
 
 def _cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.float64]:

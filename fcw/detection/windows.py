@@ -26,10 +26,10 @@ from fcw.sources.frame import ImageSize
 PAD_CELLS = 6
 """Cells of an octave repeated beyond the picture's edges, so that vehicles at its edge have a window."""
 LARGEST_ENLARGEMENT = 0.45
-"""How much smaller than a level its octave may be, in octaves (a factor of 1.37; other levels are reduced from
-the octave above, to no less than 0.68). Channels of an octave a little enlarged are closer to those of the true
-scale than channels of the next octave much reduced: at a scale of 0.59 they differ by 6 of 255 counts against
-10."""
+"""How much smaller than a level its octave may be, in octaves: a factor of 1.37. Other levels are reduced from
+the octave above, to no less than 0.68. Channels of an octave a little enlarged are closer to those of the
+true scale than channels of the next octave much reduced: at 0.59 they differ by 6 of 255 counts, not 10.
+"""
 ROUNDING_ROWS = 6
 """How many more rows a cut may have for its resized height to be near a whole number of cells."""
 
