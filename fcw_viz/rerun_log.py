@@ -36,6 +36,8 @@ from fcw_viz.rerun_scene import log_static_scene
 
 FRAMES_PER_BATCH = 64
 """About two seconds: what a killed run loses, against the 16 kB that each batch costs."""
+FLUSH_TIMEOUT_S = 20.0
+"""Far longer than a batch takes. Without a limit rerun may wait for ever for a writer that has failed."""
 FOOTER_MAGIC = b"RRF2FOOT"
 FOOTER_SEARCH_BYTES = 32
 """The magic stands 12 bytes before the end of a complete file."""
@@ -141,8 +143,8 @@ class RerunSink:
         """Wait for the file: rerun tells of a failed write here and nowhere else."""
         assert self._recording is not None
         try:
-            self._recording.flush()
-        except RuntimeError as error:
+            self._recording.flush(timeout_sec=FLUSH_TIMEOUT_S)
+        except (RuntimeError, TimeoutError) as error:
             raise self._unwritten(str(error)) from error
 
     def _unwritten(self, reason: str) -> UserError:

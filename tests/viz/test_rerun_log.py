@@ -26,6 +26,7 @@ from fcw.tracking.types import Track
 from fcw.warning.ttc_policy import describe
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz import rerun_blueprint as scene
+from fcw_viz import rerun_log
 from fcw_viz.rerun_log import FRAMES_PER_BATCH, RerunSink, read_frame_times
 
 CAMERA = GroundPlaneCamera(
@@ -241,8 +242,9 @@ def write_batch(sink: RerunSink) -> None:
         sink.write(result(index), [packet(index)])
 
 
-def test_a_full_disk_is_told_and_leaves_no_file_that_looks_whole(tmp_path):
+def test_a_full_disk_is_told_and_leaves_no_file_that_looks_whole(tmp_path, monkeypatch):
     resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
+    monkeypatch.setattr(rerun_log, "FLUSH_TIMEOUT_S", 2.0)
     sink = RerunSink(tmp_path / "drive.rrd")
     sink.open(HEADER)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
