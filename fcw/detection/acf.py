@@ -20,9 +20,6 @@ from fcw.sources.frame import ImageSize
 
 __all__ = ["AcfDetector", "AcfSettings", "FullAcfDetector", "FullAcfSettings", "Proposals"]
 
-LARGEST_SCALE_LIMIT = 4
-"""There is one octave above the picture's own."""
-
 
 @dataclass(frozen=True, slots=True)
 class AcfSettings:
@@ -33,7 +30,7 @@ class AcfSettings:
         farthest_m: farthest vehicles looked for.
         pitch_tolerance_rad: braking, bumps and grades tilt the view by so much either way.
         scales_per_octave: window sizes for each doubling.
-        largest_scale: how far the picture is enlarged for far vehicles.
+        largest_scale: how far the picture is enlarged for far vehicles, 1 to under 4.
         largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
         score_threshold: score from which a window counts as a vehicle; None: the model's.
     """
@@ -45,10 +42,6 @@ class AcfSettings:
     largest_scale: float = 2.4
     largest_overlap: float = 0.5
     score_threshold: float | None = None
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.largest_scale < LARGEST_SCALE_LIMIT:
-            raise ValueError(f"largest_scale {self.largest_scale}: expected 1 to under {LARGEST_SCALE_LIMIT}")
 
 
 class AcfDetector:
@@ -121,9 +114,13 @@ class AcfDetector:
 
 @dataclass(frozen=True, slots=True)
 class FullAcfSettings:
-    """What plain ACF searches; attributes as in `AcfSettings`."""
+    """What plain ACF searches; attributes as in `AcfSettings`.
+
+    By default the picture is not enlarged, as in the paper's baseline: vehicles of 40 px and more are found.
+    """
 
     scales_per_octave: int = 8
+    largest_scale: float = 1.0
     largest_overlap: float = 0.5
     score_threshold: float | None = None
 
@@ -159,7 +156,9 @@ class FullAcfDetector:
         """All windows that pass the cascade with a score of at least `threshold`."""
         size = ImageSize(image.shape[1], image.shape[0])
         if self._scanner is None or self._scanner.size != size:
-            levels = full_levels(size, self._model.window, self._settings.scales_per_octave)
+            levels = full_levels(
+                size, self._model.window, self._settings.scales_per_octave, self._settings.largest_scale
+            )
             self._scanner = Scanner(self._model, size, levels)
         _check(image, size)
         return self._scanner.scan(

@@ -26,10 +26,12 @@ from fcw.sources.frame import ImageSize
 PAD_CELLS = 6
 """Cells of an octave repeated beyond the picture's edges, so that vehicles at its edge have a window."""
 LARGEST_ENLARGEMENT = 0.45
-"""How much smaller than a level its octave may be, in octaves: a factor of 1.37. Other levels are reduced from
-the octave above, to no less than 0.68. Channels of an octave a little enlarged are closer to those of the
-true scale than channels of the next octave much reduced: at 0.59 they differ by 6 of 255 counts, not 10.
+"""How much smaller than a level its octave may be, in octaves: a factor of 1.37. Other levels are reduced
+from the octave above, to no less than 0.68. Channels of an octave a little enlarged are closer to the true
+scale's than those of the next octave much reduced: at 0.59 they differ by 6 of 255 counts, not 10.
 """
+LARGEST_SCALE_LIMIT = 4
+"""There is one octave above the picture's own, and no more."""
 ROUNDING_ROWS = 6
 """How many more rows a cut may have for its resized height to be near a whole number of cells."""
 
@@ -152,37 +154,45 @@ def prior_levels(
     largest_scale: float,
 ) -> tuple[Level, ...]:
     """Levels of the distance-prior detector, from the largest scale (the farthest vehicles) down."""
-    top_step = math.floor(scales_per_octave * math.log2(largest_scale) + 1e-9)
-    top_octave = 1 if largest_scale >= 2 else 0
     levels = []
     # A near vehicle's window may reach beyond the picture; twice its size is more than the padding allows.
     smallest = window.size_px / min(size.width, size.height) / 2
-    for scale in _scales_down(scales_per_octave, top_step, smallest):
+    for scale in _scales_down(scales_per_octave, largest_scale, smallest):
         rows = prior.bottom_rows(window.vehicle_size_px / scale)
-        level = rows and _level(size, window, scale, top_octave, rows)
+        level = rows and _level(size, window, scale, largest_scale, rows)
         if level:
             levels.append(level)
     return tuple(levels)
 
 
-def full_levels(size: ImageSize, window: Window, scales_per_octave: int) -> tuple[Level, ...]:
-    """Levels of plain ACF: the whole picture, from its own scale down to the window's size."""
+def full_levels(
+    size: ImageSize, window: Window, scales_per_octave: int, largest_scale: float
+) -> tuple[Level, ...]:
+    """Levels of plain ACF: the whole picture, from the largest scale down to that where a window fills it."""
     everywhere = RowRange(-math.inf, math.inf)
     smallest = window.size_px / min(size.width, size.height)
-    levels = (_level(size, window, s, 0, everywhere) for s in _scales_down(scales_per_octave, 0, smallest))
+    levels = (
+        _level(size, window, scale, largest_scale, everywhere)
+        for scale in _scales_down(scales_per_octave, largest_scale, smallest)
+    )
     return tuple(level for level in levels if level)
 
 
-def _scales_down(scales_per_octave: int, top_step: int, smallest: float) -> Iterator[float]:
-    """Scales 2**(k / scales_per_octave) from k = top_step down to the smallest allowed."""
-    step = top_step
+def _scales_down(scales_per_octave: int, largest: float, smallest: float) -> Iterator[float]:
+    """Scales 2**(k / scales_per_octave) within limits, from the largest down."""
+    if not 1 <= largest < LARGEST_SCALE_LIMIT:
+        raise ValueError(f"largest_scale {largest}: expected 1 to under {LARGEST_SCALE_LIMIT}")
+    step = math.floor(scales_per_octave * math.log2(largest) + 1e-9)
     while (scale := 2.0 ** (step / scales_per_octave)) >= smallest:
         yield scale
         step -= 1
 
 
-def _level(size: ImageSize, window: Window, scale: float, top_octave: int, bottoms: RowRange) -> Level | None:
+def _level(
+    size: ImageSize, window: Window, scale: float, largest_scale: float, bottoms: RowRange
+) -> Level | None:
     """The level of a scale, vehicles' bottom edges within a range; None where it has no window."""
+    top_octave = math.floor(math.log2(largest_scale))
     octave = min(math.ceil(math.log2(scale) - LARGEST_ENLARGEMENT), top_octave)
     octave_cell_px = CELL_PX / 2.0**octave
     ratio = scale / 2.0**octave

@@ -132,6 +132,15 @@ def test_plain_acf_finds_a_vehicle_anywhere(model: Model, size_px: float):
     assert overlap(detections[0], box) >= 0.65
 
 
+def test_plain_acf_finds_small_vehicles_only_where_it_enlarges_the_picture(model: Model):
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(3))
+    box = box_of(21.0, 200.0, 170.0)
+    draw_vehicle(picture, box)
+    enlarged = FullAcfDetector(model, FullAcfSettings(largest_scale=2.4)).detect(picture)
+    assert overlap(enlarged[0], box) >= 0.65
+    assert not any(overlap(found, box) >= 0.5 for found in FullAcfDetector(model).detect(picture))
+
+
 def test_the_prior_does_not_look_where_no_vehicle_can_stand(model: Model):
     # As large as a vehicle at 10 m, with its wheels in the sky.
     picture = background(SIZE.height, SIZE.width, np.random.default_rng(5))
@@ -279,6 +288,7 @@ def test_a_calibration_without_road_in_the_picture_is_the_users_mistake(model: M
         AcfDetector(model, Calibration.from_camera(skywards, SIZE))
 
 
-def test_enlarging_more_than_an_octave_and_a_part_is_refused():
+@pytest.mark.parametrize("largest_scale", [0.5, 4.0])
+def test_enlarging_by_less_than_nothing_or_by_two_octaves_is_refused(model: Model, largest_scale: float):
     with pytest.raises(ValueError, match="largest_scale"):
-        AcfSettings(largest_scale=4.0)
+        AcfDetector(model, CALIBRATION, AcfSettings(largest_scale=largest_scale))

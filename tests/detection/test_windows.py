@@ -110,7 +110,7 @@ def test_every_vehicle_of_median_size_on_the_road_has_a_window(
 @given(mounted_cameras())
 def test_windows_stay_within_the_padded_picture(setup: tuple[GroundPlaneCamera, ImageSize]):
     camera, size = setup
-    for level in (*levels_of(camera, size), *full_levels(size, WINDOW, 8)):
+    for level in (*levels_of(camera, size), *full_levels(size, WINDOW, 8, 1.0)):
         assert 0 <= level.first_window < level.end_window <= level.rows - WINDOW.cells + 1
         assert level.window_columns == level.columns - WINDOW.cells + 1 >= 1
 
@@ -120,13 +120,13 @@ def test_the_prior_looks_at_a_small_part_of_what_plain_acf_looks_at():
     camera = GroundPlaneCamera(0.05, 900.0, 360.0, 1.3, 639.5)
     size = ImageSize(1280, 720)
     prior = [level for level in levels_of(camera, size) if level.octave <= 0]
-    full = full_levels(size, WINDOW, 8)
+    full = full_levels(size, WINDOW, 8, 1.0)
     assert sum(level.window_count for level in prior) < sum(level.window_count for level in full) / 5
 
 
 def test_plain_acf_has_28_scales_over_the_whole_picture():
     # 8 an octave from 64 px windows up to the picture's 720 rows: floor(8 log2(720 / 64)) + 1.
-    levels = full_levels(ImageSize(1280, 720), WINDOW, 8)
+    levels = full_levels(ImageSize(1280, 720), WINDOW, 8, 1.0)
     assert len(levels) == 28
     for level in levels:
         middles, bottoms, sizes_px = vehicles_of(level)
