@@ -39,7 +39,8 @@ def run_demo(command: DemoCommand) -> int:
 
     from fcw_viz.drive_job import DriveJob, run_drive
 
-    job = DriveJob(source=demo_folder() / "drive.mp4", out=command.out)
+    folder = demo_folder()
+    job = DriveJob(source=folder / "drive.mp4", out=command.out, ego_speed=str(folder / "drive.speed.csv"))
     outcome = run_drive(job, Console(stderr=True))
     report_drive(outcome, command.out, Console())
     return 130 if outcome.interrupted else 0
