@@ -7,10 +7,11 @@ from typing import BinaryIO
 
 from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
 from mcap.exceptions import McapError
-from mcap.reader import McapReader, NonSeekingReader, SeekingReader
+from mcap.reader import NonSeekingReader, SeekingReader
 from mcap.records import Attachment, Chunk, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
+from zstandard import ZstdError
 
 from fcw.errors import UserError
 from fcw.logs import mcap_format as mcap
@@ -19,8 +20,8 @@ from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.sources.frame import VideoPacket
 
-_TORN = (McapError, struct.error, EOFError, ValueError)
-"""What mcap's readers raise where a file ends in the middle of a record."""
+_DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError)
+"""What mcap's readers raise where a file ends inside a record, or holds other bytes than were written."""
 
 
 class DriveLog:
@@ -52,7 +53,11 @@ class DriveLog:
             ) from error
 
     def results(self) -> Iterator[FrameResult]:
-        """Every frame's result, in order."""
+        """Every frame's result, in order.
+
+        Raises:
+            UserError: a complete log holds damaged bytes.
+        """
         for _, data in self._messages((mcap.RESULT_TOPIC,)):
             yield result_from_message(data)
 
@@ -78,13 +83,15 @@ class DriveLog:
     def _messages(self, topics: Sequence[str]) -> Iterator[tuple[str, bytes]]:
         """Topic and data of messages in the order in which they were written."""
         with self.path.open("rb") as file:
-            reader: McapReader = SeekingReader(file) if self.complete else NonSeekingReader(file)
             try:
+                reader = (SeekingReader if self.complete else NonSeekingReader)(file, validate_crcs=True)
                 for _, channel, message in reader.iter_messages(topics, log_time_order=False):
                     yield channel.topic, message.data
-            except _TORN:
+            except _DAMAGED as error:
                 if self.complete:
-                    raise
+                    raise UserError(
+                        f"{self.path}: the log is damaged ({error}); copy it again, or run the drive again"
+                    ) from error
 
     def _read_header(self, file: BinaryIO) -> DriveHeader:
         """The header from the records before the first chunk."""
@@ -98,7 +105,7 @@ class DriveLog:
                     attachments[record.name] = record.data
                 elif isinstance(record, Chunk):
                     break
-        except _TORN as error:
+        except _DAMAGED as error:
             if mcap.CALIBRATION_NAME not in attachments:
                 raise UserError(
                     f"{self.path}: not a drive log, or one cut off at its start ({error}); "

@@ -34,7 +34,7 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
         UserError: the file is no video, or its codec is unknown here.
     """
     try:
-        container = av.open(str(path))
+        container = av.open(str(path), metadata_errors="replace")  # cameras write all encodings
     except FFmpegError as error:
         raise UserError(
             f"{path}: not a readable video ({error.strerror}); expected a video such as MP4, MKV or AVI. "
@@ -148,9 +148,15 @@ def announced_packets(container: InputContainer, stream: VideoStream) -> int:
     return len(stream.index_entries) if "mp4" in container.format.name else stream.frames
 
 
-def annex_b_filter(stream: VideoStream) -> BitStreamFilterContext:
-    """FFmpeg's filter that puts H.264 into Annex B form, parameter sets before each IDR picture."""
-    return BitStreamFilterContext("h264_mp4toannexb", stream)
+def annex_b_filter(stream: VideoStream) -> BitStreamFilterContext | None:
+    """FFmpeg's filter that puts H.264 into Annex B form, parameter sets before each IDR picture.
+
+    None where the stream's own parameter sets are damaged.
+    """
+    try:
+        return BitStreamFilterContext("h264_mp4toannexb", stream)
+    except FFmpegError:
+        return None
 
 
 def in_annex_b(annex_b: BitStreamFilterContext, packet: Packet) -> bytes:

@@ -26,7 +26,8 @@ from fcw.sources.frame import Frame, ImageSize
 from fcw.sources.orientation import orientation
 
 FALLBACK_FRAME_RATE_HZ = 25.0
-"""Only where a file states no rate; frames keep their own times all the same."""
+"""Only where a file states no rate that can be; frames keep their own times all the same."""
+MAXIMUM_FRAME_RATE_HZ = 1000.0
 SHORTFALL_S = 1.0
 """A file that ends this much before its stated length is called cut short; sound may outlast pictures."""
 
@@ -103,7 +104,8 @@ class VideoSource:
             self._orient, self._turn = orientation(first)
             height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
             self._image_size = ImageSize(width, height)
-            self._frame_rate_hz = float(stream.average_rate or stream.guessed_rate or FALLBACK_FRAME_RATE_HZ)
+            rate_hz = float(stream.average_rate or stream.guessed_rate or 0)
+            self._frame_rate_hz = rate_hz if 0 < rate_hz <= MAXIMUM_FRAME_RATE_HZ else FALLBACK_FRAME_RATE_HZ
             codec = stream.codec_context
             self._upright_h264 = (
                 codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and not self._turn
@@ -214,6 +216,7 @@ class VideoSource:
         relayable, last_ns, stepped_back = self._upright_h264, None, False
         with opened(self.path) as (container, stream):
             annex_b = annex_b_filter(stream) if relayable else None
+            relayable = annex_b is not None
             for packet in Decoding(container, stream).packets():
                 time_ns = None if packet.pts is None else to_ns(packet.pts, stream)
                 if time_ns is not None and not packet.is_discard:

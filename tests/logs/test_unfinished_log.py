@@ -75,6 +75,15 @@ def test_a_log_torn_anywhere_gives_all_before_the_tear(whole_log, header, short_
     assert counts[0] == len(results)
 
 
+def test_a_damaged_log_is_said_to_be(whole_log):
+    data = bytearray(whole_log.read_bytes())
+    for at in range(len(data) // 3, len(data) // 3 + 40):
+        data[at] ^= 0x55
+    whole_log.write_bytes(data)
+    with pytest.raises(UserError, match=r"whole\.mcap: the log is damaged"):
+        list(DriveLog(whole_log).results())
+
+
 def refusal(path: Path) -> str:
     with pytest.raises(UserError) as caught:
         DriveLog(path)

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from av.stream import Disposition
 from av.video.stream import VideoStream
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from fcw.errors import UserError
 from fcw.sources import open_source
@@ -186,6 +188,26 @@ def test_a_picture_of_another_size_ends_the_drive_with_a_note(make_video, noise_
     source = open_source(path)
     assert {frame.image.shape for frame in source.frames()} == {(48, 64, 3)}
     assert "changes from 64x48 to 128x96" in " ".join(source.notes)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_damage_is_refused_or_survived(make_video, noise_images, data):
+    name = data.draw(st.sampled_from(["d.mp4", "d.mkv", "d.avi", "d.ts"]))
+    path = make_video(name, noise_images[:12], codec_options=SHORT_GOPS, container_options={})
+    content = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 12))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(content)
+    try:
+        source = open_source(path)
+    except UserError:
+        return
+    frames = list(source.frames())
+    times = [frame.time_ns for frame in frames]
+    assert times == sorted(set(times))
+    assert [frame.index for frame in frames] == list(range(len(frames)))
+    assert all(frame.packets[-1].time_ns == frame.time_ns for frame in frames if source.relays_video)
 
 
 EARLY_ENDS = """

@@ -127,3 +127,11 @@ def test_slice_headers_are_read_as_the_standard_writes_them(
     parameter_sets = b"\0\0\0\1\x67\x42\0\0\0\1\x68\xce" if headers else b""
     unit = h264.inspect(parameter_sets + b"\0\0\0\1\x06\x05\0\0\1" + slice_unit + b"\0\0\1\x67")
     assert unit == h264.AccessUnit(idr, headers, slice_type % 5 == 1)
+
+
+def test_words_in_any_encoding_do_not_matter(make_video, numbered_images):
+    path = make_video("words.mp4", numbered_images[:5])
+    data = path.read_bytes()
+    assert data.count(b"VideoHandler") == 1
+    path.write_bytes(data.replace(b"VideoHandler", "Kamera für 道路".encode("gb18030")[:12].ljust(12)))
+    assert len(list(open_source(path).frames())) == 5
