@@ -200,15 +200,15 @@ class VideoSource:
         last = f"the last picture read is at {_seconds(last_ns)}"
         if announced and decoding.packets_read < announced:
             missing = announced - decoding.packets_read
-            yield f"{self.name}: the file is cut short: {missing} of {announced} pictures are missing, {last}"
+            yield f"{self.name}: the file is cut short: {missing} of {announced} pictures missing, {last}"
         elif end_ns is not None and last_ns is not None and end_ns - last_ns > SHORTFALL_S * NANOSECONDS:
             yield f"{self.name}: the file is cut short: {last}, it announces {_seconds(end_ns)}"
         elif decoding.error:
             yield f"{self.name}: the file cannot be read on ({decoding.error}), {last}"
         if decoding.undecodable:
-            yield f"{self.name}: {decoding.undecodable} damaged pictures cannot be decoded and are left out"
+            yield f"{self.name}: {_pictures(decoding.undecodable)} damaged beyond decoding, left out"
         if clock.estimated:
-            yield f"{self.name}: {clock.estimated} pictures have no time after the one before: estimated"
+            yield f"{self.name}: {_pictures(clock.estimated)} without a time after the one before, estimated"
 
     @cached_property
     def _packet_table(self) -> _PacketTable:
@@ -237,6 +237,10 @@ def _stated_end_ns(container: InputContainer) -> int | None:
     if container.duration is None:
         return None
     return (container.duration + (container.start_time or 0)) * 1000
+
+
+def _pictures(count: int) -> str:
+    return "1 picture" if count == 1 else f"{count} pictures"
 
 
 def _seconds(time_ns: int | None) -> str:

@@ -123,7 +123,7 @@ def test_a_file_cut_in_its_middle_gives_all_that_decodes(make_video, noise_image
     assert len(frames) == readable
     for frame, image in zip(frames, expected, strict=False):
         np.testing.assert_array_equal(frame.image, image)
-    assert f"of {len(expected)} pictures are missing" in " ".join(source.notes)
+    assert f"of {len(expected)} pictures missing" in " ".join(source.notes)
     assert f"{frames[-1].time_ns / 1e9:.3f} s" in " ".join(source.notes)
 
 
@@ -153,7 +153,7 @@ def test_a_damaged_packet_costs_its_picture_and_not_the_drive(make_video, noise_
     for frame in frames[15 - 1 :]:  # from the next keyframe on all is well again
         number = round(frame.time_ns * 30 / 1e9)
         np.testing.assert_array_equal(frame.image, clean[number])
-    assert "1 damaged pictures" in " ".join(source.notes)
+    assert "1 picture damaged beyond decoding" in " ".join(source.notes)
     assert [frame.index for frame in frames] == list(range(len(frames)))
     assert all(frame.packets[-1].time_ns == frame.time_ns for frame in frames)
 
@@ -175,7 +175,7 @@ def test_a_clock_that_steps_back_costs_no_picture(make_video, numbered_images, t
     times = np.array([frame.time_ns for frame in frames])
     assert np.all(np.abs(np.diff(times) - 1e9 / 30) < 1e6)
     assert not source.relays_video
-    assert "1 pictures have no time after the one before" in " ".join(source.notes)
+    assert "1 picture without a time after the one before" in " ".join(source.notes)
     assert next(source.frames(int(times[60]))).index == 60
 
 
