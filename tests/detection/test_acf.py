@@ -1,6 +1,7 @@
 """The two detectors on pictures with vehicles drawn where they should be found."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
@@ -253,6 +254,23 @@ def test_detecting_again_gives_the_same_whatever_came_before(model: Model):
         before = detector.detect(first)
         assert detector.detect(second) != before
         assert detector.detect(first) == before
+
+
+def test_detectors_of_their_own_work_side_by_side_in_threads(model: Model):
+    rng = np.random.default_rng(14)
+    pictures = []
+    for index in range(12):
+        pictures.append(background(SIZE.height, SIZE.width, rng))
+        draw_vehicle(pictures[-1], vehicle_at(8 + 4 * index, 0))
+    alone = AcfDetector(model, CALIBRATION)
+    expected = [alone.detect(picture) for picture in pictures]
+
+    def detect_all(_: int) -> list[tuple[Detection, ...]]:
+        detector = AcfDetector(model, CALIBRATION)
+        return [detector.detect(picture) for picture in pictures]
+
+    with ThreadPoolExecutor(3) as pool:
+        assert list(pool.map(detect_all, range(3))) == [expected] * 3
 
 
 def test_an_empty_picture_has_no_vehicles(model: Model):
