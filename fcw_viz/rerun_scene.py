@@ -24,8 +24,8 @@ VEHICLE_WIDTH_M = 1.8
 VEHICLE_HEIGHT_M = 1.5
 """A common car: no length is seen from behind, so vehicles are drawn this long; the own car is this one."""
 PATH_COLOR: Rgb = (70, 110, 160)
-LINE_HALF_LENGTH_M = 8.0
-"""Of the lines across the road at fixed distances: two lanes to either side."""
+LINE_HALF_LENGTH_M = 12.0
+"""Of the lines across the road at fixed distances: their words stand clear of three lanes to either side."""
 LABEL_COLUMNS = (0.03, 0.09, 0.15)
 """Where the words of the distance rows stand in turn, as parts of the width: far rows are close together."""
 FRUSTUM_M = 2.0
