@@ -1,9 +1,14 @@
-"""Shared by all tests: where the real drives are."""
+"""Shared by all tests: where the real drives are, and how hypothesis searches."""
 
 import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# No deadline: a noisy machine would make tests timed. Repeatable in CI, searching anew everywhere else.
+settings.register_profile("fcw", deadline=None, derandomize=bool(os.environ.get("CI")))
+settings.load_profile("fcw")
 
 
 @pytest.fixture(scope="session")
