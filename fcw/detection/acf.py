@@ -12,11 +12,18 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, Scanner
-from fcw.detection.suppression import suppress
+from fcw.detection.suppression import merge, suppress
 from fcw.detection.types import Box, Detection
 from fcw.detection.windows import DistancePrior, full_levels, prior_levels
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
+
+UNDECIDED_SCORE = 0.0
+"""Where the trees find vehicle and background alike: windows above it have a say in the box."""
+LONE_WEIGHT = 1e-9
+"""A kept window that is not above it stands for itself."""
+AGREEING_IOU = 0.5
+"""A window this near to the best one shows the same vehicle in the same place."""
 
 __all__ = ["AcfDetector", "AcfSettings", "FullAcfDetector", "FullAcfSettings", "Proposals"]
 
@@ -99,8 +106,9 @@ class AcfDetector:
         Raises:
             ValueError: the picture has another size than the calibration.
         """
-        proposals = self.scan(image, _score_threshold(self._settings.score_threshold, self._model))
-        return _detections(proposals, self._settings.largest_overlap)
+        threshold = _score_threshold(self._settings.score_threshold, self._model)
+        proposals = self.scan(image, min(threshold, UNDECIDED_SCORE))
+        return _detections(proposals, threshold, self._settings.largest_overlap)
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool = False) -> Proposals:
         """All windows that pass the cascade with a score of at least `threshold`, as training mines them.
@@ -149,8 +157,9 @@ class FullAcfDetector:
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first."""
-        proposals = self.scan(image, _score_threshold(self._settings.score_threshold, self._model))
-        return _detections(proposals, self._settings.largest_overlap)
+        threshold = _score_threshold(self._settings.score_threshold, self._model)
+        proposals = self.scan(image, min(threshold, UNDECIDED_SCORE))
+        return _detections(proposals, threshold, self._settings.largest_overlap)
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool = False) -> Proposals:
         """All windows that pass the cascade with a score of at least `threshold`."""
@@ -177,6 +186,14 @@ def _check(image: NDArray[np.uint8], size: ImageSize) -> None:
         )
 
 
-def _detections(proposals: Proposals, largest_overlap: float) -> tuple[Detection, ...]:
-    kept = suppress(proposals.boxes, proposals.scores, largest_overlap)
-    return tuple(Detection(Box(*map(float, proposals.boxes[i])), float(proposals.scores[i])) for i in kept)
+def _detections(proposals: Proposals, threshold: float, largest_overlap: float) -> tuple[Detection, ...]:
+    boxes, scores = proposals.boxes, proposals.scores.astype(np.float64)
+    kept = suppress(boxes, scores, largest_overlap)
+    kept = kept[scores[kept] >= threshold]
+    weights = np.maximum(scores - UNDECIDED_SCORE, 0.0) ** 2  # squares: the surest windows stand best
+    weights[kept] = np.maximum(weights[kept], LONE_WEIGHT)
+    merged = merge(boxes, weights, kept, AGREEING_IOU)
+    return tuple(
+        Detection(Box(*map(float, box)), float(score))
+        for box, score in zip(merged, scores[kept], strict=True)
+    )

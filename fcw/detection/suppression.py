@@ -1,7 +1,9 @@
-"""Non-maximum suppression: of the windows that one vehicle lights up, the best."""
+"""Of the windows that one vehicle lights up: the best one, and the box that they agree on."""
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fcw.detection.overlap import intersection_over_union
 
 
 def suppress(
@@ -36,3 +38,25 @@ def suppress(
         ) * np.maximum(np.minimum(bottom[rest], bottom[i]) - np.maximum(top[rest], top[i]), 0)
         alive[rest] &= common <= largest_overlap * np.minimum(area[rest], area[i])
     return np.array(kept, np.int64)
+
+
+def merge(
+    boxes: NDArray[np.float64], weights: NDArray[np.floating], kept: NDArray[np.int64], smallest_iou: float
+) -> NDArray[np.float64]:
+    """Boxes of the kept windows, each the weighted mean of the windows that agree with it.
+
+    Windows stand on a grid of positions and scales; the mean of several finds the edges between its steps
+    (box voting, Gidaris & Komodakis 2015).
+
+    Args:
+        boxes: (N, 4) x, y, w, h.
+        weights: (N,), positive.
+        kept: (K,) indices of the kept windows.
+        smallest_iou: with a kept window, from which a window agrees with it.
+
+    Returns:
+        (K, 4) x, y, w, h.
+    """
+    agreeing = np.where(intersection_over_union(boxes[kept], boxes) >= smallest_iou, weights, 0.0)
+    # A mean of x, y, w, h is the box of the mean edges: right and bottom are sums of them.
+    return agreeing @ boxes / agreeing.sum(axis=1, keepdims=True)

@@ -74,8 +74,8 @@ def example(rng: np.random.Generator, positive: bool) -> NDArray[np.uint8]:
     elif rng.uniform() < 0.6:
         angle = rng.uniform(0, 2 * math.pi)
         away = rng.uniform(0.5, 1.0) * size
-        factor = rng.choice([0.5, 1.0, 1.9])
-        away *= factor != 1.9
+        factor = rng.choice([0.5, 0.7, 1.0, 1.4, 1.9])
+        away *= factor in (0.5, 1.0) or (factor != 1.9 and rng.uniform() < 0.5)
         draw_vehicle(
             picture, box_of(size * factor, middle + away * math.cos(angle), bottom + away * math.sin(angle))
         )

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from fcw.detection.overlap import intersection_areas
-from fcw.detection.suppression import suppress
+from fcw.detection.suppression import merge, suppress
 
 side = st.integers(1, 60)
 place = st.integers(0, 100)
@@ -53,3 +53,20 @@ def test_half_of_the_smaller_area_is_still_allowed():
 def test_of_equal_scores_the_first_stays():
     boxes = np.array([[1, 0, 10, 10], [0, 0, 10, 10]], np.float64)
     np.testing.assert_array_equal(suppress(boxes, np.zeros(2), 0.5), [0])
+
+
+def test_a_lone_box_stays_and_agreeing_ones_meet_at_their_weighted_mean():
+    boxes = np.array([[0, 0, 10, 10], [2, 1, 10, 10], [50, 50, 8, 8]], np.float64)
+    merged = merge(boxes, np.array([3.0, 1.0, 5.0]), np.array([0, 2]), smallest_iou=0.5)
+    np.testing.assert_allclose(merged, [[0.5, 0.25, 10, 10], [50, 50, 8, 8]])
+
+
+@given(boxes_and_scores)
+def test_merged_edges_lie_within_those_of_the_windows(data: tuple[NDArray[np.float64], NDArray[np.float32]]):
+    boxes, scores = data
+    kept = suppress(boxes, scores, 0.5)
+    merged = merge(boxes, np.exp(scores.astype(np.float64)), kept, smallest_iou=0.5)
+    assert merged.shape == (len(kept), 4)
+    if len(kept):
+        assert (merged >= boxes.min(axis=0) - 1e-9).all()
+        assert (merged <= boxes.max(axis=0) + 1e-9).all()
