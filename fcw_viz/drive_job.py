@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import default_path
 from fcw.detection.acf import AcfDetector, FullAcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.detection.types import Detector
@@ -28,8 +29,8 @@ from fcw.sources.frame import Source
 from fcw.summary import DriveSummary
 from fcw.tracking.tracker import Tracker
 from fcw.versions import versions
-from fcw.warning.ttc_policy import TtcPolicy
 from fcw.warning.ego_speed import EgoSpeed
+from fcw.warning.ttc_policy import TtcPolicy
 from fcw_viz.rerun_log import RerunSink
 
 MCAP_NAME = "drive.mcap"
@@ -70,19 +71,13 @@ class DriveOutcome:
     interrupted: bool
 
 
-def calibration_path(source: Path) -> Path:
-    """`<name>.calibration.yaml` beside the source: where it is saved and looked for by default."""
-    name = source.stem if source.is_file() else source.name
-    return source.parent / f"{name}.calibration.yaml"
-
-
 def load_calibration(job: DriveJob, source: Source) -> Calibration:
     """The calibration for a source, scaled to its image size.
 
     Raises:
         UserError: there is none, or it is for another camera's image size.
     """
-    path = job.calibration or calibration_path(job.source)
+    path = job.calibration or default_path(job.source)
     if not path.is_file():
         raise UserError(
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate {job.source} "

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 import fcw_viz.rerun_blueprint as scene
 from fcw.detection.types import Box
-from fcw.logs.overlay import Rgb, overlay_boxes
+from fcw.logs.overlay import PIXEL_CENTRE_PX, VEHICLE_LENGTH_M, Rgb, overlay_boxes, rear_size_m
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources.frame import VideoPacket
 from fcw.tracking.types import Track
 from fcw.units import FEET_PER_METRE, MPH_PER_MPS
 from fcw.warning.ttc_policy import describe
 from fcw.warning.types import WarningLevel
-from fcw_viz.rerun_scene import PIXEL_CENTRE, VEHICLE_LENGTH_M, rear_size_m
 
 Columns = list[rr.ComponentColumn]
 
@@ -202,7 +201,7 @@ def _boxes(boxes: Sequence[Box]) -> tuple[NDArray[np.float64], NDArray[np.float6
     """Centres and half sizes, each (N, 2), in rerun's pixel coordinates."""
     corners = np.array([(box.x, box.y) for box in boxes], np.float64).reshape(-1, 2)
     half_sizes = np.array([(box.w / 2, box.h / 2) for box in boxes], np.float64).reshape(-1, 2)
-    return corners + half_sizes + PIXEL_CENTRE, half_sizes
+    return corners + half_sizes + PIXEL_CENTRE_PX, half_sizes
 
 
 def _values(archetype: str, **components: pa.Array) -> rr.ComponentColumnList:

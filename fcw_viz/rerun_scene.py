@@ -10,24 +10,24 @@ from numpy.typing import NDArray
 import fcw_viz.rerun_blueprint as scene
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import calibration_text
-from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, ROW_DISTANCES_M, Rgb, overlay_rows
+from fcw.logs.overlay import (
+    LEVEL_COLORS,
+    OTHER_TRACK_COLOR,
+    OWN_CAR_SIZE_M,
+    PIXEL_CENTRE_PX,
+    ROW_COLOR,
+    ROW_DISTANCES_M,
+    Rgb,
+    overlay_rows,
+)
 from fcw.logs.records import DriveHeader
 from fcw.tracking.lead import Corridor
-from fcw.tracking.types import Track
 from fcw.units import distance_text
 from fcw.warning.types import WarningLevel
 
-PIXEL_CENTRE = 0.5
-"""rerun's pixel coordinates start at the corner of the top-left pixel, ours at its centre."""
-VEHICLE_LENGTH_M = 4.5
-VEHICLE_WIDTH_M = 1.8
-VEHICLE_HEIGHT_M = 1.5
-"""A common car: no length is seen from behind, so vehicles are drawn this long; the own car is this one."""
 PATH_COLOR: Rgb = (70, 110, 160)
 LINE_HALF_LENGTH_M = 12.0
 """Of the lines across the road at fixed distances: their words stand clear of three lanes to either side."""
-LABEL_COLUMNS = (0.03, 0.09, 0.15)
-"""Where the words of the distance rows stand in turn, as parts of the width: far rows are close together."""
 FRUSTUM_M = 2.0
 """Depth at which the picture stands before the camera in the ground view."""
 
@@ -44,15 +44,6 @@ def log_static_scene(recording: rr.RecordingStream, header: DriveHeader) -> None
     _log_road(recording, header)
     _log_rows(recording, header)
     _log_styles(recording)
-
-
-def rear_size_m(track: Track, calibration: Calibration) -> tuple[float, float]:
-    """Width and height of a vehicle's rear from the size of its box at its distance."""
-    camera = calibration.camera
-    along_m = track.distance_m + calibration.reference_offset_m
-    depth_m = along_m * math.cos(camera.pitch_rad) + camera.height_m * math.sin(camera.pitch_rad)
-    metres_per_px = max(depth_m, 0.0) / camera.focal_y_px
-    return track.box.w * metres_per_px, track.box.h * metres_per_px
 
 
 def camera_axes(pitch_rad: float) -> NDArray[np.float64]:
@@ -78,8 +69,8 @@ def _log_camera(recording: rr.RecordingStream, calibration: Calibration) -> None
         rr.Pinhole(
             focal_length=camera.focal_y_px,
             principal_point=(
-                camera.principal_column_px + PIXEL_CENTRE,
-                camera.principal_row_px + PIXEL_CENTRE,
+                camera.principal_column_px + PIXEL_CENTRE_PX,
+                camera.principal_row_px + PIXEL_CENTRE_PX,
             ),
             resolution=astuple(calibration.image_size),
             camera_xyz=rr.ViewCoordinates.RDF,
@@ -95,8 +86,8 @@ def _log_road(recording: rr.RecordingStream, header: DriveHeader) -> None:
     recording.log(
         scene.EGO_BODY,
         rr.Boxes3D(
-            centers=[(-VEHICLE_LENGTH_M / 2, 0.0, VEHICLE_HEIGHT_M / 2)],
-            sizes=[(VEHICLE_LENGTH_M, VEHICLE_WIDTH_M, VEHICLE_HEIGHT_M)],
+            centers=[(-OWN_CAR_SIZE_M[0] / 2, 0.0, OWN_CAR_SIZE_M[2] / 2)],
+            sizes=[OWN_CAR_SIZE_M],
             colors=[PATH_COLOR],
             labels=["ego"],
             show_labels=False,
@@ -146,7 +137,7 @@ def _log_rows(recording: rr.RecordingStream, header: DriveHeader) -> None:
     recording.log(
         scene.IMAGE_ROWS,
         rr.LineStrips2D(
-            [[(0.0, row.row_px + PIXEL_CENTRE), (width, row.row_px + PIXEL_CENTRE)] for row in rows],
+            [[(0.0, row.row_px + PIXEL_CENTRE_PX), (width, row.row_px + PIXEL_CENTRE_PX)] for row in rows],
             colors=[ROW_COLOR],
             radii=rr.Radius.ui_points(0.5),
         ),
@@ -156,10 +147,7 @@ def _log_rows(recording: rr.RecordingStream, header: DriveHeader) -> None:
     recording.log(
         scene.IMAGE_ROW_LABELS,
         rr.Points2D(
-            [
-                (width * LABEL_COLUMNS[i % len(LABEL_COLUMNS)], row.row_px + PIXEL_CENTRE)
-                for i, row in enumerate(rows)
-            ],
+            [(width * row.label_part, row.row_px + PIXEL_CENTRE_PX) for row in rows],
             labels=[row.label for row in rows],
             colors=[ROW_COLOR],
             radii=rr.Radius.ui_points(0.0),

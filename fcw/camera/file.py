@@ -27,6 +27,12 @@ _Dumper.add_multi_representer(float, lambda dumper, value: dumper.represent_floa
 _Dumper.add_multi_representer(np.integer, lambda dumper, value: dumper.represent_int(int(value)))
 
 
+def default_path(source: Path) -> Path:
+    """`<name>.calibration.yaml` beside a video or folder: where it is saved and looked for by default."""
+    name = source.stem if source.is_file() else source.resolve().name
+    return source.parent / f"{name}.calibration.yaml"
+
+
 def calibration_text(calibration: Calibration) -> str:
     """The file's text; numbers keep all their digits."""
     camera = calibration.camera

@@ -26,7 +26,17 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from fcw.camera.calibration import Calibration
-from fcw.logs.overlay import ROW_COLOR, OverlayBox, OverlayRow, Rgb, overlay_boxes
+from fcw.logs.overlay import (
+    OWN_CAR_SIZE_M,
+    PIXEL_CENTRE_PX,
+    ROW_COLOR,
+    VEHICLE_LENGTH_M,
+    OverlayBox,
+    OverlayRow,
+    Rgb,
+    overlay_boxes,
+    rear_size_m,
+)
 from fcw.logs.records import FrameResult
 from fcw.sources.frame import ImageSize
 from fcw.tracking.types import Track
@@ -35,14 +45,7 @@ from fcw.warning.types import WarningLevel
 
 EGO_FRAME = "ego"
 CAMERA_FRAME = "camera"
-PIXEL_CENTRE_PX = 0.5
-"""Foxglove's annotations count from the corner of the top-left pixel, ours from its centre."""
-VEHICLE_LENGTH_M = 4.5
-EGO_SIZE_M = (VEHICLE_LENGTH_M, 1.8, 1.5)
-"""A common car: no length is seen from behind, so vehicles are drawn this long; the own car is this one."""
 EGO_COLOR: Rgb = (70, 110, 160)
-LABEL_COLUMNS = (0.03, 0.09, 0.15)
-"""Where the words of the distance rows stand in turn, as parts of the width: far rows are close together."""
 FONT_PART = 1 / 36
 """Height of words as a part of the picture's."""
 LINE_PX, LEAD_LINE_PX = 1.5, 3.0
@@ -110,15 +113,8 @@ def annotations_message(
         texts=[
             *(_text(box.box.x, box.box.y, box.label, box.color, font_px, stamp) for box in boxes),
             *(
-                _text(
-                    image_size.width * LABEL_COLUMNS[i % len(LABEL_COLUMNS)],
-                    row.row_px,
-                    row.label,
-                    ROW_COLOR,
-                    font_px,
-                    stamp,
-                )
-                for i, row in enumerate(rows)
+                _text(image_size.width * row.label_part, row.row_px, row.label, ROW_COLOR, font_px, stamp)
+                for row in rows
             ),
         ],
     )
@@ -140,7 +136,7 @@ def scene_message(
         cubes=[_vehicle_cube(track, overlay, calibration) for track, overlay in drawn],
         texts=[
             TextPrimitive(
-                pose=_pose(track.distance_m, track.lateral_m, EGO_SIZE_M[2] + 1),
+                pose=_pose(track.distance_m, track.lateral_m, OWN_CAR_SIZE_M[2] + 1),
                 billboard=True,
                 font_size=SCENE_FONT_PX,
                 scale_invariant=True,
@@ -150,14 +146,14 @@ def scene_message(
             for track, overlay in drawn
         ],
     )
-    length, _, height = EGO_SIZE_M
+    length, _, height = OWN_CAR_SIZE_M
     ego = SceneEntity(
         timestamp=stamp,
         frame_id=EGO_FRAME,
         id="ego",
         cubes=[
             CubePrimitive(
-                pose=_pose(-length / 2, 0, height / 2), size=_vector(*EGO_SIZE_M), color=_color(EGO_COLOR)
+                pose=_pose(-length / 2, 0, height / 2), size=_vector(*OWN_CAR_SIZE_M), color=_color(EGO_COLOR)
             )
         ],
     )
@@ -219,11 +215,7 @@ def _text(x: float, y: float, text: str, color: Rgb, font_px: float, stamp: Time
 
 def _vehicle_cube(track: Track, overlay: OverlayBox, calibration: Calibration) -> CubePrimitive:
     """A cube whose rear is as wide and high as the box at its distance."""
-    camera = calibration.camera
-    along_m = track.distance_m + calibration.reference_offset_m
-    depth_m = along_m * math.cos(camera.pitch_rad) + camera.height_m * math.sin(camera.pitch_rad)
-    metres_per_px = max(depth_m, 0.0) / camera.focal_y_px
-    width_m, height_m = track.box.w * metres_per_px, track.box.h * metres_per_px
+    width_m, height_m = rear_size_m(track, calibration)
     return CubePrimitive(
         pose=_pose(track.distance_m + VEHICLE_LENGTH_M / 2, track.lateral_m, height_m / 2),
         size=_vector(VEHICLE_LENGTH_M, width_m, height_m),

@@ -1,5 +1,6 @@
 """What is drawn over a frame, said once for every surface: logs, viewers, exports."""
 
+import math
 from dataclasses import dataclass
 
 from fcw.camera.calibration import Calibration
@@ -22,6 +23,14 @@ OTHER_TRACK_COLOR: Rgb = (145, 115, 225)
 ROW_COLOR: Rgb = (0, 145, 170)
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 MINIMUM_ROW_GAP_PX = 6.0
+ROW_LABEL_PARTS = (0.03, 0.09, 0.15)
+"""Where the words of the rows stand in turn, as parts of the width: far rows are close together."""
+PIXEL_CENTRE_PX = 0.5
+"""Foxglove and rerun count from the corner of the top-left pixel, we from its centre."""
+VEHICLE_LENGTH_M = 4.5
+"""No length is seen from behind: vehicles on the road are drawn as long as a common car."""
+OWN_CAR_SIZE_M = (VEHICLE_LENGTH_M, 1.8, 1.5)
+"""Length, width and height of the own car, as it is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +45,12 @@ class OverlayBox:
 
 @dataclass(frozen=True, slots=True)
 class OverlayRow:
-    """A line across the picture at a distance."""
+    """A line across the picture at a distance; its words stand at a part of the picture's width."""
 
     row_px: float
     distance_m: float
     label: str
+    label_part: float
 
 
 def overlay_boxes(result: FrameResult, imperial: bool = False) -> tuple[OverlayBox, ...]:
@@ -69,5 +79,15 @@ def overlay_rows(calibration: Calibration, imperial: bool = False) -> tuple[Over
         row_px = float(calibration.row_at(distance_m))
         inside = -0.5 <= row_px <= calibration.image_size.height - 0.5
         if inside and (not rows or rows[-1].row_px - row_px >= MINIMUM_ROW_GAP_PX):
-            rows.append(OverlayRow(row_px, distance_m, distance_text(distance_m, imperial)))
+            label_part = ROW_LABEL_PARTS[len(rows) % len(ROW_LABEL_PARTS)]
+            rows.append(OverlayRow(row_px, distance_m, distance_text(distance_m, imperial), label_part))
     return tuple(rows)
+
+
+def rear_size_m(track: Track, calibration: Calibration) -> tuple[float, float]:
+    """Width and height of a vehicle's rear from the size of its box at its distance."""
+    camera = calibration.camera
+    along_m = track.distance_m + calibration.reference_offset_m
+    depth_m = along_m * math.cos(camera.pitch_rad) + camera.height_m * math.sin(camera.pitch_rad)
+    metres_per_px = max(depth_m, 0.0) / camera.focal_y_px
+    return track.box.w * metres_per_px, track.box.h * metres_per_px

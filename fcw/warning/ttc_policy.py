@@ -207,7 +207,7 @@ def describe(state: WarningState, track: Track | None, imperial: bool = False) -
         return "no warning"
     words = {
         RULE_TTC: "short time to collision",
-        RULE_REQUIRED_DECELERATION: "hard braking needed",
+        RULE_REQUIRED_DECELERATION: "braking is due",
         RULE_HEADWAY: "following too closely",
     }
     text = f"{state.level.name.lower()}: {words.get(state.rule, state.rule)}"

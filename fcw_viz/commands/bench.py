@@ -11,9 +11,9 @@ import tyro
 class BenchCommand:
     """Measure speed side by side: every round runs each case once, so that a noisy machine hits all alike."""
 
-    source: Annotated[Path | None, tyro.conf.Positional] = None
+    source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
     """Video to measure on; by default the shipped drive."""
-    calibration: Path | None = None
+    calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Its calibration file; by default `<name>.calibration.yaml` beside the source."""
     rounds: int = 3
     """How often each case is run; medians are reported."""

@@ -29,13 +29,13 @@ class CalibrateCommand:
     point should be far away: three near ones leave the far distances open.
     """
 
-    source: Annotated[Path | None, tyro.conf.Positional] = None
+    source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
     """Video file or folder of pictures: gives the image size, and the calibration is saved beside it."""
     points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()
     """Points of the road: distance in metres from the reference, row, and column where known."""
     image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
     """Size of the picture that the points were clicked in; not needed with a source."""
-    height: float | None = None
+    height: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
     """Height of the camera above the road in metres."""
     reference_offset: float = 0.0
     """Metres from the camera forward to where the distances start (front bumper); 0 is the camera itself."""
@@ -47,7 +47,7 @@ class CalibrateCommand:
     """Row of the lens's axis, mostly the picture's middle (known to 3 % of its height unless said)."""
     horizon_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
     """Row of the horizon, e.g. where straight lane lines meet (known to 2 pixels unless said)."""
-    save: Path | None = None
+    save: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Calibration file to write; with a source by default `<name>.calibration.yaml` beside it."""
     export: Annotated[
         tuple[Literal["camera_info", "kalibr"], Path] | None, tyro.conf.arg(metavar="FORMAT FILE")
@@ -55,7 +55,7 @@ class CalibrateCommand:
     """Also write the intrinsics for other tools: `camera_info FILE` (ROS) or `kalibr FILE`."""
     units: Literal["metric", "imperial"] = "metric"
     """Units of the distances shown; input is in metres always."""
-    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    json: bool = False
     """Print the result as JSON on stdout, alone."""
 
 
@@ -71,15 +71,13 @@ def run_calibrate(command: CalibrateCommand) -> int:
     from rich.console import Console
 
     from fcw.camera.export import export_text
-    from fcw.camera.file import write_whole
+    from fcw.camera.file import default_path, write_whole
 
     calibration = _calibration(command)
     summary = calibration_summary(calibration)
     save = command.save
     if save is None and command.source is not None:
-        from fcw_viz.drive_job import calibration_path
-
-        save = calibration_path(command.source)
+        save = default_path(command.source)
     if save is not None:
         calibration.save(save)
     if command.export is not None:

@@ -18,17 +18,17 @@ RECORDINGS = Path("recordings")
 class RunCommand:
     """Find the vehicles ahead, measure their distance, warn, and write drive.mcap and drive.rrd."""
 
-    source: Annotated[Path, tyro.conf.Positional]
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE")]
     """Video file, or folder of pictures."""
-    calibration: Path | None = None
+    calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Calibration file; by default `<name>.calibration.yaml` beside the source."""
-    out: Path | None = None
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the logs and summary.json; by default recordings/<name>. Earlier logs there are replaced."""
-    detector: str = "acf"
+    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full")] = "acf"
     """acf searches where the calibration allows a vehicle; acf-full the whole picture."""
-    ego_speed: str | None = None
+    ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
     """Own speed: metres per second, or a CSV file with the columns time_s and speed_mps."""
-    frame_rate: float | None = None
+    frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
     """Frames per second of a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
     """Units of the distances that people are shown."""

@@ -55,9 +55,9 @@ def run_train(command: TrainCommand) -> int:
                 bars.advance(self.task)
 
             def note(self, text: str) -> None:
-                console.print(text, highlight=False)
+                console.print(text, highlight=False, soft_wrap=True)
 
         result = train(images, TrainingSettings(seed=command.seed), _Bars())
     result.model.save(command.out)
-    console.print(f"{command.out}: {len(result.model.trees)} trees", highlight=False)
+    console.print(f"{command.out}: {len(result.model.trees)} trees", highlight=False, soft_wrap=True)
     return 0

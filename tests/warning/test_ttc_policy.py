@@ -191,9 +191,9 @@ def test_description_gives_level_reason_vehicle_interval_and_figures():
     track = lead(18.0, 10.0, track_id=4)
     state = TtcPolicy().update(0, track, 20.0)
     assert describe(state, track) == (
-        "warning: hard braking needed; vehicle 4 at 18.0 m (17.1 m to 18.9 m), closing at 36 km/h, "
+        "warning: braking is due; vehicle 4 at 18.0 m (17.1 m to 18.9 m), closing at 36 km/h, "
         "collision in 1.8 s, needs 0.28 g, headway 0.9 s"
     )
     assert "59 ft (56 ft to 62 ft), closing at 22 mph" in describe(state, track, imperial=True)
-    assert describe(state, None) == "warning: hard braking needed; vehicle 4 is no longer seen"
+    assert describe(state, None) == "warning: braking is due; vehicle 4 is no longer seen"
     assert describe(WarningState(WarningLevel.NONE), None) == "no warning"
