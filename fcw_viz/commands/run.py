@@ -97,8 +97,21 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
         console.print("no warnings")
     console.print(
         f"\n  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file)\n"
-        f"  {out / RRD_NAME}    open it with: rerun {out / RRD_NAME}\n"
+        f"  {out / RRD_NAME}    open it with: {_rerun_command()} {out / RRD_NAME}\n"
         f"  {out / SUMMARY_NAME}",
         highlight=False,
         soft_wrap=True,
+    )
+
+
+def _rerun_command() -> str:
+    """How a person starts rerun here: by name, or by its path where the environment is not activated."""
+    import shutil
+    import sys
+
+    beside_python = Path(sys.executable).with_name("rerun")
+    if shutil.which("rerun") or not beside_python.is_file():
+        return "rerun"
+    return str(
+        beside_python.relative_to(Path.cwd()) if beside_python.is_relative_to(Path.cwd()) else beside_python
     )
