@@ -72,7 +72,7 @@ class Reaction:
         needed_s: for how long it has been needed.
     """
 
-    reaction_s: float
+    reaction_s: float = 0.0
     needed_s: float = 0.0
 
     def filtered(self, wanted_mps2: float, step_s: float) -> float:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fcw.simulation.motion import (
     PEDAL_LAG_S,
@@ -31,11 +31,11 @@ class Mover:
         lane_m: its path across the road, without the sway.
         actions: what is still to begin, in order of time.
         sway: what is added to that path.
-        reaction: how late it brakes when following.
         front_m: from `s_m` to the end with the larger s.
         rear_m: from `s_m` to the other end.
         road: where its lanes are.
         action: what it does now along the road; None keeps the speed.
+        reaction: how late it brakes when following.
         acceleration_mps2: along the road.
         lateral_m: where it is across the road.
         drift_mps: its speed across the road.
@@ -47,11 +47,11 @@ class Mover:
     lane_m: LaneChange
     actions: list[Action]
     sway: Sway
-    reaction: Reaction
     front_m: float
     rear_m: float
     road: RoadPlan
     action: Action | None = None
+    reaction: Reaction = field(default_factory=Reaction)
     acceleration_mps2: float = 0.0
     lateral_m: float = 0.0
     drift_mps: float = 0.0
@@ -73,7 +73,7 @@ class Mover:
         while self.actions and self.actions[0].at_s <= time_s:
             action = self.actions.pop(0)
             if action.lane is None:
-                self.action = action
+                self.action, self.reaction = action, Reaction(action.reaction_s)
             else:
                 to_m = self.road.lane_middle_m(action.lane)
                 self.lane_m = LaneChange(time_s, action.over_s, self.lane_m.at(time_s)[0], to_m)

@@ -160,6 +160,7 @@ class Action:
         rate_mps2: acceleration or deceleration, always positive.
         follow_kmh: go up to this speed and keep `headway_s` to the vehicle ahead in the lane.
         headway_s: time gap when following.
+        reaction_s: when following, time that passes before the brakes are used, once that is needed.
         lane: change to this lane, counted from ours at the start, positive to the left.
         over_s: how long the change takes.
     """
@@ -169,6 +170,7 @@ class Action:
     rate_mps2: float = 1.5
     follow_kmh: float | None = None
     headway_s: float = 1.5
+    reaction_s: float = 0.0
     lane: int | None = None
     over_s: float = 3.0
 
@@ -181,6 +183,7 @@ class Action:
             _require(value is None or 0 <= value <= 250, name, value, "0 to 250")
         for name in ("rate_mps2", "headway_s", "over_s"):
             _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
+        _require(self.reaction_s >= 0, "reaction_s", self.reaction_s, "0 or more")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,17 +193,13 @@ class EgoPlan:
     Attributes:
         speed_kmh: at the start.
         actions: what we do; until the first one the speed is kept.
-        reaction_s: time that passes before we brake, once that is needed, while following.
     """
 
     speed_kmh: float = 0.0
     actions: tuple[Action, ...] = ()
-    reaction_s: float = 0.0
 
     def __post_init__(self) -> None:
         _require(0 <= self.speed_kmh <= 250, "speed_kmh", self.speed_kmh, "0 to 250")
-        _require(self.reaction_s >= 0, "reaction_s", self.reaction_s, "0 or more")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehiclePlan:

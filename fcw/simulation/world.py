@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from fcw.simulation.motion import LaneChange, NoseDive, Reaction, RoadShake, Sway
+from fcw.simulation.motion import LaneChange, NoseDive, RoadShake, Sway
 from fcw.simulation.movers import Mover, advance
 from fcw.simulation.scenario import FRAMES_PER_SECOND, MPS_PER_KMH, Action, Scenario, VehiclePlan
 from fcw.simulation.state import (
@@ -94,7 +94,6 @@ class World:
             actions=_in_order(scenario.ego.actions),
             # The phase is 0: at the start the camera stands in the middle of the lane.
             sway=Sway(SWAY_M / 2, float(generator.uniform(140, 220)), 0.0),
-            reaction=Reaction(scenario.ego.reaction_s),
             front_m=offset_m,
             rear_m=offset_m - EGO_LENGTH_M,
             road=scenario.road,
@@ -145,7 +144,6 @@ class World:
             lane_m=LaneChange(0.0, 1.0, lateral_m, lateral_m),
             actions=_in_order(replace(action, at_s=action.at_s + jitter_s) for action in plan.actions),
             sway=sway,
-            reaction=Reaction(0.0),
             front_m=look.size.length_m,
             rear_m=0.0,
             road=self.scenario.road,
