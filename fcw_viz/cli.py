@@ -14,6 +14,7 @@ from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
 from fcw_viz.commands.demo import DemoCommand, run_demo
 from fcw_viz.commands.run import RunCommand, run_run
+from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
 
 EXIT_WRONG_INPUT = 2
@@ -24,6 +25,7 @@ Command = (
     | Annotated[CalibrateCommand, tyro.conf.subcommand("calibrate")]
     | Annotated[RunCommand, tyro.conf.subcommand("run")]
     | Annotated[TrainCommand, tyro.conf.subcommand("train")]
+    | Annotated[SimulateCommand, tyro.conf.subcommand("simulate")]
     | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
 )
 
@@ -33,6 +35,7 @@ RUNNERS = {
     CalibrateCommand: run_calibrate,
     RunCommand: run_run,
     TrainCommand: run_train,
+    SimulateCommand: run_simulate,
     BenchCommand: run_bench,
 }
 

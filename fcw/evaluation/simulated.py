@@ -24,8 +24,10 @@ REAR_VIEW_SLOPE = 0.45
 side as of its rear: no rear view."""
 LATEST_WARNING_AFTER_S = 2.0
 """A warning that comes this long after it was due is not about that danger any more."""
-EARLIEST_WARNING_BEFORE_S = 4.0
-"""Nor one so long before: ISO 15623 needs no warning above a TTC of 4 s."""
+LATEST_TTC_S = 4.0
+"""ISO 15623 needs no warning above this TTC."""
+EARLIEST_WARNING_BEFORE_S = LATEST_TTC_S
+"""Nor is a warning that came so long before it was due about that danger."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +59,19 @@ class GivenWarning:
         start_s: when, on the drive's clock.
         vehicle: whom it is truly about; None when no vehicle is there.
         oncoming: whether that vehicle comes towards us.
+        ttc_s: its true TTC then; None when it was not coming nearer.
     """
 
     level: WarningLevel
     start_s: float
     vehicle: str | None
     oncoming: bool
+    ttc_s: float | None
+
+    @property
+    def needless(self) -> bool:
+        """Whether nothing was there to warn of: no vehicle, an oncoming one, or a TTC above 4 s."""
+        return self.vehicle is None or self.oncoming or self.ttc_s is None or self.ttc_s > LATEST_TTC_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +109,11 @@ class SimulatedComparison:
     def false_positives_per_frame(self) -> float:
         """Detections of nothing per frame."""
         return self.false_positives / self.frames
+
+    @property
+    def needless(self) -> tuple[GivenWarning, ...]:
+        """The warnings that nothing was there to warn of."""
+        return tuple(warning for warning in self.given if warning.needless)
 
     @property
     def warnings_of_oncoming(self) -> int:
@@ -202,8 +216,8 @@ def _given_warnings(results: Sequence[FrameResult], truths: Sequence[FrameTruth]
             track = next((track for track in result.tracks if track.track_id == now[1]), None)
             vehicle = vehicle_at(track.box, truth) if track is not None else None
             oncoming = vehicle is not None and vehicle.oncoming
-            name = None if vehicle is None else vehicle.name
-            given.append(GivenWarning(now[0], truth.time_ns / 1e9, name, oncoming))
+            name, ttc_s = (None, None) if vehicle is None else (vehicle.name, vehicle.ttc_s)
+            given.append(GivenWarning(now[0], truth.time_ns / 1e9, name, oncoming, ttc_s))
         before = now
     return tuple(given)
 

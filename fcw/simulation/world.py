@@ -29,9 +29,9 @@ BRAKE_LAMPS_MPS2 = -0.7
 """Brake lamps light below this; rolling out is weaker."""
 STANDING_MPS = 0.1
 MARK_ACROSS_M = 1.6
-MARK_NEAREST_ALONG_M = 0.15
-MARK_STRETCH_PER_M = 1 / 1000
-"""A mark's length along the road grows with its distance squared, so that it stays a row or more thick."""
+MARK_NEAREST_ALONG_M = 0.2
+MARK_STRETCH_PER_M = 1 / 500
+"""A mark's length along the road grows with its distance squared, so that it stays two rows thick."""
 COMMON_KINDS = (VehicleKind.SALOON, VehicleKind.HATCHBACK, VehicleKind.VAN)
 COMMON_KIND_SHARES = (0.45, 0.4, 0.15)
 Bgr = tuple[int, int, int]

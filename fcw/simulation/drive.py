@@ -1,0 +1,120 @@
+"""A simulated drive as files: the video, its calibration, the own speed, and the truth as CSV and MCAP."""
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+
+from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.file import write_whole
+from fcw.camera.solve import calibrate
+from fcw.errors import UserError
+from fcw.simulation.renderer import Renderer
+from fcw.simulation.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
+from fcw.simulation.truth import FrameTruth, frame_truth
+from fcw.simulation.truth_file import write_truth
+from fcw.simulation.truth_log import write_truth_log
+from fcw.simulation.world import World
+from fcw.sources.frame import Frame
+
+VIDEO_NAME = "drive.mp4"
+CALIBRATION_NAME = "drive.calibration.yaml"
+SPEED_NAME = "drive.speed.csv"
+TRUTH_NAME = "truth.csv"
+TRUTH_LOG_NAME = "truth.mcap"
+VIDEO_OPTIONS = {"preset": "medium", "crf": "26", "bf": "0", "g": str(FRAMES_PER_SECOND), "threads": "1"}
+"""No B frames and a keyframe a second, so that a log can relay the packets; one thread, so that the same
+pictures always give the same file. The quality is that of a dash camera, 1.5 Mbit/s."""
+MARK_ROW_SIGMA_PX = 0.5
+"""The marks are known exactly; the file says what a careful click on one is worth."""
+
+
+def true_calibration(scenario: Scenario) -> Calibration:
+    """The camera of a scenario, calibrated by the marks on its road as if clicked without any error."""
+    camera = scenario.camera.camera()
+    offset_m = scenario.camera.reference_offset_m
+    points = tuple(
+        GroundPoint(d, camera.row_at(d + offset_m), camera.principal_column_px) for d in scenario.road.marks_m
+    )
+    return calibrate(points, IMAGE_SIZE, camera.height_m, offset_m, row_sigma_px=MARK_ROW_SIGMA_PX)
+
+
+def render_drive(scenario: Scenario, seed: int = 0) -> Iterator[tuple[Frame, FrameTruth]]:
+    """The frames of a drive, each with its truth; the same for the same seed, bit for bit."""
+    camera = scenario.camera.camera()
+    renderer = Renderer(camera, IMAGE_SIZE, seed)
+    for index, state in enumerate(World(scenario, seed).states()):
+        truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
+        yield Frame(index, state.time_ns, renderer.render(state)), truth
+
+
+def write_drive(
+    scenario: Scenario,
+    directory: Path,
+    seed: int = 0,
+    on_frame: Callable[[], None] | None = None,
+) -> None:
+    """Render a drive and write all its files, each whole or not at all.
+
+    Args:
+        scenario: what happens.
+        directory: where the files go; made where it is not there.
+        seed: of everything that varies.
+        on_frame: called after every frame.
+
+    Raises:
+        UserError: the folder cannot be made or written.
+    """
+    video, partial = directory / VIDEO_NAME, directory / f".{VIDEO_NAME}.partial"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        partial.touch()
+    except OSError as error:
+        raise UserError(
+            f"{directory}: cannot write there ({error.strerror}); name a folder that can be written"
+        ) from error
+    try:
+        truth = _write_video(partial, render_drive(scenario, seed), on_frame)
+        partial.replace(video)
+    finally:
+        with suppress(OSError):
+            partial.unlink()
+    calibration = true_calibration(scenario)
+    calibration.save(directory / CALIBRATION_NAME)
+    _write_speed(directory / SPEED_NAME, truth)
+    write_truth(directory / TRUTH_NAME, truth)
+    write_truth_log(directory / TRUTH_LOG_NAME, video, calibration, truth)
+
+
+def _write_video(
+    path: Path, frames: Iterator[tuple[Frame, FrameTruth]], on_frame: Callable[[], None] | None
+) -> list[FrameTruth]:
+    truths = []
+    with av.open(str(path), "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND, options=VIDEO_OPTIONS)
+        stream.width, stream.height, stream.pix_fmt = IMAGE_SIZE.width, IMAGE_SIZE.height, "yuv420p"
+        stream.time_base = Fraction(1, FRAMES_PER_SECOND)
+        for frame, truth in frames:
+            planes = np.asarray(cv2.cvtColor(frame.image, cv2.COLOR_BGR2YUV_I420), np.uint8)
+            picture = av.VideoFrame.from_ndarray(planes, format="yuv420p")
+            picture.pts = frame.index
+            container.mux(stream.encode(picture))
+            truths.append(truth)
+            if on_frame is not None:
+                on_frame()
+        container.mux(stream.encode(None))
+    return truths
+
+
+def _write_speed(path: Path, frames: Sequence[FrameTruth]) -> None:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("time_s", "speed_mps"))
+    writer.writerows((f"{frame.time_ns / 1e9:.6f}", f"{frame.ego_speed_mps:.4f}") for frame in frames)
+    write_whole(path, text.getvalue())

@@ -1,0 +1,53 @@
+"""`fcw simulate`: a drive with exact truth, rendered from a scenario."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+@dataclass(frozen=True, slots=True)
+class SimulateCommand:
+    """Render a scenario: drive.mp4, its calibration and own speed, and its truth as CSV and MCAP."""
+
+    scenario: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENARIO")]
+    """braking, cut-in, demo or oncoming; or the path of your own scenario file."""
+    out: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
+    """Folder for the files; earlier ones there are replaced."""
+    seed: int = 0
+    """Varies vehicles, colours, roadside, light and small timings; the same seed gives the same pictures."""
+
+
+def run_simulate(command: SimulateCommand) -> int:
+    """Run `fcw simulate`; returns the exit code."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from fcw.errors import UserError
+    from fcw.simulation.scenario import load_scenario
+
+    if command.seed < 0:
+        raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
+    scenario = load_scenario(command.scenario)
+    from fcw.simulation.drive import CALIBRATION_NAME, SPEED_NAME, TRUTH_LOG_NAME, VIDEO_NAME, write_drive
+
+    messages = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=messages, disable=not messages.is_terminal, transient=True) as progress:
+        task = progress.add_task(command.scenario, total=scenario.frame_count)
+        write_drive(scenario, command.out, command.seed, lambda: progress.update(task, advance=1))
+    marks = ", ".join(f"{distance_m:g}" for distance_m in scenario.road.marks_m)
+    video = command.out / VIDEO_NAME
+    Console().print(
+        f"{video}: {scenario.duration_s:g} s, {scenario.frame_count} frames\n"
+        f"The white bars on the road of its first picture are {marks} m from the front bumper, which is "
+        f"{scenario.camera.reference_offset_m:g} m ahead of the camera; the camera is "
+        f"{scenario.camera.height_m:g} m high.\n\n"
+        f"  {command.out / CALIBRATION_NAME}   its true calibration\n"
+        f"  {command.out / TRUTH_LOG_NAME}   what is true, as a log: open it as one of `fcw run`\n"
+        f"  fcw run {video} --ego-speed {command.out / SPEED_NAME}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    return 0
