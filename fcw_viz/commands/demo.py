@@ -1,10 +1,16 @@
-"""`fcw demo`: the whole job on the drive that ships with the program."""
+"""`fcw demo`: the whole job on the drive that ships with the program, and what it is worth."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fcw.errors import UserError
 from fcw_viz.commands.run import report_drive
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fcw.evaluation.simulated import SimulatedComparison
 
 _PACKAGE = Path(__file__).parents[1]
 DEMO_FOLDERS = (_PACKAGE / "demo_drive", _PACKAGE.parent / "recordings" / "demo")
@@ -13,7 +19,7 @@ DEMO_FOLDERS = (_PACKAGE / "demo_drive", _PACKAGE.parent / "recordings" / "demo"
 
 @dataclass(frozen=True, slots=True)
 class DemoCommand:
-    """Run everything on the shipped drive and say where the logs are."""
+    """Run everything on the shipped drive, compare it with the truth, and say where the logs are."""
 
     no_serve: bool = False
     """Do not open the review page afterwards (there is none yet: the demo ends by itself either way)."""
@@ -37,10 +43,55 @@ def run_demo(command: DemoCommand) -> int:
     """Run `fcw demo`; returns the exit code."""
     from rich.console import Console
 
-    from fcw_viz.drive_job import DriveJob, run_drive
+    from fcw.evaluation.simulated import compare_with_truth
+    from fcw.logs.mcap_reader import DriveLog
+    from fcw.simulation.truth_file import read_truth
+    from fcw_viz.drive_job import MCAP_NAME, DriveJob, run_drive
 
     folder = demo_folder()
+    truth = read_truth(folder / "truth.csv")
     job = DriveJob(source=folder / "drive.mp4", out=command.out, ego_speed=str(folder / "drive.speed.csv"))
     outcome = run_drive(job, Console(stderr=True))
-    report_drive(outcome, command.out, Console())
+    console = Console()
+    if not outcome.interrupted:
+        results = list(DriveLog(command.out / MCAP_NAME).results())
+        print_comparison(compare_with_truth(results, truth), console)
+    report_drive(outcome, command.out, console)
     return 130 if outcome.interrupted else 0
+
+
+def print_comparison(comparison: "SimulatedComparison", console: "Console") -> None:
+    """Print what was measured beside what is true."""
+    import numpy as np
+    from rich.table import Table
+
+    from fcw.evaluation.simulated import FARTHEST_M, NEAREST_M
+    from fcw.warning.types import WarningLevel
+
+    table = Table("against the simulation's truth", "", box=None, title_justify="left")
+    for what, errors in (
+        (f"distance of the lead, {comparison.lead_frames} frames", comparison.lead_errors),
+        ("distance of all followed vehicles", comparison.track_errors),
+    ):
+        median, p90 = np.quantile(np.abs(errors), (0.5, 0.9)) if errors else (float("nan"),) * 2
+        table.add_row(what, f"off by {median:.1%} (median), {p90:.1%} (9 of 10)")
+    table.add_row(
+        f"vehicles seen from behind, {NEAREST_M:.0f} to {FARTHEST_M:.0f} m",
+        f"{comparison.detection_rate:.1%} of {comparison.vehicles} found, "
+        f"{comparison.false_positives_per_frame:.3f} false a frame",
+    )
+    for due in comparison.due:
+        if due.warned_s is None:
+            verdict = "never came"
+        else:
+            early_s = due.due_s - due.warned_s
+            verdict = f"came at {due.warned_s:.2f} s, {abs(early_s):.2f} s " + (
+                "before it was due" if due.in_time else "too late"
+            )
+        table.add_row(f'warning of "{due.vehicle}", due at {due.due_s:.2f} s', verdict)
+    table.add_row(
+        "warnings nobody needed",
+        str(sum(warning.level == WarningLevel.WARNING for warning in comparison.needless))
+        + f"; of oncoming vehicles: {comparison.warnings_of_oncoming}",
+    )
+    console.print(table)

@@ -1,0 +1,49 @@
+"""`fcw simulate` as a person uses it."""
+
+from pathlib import Path
+
+import pytest
+
+from fcw.camera.calibration import Calibration
+from fcw_viz.cli import main
+
+SCENARIO = """
+description: A third of a second behind a standing car.
+duration_s: 0.3
+ego: {speed_kmh: 20}
+road: {marks_m: [5, 12, 33]}
+vehicles:
+  - {name: ahead, gap_m: 20}
+"""
+
+
+def test_it_writes_the_drive_and_says_where_the_marks_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario, out = tmp_path / "mine.yaml", tmp_path / "out"
+    scenario.write_text(SCENARIO)
+    assert main(["simulate", str(scenario), "--out", str(out), "--seed", "3"]) == 0
+    told = capsys.readouterr()
+    assert "5, 12, 33 m from the front bumper" in told.out
+    assert str(out / "drive.mp4") in told.out
+    assert told.err == ""
+    assert (out / "truth.mcap").is_file()
+    points = Calibration.load(out / "drive.calibration.yaml").points
+    assert [point.distance_m for point in points] == [5, 12, 33]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["storm"], "scenario storm: cannot be read"),
+        (["demo", "--seed", "-1"], "--seed -1: expected a whole number of at least 0"),
+    ],
+)
+def test_mistakes_exit_with_2_and_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    assert main(["simulate", *arguments, "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr()
+    assert message in told.err
+    assert told.out == ""
+    assert not (tmp_path / "out").exists()
