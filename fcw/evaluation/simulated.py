@@ -195,7 +195,8 @@ def _detections(result: FrameResult, truth: FrameTruth, minimum_width_px: float)
     matches = match_detections(
         _array([detection.box for detection in result.detections]),
         np.array([detection.score for detection in result.detections], np.float64),
-        _array([vehicle.box for vehicle in truth.vehicles]),
+        # What does not count is ignored with its whole body, as in hand-made labels.
+        _array([v.body_box if skip else v.box for v, skip in zip(truth.vehicles, ignored, strict=True)]),
         ignored,
     )
     return int((~ignored).sum()), int((matches >= 0).sum()), int((matches == FALSE_POSITIVE).sum())

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.detection.types import Box
@@ -32,6 +33,7 @@ class VehicleTruth:
         closing_speed_mps: rate at which the distance shrinks.
         ttc_s: distance over closing speed; None when the gap is not closing.
         box: exact, around its near face, not cut to the picture.
+        body_box: around its whole body.
         visible_fraction: of the near face: inside the picture and not behind nearer vehicles.
         oncoming: whether the near face is its front.
         in_path: whether it stands in our path and does not come towards us.
@@ -44,6 +46,7 @@ class VehicleTruth:
     closing_speed_mps: float
     ttc_s: float | None
     box: Box
+    body_box: Box
     visible_fraction: float
     oncoming: bool
     in_path: bool
@@ -97,7 +100,8 @@ def frame_truth(
             continue
         face, outline = seen
         if distance_m > 0:
-            vehicles.append(_vehicle_truth(state, vehicle, distance_m, face, image_size, outlines))
+            visible = _visible_fraction(face, image_size, outlines)
+            vehicles.append(_vehicle_truth(state, vehicle, distance_m, _box(face), _box(outline), visible))
         outlines.append(outline)
     return FrameTruth(
         state.time_ns,
@@ -113,12 +117,11 @@ def _vehicle_truth(
     state: WorldState,
     vehicle: VehicleState,
     distance_m: float,
-    face: FloatArray,
-    image_size: ImageSize,
-    nearer_outlines: list[FloatArray],
+    box: Box,
+    body_box: Box,
+    visible_fraction: float,
 ) -> VehicleTruth:
     ego = state.ego
-    (left, top), (right, bottom) = face.min(axis=0), face.max(axis=0)
     closing_mps = ego.speed_mps - vehicle.speed_mps
     path_lateral_m = vehicle.lateral_m - ego.lateral_m
     middle = state.vehicle_points(vehicle, np.zeros(3))
@@ -129,8 +132,9 @@ def _vehicle_truth(
         path_lateral_m=path_lateral_m,
         closing_speed_mps=closing_mps,
         ttc_s=distance_m / closing_mps if closing_mps > 0 else None,
-        box=Box(float(left), float(top), float(right - left), float(bottom - top)),
-        visible_fraction=_visible_fraction(face, image_size, nearer_outlines),
+        box=box,
+        body_box=body_box,
+        visible_fraction=visible_fraction,
         oncoming=vehicle.oncoming,
         in_path=not vehicle.oncoming and abs(path_lateral_m) <= IN_PATH_M,
     )
@@ -152,6 +156,11 @@ def _seen(
     return pixels[:4], np.asarray(hull, np.float64)
 
 
+def _box(pixels: FloatArray) -> Box:
+    (left, top), (right, bottom) = pixels.min(axis=0), pixels.max(axis=0)
+    return Box(float(left), float(top), float(right - left), float(bottom - top))
+
+
 def _visible_fraction(face: FloatArray, image_size: ImageSize, outlines: list[FloatArray]) -> float:
     """Part of a quadrilateral that is in the picture and outside every outline."""
     bottom_left, top_left, top_right, bottom_right = face
@@ -165,12 +174,12 @@ def _visible_fraction(face: FloatArray, image_size: ImageSize, outlines: list[Fl
     return float(inside.mean())
 
 
-def _inside_convex(points: FloatArray, outline: FloatArray) -> FloatArray:
+def _inside_convex(points: FloatArray, outline: FloatArray) -> NDArray[np.bool_]:
     """Which points (N, 2) lie inside a convex outline, in whichever sense it runs."""
     edges = np.roll(outline, -1, axis=0) - outline
     offsets = points[:, None] - outline
     sides = edges[:, 0] * offsets[..., 1] - edges[:, 1] * offsets[..., 0]
-    return (sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)
+    return np.asarray((sides >= 0).all(axis=1) | (sides <= 0).all(axis=1))
 
 
 def warning_is_due(vehicle: VehicleTruth) -> bool:

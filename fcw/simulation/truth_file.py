@@ -23,6 +23,10 @@ VEHICLE_COLUMNS = (
     "box_y",
     "box_w",
     "box_h",
+    "body_x",
+    "body_y",
+    "body_w",
+    "body_h",
     "visible_fraction",
     "oncoming",
     "in_path",
@@ -86,13 +90,13 @@ def read_truth(path: Path) -> list[FrameTruth]:
 
 
 def _vehicle_cells(vehicle: VehicleTruth) -> tuple[str, ...]:
-    box = vehicle.box
+    edges = [edge for box in (vehicle.box, vehicle.body_box) for edge in (box.x, box.y, box.w, box.h)]
     metres = (vehicle.distance_m, vehicle.lateral_m, vehicle.path_lateral_m, vehicle.closing_speed_mps)
     return (
         vehicle.name,
         *(f"{number:.4f}" for number in metres),
         "" if vehicle.ttc_s is None else f"{vehicle.ttc_s:.4g}",
-        *(f"{edge:.2f}" for edge in (box.x, box.y, box.w, box.h)),
+        *(f"{edge:.1f}" for edge in edges),
         f"{vehicle.visible_fraction:.3f}",
         str(int(vehicle.oncoming)),
         str(int(vehicle.in_path)),
@@ -109,6 +113,7 @@ def _vehicle(row: dict[str, str]) -> VehicleTruth:
         closing_speed_mps=closing_mps,
         ttc_s=float(row["ttc_s"]) if row["ttc_s"] else None,
         box=Box(*(float(row[f"box_{edge}"]) for edge in "xywh")),
+        body_box=Box(*(float(row[f"body_{edge}"]) for edge in "xywh")),
         visible_fraction=float(row["visible_fraction"]),
         oncoming=bool(int(row["oncoming"])),
         in_path=bool(int(row["in_path"])),

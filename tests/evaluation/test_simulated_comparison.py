@@ -23,10 +23,13 @@ def seen(name="lead", distance_m=20.0, closing_mps=0.0, **more) -> VehicleTruth:
         closing_speed_mps=closing_mps,
         ttc_s=distance_m / closing_mps if closing_mps > 0 else None,
         box=Box(600, 330, 80, 60),
+        body_box=Box(600, 330, 80, 60),
         visible_fraction=1.0,
         oncoming=False,
         in_path=True,
     )
+    if "box" in more:
+        more.setdefault("body_box", more["box"])
     return dataclasses.replace(truth, **more)
 
 
@@ -97,6 +100,13 @@ def test_hits_misses_and_false_positives_are_counted_and_what_does_not_count_is_
     assert (comparison.vehicles, comparison.hits, comparison.false_positives) == (2, 1, 1)
     assert comparison.detection_rate == 0.5
     assert comparison.false_positives_per_frame == 0.5
+
+
+def test_the_side_of_a_vehicle_that_does_not_count_is_not_a_false_positive():
+    oncoming = seen("oncoming", oncoming=True, body_box=Box(600, 330, 240, 60))
+    side, beyond = Box(700, 330, 140, 60), Box(850, 330, 80, 60)
+    comparison = compare_with_truth([result(0, detections=(side, beyond))], [instant(0, oncoming)])
+    assert comparison.false_positives == 1
 
 
 def approach(warned_at: int | None, level=WarningLevel.WARNING, **more):

@@ -129,7 +129,17 @@ def test_clicks_on_the_painted_marks_give_the_true_distances(short_demo):
 def test_the_truth_log_raises_the_warning_while_it_is_due():
     def result(distance_m, in_path=True):
         vehicle = VehicleTruth(
-            "a", distance_m, 0, 0, 10.0, distance_m / 10, Box(0, 0, 9, 9), 1.0, False, in_path
+            "a",
+            distance_m,
+            0,
+            0,
+            10.0,
+            distance_m / 10,
+            Box(0, 0, 9, 9),
+            Box(0, 0, 9, 9),
+            1.0,
+            False,
+            in_path,
         )
         return truth_result(0, 0, FrameTruth(0, 20.0, 0, 0, 330.0, (vehicle,)), {"a": 4})
 

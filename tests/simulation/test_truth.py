@@ -54,6 +54,15 @@ def test_a_box_is_the_dynamic_cameras_own(distance_m, lateral_m, pitch_rad, boun
     assert truth.horizon_row_px == pytest.approx(now.horizon_row_px)
 
 
+def test_the_body_box_holds_the_near_face_and_reaches_as_far_as_the_far_one():
+    (seen,) = truth_of(vehicle("a", 10, 3.5)).vehicles
+    body, face = seen.body_box, seen.box
+    far = CAMERA.ground_box(10 + SIZE.length_m + OFFSET_M, 3.5, SIZE.width_m, SIZE.height_m)
+    assert body.x == pytest.approx(face.x, abs=1e-3)
+    assert body.bottom == pytest.approx(face.bottom, abs=1e-3)
+    assert body.right == pytest.approx(far.right, abs=1e-3), "its right side is in sight"
+
+
 @given(st.floats(0.0, 30.0), st.floats(-30.0, 30.0), st.floats(1.0, 80.0))
 def test_distance_closing_speed_and_ttc_are_from_the_bumper(ego_mps, other_mps, distance_m):
     (seen,) = truth_of(vehicle("a", distance_m, speed_mps=other_mps), speed_mps=ego_mps).vehicles
@@ -129,7 +138,7 @@ def test_a_file_gives_back_what_was_written(tmp_path):
             value, read = getattr(one, field.name), getattr(two, field.name)
             if isinstance(value, float):
                 assert read == pytest.approx(value, abs=1e-3)
-            elif field.name != "box":
+            elif field.name not in ("box", "body_box"):
                 assert read == value
 
 
