@@ -36,19 +36,23 @@ class Greenhouse:
         foot: its width there, as a fraction of the body's.
         roof: its width at the roof.
         length_m: from the rear to the foot of the windscreen.
+        lean: of the windscreen, metres along for each metre up.
+        nose_m: height of the front, from where the bonnet rises to the windscreen's foot.
     """
 
     waist_m: float
     foot: float
     roof: float
     length_m: float
+    lean: float
+    nose_m: float
 
 
 GREENHOUSES: dict[VehicleKind, Greenhouse] = {
-    VehicleKind.SALOON: Greenhouse(1.00, 0.90, 0.66, 3.55),
-    VehicleKind.HATCHBACK: Greenhouse(0.98, 0.92, 0.72, 3.05),
-    VehicleKind.VAN: Greenhouse(1.15, 0.97, 0.86, 4.35),
-    VehicleKind.TRUCK: Greenhouse(1.15, 1.0, 1.0, 7.4),
+    VehicleKind.SALOON: Greenhouse(1.00, 0.90, 0.71, 3.55, 1.45, 0.80),
+    VehicleKind.HATCHBACK: Greenhouse(0.98, 0.92, 0.77, 3.05, 1.45, 0.82),
+    VehicleKind.VAN: Greenhouse(1.15, 0.97, 0.88, 4.35, 0.62, 1.02),
+    VehicleKind.TRUCK: Greenhouse(1.15, 1.0, 1.0, 9.5, 0.0, 1.15),
 }
 
 

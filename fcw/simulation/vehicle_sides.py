@@ -20,8 +20,10 @@ from fcw.simulation.vehicle_parts import (
 
 SIDE_PIXELS_PER_METRE = 80
 """Sides are seen at a slant."""
+SIDE_GLASS: Bgr = (84, 80, 74)
+"""At a slant panes mirror what stands beside the road."""
 RIM: Bgr = (120, 121, 122)
-LENS: Bgr = (196, 196, 194)
+LENS: Bgr = (255, 255, 252)
 LENS_DARK: Bgr = (92, 90, 86)
 
 
@@ -36,7 +38,7 @@ def side_texture(kind: VehicleKind, color: Bgr) -> FloatImage:
         _truck_side(canvas, color)
     else:
         _car_side(canvas, kind, color)
-    return canvas.finished()
+    return sunk(canvas.finished(), size.height_m)
 
 
 def _car_side(canvas: Canvas, kind: VehicleKind, color: Bgr) -> None:
@@ -45,14 +47,14 @@ def _car_side(canvas: Canvas, kind: VehicleKind, color: Bgr) -> None:
     is_van = kind is VehicleKind.VAN
     radius, rear_axle, front_axle = 0.33 + 0.02 * is_van, -half + 0.85, half - 0.9
     windscreen = -half + house.length_m
-    slope = 0.62 * (top - waist) if is_van else 1.45 * (top - waist)
+    slope = house.lean * (top - waist)
     canvas.rectangle(-half + 0.25, 0.14, half - 0.3, 0.4, UNDERSIDE, (), 0.9)
     canvas.rectangle(-half, 0.02, rear_axle, 0.4, UNDERSIDE)
     shade: Shade = (
         *((0.2, 0.3), (0.34, 0.42), (0.55, 0.6), (0.7, 0.72), (0.78, 0.9), (0.8, 0.68)),
         *((waist - 0.1, 0.82), (waist, 1.1)),
     )
-    nose = 0.70 if not is_van else 0.95
+    nose = house.nose_m - 0.1
     body = [(-half, 0.3), (half - 0.05, 0.24), (half, 0.45), (half - 0.02, nose), (half - 0.25, nose + 0.1)]
     body += [(windscreen, waist), (-half, waist)]
     canvas.fill(body, color, shade)
@@ -76,9 +78,9 @@ def _car_side(canvas: Canvas, kind: VehicleKind, color: Bgr) -> None:
         last = index == len(panes) - 1
         points: list[Point] = [(left, waist + 0.03), (right + (0.3 if last else 0.0), waist + 0.03)]
         points += [(right + 0.35 - lean if last else right, high), (left + (0.15 if index == 0 else 0), high)]
-        canvas.fill(points, GLASS, (), 1.0, 0.04)
+        canvas.fill(points, SIDE_GLASS, ((waist, 0.8), (high, 1.25)), 1.0, 0.04)
         upper = [(x, max(y, waist + 0.22)) for x, y in points]
-        canvas.fill(upper, SKY_IN_GLASS, (), 0.25, 0.03)
+        canvas.fill(upper, SKY_IN_GLASS, (), 0.3, 0.03)
     for x_m in (-half + 1.35, -0.38, windscreen - 0.45):
         canvas.rectangle(x_m - 0.008, 0.36, x_m + 0.008, waist, SEAM, (), 0.8)
     for x_m in (-0.75, 0.3):
