@@ -8,12 +8,12 @@ from fcw.detection.jit import kernel
 from fcw.simulation.canvas import FloatImage
 from fcw.sources.frame import ImageSize
 
-BLUR_SIGMA_PX = 0.55
-"""Of the lens and the demosaicing: an edge takes about one and a half pixels."""
+BLUR_SIGMA_PX = 0.7
+"""Of the lens and the demosaicing: an edge takes about two pixels."""
 VIGNETTING = 0.16
 """Light lost in the corners."""
-NOISE_SIGMA = 1.7
-"""Grey levels; real frames of the clips in daylight have 1 to 2.5 in flat asphalt."""
+NOISE_SIGMA = 1.2
+"""Grey levels, before compression smooths them."""
 NOISE_COUNT = 1 << 20
 CONTRAST = 1.06
 

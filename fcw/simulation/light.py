@@ -53,7 +53,7 @@ class Daylight:
         def between(low: float, high: float) -> float:
             return float(generator.uniform(low, high))
 
-        cloudiness = between(0.0, 1.0) ** 1.5
+        cloudiness = between(0.0, 1.0) ** 2.2
         grey = between(66, 104)
         dryness = between(0.0, 0.8)
         sky = mixed((186, 122, 66), (190, 180, 170), cloudiness)

@@ -22,7 +22,7 @@ def tree_texture(generator: np.random.Generator, foliage: Bgr, bush: bool = Fals
         lean = float(generator.uniform(-0.04, 0.04))
         canvas.fill([(-0.028, 0.0), (0.028, 0.0), (0.016 + lean, 0.6), (lean - 0.016, 0.6)], trunk)
         for _ in range(6):
-            tip = (float(generator.uniform(-0.26, 0.26)), float(generator.uniform(0.5, 0.85)))
+            tip = (float(generator.uniform(-0.16, 0.16)), float(generator.uniform(0.45, 0.72)))
             canvas.fill(
                 [(-0.012, 0.28), (0.012, 0.28), (tip[0] + 0.005, tip[1]), (tip[0] - 0.005, tip[1])], trunk
             )
@@ -180,5 +180,5 @@ def concrete_texture(
     stains = cv2.GaussianBlur(
         generator.standard_normal(image.shape[:2]).astype(np.float32), (0, 0), sigmaX=3, sigmaY=12
     )
-    image[..., :3] *= 1 + 0.07 * (stains / stains.std())[..., None]
+    image[..., :3] *= 1 + 0.035 * (stains / stains.std())[..., None]
     return image

@@ -12,6 +12,8 @@ from fcw.simulation.light import Daylight
 PANORAMA_WIDTH = 4096
 """It repeats after this many pixels, 235 degrees at a focal length of 1000 px."""
 ABOVE_PX, BELOW_PX = 760, 64
+RANGES = ((9000, 54, 160), (4000, 32, 90), (1500, 20, 28), (600, 25, 12))
+"""Hills and woods, from far to near: distance in metres, height and width of their shapes in pixels."""
 FILLED_BELOW_PX = 220
 """Rows of the panorama above and below the horizon."""
 
@@ -79,14 +81,14 @@ def _panorama(generator: np.random.Generator, light: Daylight) -> FloatImage:
     white = np.array(mixed((246, 244, 240), (204, 200, 196), light.cloudiness), np.float32)
     body = white * (1 - 0.13 * np.clip(clouds, 0, 1.5))[..., None]
     image += (body - image) * cover * 0.85
-    for distance_m, height_px, sigma_px in ((9000, 46, 160), (4000, 24, 90), (1500, 12, 24), (900, 8, 5)):
+    for distance_m, height_px, sigma_px in RANGES:
         ridge = _cyclic_noise(generator, sigma_px, row=True)
-        rough = 0.12 * _cyclic_noise(generator, 2.0, row=True) if distance_m < 3000 else 0.0
+        rough = 0.2 * _cyclic_noise(generator, 2.0, row=True) if distance_m < 3000 else 0.0
         tops = ABOVE_PX - height_px * np.clip(0.6 + 0.45 * ridge + rough, 0.05, 2.2)
         inside = np.clip(np.arange(rows)[:, None] - tops[None, :], 0, 1)[..., None]
         clarity = float(np.exp(-distance_m / (5 * light.visibility_m)))
         tint = np.array(mixed(light.foliage, light.dry_grass, 0.25 if distance_m < 3000 else 0.5), np.float32)
-        speckle = 1 + 0.12 * _cyclic_noise(generator, 1.5)[..., None] * min(1.0, 2000 / distance_m)
+        speckle = 1 + 0.15 * _cyclic_noise(generator, 1.5)[..., None] * min(1.0, 2000 / distance_m)
         color = tint * speckle * clarity + haze * np.array((1.0, 0.93, 0.86), np.float32) * (1 - clarity)
         image += (color - image) * inside
     return np.ascontiguousarray(image, np.float32)
