@@ -1,4 +1,4 @@
-"""Put rendered pictures side by side, and beside real ones, with figures of brightness, contrast and sharpness.
+"""Put rendered pictures side by side, or beside real ones, and measure their colours, contrast and sharpness.
 
     python docs/contact_sheet.py                           writes docs/images/simulation-contact-sheet.jpg
     python docs/contact_sheet.py --beside-real sheet.jpg   real frames of FCW_DATA on the right
