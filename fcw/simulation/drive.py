@@ -28,9 +28,9 @@ CALIBRATION_NAME = "drive.calibration.yaml"
 SPEED_NAME = "drive.speed.csv"
 TRUTH_NAME = "truth.csv"
 TRUTH_LOG_NAME = "truth.mcap"
-VIDEO_OPTIONS = {"preset": "medium", "crf": "26", "bf": "0", "g": str(FRAMES_PER_SECOND), "threads": "1"}
+VIDEO_OPTIONS = {"preset": "medium", "crf": "28", "bf": "0", "g": str(FRAMES_PER_SECOND), "threads": "1"}
 """No B frames and a keyframe a second, so that a log can relay the packets; one thread, so that the same
-pictures always give the same file. The quality is that of a dash camera, 1.5 Mbit/s."""
+pictures always give the same file. The quality is that of a dash camera, a good 1 Mbit/s."""
 MARK_ROW_SIGMA_PX = 0.5
 """The marks are known exactly; the file says what a careful click on one is worth."""
 
