@@ -94,9 +94,10 @@ def report(name: str, pictures: Sequence[Picture]) -> None:
         bgr = np.mean([part.mean(axis=(0, 1)) for part in parts], axis=0)
         contrast = np.mean([part.std() for part in grey])
         sharpness = np.mean([np.abs(cv2.Laplacian(part, cv2.CV_32F)).mean() for part in grey])
-        print(
-            f"{name:>8} {region:>6}: BGR {np.round(bgr)}, contrast {contrast:.0f}, sharpness {sharpness:.1f}"
-        )
+        colors = "BGR " + " ".join(f"{value:3.0f}" for value in bgr)
+        figures = f"contrast {contrast:.0f}, sharpness {sharpness:.1f}"
+        sys.stdout.write(f"{name:>8} {region:>6}: {colors}, {figures}
+")
 
 
 def write_sheet(path: Path, pictures: Sequence[Picture], columns: int) -> None:
