@@ -96,8 +96,7 @@ def report(name: str, pictures: Sequence[Picture]) -> None:
         sharpness = np.mean([np.abs(cv2.Laplacian(part, cv2.CV_32F)).mean() for part in grey])
         colors = "BGR " + " ".join(f"{value:3.0f}" for value in bgr)
         figures = f"contrast {contrast:.0f}, sharpness {sharpness:.1f}"
-        sys.stdout.write(f"{name:>8} {region:>6}: {colors}, {figures}
-")
+        sys.stdout.write(f"{name:>8} {region:>6}: {colors}, {figures}\n")
 
 
 def write_sheet(path: Path, pictures: Sequence[Picture], columns: int) -> None:
