@@ -199,6 +199,62 @@ def test_a_barrier_hides_what_is_behind_it_only(renderer, lateral_m, hidden):
     assert changed(alone, beside, 3)[rear].any() == hidden
 
 
+def test_a_crest_hides_what_stands_beyond_it(renderer):
+    """Up 8 %, then down as steeply: of a saloon 150 m away not even the roof is seen."""
+    road = dataclasses.replace(STRAIGHT, grades=(Swell(-80.0, 160.0, 0.08), Swell(80.0, 160.0, -0.08)))
+    vehicle = car(150.0, kind=VehicleKind.SALOON)
+    roof = world(road=road).road_points(150.0, 0.0, vehicle.size.height_m)
+    crest = world(road=road).road_points(np.arange(1.0, 149.0), 0.0)
+    assert project(roof, CAMERA)[1] > project(crest, CAMERA)[1].min()
+    hidden = changed(renderer.render(world(vehicle, road=road)), renderer.render(world(road=road)), 3)
+    assert not hidden.any()
+    assert changed(renderer.render(world(vehicle)), renderer.render(world()), 3).any()
+
+
+@pytest.mark.parametrize("kind", [RoadsideKind.TREE, RoadsideKind.BUSH, RoadsideKind.POST, RoadsideKind.SIGN])
+def test_what_stands_beside_the_road_stands_where_it_is_projected(renderer, kind):
+    item = RoadsideItem(
+        kind=kind, s_m=25.0, lateral_m=-7.0, width_m=1.5, height_m=3.0, clearance_m=2.0, seed=3
+    )
+    state = world(road=WINDING, roadside=(item,))
+    shown = changed(renderer.render(state), renderer.render(world(road=WINDING)), 40)
+    foot, top = state.road_points(25.0, -7.0, np.array((0.0, 3.0)))
+    (column, _), (low, high) = project(np.stack((foot, top)), CAMERA)
+    # Its shadow on the ground is fainter than it.
+    left, upper, right, lower = extent(shown[: round(low) + 3])
+    # Leaves do not fill their outline up to the last twig.
+    assert upper == pytest.approx(high, abs=0.2 * (low - high))
+    assert upper > high - 2
+    assert lower == pytest.approx(low, abs=4)
+    assert left > column - 50
+    assert right < column + 50
+
+
+def test_a_bridge_spans_the_road_and_darkens_the_car_below_it(renderer):
+    bridge = RoadsideItem(
+        kind=RoadsideKind.BRIDGE,
+        s_m=20.0,
+        lateral_m=0.0,
+        width_m=30.0,
+        height_m=7.4,
+        length_m=9.0,
+        clearance_m=5.2,
+    )
+    vehicle = car(24.0)
+    empty, bridged = renderer.render(world(vehicle)), renderer.render(world(vehicle, roadside=(bridge,)))
+    state = world()
+    (column, _), (low, high) = project(state.road_points(20.0, 0.0, np.array((5.2, 7.4))), CAMERA)
+    shown = changed(bridged, empty, 25)[:, round(float(column))]
+    assert shown[round(float(high)) + 3 : round(float(low)) - 3].all()
+    assert not shown[: round(float(high)) - 3].any()
+    box = CAMERA.ground_box(24.0, 0.0, vehicle.size.width_m, vehicle.size.height_m)
+    body = (
+        slice(round(box.y + 0.4 * box.h), round(box.y + 0.7 * box.h)),
+        slice(round(box.x) + 5, round(box.right) - 5),
+    )
+    assert bridged[body].mean() < 0.95 * empty[body].mean()
+
+
 @pytest.mark.parametrize("distance_m", [8.0, 20.0, 40.0])
 def test_marks_lie_in_the_rows_of_the_camera(renderer, distance_m):
     mark = RoadMark(distance_m, 0.0, 0.6, 1.0)
