@@ -23,8 +23,8 @@ NOTICEABLE_BRAKING_MPS2 = -0.5
 """Down to this the engine brakes: no pedal is moved."""
 PEDAL_LAG_S = 0.15
 """Time constant with which the deceleration follows the pedal."""
-DIVE_RAD_PER_MPS2 = 0.0015
-"""Nose dive of an ordinary car: 0.85 degrees at 1 g."""
+DIVE_RAD_PER_MPS2 = 0.0012
+"""Nose dive of an ordinary car: 0.7 degrees at 1 g."""
 BODY_FREQUENCY_HZ, BODY_DAMPING = 1.3, 0.35
 """Pitch resonance of a passenger car's body on its springs."""
 SHAKE_PITCH_RMS_RAD = 0.0010
