@@ -1,52 +1,100 @@
 """`fcw demo` on the shipped drive against its truth, and `fcw bench` on a short one."""
 
-import csv
+import contextlib
+import dataclasses
+import io
 import json
 import statistics
 from pathlib import Path
 
 import pytest
 
+from fcw.camera.calibration import Calibration
+from fcw.evaluation.simulated import compare_with_truth
 from fcw.logs.mcap_reader import DriveLog
-from fcw.simulation.plain_drive import write_plain_drive
+from fcw.logs.records import FrameResult
+from fcw.simulation.drive import true_calibration, write_drive
+from fcw.simulation.scenario import load_scenario
+from fcw.simulation.truth import FrameTruth
+from fcw.simulation.truth_file import read_truth
 from fcw_viz.benchmark import DECODE, ENCODED, FULL, PRIOR, RELAYED
 from fcw_viz.cli import main
 from fcw_viz.commands.demo import demo_folder
 
+LARGEST_SHIPPED_BYTES = 8_000_000
 
-def test_the_demo_follows_the_lead_and_warns_while_it_brakes(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "out"
-    assert main(["demo", "--no-serve", "--out", str(out)]) == 0
-    told = capsys.readouterr().out
-    assert str(out / "drive.mcap") in told
-    assert f"rerun {out / 'drive.rrd'}" in told
 
-    with (demo_folder() / "truth.csv").open() as file:
-        truth = {int(row["frame"]): row for row in csv.DictReader(file) if row["vehicle"] == "lead"}
+@dataclasses.dataclass(frozen=True)
+class Demo:
+    out: Path
+    told: str
+    results: list[FrameResult]
+    truth: list[FrameTruth]
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
+    """One run of the whole demo."""
+    out = tmp_path_factory.mktemp("demo") / "out"
+    with contextlib.redirect_stdout(io.StringIO()) as told:
+        assert main(["demo", "--no-serve", "--out", str(out)]) == 0
     results = list(DriveLog(out / "drive.mcap").results())
-    assert len(results) == len(truth)
-    errors = [
-        abs(result.lead.distance_m / float(truth[result.index]["distance_m"]) - 1)
-        for result in results
-        if result.lead
-    ]
-    assert len(errors) > 0.95 * len(results)
-    assert statistics.median(errors) < 0.04
+    return Demo(out, told.getvalue(), results, read_truth(demo_folder() / "truth.csv"))
 
-    (first, *_) = [
+
+def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> None:
+    assert str(demo.out / "drive.mcap") in demo.told
+    assert f"rerun {demo.out / 'drive.rrd'}" in demo.told
+    comparison = compare_with_truth(demo.results, demo.truth)
+    median = statistics.median(map(abs, comparison.lead_errors))
+    assert f"off by {median:.1%} (median)" in demo.told
+    assert f"{comparison.detection_rate:.1%} of {comparison.vehicles} found" in demo.told
+    assert f"came at {comparison.due[0].warned_s:.2f} s" in demo.told
+
+
+def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
+    comparison = compare_with_truth(demo.results, demo.truth)
+    assert comparison.frames == len(demo.truth) == 1200
+    assert len(comparison.lead_errors) > 0.95 * comparison.lead_frames > 1000
+    assert statistics.median(map(abs, comparison.lead_errors)) < 0.035
+    assert statistics.median(map(abs, comparison.track_errors)) < 0.04
+
+
+def test_vehicles_seen_from_behind_are_found(demo: Demo) -> None:
+    comparison = compare_with_truth(demo.results, demo.truth)
+    assert comparison.vehicles > 1500
+    assert comparison.detection_rate >= 0.95
+    assert comparison.false_positives_per_frame <= 0.1
+
+
+def test_the_braking_lead_is_warned_of_in_time_and_oncoming_vehicles_never(demo: Demo) -> None:
+    comparison = compare_with_truth(demo.results, demo.truth)
+    (due,) = comparison.due
+    assert due.vehicle == "cutting in"
+    assert due.in_time
+    assert {vehicle.name for frame in demo.truth for vehicle in frame.vehicles if vehicle.oncoming}
+    assert comparison.warnings_of_oncoming == 0
+    assert comparison.needless == ()
+    (first, *others) = [
         warning
-        for warning in json.loads((out / "summary.json").read_text())["warnings"]
+        for warning in json.loads((demo.out / "summary.json").read_text())["warnings"]
         if warning["level"] == "warning"
     ]
-    at_warning = truth[round(first["start_s"] * 30)]
-    assert float(at_warning["closing_speed_mps"]) > 3  # only once the gap really closes
-    assert float(at_warning["distance_m"]) > 10
+    assert first["start_s"] == pytest.approx(due.warned_s, abs=0.01)
+    assert others == []
+
+
+def test_the_shipped_drive_is_what_its_scenario_says(demo: Demo) -> None:
+    folder, scenario = demo_folder(), load_scenario("demo")
+    assert (folder / "drive.mp4").stat().st_size < LARGEST_SHIPPED_BYTES
+    assert len(demo.truth) == scenario.frame_count
+    shipped, true = Calibration.load(folder / "drive.calibration.yaml"), true_calibration(scenario)
+    for distance_m in (5.0, 20.0, 80.0):
+        assert shipped.row_at(distance_m) == pytest.approx(true.row_at(distance_m), abs=1e-6)
 
 
 def test_bench_reports_every_case_and_its_ratios(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    write_plain_drive(tmp_path, seed=1, duration_s=1)
+    write_drive(dataclasses.replace(load_scenario("braking"), duration_s=1.0), tmp_path, seed=1)
     arguments = ["bench", str(tmp_path / "drive.mp4"), "--rounds", "1", "--detector-frames", "2", "--json"]
     assert main(arguments) == 0
     figures = json.loads(capsys.readouterr().out)
