@@ -201,6 +201,7 @@ class EgoPlan:
     def __post_init__(self) -> None:
         _require(0 <= self.speed_kmh <= 250, "speed_kmh", self.speed_kmh, "0 to 250")
 
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehiclePlan:
     """Another vehicle's drive.
