@@ -14,9 +14,10 @@ from fcw.evaluation.simulated import compare_with_truth
 from fcw.logs.mcap_reader import DriveLog
 from fcw.logs.records import FrameResult
 from fcw.simulation.drive import true_calibration, write_drive
-from fcw.simulation.scenario import load_scenario
-from fcw.simulation.truth import FrameTruth
+from fcw.simulation.scenario import IMAGE_SIZE, load_scenario
+from fcw.simulation.truth import FrameTruth, frame_truth
 from fcw.simulation.truth_file import read_truth
+from fcw.simulation.world import World
 from fcw_viz.benchmark import DECODE, ENCODED, FULL, PRIOR, RELAYED
 from fcw_viz.cli import main
 from fcw_viz.commands.demo import demo_folder
@@ -88,6 +89,12 @@ def test_the_shipped_drive_is_what_its_scenario_says(demo: Demo) -> None:
     folder, scenario = demo_folder(), load_scenario("demo")
     assert (folder / "drive.mp4").stat().st_size < LARGEST_SHIPPED_BYTES
     assert len(demo.truth) == scenario.frame_count
+    camera, offset_m = scenario.camera.camera(), scenario.camera.reference_offset_m
+    for state, frame in zip(World(scenario, seed=0).states(), demo.truth, strict=True):
+        now = frame_truth(state, camera, IMAGE_SIZE, offset_m)
+        assert [vehicle.name for vehicle in frame.vehicles] == [vehicle.name for vehicle in now.vehicles]
+        distances_m = [vehicle.distance_m for vehicle in now.vehicles]
+        assert [vehicle.distance_m for vehicle in frame.vehicles] == pytest.approx(distances_m, abs=1e-3)
     shipped, true = Calibration.load(folder / "drive.calibration.yaml"), true_calibration(scenario)
     for distance_m in (5.0, 20.0, 80.0):
         assert shipped.row_at(distance_m) == pytest.approx(true.row_at(distance_m), abs=1e-6)
