@@ -76,17 +76,17 @@ def print_comparison(comparison: "SimulatedComparison", console: "Console") -> N
         median, p90 = np.quantile(np.abs(errors), (0.5, 0.9)) if errors else (float("nan"),) * 2
         table.add_row(what, f"off by {median:.1%} (median), {p90:.1%} (9 of 10)")
     table.add_row(
-        f"vehicles seen from behind, {NEAREST_M:.0f} to {FARTHEST_M:.0f} m",
+        f"vehicles from behind, {NEAREST_M:.0f} to {FARTHEST_M:.0f} m",
         f"{comparison.detection_rate:.1%} of {comparison.vehicles} found, "
-        f"{comparison.false_positives_per_frame:.3f} false a frame",
+        f"{comparison.false_positives_per_frame:.3f} false/frame",
     )
     for due in comparison.due:
         if due.warned_s is None:
             verdict = "never came"
         else:
             early_s = due.due_s - due.warned_s
-            verdict = f"came at {due.warned_s:.2f} s, {abs(early_s):.2f} s " + (
-                "before it was due" if due.in_time else "too late"
+            verdict = (
+                f"came at {due.warned_s:.2f} s, {abs(early_s):.2f} s {'early' if due.in_time else 'late'}"
             )
         table.add_row(f'warning of "{due.vehicle}", due at {due.due_s:.2f} s', verdict)
     table.add_row(
