@@ -88,7 +88,7 @@ def print_comparison(comparison: "SimulatedComparison", console: "Console") -> N
             verdict = (
                 f"came at {due.warned_s:.2f} s, {abs(early_s):.2f} s {'early' if due.in_time else 'late'}"
             )
-        table.add_row(f'warning of "{due.vehicle}", due at {due.due_s:.2f} s', verdict)
+        table.add_row(f'warning of "{due.vehicle}", due {due.due_s:.2f} s', verdict)
     table.add_row(
         "warnings nobody needed",
         str(sum(warning.level == WarningLevel.WARNING for warning in comparison.needless))
