@@ -149,6 +149,15 @@ def test_wrong_paths_of_the_command_are_named(tmp_path, data, out, message):
         run_train(TrainCommand(tmp_path / data, tmp_path / out))
 
 
+def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp_path, capsys):
+    assert run_train(TrainCommand(drawn_set, tmp_path / "model.npz")) == 0
+    assert len(Model.load(tmp_path / "model.npz").trees) == 512
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert "all pictures, round 3: 512 trees" in output.err
+    assert "held out: detection rate" in output.err
+
+
 def test_the_shipped_model_is_small():
     assert SHIPPED_MODEL_PATH.stat().st_size < 1_000_000
     assert len(Model.load(SHIPPED_MODEL_PATH).trees) == 512
@@ -156,7 +165,7 @@ def test_the_shipped_model_is_small():
 
 @pytest.mark.skipif("FCW_DATA" not in os.environ, reason="FCW_DATA is not set: no real drives to measure on")
 def test_the_shipped_weights_find_the_vehicles_of_a_real_motorway():
-    # Measured (model card) and, retrained with other seeds, within 3 points: this bound is below that.
+    # 0.946 with the shipped seed, 0.935 with another; the noise of a seed is 3 points.
     data = Path(os.environ["FCW_DATA"])
     labelled = read_labels(data / "tusimple/validation.json", data / "tusimple/images")
     calibration = read_calibration_table(data / "calibrations.txt")["tusimple"]
