@@ -5,16 +5,17 @@ very scanning that the detector does. Nothing is measured on the pictures that w
 threshold and the cascade's come from models that had not seen the pictures they were applied to.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, Proposals
+from fcw.detection.acf import AcfSettings
 from fcw.detection.boosting import BoostingSettings, running_scores, train_trees
 from fcw.detection.dataset import TrainingImage, background
+from fcw.detection.mining import Detectors, false_positives
 from fcw.detection.model import BoostedTrees, Model, VehicleStatistics, Window
 from fcw.detection.samples import Augmentation, random_boxes, window_features
 from fcw.detection.statistics import vehicle_statistics
@@ -236,7 +237,7 @@ class _Trainer:
     ) -> list[tuple[LabelledDetections, NDArray[np.float64]]]:
         """Detections in some pictures, and the lowest running score that each had in the cascade."""
         self.progress.stage(f"{name}: detecting", len(members))
-        detectors = _Detectors(model)
+        detectors = Detectors(model)
         results = []
         for index in members:
             image = self.images[index]
@@ -300,7 +301,7 @@ class _Trainer:
     ) -> NDArray[np.uint8]:
         """Features of the surest false positives of some pictures, surest first, each mirrored or not."""
         self.progress.stage(f"{name}: mining for round {round_number + 1}", len(members))
-        detectors = _Detectors(model)
+        detectors = Detectors(model)
         mined = []
         for number, index in enumerate(members):
             image = self.images[index]
@@ -310,9 +311,14 @@ class _Trainer:
                 picture = np.ascontiguousarray(picture[:, ::-1])
                 # A box from the column x to x + w reaches, mirrored, from width - 1 - (x + w).
                 boxes = np.column_stack([picture.shape[1] - 1 - boxes[:, 0] - boxes[:, 2], boxes[:, 1:]])
-            mined += self._false_positives(detectors.prior(image).scan, picture, boxes, image)
+            scans = [detectors.prior(image).scan]
             if number % self.settings.whole_image_every == 0:
-                mined += self._false_positives(detectors.full.scan, picture, boxes, image)
+                scans.append(detectors.full.scan)
+            for scan in scans:
+                proposals = scan(picture, self.settings.rejection_threshold, True)
+                mined += false_positives(
+                    proposals, boxes, image.labelled.ignored, self.settings.mined_per_image
+                )
             self.progress.advance()
         mined.sort(key=lambda found: -found[0])
         above = sum(score >= 0 for score, _ in mined)
@@ -321,39 +327,6 @@ class _Trainer:
             f"{above / len(members):.2f} per picture with a score above 0"
         )
         return np.array([features for _, features in mined], np.uint8).reshape(-1, self.window.feature_count)
-
-    def _false_positives(
-        self,
-        scan: Callable[[NDArray[np.uint8], float, bool], Proposals],
-        picture: NDArray[np.uint8],
-        boxes: NDArray[np.float64],
-        image: TrainingImage,
-    ) -> list[tuple[float, NDArray[np.uint8]]]:
-        """Score and features of a picture's surest false positives after suppression."""
-        proposals = scan(picture, self.settings.rejection_threshold, True)
-        assert proposals.features is not None
-        kept = suppress(proposals.boxes, proposals.scores, AcfSettings().largest_overlap)
-        kept = kept[background(proposals.boxes[kept], boxes, image.labelled.ignored)]
-        return [
-            (float(proposals.scores[i]), proposals.features[i].copy())
-            for i in kept[: self.settings.mined_per_image]
-        ]
-
-
-class _Detectors:
-    """A model's detectors, one for each calibration."""
-
-    def __init__(self, model: Model) -> None:
-        self._model = model
-        self._prior: dict[int, AcfDetector] = {}
-        self.full = FullAcfDetector(model)
-
-    def prior(self, image: TrainingImage) -> AcfDetector:
-        """The distance-prior detector for a picture's camera."""
-        key = id(image.calibration)
-        if key not in self._prior:
-            self._prior[key] = AcfDetector(self._model, image.calibration)
-        return self._prior[key]
 
 
 def _joined(samples: list[Samples]) -> Samples:
