@@ -58,10 +58,9 @@ class BoostedTrees:
 
     def __post_init__(self) -> None:
         count = len(self.feature)
-        if self.feature.shape != (count, 3) or self.threshold.shape != (count, 3) or self.leaf.shape != (count, 4):
-            raise ValueError(
-                f"trees of unequal shapes: {self.feature.shape}, {self.threshold.shape}, {self.leaf.shape}"
-            )
+        shapes = (self.feature.shape, self.threshold.shape, self.leaf.shape)
+        if shapes != ((count, 3), (count, 3), (count, 4)):
+            raise ValueError(f"expected trees of the shapes (T, 3), (T, 3) and (T, 4), got {shapes}")
 
     def __len__(self) -> int:
         return len(self.feature)
@@ -139,7 +138,7 @@ class Model:
                 trees = BoostedTrees(archive["feature"], archive["threshold"], archive["leaf"])
         except FileNotFoundError:
             raise UserError(f"{path}: no such model file; train one with `fcw train`") from None
-        except (KeyError, ValueError, OSError, zipfile.BadZipFile) as error:
+        except (KeyError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
             raise UserError(
                 f"{path}: not a detector model of fcw ({error}); expected a file written by `fcw train`"
             ) from error
@@ -153,7 +152,11 @@ class Model:
             Window(**header["window"]),
             trees,
             VehicleStatistics(
-                **{key: tuple(value) if isinstance(value, list) else value for key, value in statistics.items()}
+                statistics["size_low_m"],
+                statistics["size_median_m"],
+                statistics["size_high_m"],
+                tuple(statistics["aspect_distances_m"]),
+                tuple(statistics["aspect_ratios"]),
             ),
             header["rejection_threshold"],
             header["score_threshold"],
