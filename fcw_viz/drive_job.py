@@ -37,7 +37,7 @@ RRD_NAME = "drive.rrd"
 SUMMARY_NAME = "summary.json"
 DETECTOR_NAMES = ("acf", "acf-full")
 DETECTION_THREADS = 2
-"""Detection takes about twice as long as decoding; on two cores the second thread uses what decoding leaves."""
+"""Detection takes twice as long as decoding; on two cores the second thread uses what decoding leaves."""
 
 
 @dataclass(frozen=True, slots=True)
