@@ -128,9 +128,14 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         imperial=job.imperial,
     )
     summary = DriveSummary(source.name, header.versions)
-    job.out.mkdir(parents=True, exist_ok=True)
     summary_path = job.out / SUMMARY_NAME
-    summary_path.unlink(missing_ok=True)  # an earlier run's must not stand beside this run's logs
+    try:
+        job.out.mkdir(parents=True, exist_ok=True)
+        summary_path.unlink(missing_ok=True)  # an earlier run's must not stand beside this run's logs
+    except OSError as error:
+        raise UserError(
+            f"--out {job.out}: cannot be the folder of the logs ({error.strerror}); name one that can be written"
+        ) from error
     sinks: tuple[Sink, ...] = (McapSink(job.out / MCAP_NAME), RerunSink(job.out / RRD_NAME))
     stages = Stages(detectors, Tracker(calibration), TtcPolicy(), ego_speed, sinks)
 
