@@ -128,13 +128,14 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         imperial=job.imperial,
     )
     summary = DriveSummary(source.name, header.versions)
-    summary_path = job.out / SUMMARY_NAME
     try:
         job.out.mkdir(parents=True, exist_ok=True)
-        summary_path.unlink(missing_ok=True)  # an earlier run's must not stand beside this run's logs
+        for name in (MCAP_NAME, RRD_NAME, SUMMARY_NAME):  # an earlier run's must not stand beside this run's
+            (job.out / name).unlink(missing_ok=True)
     except OSError as error:
         raise UserError(
-            f"--out {job.out}: cannot be the folder of the logs ({error.strerror}); name one that can be written"
+            f"--out {job.out}: cannot be the folder of the logs ({error.strerror}); "
+            "name one that can be written"
         ) from error
     sinks: tuple[Sink, ...] = (McapSink(job.out / MCAP_NAME), RerunSink(job.out / RRD_NAME))
     stages = Stages(detectors, Tracker(calibration), TtcPolicy(), ego_speed, sinks)
@@ -150,7 +151,7 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
     if summary.frames == 0 and not stop.is_set():
         raise UserError(f"{job.source}: no frame could be read; " + "; ".join(source.notes))
     as_json = summary.as_json(time.perf_counter() - start)
-    _write_whole(summary_path, json.dumps(as_json, indent=2) + "\n")
+    _write_whole(job.out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
     return DriveOutcome(as_json, source.notes, stop.is_set())
 
 
