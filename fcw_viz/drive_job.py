@@ -20,6 +20,7 @@ from fcw.detection.acf import AcfDetector, FullAcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.detection.types import Detector
 from fcw.errors import UserError
+from fcw.files import write_whole
 from fcw.logs.mcap_writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult, Sink
 from fcw.pipeline import Stages, run_pipeline
@@ -151,14 +152,8 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
     if summary.frames == 0 and not stop.is_set():
         raise UserError(f"{job.source}: no frame could be read; " + "; ".join(source.notes))
     as_json = summary.as_json(time.perf_counter() - start)
-    _write_whole(job.out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
+    write_whole(job.out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
     return DriveOutcome(as_json, source.notes, stop.is_set())
-
-
-def _write_whole(path: Path, text: str) -> None:
-    partial = path.with_name(path.name + ".partial")
-    partial.write_text(text)
-    partial.replace(path)
 
 
 @contextmanager

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
+from fcw.files import whole_file
 
 FORMAT_VERSION = 1
 CELL_PX = 4
@@ -106,7 +107,11 @@ class Model:
     score_threshold: float
 
     def save(self, path: Path) -> None:
-        """Write the model file (a NumPy .npz archive) whole or not at all."""
+        """Write the model file (a NumPy .npz archive) whole or not at all.
+
+        Raises:
+            UserError: the file cannot be written there.
+        """
         header = {
             "format_version": FORMAT_VERSION,
             "window": asdict(self.window),
@@ -114,8 +119,7 @@ class Model:
             "rejection_threshold": self.rejection_threshold,
             "score_threshold": self.score_threshold,
         }
-        partial = path.with_name(path.name + ".partial")
-        with partial.open("wb") as file:
+        with whole_file(path) as partial, partial.open("wb") as file:
             np.savez_compressed(
                 file,
                 header=np.frombuffer(json.dumps(header).encode(), np.uint8),
@@ -123,7 +127,6 @@ class Model:
                 threshold=self.trees.threshold,
                 leaf=self.trees.leaf,
             )
-        partial.replace(path)
 
     @classmethod
     def load(cls, path: Path) -> "Model":
