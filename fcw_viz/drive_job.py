@@ -1,7 +1,6 @@
 """The whole job on one drive, as `fcw run` and `fcw demo` do it: open, detect, range, warn, log, sum up."""
 
 import json
-import os
 import signal
 import threading
 import time
@@ -21,6 +20,7 @@ from fcw.detection.acf import AcfDetector, FullAcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.detection.types import Detector
 from fcw.errors import UserError
+from fcw.files import write_whole
 from fcw.logs.mcap_writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult, Sink
 from fcw.pipeline import Stages, run_pipeline
@@ -37,6 +37,8 @@ MCAP_NAME = "drive.mcap"
 RRD_NAME = "drive.rrd"
 SUMMARY_NAME = "summary.json"
 DETECTOR_NAMES = ("acf", "acf-full")
+DETECTION_THREADS = 2
+"""Detection takes twice as long as decoding; on two cores the second thread uses what decoding leaves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +116,7 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
     calibration = load_calibration(job, source)
     model = Model.load(SHIPPED_MODEL_PATH)
     ego_speed = EgoSpeed.parse(job.ego_speed) if job.ego_speed is not None else None
-    detection_threads = max(1, min(2, (os.cpu_count() or 1) - 1))
-    detectors = [make_detector(job.detector, calibration, model) for _ in range(detection_threads)]
+    detectors = [make_detector(job.detector, calibration, model) for _ in range(DETECTION_THREADS)]
     header = DriveHeader(
         source=source.name,
         image_size=source.image_size,
@@ -128,9 +129,15 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         imperial=job.imperial,
     )
     summary = DriveSummary(source.name, header.versions)
-    job.out.mkdir(parents=True, exist_ok=True)
-    summary_path = job.out / SUMMARY_NAME
-    summary_path.unlink(missing_ok=True)  # an earlier run's must not stand beside this run's logs
+    try:
+        job.out.mkdir(parents=True, exist_ok=True)
+        for name in (MCAP_NAME, RRD_NAME, SUMMARY_NAME):  # an earlier run's must not stand beside this run's
+            (job.out / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise UserError(
+            f"--out {job.out}: cannot be the folder of the logs ({error.strerror}); "
+            "name one that can be written"
+        ) from error
     sinks: tuple[Sink, ...] = (McapSink(job.out / MCAP_NAME), RerunSink(job.out / RRD_NAME))
     stages = Stages(detectors, Tracker(calibration), TtcPolicy(), ego_speed, sinks)
 
@@ -145,14 +152,8 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
     if summary.frames == 0 and not stop.is_set():
         raise UserError(f"{job.source}: no frame could be read; " + "; ".join(source.notes))
     as_json = summary.as_json(time.perf_counter() - start)
-    _write_whole(summary_path, json.dumps(as_json, indent=2) + "\n")
+    write_whole(job.out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
     return DriveOutcome(as_json, source.notes, stop.is_set())
-
-
-def _write_whole(path: Path, text: str) -> None:
-    partial = path.with_name(path.name + ".partial")
-    partial.write_text(text)
-    partial.replace(path)
 
 
 @contextmanager

@@ -1,7 +1,6 @@
 """The calibration file: versioned YAML that a person can read, written whole or not at all."""
 
 import math
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import yaml
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Matrix3, Priors, Vector3
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.errors import UserError
+from fcw.files import write_whole
 from fcw.sources.frame import ImageSize
 
 FORMAT_VERSION = 1
@@ -83,25 +83,6 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
         UserError: the file cannot be written there.
     """
     write_whole(path, calibration_text(calibration))
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file under a partial name and rename it, so that it is whole or not there.
-
-    Raises:
-        UserError: the file cannot be written there.
-    """
-    partial = path.with_name(path.name + ".partial")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            partial.unlink()
-        raise UserError(
-            f"{path}: cannot write this file ({error.strerror}); "
-            "name a file in a folder that exists and can be written"
-        ) from error
 
 
 def read_calibration(path: Path) -> Calibration:

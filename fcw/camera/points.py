@@ -108,6 +108,13 @@ def check_points(
             f"distances; add {missing} more, best far away, or as many of the priors field of view, "
             "principal row and horizon row"
         )
+    rows_px = [point.row_px for point in points]
+    if prior_count == 0 and max(rows_px) - min(rows_px) < row_sigma_px:
+        raise UserError(
+            f"the rows of all points ({', '.join(map(str, points))}) lie within "
+            f"{max(rows_px) - min(rows_px):g} px, less than the error of a click, {row_sigma_px:g} px; "
+            "mark points whose distances differ more, or state a smaller row sigma"
+        )
     if distinct + prior_count == PARAMETER_COUNT:
         check_order(points)
     if len(points) == PARAMETER_COUNT and prior_count == 0:

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from fcw.detection.jit import kernel
 from fcw.detection.model import BoostedTrees
 
+LARGEST_MARGIN = 600.0
+"""Where every sample is told apart by more, weights are scaled up: exp(-745) is zero."""
+
 
 @dataclass(frozen=True, slots=True)
 class BoostingSettings:
@@ -71,7 +74,9 @@ def train_trees(
     threshold = np.zeros((count, 3), np.uint8)
     leaf = np.zeros((count, 4), np.float32)
     for tree in range(count):
-        weights = class_weight * np.exp(-sign * score)
+        exponent = -sign * score
+        exponent -= min(exponent.max() + LARGEST_MARGIN, 0.0)
+        weights = class_weight * np.exp(exponent)
         weights /= weights.sum()
         members = [np.arange(sample_count)]
         for node in range(3):

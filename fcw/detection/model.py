@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
+from fcw.files import whole_file
 
 FORMAT_VERSION = 1
 CELL_PX = 4
@@ -58,10 +59,9 @@ class BoostedTrees:
 
     def __post_init__(self) -> None:
         count = len(self.feature)
-        if self.feature.shape != (count, 3) or self.threshold.shape != (count, 3) or self.leaf.shape != (count, 4):
-            raise ValueError(
-                f"trees of unequal shapes: {self.feature.shape}, {self.threshold.shape}, {self.leaf.shape}"
-            )
+        shapes = (self.feature.shape, self.threshold.shape, self.leaf.shape)
+        if shapes != ((count, 3), (count, 3), (count, 4)):
+            raise ValueError(f"expected trees of the shapes (T, 3), (T, 3) and (T, 4), got {shapes}")
 
     def __len__(self) -> int:
         return len(self.feature)
@@ -107,7 +107,11 @@ class Model:
     score_threshold: float
 
     def save(self, path: Path) -> None:
-        """Write the model file (a NumPy .npz archive) whole or not at all."""
+        """Write the model file (a NumPy .npz archive) whole or not at all.
+
+        Raises:
+            UserError: the file cannot be written there.
+        """
         header = {
             "format_version": FORMAT_VERSION,
             "window": asdict(self.window),
@@ -115,8 +119,7 @@ class Model:
             "rejection_threshold": self.rejection_threshold,
             "score_threshold": self.score_threshold,
         }
-        partial = path.with_name(path.name + ".partial")
-        with partial.open("wb") as file:
+        with whole_file(path) as partial, partial.open("wb") as file:
             np.savez_compressed(
                 file,
                 header=np.frombuffer(json.dumps(header).encode(), np.uint8),
@@ -124,7 +127,6 @@ class Model:
                 threshold=self.trees.threshold,
                 leaf=self.trees.leaf,
             )
-        partial.replace(path)
 
     @classmethod
     def load(cls, path: Path) -> "Model":
@@ -139,7 +141,7 @@ class Model:
                 trees = BoostedTrees(archive["feature"], archive["threshold"], archive["leaf"])
         except FileNotFoundError:
             raise UserError(f"{path}: no such model file; train one with `fcw train`") from None
-        except (KeyError, ValueError, OSError, zipfile.BadZipFile) as error:
+        except (KeyError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
             raise UserError(
                 f"{path}: not a detector model of fcw ({error}); expected a file written by `fcw train`"
             ) from error
@@ -153,7 +155,11 @@ class Model:
             Window(**header["window"]),
             trees,
             VehicleStatistics(
-                **{key: tuple(value) if isinstance(value, list) else value for key, value in statistics.items()}
+                statistics["size_low_m"],
+                statistics["size_median_m"],
+                statistics["size_high_m"],
+                tuple(statistics["aspect_distances_m"]),
+                tuple(statistics["aspect_ratios"]),
             ),
             header["rejection_threshold"],
             header["score_threshold"],

@@ -7,8 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.channels import CONTEXT_PX, compute_channels
+from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
 from fcw.detection.model import CELL_PX, Window
+from fcw.detection.windows import LARGEST_ENLARGEMENT
 from fcw.sources.frame import ImageSize
 
 # Cells around a window that are computed with it and cut off again: its channels depend on their pixels.
@@ -28,6 +29,7 @@ class Augmentation:
         stretch: largest relative change of its width.
         gamma: largest logarithm of the exponent applied to the brightness.
         colour_gain: largest logarithm of the factor of a colour channel.
+        fine_part: part of the windows of larger vehicles that are seen as those of the smallest are.
         resampled_part: part of the windows that lose detail by being made smaller and larger again.
         resampling: smallest and largest factor of that.
     """
@@ -37,11 +39,12 @@ class Augmentation:
     stretch: float = 0.08
     gamma: float = 0.3
     colour_gain: float = 0.05
+    fine_part: float = 1 / 3
     resampled_part: float = 1 / 3
     resampling: tuple[float, float] = (1.2, 2.4)
 
 
-NO_AUGMENTATION = Augmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_AUGMENTATION = Augmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def window_features(
@@ -54,8 +57,9 @@ def window_features(
 ) -> NDArray[np.uint8]:
     """Features of the window in which a box stands as a vehicle should, jittered and augmented.
 
-    A scanned picture's channels are computed at octaves of its scale and resized between them; here the
-    place in the octave is drawn at random, so the window is blurred as one met in scanning may be.
+    A scanned picture's channels are computed at octaves of its scale and resized between them, and the
+    smallest vehicles are seen in fine cells of the picture itself. Here the place in the octave is drawn at
+    random, and so are fine cells for larger vehicles: the window is blurred as one met in scanning may be.
 
     Args:
         image: (height, width, 3) BGR.
@@ -82,12 +86,17 @@ def window_features(
     cells = window.cells + 2 * MARGIN_CELLS
     side = cells * CELL_PX * scale
     left, top = middle_x - side * stretch / 2, top - MARGIN_CELLS * CELL_PX * scale
-    octave_cells = round(cells * 2 ** generator.uniform(0, 1))
-    patch = _cut(image, left, top, side * stretch, side, octave_cells * CELL_PX)
+    fine = generator.uniform() < augmentation.fine_part or scale < 2.0**-LARGEST_ENLARGEMENT
+    settings = FINE if fine else COARSE
+    # The octave's cells for each of the window's; no more than the picture has pixels for.
+    reduction = min(2 ** generator.uniform(-LARGEST_ENLARGEMENT, 1 - LARGEST_ENLARGEMENT), scale * (1 + fine))
+    octave_cells = round(cells * reduction)
+    patch = _cut(image, left, top, side * stretch, side, octave_cells * settings.cell_px)
     if generator.uniform() < augmentation.resampled_part:
         patch = _lose_detail(patch, generator.uniform(*augmentation.resampling) * octave_cells / cells)
     patch = _recolour(patch, augmentation, generator)
-    channels = compute_channels(np.ascontiguousarray(patch[:, ::-1]) if mirrored else patch)
+    computer = ChannelComputer(ImageSize(len(patch), len(patch)), settings)
+    channels = computer.compute(patch[:, ::-1] if mirrored else patch)
     if octave_cells != cells:
         resized = cv2.resize(channels.transpose(1, 2, 0), (cells, cells), interpolation=cv2.INTER_LINEAR)
         channels = resized.transpose(2, 0, 1)
@@ -117,21 +126,15 @@ def _cut(
     image: NDArray[np.uint8], left: float, top: float, width: float, height: float, side_px: int
 ) -> NDArray[np.uint8]:
     """A rectangle of an image, its border repeated beyond it, resized to (side_px, side_px)."""
-    first_x, first_y = math.floor(left), math.floor(top)
-    end_x, end_y = math.ceil(left + width), math.ceil(top + height)
-    columns = np.clip(np.arange(first_x, end_x), 0, image.shape[1] - 1)
-    rows = np.clip(np.arange(first_y, end_y), 0, image.shape[0] - 1)
-    region = image[rows[:, None], columns]
+    first_x, first_y = max(math.floor(left), 0), max(math.floor(top), 0)
+    region = image[first_y : math.ceil(top + height), first_x : math.ceil(left + width)]
     # Halve while that loses nothing the result could hold, as a pyramid does; then one exact placement.
     halvings = max(0, math.floor(math.log2(min(width, height) / side_px)))
+    by_x = by_y = 1.0
     if halvings:
-        factor = 2**halvings
-        region = cv2.resize(
-            region,
-            (math.ceil(region.shape[1] / factor), math.ceil(region.shape[0] / factor)),
-            interpolation=cv2.INTER_AREA,
-        )
-    by_x, by_y = region.shape[1] / (end_x - first_x), region.shape[0] / (end_y - first_y)
+        rows, columns = (math.ceil(side / 2**halvings) for side in region.shape[:2])
+        by_x, by_y = columns / region.shape[1], rows / region.shape[0]
+        region = cv2.resize(region, (columns, rows), interpolation=cv2.INTER_AREA)
     step_x, step_y = width * by_x / side_px, height * by_y / side_px
     # Output pixel i covers the part (i + 1/2) of the rectangle.
     to_source = np.array(

@@ -71,7 +71,8 @@ def run_calibrate(command: CalibrateCommand) -> int:
     from rich.console import Console
 
     from fcw.camera.export import export_text
-    from fcw.camera.file import default_path, write_whole
+    from fcw.camera.file import default_path
+    from fcw.files import write_whole
 
     calibration = _calibration(command)
     summary = calibration_summary(calibration)

@@ -99,6 +99,12 @@ def test_too_few_points_beside_a_prior_say_how_many_are_missing():
         calibrate(points((4, 461)), SIZE, 1.225, principal_row=Gaussian(360, 20))
 
 
+def test_rows_that_differ_by_less_than_a_click_are_refused_together():
+    nearly_equal = points((5, 400.3), (10, 400.2), (20, 400.1), (40, 400.0))
+    with pytest.raises(UserError, match=r"rows of all points .*5:400\.3.* within 0\.3 px"):
+        calibrate(nearly_equal, SIZE, 1.225)
+
+
 GAUSSIANS = st.one_of(st.none(), st.builds(Gaussian, st.floats(0.1, 700), st.floats(0.01, 50)))
 
 
@@ -130,5 +136,6 @@ def test_any_points_give_a_finite_camera_or_a_message(
     assert math.isfinite(camera.principal_row_px)
     assert all(math.isfinite(residual) for residual in calibration.residuals_px)
     low_m, high_m = calibration.distance_interval(calibration.horizon_row_px + 20)
-    assert low_m <= calibration.distance_at(calibration.horizon_row_px + 20) * (1 + 1e-6) + 1e-6
+    distance_m = calibration.distance_at(calibration.horizon_row_px + 20)
+    assert low_m <= distance_m + 1e-6 * abs(distance_m) + 1e-6
     assert not math.isnan(high_m)

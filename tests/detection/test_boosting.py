@@ -86,6 +86,18 @@ def test_the_same_seed_grows_the_same_trees_and_another_seed_others():
     assert not np.array_equal(grown[0], grown[2])
 
 
+def test_boosting_goes_on_where_everything_is_long_since_told_apart():
+    # 400 trees of leaves near 2 give margins of about 800, whose weights exp(-800) are no longer numbers.
+    positives, negatives = np.full((40, 1), 200, np.uint8), np.full((40, 1), 10, np.uint8)
+    with np.errstate(all="raise", under="ignore"):
+        trees = train_trees(positives, negatives, 400)
+    score = running_scores(trees, np.array([[200], [10]], np.uint8))
+    assert np.all(np.isfinite(trees.leaf))
+    assert np.all(np.diff(score[0]) > 0)
+    assert np.all(np.diff(score[1]) < 0)
+    assert score[0, -1] > 745
+
+
 def test_an_empty_class_is_refused():
     samples = np.zeros((3, 4), np.uint8)
     with pytest.raises(ValueError, match="non-empty"):

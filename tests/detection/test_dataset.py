@@ -235,14 +235,12 @@ def lightness(features):
     return features.reshape(CHANNEL_COUNT, 16, 16)[0].astype(float)
 
 
-@pytest.mark.parametrize("size_px", [22.0, 40.0, 75.0, 260.0])
+@pytest.mark.parametrize("size_px", [22, 40, 75, 260])
 def test_a_vehicle_stands_in_its_window_at_its_size_centred_above_the_bottom_margin(size_px):
-    # A square vehicle of light on black, at a place that is no whole pixel.
+    # A square vehicle of light on black. Its edges are those of pixels, half a pixel before their middles.
     picture = np.zeros((720, 1280, 3), np.uint8)
-    x, bottom = 600.0, 500.0
-    top, left = bottom - size_px, x - size_px / 2
-    picture[round(top + 0.5) : round(bottom + 0.5), round(left + 0.5) : round(left + size_px + 0.5)] = 255
-    box = np.array([left, top, size_px, size_px])
+    picture[500 - size_px : 500, 600 : 600 + size_px] = 255
+    box = np.array([600 - 0.5, 500 - 0.5 - size_px, size_px, size_px])
     seen = lightness(
         window_features(picture, box, Window(), NO_AUGMENTATION, np.random.default_rng(0), mirrored=False)
     )
@@ -278,7 +276,7 @@ def test_windows_reach_beyond_the_picture():
 
 
 def test_random_boxes_stand_on_the_road_with_sizes_in_the_range():
-    boxes = random_boxes(500, 180.0, 1.2, (360, 640, 3), (1.0, 4.0), 1.5, np.random.default_rng(0))
+    boxes = random_boxes(500, 180.0, 1.2, SIZE, (1.0, 4.0), 1.5, np.random.default_rng(0))
     below_px = boxes[:, 1] + boxes[:, 3] - 180.0
     assert np.all((below_px > 0) & (boxes[:, 1] + boxes[:, 3] <= 360))
     sizes_m = np.sqrt(boxes[:, 2] * boxes[:, 3]) * 1.2 / below_px

@@ -185,5 +185,13 @@ def test_an_unknown_detector_lists_the_known_ones(tmp_path: Path, capsys: pytest
     assert "acf, acf-full" in message
 
 
+def test_a_file_where_the_logs_should_go_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "taken"
+    file.write_text("mine")
+    message = wrong_input(capsys, "run", str(DEMO / "drive.mp4"), "--out", str(file))
+    assert str(file) in message
+    assert file.read_text() == "mine"
+
+
 def test_an_empty_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert str(tmp_path) in wrong_input(capsys, "run", str(tmp_path))

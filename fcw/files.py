@@ -1,0 +1,41 @@
+"""Files that are whole or not there."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from fcw.errors import UserError
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A partial name beside `path` to write to; it becomes `path` at the end, or goes away on failure.
+
+    The partial name keeps the suffix, by which some writers tell the format.
+
+    Raises:
+        UserError: the file cannot be written there.
+    """
+    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    try:
+        yield partial
+        partial.replace(path)
+    except BaseException as error:
+        with suppress(OSError):
+            partial.unlink()
+        if isinstance(error, OSError):
+            raise UserError(
+                f"{path}: cannot write this file ({error.strerror}); "
+                "name a file in a folder that exists and can be written"
+            ) from error
+        raise
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all.
+
+    Raises:
+        UserError: the file cannot be written there.
+    """
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8")

@@ -1,0 +1,83 @@
+"""The model file: comes back as it was saved; anything else is refused in one clear message."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fcw.detection.model import SHIPPED_MODEL_PATH, BoostedTrees, Model, VehicleStatistics, Window
+from fcw.errors import UserError
+
+STATISTICS = VehicleStatistics(1.2, 2.1, 3.6, (5.0, 20.0, 80.0), (1.5, 1.25, 1.0))
+
+
+def model() -> Model:
+    rng = np.random.default_rng(0)
+    trees = BoostedTrees(
+        rng.integers(0, 2560, (7, 3)).astype(np.uint16),
+        rng.integers(0, 256, (7, 3)).astype(np.uint8),
+        rng.normal(size=(7, 4)).astype(np.float32),
+    )
+    return Model(Window(), trees, STATISTICS, -2.5, 6.0)
+
+
+def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path):
+    saved = model()
+    saved.save(tmp_path / "model.npz")
+    loaded = Model.load(tmp_path / "model.npz")
+    for name in ("feature", "threshold", "leaf"):
+        before, after = getattr(saved.trees, name), getattr(loaded.trees, name)
+        assert before.dtype == after.dtype
+        np.testing.assert_array_equal(before, after)
+    assert loaded.window == saved.window
+    assert loaded.statistics == saved.statistics
+    assert (loaded.rejection_threshold, loaded.score_threshold) == (-2.5, 6.0)
+    assert [path.name for path in tmp_path.iterdir()] == ["model.npz"]
+
+
+def test_the_aspect_ratio_meets_its_statistics_and_lies_between_them():
+    assert STATISTICS.aspect_ratio(20.0) == pytest.approx(1.25)
+    assert STATISTICS.aspect_ratio(10.0) == pytest.approx((1.5 + 1.25) / 2)  # the middle in log distance
+    assert STATISTICS.aspect_ratio(1.0) == 1.5
+    np.testing.assert_allclose(STATISTICS.aspect_ratio(np.array([5.0, 200.0])), [1.5, 1.0])
+
+
+def test_trees_of_unequal_length_are_refused():
+    trees = model().trees
+    with pytest.raises(ValueError, match=r"\(6, 4\)"):
+        BoostedTrees(trees.feature, trees.threshold, trees.leaf[:6])
+
+
+def test_a_missing_file_says_how_to_train_one(tmp_path: Path):
+    with pytest.raises(UserError, match=r"gone\.npz: no such model file.*fcw train"):
+        Model.load(tmp_path / "gone.npz")
+
+
+@pytest.mark.parametrize("content", [b"", b"not a model", b"PK\x03\x04 broken archive"])
+def test_another_file_is_refused_by_name(tmp_path: Path, content: bytes):
+    path = tmp_path / "other.npz"
+    path.write_bytes(content)
+    with pytest.raises(UserError, match=r"other\.npz: not a detector model"):
+        Model.load(path)
+
+
+def test_a_cut_file_and_an_archive_of_something_else_are_refused(tmp_path: Path):
+    cut, other = tmp_path / "cut.npz", tmp_path / "else.npz"
+    whole = SHIPPED_MODEL_PATH.read_bytes()
+    cut.write_bytes(whole[: len(whole) // 2])
+    np.savez(other, picture=np.zeros(3))
+    for path in (cut, other):
+        with pytest.raises(UserError, match=rf"{path.name}: not a detector model"):
+            Model.load(path)
+
+
+def test_another_format_version_is_named(tmp_path: Path):
+    path = tmp_path / "later.npz"
+    with np.load(SHIPPED_MODEL_PATH) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    header = json.loads(arrays["header"].tobytes()) | {"format_version": 99}
+    arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    np.savez(path, **arrays)
+    with pytest.raises(UserError, match=r"later\.npz: model format version 99, expected 1"):
+        Model.load(path)

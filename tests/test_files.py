@@ -1,0 +1,36 @@
+"""A file is whole or not there, and an earlier one stays until the new one is whole."""
+
+from pathlib import Path
+
+import pytest
+
+from fcw.errors import UserError
+from fcw.files import whole_file, write_whole
+
+
+def test_a_file_that_fails_half_way_leaves_the_earlier_one_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "result.txt"
+    write_whole(path, "earlier")
+
+    def write_half() -> None:
+        with whole_file(path) as partial:
+            partial.write_text("lat")
+            raise RuntimeError("half way")
+
+    with pytest.raises(RuntimeError, match="half way"):
+        write_half()
+    assert path.read_text() == "earlier"
+    assert [each.name for each in tmp_path.iterdir()] == ["result.txt"]
+
+
+def test_the_partial_name_keeps_the_suffix_and_is_not_the_files_own(tmp_path: Path) -> None:
+    with whole_file(tmp_path / "video.mp4") as partial:
+        assert partial.suffix == ".mp4"
+        assert partial.name != "video.mp4"
+        partial.write_bytes(b"\x00")
+    assert (tmp_path / "video.mp4").read_bytes() == b"\x00"
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"gone/result\.txt: cannot write this file"):
+        write_whole(tmp_path / "gone" / "result.txt", "text")
