@@ -3,7 +3,6 @@
 import csv
 import io
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,9 +11,9 @@ import cv2
 import numpy as np
 
 from fcw.camera.calibration import Calibration, GroundPoint
-from fcw.camera.file import write_whole
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
+from fcw.files import whole_file, write_whole
 from fcw.simulation.renderer import Renderer
 from fcw.simulation.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
 from fcw.simulation.truth import FrameTruth, frame_truth
@@ -71,20 +70,15 @@ def write_drive(
     Raises:
         UserError: the folder cannot be made or written.
     """
-    video, partial = directory / VIDEO_NAME, directory / f".{VIDEO_NAME}.partial"
+    video = directory / VIDEO_NAME
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        partial.touch()
     except OSError as error:
         raise UserError(
             f"{directory}: cannot write there ({error.strerror}); name a folder that can be written"
         ) from error
-    try:
+    with whole_file(video) as partial:
         truth = _write_video(partial, render_drive(scenario, seed), on_frame)
-        partial.replace(video)
-    finally:
-        with suppress(OSError):
-            partial.unlink()
     calibration = true_calibration(scenario)
     calibration.save(directory / CALIBRATION_NAME)
     _write_speed(directory / SPEED_NAME, truth)

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
-from fcw.camera.file import write_whole
 from fcw.detection.types import Box
 from fcw.errors import UserError
+from fcw.files import write_whole
 from fcw.simulation.truth import FrameTruth, VehicleTruth
 
 FRAME_COLUMNS = ("time_s", "ego_speed_mps", "pitch_deviation_rad", "bounce_m", "horizon_row_px")

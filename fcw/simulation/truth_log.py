@@ -1,10 +1,11 @@
 """The truth of a drive as a drive log, for every program that opens such logs."""
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import closing
 from pathlib import Path
 
 from fcw.camera.calibration import Calibration
+from fcw.files import whole_file
 from fcw.logs.mcap_writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.simulation.truth import FrameTruth, VehicleTruth, warning_is_due
@@ -27,29 +28,20 @@ def write_truth_log(path: Path, video: Path, calibration: Calibration, frames: S
     """
     source = open_source(video)
     ids = {name: k for k, name in enumerate(sorted({v.name for frame in frames for v in frame.vehicles}), 1)}
-    partial = path.with_name(f".{path.name}.partial")
-    sink = McapSink(partial)
-    sink.open(
-        DriveHeader(
-            source=source.name,
-            image_size=source.image_size,
-            frame_rate_hz=source.frame_rate_hz,
-            calibration=calibration,
-            relays_video=source.relays_video,
-            detector=TRUTH_DETECTOR,
-            model_sha256="",
-            versions=versions(),
-        )
+    header = DriveHeader(
+        source=source.name,
+        image_size=source.image_size,
+        frame_rate_hz=source.frame_rate_hz,
+        calibration=calibration,
+        relays_video=source.relays_video,
+        detector=TRUTH_DETECTOR,
+        model_sha256="",
+        versions=versions(),
     )
-    try:
+    with whole_file(path) as partial, closing(McapSink(partial)) as sink:
+        sink.open(header)
         for frame, truth in zip(source.frames(), frames, strict=True):
             sink.write(truth_result(frame.index, frame.time_ns, truth, ids), frame.packets)
-        sink.close()
-        partial.replace(path)
-    finally:
-        sink.close()
-        with suppress(OSError):
-            partial.unlink()
 
 
 def truth_result(index: int, time_ns: int, truth: FrameTruth, ids: dict[str, int]) -> FrameResult:
