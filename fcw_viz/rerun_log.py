@@ -10,7 +10,10 @@ takes its final name once it is complete. A process that is killed leaves the pa
 the last batches; `rerun rrd optimize` gives such a file its missing footer.
 """
 
+import atexit
+import ctypes
 import os
+import threading
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -36,7 +39,7 @@ from fcw_viz.rerun_scene import log_static_scene
 
 FRAMES_PER_BATCH = 64
 """About two seconds: what a killed run loses, against the 16 kB that each batch costs."""
-FLUSH_TIMEOUT_S = 20.0
+WRITE_TIMEOUT_S = 20.0
 """Far longer than a batch takes. Without a limit rerun may wait for ever for a writer that has failed."""
 FOOTER_MAGIC = b"RRF2FOOT"
 FOOTER_SEARCH_BYTES = 32
@@ -57,6 +60,7 @@ class RerunSink:
         self._results: list[FrameResult] = []
         self._packets: list[tuple[VideoPacket, int]] = []
         self._last_level: WarningLevel | None = None
+        self._failed = False
 
     def open(self, header: DriveHeader) -> None:
         """Start the file with all that stays the same during the drive.
@@ -97,12 +101,13 @@ class RerunSink:
         if self._recording is None:
             return
         try:
-            if self._results:
-                self._send()
+            if not self._failed:
+                if self._results:
+                    self._send()
+                self._disconnect(self._recording)
         finally:
-            self._recording.disconnect()
             self._recording = None
-        if not _has_footer(self._partial_path):
+        if self._failed or not _has_footer(self._partial_path):
             raise self._unwritten("it has no end")
         self._partial_path.replace(self._path)
 
@@ -143,9 +148,20 @@ class RerunSink:
         """Wait for the file: rerun tells of a failed write here and nowhere else."""
         assert self._recording is not None
         try:
-            self._recording.flush(timeout_sec=FLUSH_TIMEOUT_S)
+            self._recording.flush(timeout_sec=WRITE_TIMEOUT_S)
         except (RuntimeError, TimeoutError) as error:
+            self._failed = True
+            _abandon(self._recording)
             raise self._unwritten(str(error)) from error
+
+    def _disconnect(self, recording: rr.RecordingStream) -> None:
+        """Have the file finished; where the writer fails at that, rerun would not come back."""
+        finishing = threading.Thread(target=recording.disconnect, name="finish rrd", daemon=True)
+        finishing.start()
+        finishing.join(WRITE_TIMEOUT_S)
+        if finishing.is_alive():
+            self._failed = True
+            _abandon(recording)
 
     def _unwritten(self, reason: str) -> UserError:
         return UserError(
@@ -174,6 +190,16 @@ def read_frame_times(path: Path) -> list[tuple[int, int]]:
         times_ns = rows.column(scene.TIME_TIMELINE).cast(pa.int64()).to_pylist()
         times += zip(indexes, times_ns, strict=True)
     return times
+
+
+def _abandon(recording: rr.RecordingStream) -> None:
+    """Never touch a recording again whose writer has failed.
+
+    rerun 0.41 waits for ever for that writer when the recording is disconnected, when it is freed, and in its
+    clean-up at the end of the process: so it is never freed, and there is no clean-up.
+    """
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(recording.inner))
+    atexit.unregister(rr.rerun_shutdown)
 
 
 def _has_footer(path: Path) -> bool:

@@ -1,7 +1,8 @@
 """The drive log as MCAP, for Foxglove, for this program's own review, and for whatever else reads it."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from io import BufferedWriter
 from pathlib import Path
 
@@ -86,7 +87,15 @@ class McapSink:
         self._file.flush()
 
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        """Add a frame; it reaches the file within a second of the drive's time."""
+        """Add a frame; it reaches the file within a second of the drive's time.
+
+        Raises:
+            UserError: the file cannot be written any further.
+        """
+        with self._telling():
+            self._write(result, packets)
+
+    def _write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         header = self._header
         log_ns = max(result.time_ns, 0)
         if self._flushed_ns is None:
@@ -121,12 +130,27 @@ class McapSink:
         self._add(mcap.RESULT_TOPIC, log_ns, result_message(result))
 
     def close(self) -> None:
-        """Finish the file; a second call does nothing."""
+        """Finish the file; a second call does nothing.
+
+        Raises:
+            UserError: the file could not be written to its end.
+        """
         if self._file is None:
             return
         file, self._file = self._file, None
-        with file:
+        with self._telling(), file:
             self._writer.finish()
+
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Say what a failed write means to the person who runs the drive."""
+        try:
+            yield
+        except OSError as error:
+            raise UserError(
+                f"{self._path}: the log could not be written whole ({error.strerror}); make room on the disk "
+                "and run again; what was written before can be read"
+            ) from error
 
     def _add_packet(self, packet: VideoPacket, frame_index: int) -> None:
         log_ns = max(packet.time_ns, 0)

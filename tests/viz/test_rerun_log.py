@@ -244,7 +244,7 @@ def write_batch(sink: RerunSink) -> None:
 
 def test_a_full_disk_is_told_and_leaves_no_file_that_looks_whole(tmp_path, monkeypatch):
     resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
-    monkeypatch.setattr(rerun_log, "FLUSH_TIMEOUT_S", 2.0)
+    monkeypatch.setattr(rerun_log, "WRITE_TIMEOUT_S", 2.0)
     sink = RerunSink(tmp_path / "drive.rrd")
     sink.open(HEADER)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -139,6 +139,29 @@ def test_ctrl_c_closes_both_logs_and_exits_with_130(tmp_path: Path) -> None:
     assert read_frame_times(out / "drive.rrd") == [(result.index, result.time_ns) for result in results]
 
 
+@pytest.mark.parametrize("limit_bytes", [200_000, 1_500_000])
+def test_a_disk_that_fills_up_ends_the_run_with_a_message_and_keeps_the_beginning(
+    tmp_path: Path, limit_bytes: int
+) -> None:
+    resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
+    out = tmp_path / "out"
+    process = subprocess.run(
+        [sys.executable, "-m", "fcw_viz.cli", "run", str(DEMO / "drive.mp4"), "--out", str(out)],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes)),
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert process.returncode == 2, process.stderr
+    assert "make room on the disk" in process.stderr
+    assert "Traceback" not in process.stderr
+    assert not (out / "summary.json").exists()
+    assert not (out / "drive.rrd").exists()
+    results = list(DriveLog(out / "drive.mcap").results())  # the beginning is not lost
+    assert [result.index for result in results] == list(range(len(results)))
+    assert len(results) < 1200
+
+
 def wrong_input(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """The message of a command that must refuse its input."""
     assert main(list(arguments)) == 2
