@@ -30,17 +30,9 @@ from fcw.detection.channels import ChannelComputer
 from fcw.detection.dataset import read_calibration_table
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.sources.frame import ImageSize
+from fcw.versions import machine
 
 BASE = "acf-full: plain ACF, whole picture"
-
-
-def processor() -> str:
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        for line in info.read_text().splitlines():
-            if line.startswith("model name"):
-                return f"{line.split(':')[1].strip()}, {os.cpu_count()} cores"
-    return f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
 
 
 def cases(
@@ -101,7 +93,7 @@ def main() -> None:
             milliseconds[name].append(1e3 * (time.thread_time() - start))
 
     console = Console()
-    console.print(f"{processor()}; {date.today()}; one thread's time, {arguments.rounds} rounds taking turns")
+    console.print(f"{machine()}; {date.today()}; one thread's time, {arguments.rounds} rounds taking turns")
     console.print(
         f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}, "
         f"llvmlite {llvmlite.__version__}, OpenCV {cv2.__version__}"

@@ -7,8 +7,6 @@ Times are of the processor, not of the clock on the wall, so that other work on 
 
 import argparse
 import datetime
-import os
-import platform
 import sys
 import time
 
@@ -18,7 +16,7 @@ import numpy as np
 from fcw.simulation.renderer import Renderer
 from fcw.simulation.scenario import IMAGE_SIZE, load_scenario
 from fcw.simulation.world import World
-from fcw.versions import versions
+from fcw.versions import machine, versions
 
 SCENARIO = "demo"
 
@@ -31,8 +29,7 @@ def main() -> None:
     options = parser.parse_args()
     cv2.setNumThreads(1)
     libraries = ", ".join(f"{name} {number}" for name, number in versions().items())
-    machine = f"{platform.machine()}, {os.cpu_count()} cores"
-    sys.stdout.write(f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d}, {machine}; {libraries}\n")
+    sys.stdout.write(f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d}, {machine()}; {libraries}\n")
     for seed in options.seeds:
         times_ms = frame_times_ms(seed, options.frames)
         median, slow = np.median(times_ms), np.percentile(times_ms, 95)

@@ -1,7 +1,6 @@
 """Speed measured side by side in one run, through the public interfaces only."""
 
 import datetime
-import os
 import platform
 import statistics
 import tempfile
@@ -19,7 +18,7 @@ from fcw.detection.acf import AcfDetector, FullAcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.sources import open_source
 from fcw.sources.frame import Frame, ImageSize, Source
-from fcw.versions import versions
+from fcw.versions import machine, versions
 from fcw_viz.drive_job import DriveJob, load_calibration, run_drive
 
 DECODE, RELAYED, ENCODED = "decode alone", "whole job, video relayed", "whole job, video encoded anew"
@@ -167,14 +166,5 @@ def _heading(source: Source, rounds: int) -> str:
     libraries = ", ".join(f"{name} {value}" for name, value in versions().items())
     return (
         f"{source.name}, {source.image_size}; {rounds} rounds, medians\n"
-        f"{_processor()}, {os.cpu_count()} cores, {platform.system()}; {datetime.date.today()}\n{libraries}"
+        f"{machine()}, {platform.system()}; {datetime.date.today()}\n{libraries}"
     )
-
-
-def _processor() -> str:
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.is_file():
-        for line in cpuinfo.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.split(":", 1)[1].strip()
-    return platform.processor() or platform.machine()

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 from pathlib import Path
 
 import cv2
@@ -179,10 +178,8 @@ def test_a_wrong_line_of_the_calibration_table_is_named(tmp_path):
         read_calibration_table(table)
 
 
-@pytest.mark.skipif("FCW_DATA" not in os.environ, reason="FCW_DATA is not set: no real drives to read")
-def test_non_commercial_clips_are_left_out_unless_asked_for():
-    data = Path(os.environ["FCW_DATA"])
-    free, every = load_training_set(data), load_training_set(data, include_non_commercial=True)
+def test_non_commercial_clips_are_left_out_unless_asked_for(data_dir: Path):
+    free, every = load_training_set(data_dir), load_training_set(data_dir, include_non_commercial=True)
     # The data's README: 430 TuSimple frames; 180 labelled ones, 31 of them of KITTI's object set.
     assert (len(free), len(every)) == (430 + 180 - 31, 430 + 180)
     assert not any("kitti" in image.labelled.clip for image in free)
