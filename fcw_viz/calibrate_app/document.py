@@ -1,0 +1,367 @@
+"""What somebody has told the calibration page so far, and the edits that change it.
+
+A document is immutable and an edit is a value: a document is what its edits make of an empty one, so the
+journal of edits is the whole state, and undo is replaying fewer of them.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A point of the road clicked in a picture.
+
+    Attributes:
+        id: its number in this document; never given twice.
+        column_px: where it is.
+        row_px: where it is.
+        distance_m: from the reference, as typed; None until somebody says it.
+        enabled: whether it takes part.
+        frame: index of the picture it was clicked in; None where unknown (points of a loaded file).
+    """
+
+    id: int
+    column_px: float
+    row_px: float
+    distance_m: float | None = None
+    enabled: bool = True
+    frame: int | None = None
+
+    @property
+    def name(self) -> str:
+        """What a person calls it: A, B, ... Z, AA, ..."""
+        letters, number = "", self.id
+        while number > 0:
+            number, letter = divmod(number - 1, 26)
+            letters = chr(ord("A") + letter) + letters
+        return letters
+
+    @property
+    def ground_point(self) -> GroundPoint | None:
+        """The point as calibration takes it; None while it has no distance or is switched off."""
+        if self.distance_m is None or not self.enabled:
+            return None
+        return GroundPoint(self.distance_m, self.row_px, self.column_px)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A straight line drawn in the picture by two of its points, (column, row) each, in pixels."""
+
+    start_px: tuple[float, float]
+    end_px: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """Something known of the camera before any click, which can be switched off and on again."""
+
+    prior: Gaussian
+    enabled: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """Everything somebody has said.
+
+    Attributes:
+        image_size: of the pictures.
+        marks: in the order of their ids.
+        next_id: the id of the next mark.
+        planned_m: distances that marks to come will have, in the order of clicking (a preset).
+        height_m: of the camera above the road; None until said.
+        from_bumper: whether distances were measured from the front bumper instead of the camera.
+        bumper_offset_m: from the camera forward to the bumper; None until said.
+        row_sigma_px: standard deviation of a click.
+        field_of_view: horizontal, in radians.
+        principal_row: row of the optical axis.
+        horizon: the row where somebody dragged the horizon to.
+        lane_lines: two lines along straight lane markings; they meet on the horizon.
+        lane_lines_enabled: whether they take part.
+        imperial: whether distances are typed and shown in feet.
+    """
+
+    image_size: ImageSize
+    marks: tuple[Mark, ...] = ()
+    next_id: int = 1
+    planned_m: tuple[float, ...] = ()
+    height_m: float | None = None
+    from_bumper: bool = False
+    bumper_offset_m: float | None = None
+    row_sigma_px: float = 1.0
+    field_of_view: Belief | None = None
+    principal_row: Belief | None = None
+    horizon: Belief | None = None
+    lane_lines: tuple[Line | None, Line | None] = (None, None)
+    lane_lines_enabled: bool = True
+    imperial: bool = False
+
+    def mark(self, mark_id: int) -> Mark:
+        """The mark of that id.
+
+        Raises:
+            UserError: there is none; somebody may have deleted it in another tab.
+        """
+        for mark in self.marks:
+            if mark.id == mark_id:
+                return mark
+        raise UserError(f"point {Mark(mark_id, 0, 0).name} is gone; it was deleted in the meantime")
+
+    @property
+    def reference_offset_m(self) -> float | None:
+        """From the camera forward to where distances start; None where it has still to be said."""
+        return self.bumper_offset_m if self.from_bumper else 0.0
+
+    @property
+    def next_planned_m(self) -> float | None:
+        """The distance that the next mark will have, by the plan."""
+        taken = {mark.distance_m for mark in self.marks}
+        return next((distance_m for distance_m in self.planned_m if distance_m not in taken), None)
+
+    def with_mark(self, changed: Mark) -> "Document":
+        """This document with one mark replaced by another of the same id."""
+        return replace(self, marks=tuple(changed if mark.id == changed.id else mark for mark in self.marks))
+
+
+@dataclass(frozen=True, slots=True)
+class AddMark:
+    """A click on the picture; the distance is that of the plan, where there is one."""
+
+    column_px: float
+    row_px: float
+    frame: int | None = None
+    distance_m: float | None = None
+
+    def apply(self, document: Document) -> Document:
+        """The document with one more mark."""
+        distance_m = document.next_planned_m if self.distance_m is None else self.distance_m
+        mark = Mark(document.next_id, self.column_px, self.row_px, distance_m, frame=self.frame)
+        return replace(document, marks=(*document.marks, mark), next_id=document.next_id + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class MoveMark:
+    """A mark dragged or nudged."""
+
+    id: int
+    column_px: float
+    row_px: float
+
+    def apply(self, document: Document) -> Document:
+        """The document with the mark elsewhere."""
+        mark = document.mark(self.id)
+        return document.with_mark(replace(mark, column_px=self.column_px, row_px=self.row_px))
+
+
+@dataclass(frozen=True, slots=True)
+class SetDistance:
+    """The distance of a mark from the reference, typed; None takes it back."""
+
+    id: int
+    distance_m: float | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that distance.
+
+        Raises:
+            UserError: it is not a distance.
+        """
+        if self.distance_m is not None:
+            _check_positive("distance", self.distance_m, "metres along the road to the mark")
+        return document.with_mark(replace(document.mark(self.id), distance_m=self.distance_m))
+
+
+@dataclass(frozen=True, slots=True)
+class EnableMark:
+    """A mark switched on or off."""
+
+    id: int
+    enabled: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document with the mark switched."""
+        return document.with_mark(replace(document.mark(self.id), enabled=self.enabled))
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteMark:
+    """A mark taken away."""
+
+    id: int
+
+    def apply(self, document: Document) -> Document:
+        """The document without the mark."""
+        gone = document.mark(self.id)
+        return replace(document, marks=tuple(mark for mark in document.marks if mark is not gone))
+
+
+@dataclass(frozen=True, slots=True)
+class PlanDistances:
+    """Distances for the marks to come; marks that have none get theirs at once, the nearest first."""
+
+    planned_m: tuple[float, ...]
+
+    def apply(self, document: Document) -> Document:
+        """The document with the plan, and its distances given to the marks without one.
+
+        Raises:
+            UserError: one of them is not a distance.
+        """
+        for distance_m in self.planned_m:
+            _check_positive("distance", distance_m, "metres along the road to the mark")
+        document = replace(document, planned_m=self.planned_m)
+        for mark in sorted(document.marks, key=lambda mark: -mark.row_px):
+            if mark.distance_m is None:
+                document = document.with_mark(replace(mark, distance_m=document.next_planned_m))
+        return document
+
+
+@dataclass(frozen=True, slots=True)
+class SetHeight:
+    """The camera's height above the road."""
+
+    height_m: float | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that height.
+
+        Raises:
+            UserError: it is not a height.
+        """
+        if self.height_m is not None:
+            _check_positive("camera height", self.height_m, "metres from the road up to the lens")
+        return replace(document, height_m=self.height_m)
+
+
+@dataclass(frozen=True, slots=True)
+class SetReference:
+    """Where distances were measured from."""
+
+    from_bumper: bool
+    bumper_offset_m: float | None = None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that reference.
+
+        Raises:
+            UserError: the offset is not one.
+        """
+        offset_m = self.bumper_offset_m
+        if offset_m is not None and not (math.isfinite(offset_m) and offset_m >= 0):
+            raise UserError(
+                f"offset {offset_m:g} m: expected 0 or more, metres from the camera forward to the bumper"
+            )
+        return replace(document, from_bumper=self.from_bumper, bumper_offset_m=offset_m)
+
+
+@dataclass(frozen=True, slots=True)
+class SetRowSigma:
+    """How well somebody clicks."""
+
+    row_sigma_px: float
+
+    def apply(self, document: Document) -> Document:
+        """The document with that error of a click.
+
+        Raises:
+            UserError: it is not above 0.
+        """
+        _check_positive("error of a click", self.row_sigma_px, "pixels, standard deviation")
+        return replace(document, row_sigma_px=self.row_sigma_px)
+
+
+@dataclass(frozen=True, slots=True)
+class SetFieldOfView:
+    """The horizontal field of view in radians, as the lens's data sheet says."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that belief."""
+        return replace(document, field_of_view=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetPrincipalRow:
+    """The row of the optical axis."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that belief."""
+        return replace(document, principal_row=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetHorizon:
+    """The horizon dragged to a row."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that belief."""
+        return replace(document, horizon=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetLaneLine:
+    """One of the two lane lines (0 or 1) drawn, moved or, as None, taken away."""
+
+    index: int
+    line: Line | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that line."""
+        first, second = document.lane_lines
+        return replace(document, lane_lines=(self.line, second) if self.index == 0 else (first, self.line))
+
+
+@dataclass(frozen=True, slots=True)
+class EnableLaneLines:
+    """The lane lines' crossing switched on or off as knowledge of the horizon."""
+
+    enabled: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document with the lane lines switched."""
+        return replace(document, lane_lines_enabled=self.enabled)
+
+
+@dataclass(frozen=True, slots=True)
+class SetUnits:
+    """Feet or metres."""
+
+    imperial: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document in those units; what is stored stays in metres."""
+        return replace(document, imperial=self.imperial)
+
+
+Edit = (
+    AddMark
+    | MoveMark
+    | SetDistance
+    | EnableMark
+    | DeleteMark
+    | PlanDistances
+    | SetHeight
+    | SetReference
+    | SetRowSigma
+    | SetFieldOfView
+    | SetPrincipalRow
+    | SetHorizon
+    | SetLaneLine
+    | EnableLaneLines
+    | SetUnits
+)
+
+
+def _check_positive(name: str, value: float, meaning: str) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise UserError(f"{name} {value:g}: expected a number above 0, {meaning}")
