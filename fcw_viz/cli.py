@@ -5,6 +5,7 @@ Exit codes: 0 done; 2 the user's input is wrong (one message on stderr); 1 a fau
 """
 
 import sys
+from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
@@ -13,6 +14,7 @@ from fcw.errors import UserError
 from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
 from fcw_viz.commands.demo import DemoCommand, run_demo
+from fcw_viz.commands.evaluate_distance import EvaluateDistanceCommand, run_evaluate_distance
 from fcw_viz.commands.run import RunCommand, run_run
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
@@ -20,12 +22,33 @@ from fcw_viz.commands.train import TrainCommand, run_train
 EXIT_WRONG_INPUT = 2
 EXIT_INTERRUPTED = 130
 
+
+@dataclass(frozen=True, slots=True)
+class EvaluateCommand:
+    """Measure what the program is worth."""
+
+    # None, which cannot be typed, makes this a choice while there is one subcommand only.
+    what: Annotated[
+        Annotated[EvaluateDistanceCommand, tyro.conf.subcommand("distance")] | None,
+        tyro.conf.DisallowNone,
+        tyro.conf.arg(name=""),
+    ]
+
+
+def run_evaluate(command: EvaluateCommand) -> int:
+    """Run `fcw evaluate ...`; returns the exit code."""
+    if command.what is None:
+        raise AssertionError("tyro asks for a subcommand")
+    return run_evaluate_distance(command.what)
+
+
 Command = (
     Annotated[DemoCommand, tyro.conf.subcommand("demo")]
     | Annotated[CalibrateCommand, tyro.conf.subcommand("calibrate")]
     | Annotated[RunCommand, tyro.conf.subcommand("run")]
     | Annotated[TrainCommand, tyro.conf.subcommand("train")]
     | Annotated[SimulateCommand, tyro.conf.subcommand("simulate")]
+    | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
 )
 
@@ -36,6 +59,7 @@ RUNNERS = {
     RunCommand: run_run,
     TrainCommand: run_train,
     SimulateCommand: run_simulate,
+    EvaluateCommand: run_evaluate,
     BenchCommand: run_bench,
 }
 
