@@ -15,6 +15,7 @@ from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
 from fcw_viz.commands.demo import DemoCommand, run_demo
 from fcw_viz.commands.evaluate_distance import EvaluateDistanceCommand, run_evaluate_distance
+from fcw_viz.commands.evaluate_warning import EvaluateWarningCommand, run_evaluate_warning
 from fcw_viz.commands.run import RunCommand, run_run
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
@@ -27,19 +28,18 @@ EXIT_INTERRUPTED = 130
 class EvaluateCommand:
     """Measure what the program is worth."""
 
-    # None, which cannot be typed, makes this a choice while there is one subcommand only.
     what: Annotated[
-        Annotated[EvaluateDistanceCommand, tyro.conf.subcommand("distance")] | None,
-        tyro.conf.DisallowNone,
+        Annotated[EvaluateDistanceCommand, tyro.conf.subcommand("distance")]
+        | Annotated[EvaluateWarningCommand, tyro.conf.subcommand("warning")],
         tyro.conf.arg(name=""),
     ]
 
 
 def run_evaluate(command: EvaluateCommand) -> int:
     """Run `fcw evaluate ...`; returns the exit code."""
-    if command.what is None:
-        raise AssertionError("tyro asks for a subcommand")
-    return run_evaluate_distance(command.what)
+    if isinstance(command.what, EvaluateDistanceCommand):
+        return run_evaluate_distance(command.what)
+    return run_evaluate_warning(command.what)
 
 
 Command = (

@@ -6,35 +6,14 @@ from dataclasses import dataclass
 from fcw.tracking.lead import is_oncoming
 from fcw.tracking.types import Track
 from fcw.units import distance_text, speed_text
+from fcw.warning.driver import EXPECTED_DRIVER, SLOWEST_DRIVER, STANDARD_GRAVITY_MPS2, Driver
 from fcw.warning.types import WarningLevel, WarningState
 
-STANDARD_GRAVITY_MPS2 = 9.80665
 MPS_PER_KMH = 1 / 3.6
 
 RULE_TTC = "ttc"
 RULE_REQUIRED_DECELERATION = "required_deceleration"
 RULE_HEADWAY = "headway"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Driver:
-    """A driver who reacts to the warning and brakes.
-
-    Attributes:
-        reaction_s: from the warning to full braking.
-        braking_mps2: deceleration then.
-    """
-
-    reaction_s: float
-    braking_mps2: float
-
-    def needed_distance_m(self, closing_speed_mps: float) -> float:
-        """Gap this driver needs to take off a closing speed: v t + v^2 / (2 a).
-
-        The same as the required deceleration v^2 / (2 (d - v t)) being a. The lead's own deceleration is
-        not in it: one camera measures it too late to be of use.
-        """
-        return closing_speed_mps * self.reaction_s + closing_speed_mps**2 / (2 * self.braking_mps2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,9 +49,9 @@ class TtcPolicySettings:
             2000) it could be gone before it is understood.
     """
 
-    warning_driver: Driver = Driver(reaction_s=1.2, braking_mps2=0.4 * STANDARD_GRAVITY_MPS2)
+    warning_driver: Driver = EXPECTED_DRIVER
     warning_ttc_s: float = 2.7
-    caution_driver: Driver = Driver(reaction_s=2.0, braking_mps2=3.6)
+    caution_driver: Driver = SLOWEST_DRIVER
     caution_ttc_s: float = 3.0
     minimum_closing_mps: float = 4.2
     latest_ttc_s: float = 4.0
