@@ -23,6 +23,7 @@ def track_message(track: Track) -> drive_pb2.Track:
         age_s=track.age_s,
         coasting=track.coasting,
         in_path=track.in_path,
+        closing_acceleration_mps2=track.closing_acceleration_mps2,
     )
 
 
@@ -83,6 +84,7 @@ def _track(message: drive_pb2.Track) -> Track:
         age_s=message.age_s,
         coasting=message.coasting,
         in_path=message.in_path,
+        closing_acceleration_mps2=message.closing_acceleration_mps2,
     )
 
 

@@ -23,6 +23,8 @@ class Track:
         age_s: time since its first detection.
         coasting: True when this frame had no detection for it.
         in_path: whether it stands in the own path ahead.
+        closing_acceleration_mps2: rate at which the closing speed grows: a lead that brakes, or we who
+            accelerate; 0 where it is not estimated.
     """
 
     track_id: int
@@ -38,3 +40,4 @@ class Track:
     age_s: float
     coasting: bool
     in_path: bool
+    closing_acceleration_mps2: float = 0.0

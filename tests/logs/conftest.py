@@ -29,6 +29,7 @@ tracks = st.builds(
     age_s=numbers,
     coasting=st.booleans(),
     in_path=st.booleans(),
+    closing_acceleration_mps2=numbers,
 )
 warning_states = st.builds(
     WarningState,
