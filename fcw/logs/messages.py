@@ -24,6 +24,7 @@ def track_message(track: Track) -> drive_pb2.Track:
         coasting=track.coasting,
         in_path=track.in_path,
         closing_acceleration_mps2=track.closing_acceleration_mps2,
+        closing_acceleration_sigma_mps2=track.closing_acceleration_sigma_mps2,
     )
 
 
@@ -85,6 +86,7 @@ def _track(message: drive_pb2.Track) -> Track:
         coasting=message.coasting,
         in_path=message.in_path,
         closing_acceleration_mps2=message.closing_acceleration_mps2,
+        closing_acceleration_sigma_mps2=message.closing_acceleration_sigma_mps2,
     )
 
 

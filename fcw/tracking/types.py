@@ -25,6 +25,7 @@ class Track:
         in_path: whether it stands in the own path ahead.
         closing_acceleration_mps2: rate at which the closing speed grows: a lead that brakes, or we who
             accelerate; 0 where it is not estimated.
+        closing_acceleration_sigma_mps2: its standard deviation.
     """
 
     track_id: int
@@ -41,3 +42,4 @@ class Track:
     coasting: bool
     in_path: bool
     closing_acceleration_mps2: float = 0.0
+    closing_acceleration_sigma_mps2: float = 0.0

@@ -30,6 +30,7 @@ tracks = st.builds(
     coasting=st.booleans(),
     in_path=st.booleans(),
     closing_acceleration_mps2=numbers,
+    closing_acceleration_sigma_mps2=numbers,
 )
 warning_states = st.builds(
     WarningState,
