@@ -25,6 +25,7 @@ def track_message(track: Track) -> drive_pb2.Track:
         in_path=track.in_path,
         closing_acceleration_mps2=track.closing_acceleration_mps2,
         closing_acceleration_sigma_mps2=track.closing_acceleration_sigma_mps2,
+        lateral_speed_mps=track.lateral_speed_mps,
     )
 
 
@@ -87,6 +88,7 @@ def _track(message: drive_pb2.Track) -> Track:
         in_path=message.in_path,
         closing_acceleration_mps2=message.closing_acceleration_mps2,
         closing_acceleration_sigma_mps2=message.closing_acceleration_sigma_mps2,
+        lateral_speed_mps=message.lateral_speed_mps,
     )
 
 

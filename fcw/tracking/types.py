@@ -26,6 +26,8 @@ class Track:
         closing_acceleration_mps2: rate at which the closing speed grows: a lead that brakes, or we who
             accelerate; 0 where it is not estimated.
         closing_acceleration_sigma_mps2: its standard deviation.
+        lateral_speed_mps: rate at which it moves to the left as we see it, our own turning included; 0 where
+            it is not estimated.
     """
 
     track_id: int
@@ -43,3 +45,4 @@ class Track:
     in_path: bool
     closing_acceleration_mps2: float = 0.0
     closing_acceleration_sigma_mps2: float = 0.0
+    lateral_speed_mps: float = 0.0

@@ -31,6 +31,7 @@ tracks = st.builds(
     in_path=st.booleans(),
     closing_acceleration_mps2=numbers,
     closing_acceleration_sigma_mps2=numbers,
+    lateral_speed_mps=numbers,
 )
 warning_states = st.builds(
     WarningState,
