@@ -30,7 +30,7 @@ from fcw.summary import DriveSummary
 from fcw.tracking.tracker import Tracker
 from fcw.versions import versions
 from fcw.warning.ego_speed import EgoSpeed
-from fcw.warning.ttc_policy import TtcPolicy
+from fcw.warning.policies import DEFAULT_POLICY, make_policy, without_own_speed
 from fcw_viz.rerun_log import RerunSink
 
 MCAP_NAME = "drive.mcap"
@@ -50,7 +50,8 @@ class DriveJob:
         out: folder for the logs and the summary.
         calibration: its calibration file; None looks beside the source.
         detector: one of `DETECTOR_NAMES`.
-        ego_speed: metres per second, or a CSV file; None when unknown.
+        ego_speed: metres per second, or a CSV or GPX file; None when unknown.
+        warning_policy: one of `fcw.warning.policies.POLICIES`.
         imperial: distances shown to a person in feet.
         frame_rate_hz: for folders of pictures without time stamps.
     """
@@ -60,6 +61,7 @@ class DriveJob:
     calibration: Path | None = None
     detector: str = "acf"
     ego_speed: str | None = None
+    warning_policy: str = DEFAULT_POLICY
     imperial: bool = False
     frame_rate_hz: float | None = None
 
@@ -116,6 +118,8 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
     calibration = load_calibration(job, source)
     model = Model.load(SHIPPED_MODEL_PATH)
     ego_speed = EgoSpeed.parse(job.ego_speed) if job.ego_speed is not None else None
+    policy = make_policy(job.warning_policy)
+    policy_notes = () if ego_speed is not None else (without_own_speed(job.warning_policy),)
     detectors = [make_detector(job.detector, calibration, model) for _ in range(DETECTION_THREADS)]
     header = DriveHeader(
         source=source.name,
@@ -139,7 +143,7 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
             "name one that can be written"
         ) from error
     sinks: tuple[Sink, ...] = (McapSink(job.out / MCAP_NAME), RerunSink(job.out / RRD_NAME))
-    stages = Stages(detectors, Tracker(calibration), TtcPolicy(), ego_speed, sinks)
+    stages = Stages(detectors, Tracker(calibration), policy, ego_speed, sinks)
 
     start = time.perf_counter()
     with stop_on_interrupt() as stop, _progress(console, source) as advance:
@@ -153,7 +157,7 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         raise UserError(f"{job.source}: no frame could be read; " + "; ".join(source.notes))
     as_json = summary.as_json(time.perf_counter() - start)
     write_whole(job.out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
-    return DriveOutcome(as_json, source.notes, stop.is_set())
+    return DriveOutcome(as_json, (*policy_notes, *source.notes), stop.is_set())
 
 
 @contextmanager

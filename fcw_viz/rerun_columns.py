@@ -15,7 +15,7 @@ from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources.frame import VideoPacket
 from fcw.tracking.types import Track
 from fcw.units import FEET_PER_METRE, MPH_PER_MPS
-from fcw.warning.ttc_policy import describe
+from fcw.warning.describe import describe
 from fcw.warning.types import WarningLevel
 
 Columns = list[rr.ComponentColumn]

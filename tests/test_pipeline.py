@@ -15,7 +15,7 @@ from fcw.logs.records import DriveHeader, FrameResult
 from fcw.pipeline import Stages, run_pipeline
 from fcw.sources.frame import Frame, ImageSize, VideoPacket
 from fcw.tracking.tracker import Tracker
-from fcw.warning.ttc_policy import TtcPolicy
+from fcw.warning.policies import make_policy
 
 SIZE = ImageSize(64, 48)
 CALIBRATION = Calibration.from_camera(GroundPlaneCamera(0.03, 60.0, 23.5, 1.2, 31.5), SIZE)
@@ -105,7 +105,7 @@ def run(
 
     threads_before = threading.active_count()
     try:
-        stages = Stages(detectors, Tracker(CALIBRATION), TtcPolicy(), None, sinks)
+        stages = Stages(detectors, Tracker(CALIBRATION), make_policy(), None, sinks)
         run_pipeline(source, stages, header, stop, on_result)
     finally:
         assert threading.active_count() == threads_before

@@ -39,6 +39,9 @@ SIGHT_M = 120.0
 NEAREST_M = 2.0
 """Gap at which a trial ends: too late for any warning."""
 
+LONGEST_TTC_S = 4.0
+"""ISO 15623 needs no warning above this TTC."""
+
 PolicyMaker = Callable[[], WarningPolicy]
 
 
@@ -112,7 +115,8 @@ class Trial:
         gap_m: true gap then.
         impact_mps: speed of impact of the driver who is warned then, 0 where the crash is avoided.
         passed: whether the warning came in time.
-        needless: whether it came before even ISO's slowest and gentlest driver needed it.
+        needless: whether it came before even ISO's slowest and gentlest driver needed it, and above the
+            TTC of 4 s from which ISO needs no warning.
     """
 
     warned_s: float | None
@@ -151,12 +155,13 @@ def judge(scenario: Scenario, warned_s: float | None) -> Trial:
     else:
         # Not closing yet is earlier than any TTC.
         passed = ttc_s is None or ttc_s >= scenario.required_ttc_s
-    return Trial(warned_s, ttc_s, gap_m, impact_mps, passed, _needless(scenario, warned_s))
+    return Trial(warned_s, ttc_s, gap_m, impact_mps, passed, _needless(scenario, warned_s, ttc_s))
 
 
-def _needless(scenario: Scenario, warned_s: float) -> bool:
+def _needless(scenario: Scenario, warned_s: float, ttc_s: float | None) -> bool:
     latest_s = scenario.latest_warning_s(SLOWEST_DRIVER)
-    return warned_s < (scenario.danger_s if latest_s is None else latest_s)
+    early = warned_s < (scenario.danger_s if latest_s is None else latest_s)
+    return early and (ttc_s is None or ttc_s > LONGEST_TTC_S)
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ from fcw.logs.overlay import (
 from fcw.logs.records import FrameResult
 from fcw.sources.frame import ImageSize
 from fcw.tracking.types import Track
-from fcw.warning.ttc_policy import describe
+from fcw.warning.describe import describe
 from fcw.warning.types import WarningLevel
 
 EGO_FRAME = "ego"

@@ -11,7 +11,7 @@ from fcw.detection.types import Box
 from fcw.simulation.projection import dynamic_camera, project
 from fcw.simulation.state import VehicleState, WorldState
 from fcw.sources.frame import ImageSize
-from fcw.warning.ttc_policy import TtcPolicySettings
+from fcw.warning.driver import EXPECTED_DRIVER
 
 IN_PATH_M = 1.75
 """A vehicle whose middle is nearer than half a lane to our own path is in it."""
@@ -184,6 +184,5 @@ def _inside_convex(points: FloatArray, outline: FloatArray) -> NDArray[np.bool_]
 
 def warning_is_due(vehicle: VehicleTruth) -> bool:
     """Whether a driver of 1.2 s and 0.4 g must be warned by now of a vehicle in the path."""
-    driver = TtcPolicySettings().warning_driver
     closing_mps = vehicle.closing_speed_mps
-    return closing_mps > 0 and vehicle.distance_m <= driver.needed_distance_m(closing_mps)
+    return closing_mps > 0 and vehicle.distance_m <= EXPECTED_DRIVER.needed_distance_m(closing_mps)

@@ -12,7 +12,7 @@ from fcw.simulation.truth import FrameTruth, VehicleTruth, warning_is_due
 from fcw.sources import open_source
 from fcw.tracking.types import Track
 from fcw.versions import versions
-from fcw.warning.ttc_policy import RULE_REQUIRED_DECELERATION
+from fcw.warning.driver import RULE_BRAKING_DUE
 from fcw.warning.types import WarningLevel, WarningState
 
 TRUTH_DETECTOR = "truth"
@@ -52,7 +52,7 @@ def truth_result(index: int, time_ns: int, truth: FrameTruth, ids: dict[str, int
     state = WarningState(WarningLevel.NONE)
     if due:
         assert lead is not None
-        state = WarningState(WarningLevel.WARNING, lead_id, RULE_REQUIRED_DECELERATION, lead.ttc_s)
+        state = WarningState(WarningLevel.WARNING, lead_id, RULE_BRAKING_DUE, lead.ttc_s)
     tracks = tuple(sorted((_track(v, ids) for v in truth.vehicles), key=lambda track: track.track_id))
     return FrameResult(index, time_ns, (), tracks, lead_id, state, truth.ego_speed_mps)
 

@@ -1,8 +1,15 @@
-"""Drivers who react to a warning and brake."""
+"""Drivers who react to a warning and brake, and the rule that warns when one of them must be warned."""
 
+import math
 from dataclasses import dataclass
 
+from fcw.warning.policy import Approach
+from fcw.warning.types import WarningLevel
+
 STANDARD_GRAVITY_MPS2 = 9.80665
+RULE_BRAKING_DUE = "braking_due"
+HARDEST_BRAKING_MPS2 = 8.0
+"""What a car brakes with at most (as in RSS): a closing speed that seems to change faster is noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,3 +36,69 @@ EXPECTED_DRIVER = Driver(reaction_s=1.2, braking_mps2=0.4 * STANDARD_GRAVITY_MPS
 """The Euro NCAP driver of MathWorks' forward-collision example: warned when this one must brake now."""
 SLOWEST_DRIVER = Driver(reaction_s=2.0, braking_mps2=3.6)
 """The slowest and gentlest of the drivers that ISO 15623 considers."""
+
+
+def needed_distance_m(approach: Approach, driver: Driver) -> float:
+    """Gap that the driver needs behind a lead that goes on as it does now.
+
+    During the reaction the closing speed goes on growing, or shrinking, as it does. Then the driver brakes,
+    and a lead that brakes goes on until it stands. For a constant closing speed, and where the own speed is
+    unknown and with it the lead's, it is `Driver.needed_distance_m`.
+    """
+    closing_mps, used_m = max(approach.closing_mps, 0.0), 0.0
+    for duration_s, growth_mps2 in _phases(approach, driver):
+        if growth_mps2 < 0 and closing_mps <= -growth_mps2 * duration_s:
+            return used_m + closing_mps**2 / (-2 * growth_mps2)
+        used_m += closing_mps * duration_s + growth_mps2 * duration_s**2 / 2
+        closing_mps += growth_mps2 * duration_s
+    raise AssertionError("the closing ends in the last phase")
+
+
+def _phases(approach: Approach, driver: Driver) -> tuple[tuple[float, float], ...]:
+    """How long the closing speed grows and how fast; the last phase, of braking, lasts for ever."""
+    if approach.own_mps is None:
+        return (driver.reaction_s, 0.0), (math.inf, -driver.braking_mps2)
+    growth_mps2 = max(-HARDEST_BRAKING_MPS2, min(approach.acceleration_mps2, HARDEST_BRAKING_MPS2))
+    if growth_mps2 <= 0:
+        return (driver.reaction_s, growth_mps2), (math.inf, -driver.braking_mps2)
+    # The lead brakes and will stand.
+    moving_s = max(approach.own_mps - approach.closing_mps, 0.0) / growth_mps2
+    if moving_s <= driver.reaction_s:
+        return (moving_s, growth_mps2), (driver.reaction_s - moving_s, 0.0), (math.inf, -driver.braking_mps2)
+    return (
+        (driver.reaction_s, growth_mps2),
+        (moving_s - driver.reaction_s, growth_mps2 - driver.braking_mps2),
+        (math.inf, -driver.braking_mps2),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriverRule:
+    """The level is due when a driver who is warned now would only just avoid the crash.
+
+    Attributes:
+        level: which.
+        driver: who is warned.
+        lead_goes_on: whether a change of the closing speed is taken to go on; without, it is the Euro NCAP
+            driver model of MathWorks' example.
+    """
+
+    level: WarningLevel
+    driver: Driver
+    lead_goes_on: bool = False
+    name: str = RULE_BRAKING_DUE
+    by_closing: bool = True
+
+    def needed_distance_m(self, approach: Approach, holding: bool) -> float:
+        """See `Rule`."""
+        if not self.lead_goes_on:
+            return self.driver.needed_distance_m(max(approach.closing_mps, 0.0))
+        return needed_distance_m(approach, self.driver)
+
+
+def euro_ncap_rules() -> tuple[DriverRule, ...]:
+    """`warning` for the driver of 1.2 s and 0.4 g, `caution` for the slowest and gentlest one."""
+    return (
+        DriverRule(level=WarningLevel.WARNING, driver=EXPECTED_DRIVER),
+        DriverRule(level=WarningLevel.CAUTION, driver=SLOWEST_DRIVER),
+    )

@@ -1,4 +1,4 @@
-"""The own speed over the time of a drive: a number, or a CSV file."""
+"""The own speed over the time of a drive: a number, a CSV file, or a GPX track."""
 
 import csv
 import math
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fcw.errors import UserError
+from fcw.warning.gpx import read_gpx
 
 TIME_COLUMN = "time_s"
 SPEED_COLUMN = "speed_mps"
@@ -29,15 +30,16 @@ class EgoSpeed:
 
     @classmethod
     def parse(cls, text: str) -> "EgoSpeed":
-        """From what a user typed: metres per second, or the path of a CSV file.
+        """From what a user typed: metres per second, or the path of a CSV or GPX file.
 
         Raises:
-            UserError: see `constant` and `read_csv`.
+            UserError: see `constant`, `read_csv` and `read_gpx`.
         """
         try:
             speed_mps = float(text)
         except ValueError:
-            return cls.read_csv(Path(text))
+            path = Path(text)
+            return cls.read_gpx(path) if path.suffix.lower() == ".gpx" else cls.read_csv(path)
         return cls.constant(speed_mps)
 
     @classmethod
@@ -54,6 +56,22 @@ class EgoSpeed:
         return cls((), (speed_mps,))
 
     @classmethod
+    def read_gpx(cls, path: Path) -> "EgoSpeed":
+        """From a GPX track that begins with the drive: its first point is at the time 0 of the source.
+
+        Raises:
+            UserError: the file is no GPX track, or holds an implausible speed.
+        """
+        times_s, speeds_mps = read_gpx(path)
+        for number, speed_mps in enumerate(speeds_mps, 1):
+            if not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
+                raise UserError(
+                    f"ego speed {path}, track point {number}: {speed_mps:g} m/s, "
+                    f"expected between 0 and {HIGHEST_SPEED_MPS:g}; remove the point"
+                )
+        return cls(times_s, speeds_mps)
+
+    @classmethod
     def read_csv(cls, path: Path) -> "EgoSpeed":
         """From a CSV file with the columns `time_s` (seconds on the source's clock) and `speed_mps`.
 
@@ -64,7 +82,7 @@ class EgoSpeed:
             text = path.read_text(encoding="utf-8-sig")
         except FileNotFoundError:
             raise UserError(
-                f"ego speed {path}: no such file; give metres per second or the path of a CSV file"
+                f"ego speed {path}: no such file; give metres per second or the path of a CSV or GPX file"
             ) from None
         except (OSError, UnicodeDecodeError) as error:
             raise UserError(f"ego speed {path}: cannot be read ({error}); {EXPECTED}") from error

@@ -1,26 +1,43 @@
 """`fcw evaluate warning`: whether warnings come in time, and never for nothing."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from fcw.errors import UserError
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from rich.console import Console
 
     from fcw.evaluation.warning import ScenarioResult
+    from fcw.evaluation.warning_events import EventComparison
+    from fcw.evaluation.warning_false_alarms import Episode, FollowingResult
 
 
 @dataclass(frozen=True, slots=True)
 class EvaluateWarningCommand:
-    """Measure warnings in the scenarios of NHTSA and Euro NCAP."""
+    """Measure warnings: in standard scenarios, on real drives, when following, against labelled events."""
 
     ncap: bool = False
-    """Run the scenarios, at the level of boxes: exact motion, noisy boxes, tracker and policy."""
+    """The scenarios of NHTSA and Euro NCAP at the level of boxes: exact motion, noisy boxes, the tracker."""
+    kitti_tracking: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    """Every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
+    following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
+    """Follow at constant gaps for so many simulated hours."""
+    events: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Labelled events, CSV or JSON: start_s, end_s from the drive's first frame, level; needs --log."""
+    log: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
+    """The drive.mcap that --events is about, or its folder."""
+    warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
+    """The policy, as in `fcw run`; a log has that of its run."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
     """1-sigma of the noise on the sides of the boxes, in pixels; 1.5 times as much at the lower edge."""
     sight: Annotated[float, tyro.conf.arg(metavar="M")] = 120.0
-    """The farthest vehicle that is detected, metres from the camera."""
+    """In the scenarios: the farthest vehicle that is detected, metres from the camera."""
     seed: int = 0
     """Of the noise of boxes and clicks."""
     json: bool = False
@@ -30,38 +47,80 @@ class EvaluateWarningCommand:
 def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
     """Run `fcw evaluate warning`; returns the exit code."""
     import json
-    import math
     import sys
 
     from rich.console import Console
-    from rich.progress import Progress
 
-    from fcw.errors import UserError
-    from fcw.evaluation.ncap import TRIALS, euro_ncap_scenarios, nhtsa_scenarios
-    from fcw.evaluation.warning import BoxLevel, run_scenarios
-    from fcw.warning.ttc_policy import TtcPolicy
+    _check(command)
+    console = Console(quiet=command.json)
+    result: dict[str, Any] = {"false_alarms": 0, "missed": 0}
+    parts: tuple[tuple[bool, Callable[[EvaluateWarningCommand, Console], dict[str, Any]]], ...] = (
+        (command.ncap, _scenarios),
+        (command.kitti_tracking is not None, _real_drives),
+        (command.following_hours is not None, _following),
+        (command.events is not None, _events),
+    )
+    for asked_for, part in parts:
+        if asked_for:
+            found = part(command, console)
+            for name in ("false_alarms", "missed"):
+                result[name] += found.pop(name, 0)
+            result |= found
+    if command.json:
+        sys.stdout.write(json.dumps(result, indent=2) + "\n")
+    return 0
 
-    if not command.ncap:
-        raise UserError("fcw evaluate warning: nothing to evaluate; give --ncap")
+
+def _check(command: EvaluateWarningCommand) -> None:
+    import math
+
+    from fcw.warning.policies import make_policy
+
+    make_policy(command.warning_policy)
+    if (command.events is None) != (command.log is None):
+        raise UserError(
+            "--events and --log belong together: give the labels and the drive.mcap they are about"
+        )
+    if not command.ncap and {command.kitti_tracking, command.following_hours, command.events} == {None}:
+        raise UserError(
+            "fcw evaluate warning: nothing to evaluate; give --ncap, --kitti-tracking FOLDER, "
+            "--following-hours HOURS, or --events FILE --log DRIVE"
+        )
     if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
     if not command.sight > 0:
         raise UserError(f"--sight {command.sight:g}: expected metres, more than 0")
+    if command.following_hours is not None and not 0 < command.following_hours < math.inf:
+        raise UserError(f"--following-hours {command.following_hours:g}: expected hours, more than 0")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
-    scenarios = (*nhtsa_scenarios(), *euro_ncap_scenarios())
-    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
+
+
+@contextmanager
+def _progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
+    """A bar on stderr, where that is a terminal; call with what was done."""
+    from rich.console import Console
+    from rich.progress import Progress
+
     messages = Console(stderr=True)
     with Progress(console=messages, disable=not messages.is_terminal, transient=True) as progress:
-        task = progress.add_task("trials", total=len(scenarios) * TRIALS)
+        task = progress.add_task(what, total=total)
+        yield lambda done: progress.update(task, advance=done)
+
+
+def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.ncap import TRIALS, euro_ncap_scenarios, nhtsa_scenarios
+    from fcw.evaluation.warning import BoxLevel, run_scenarios
+    from fcw.warning.policies import make_policy
+
+    scenarios = (*nhtsa_scenarios(), *euro_ncap_scenarios())
+    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
+    with _progress("trials", len(scenarios) * TRIALS) as advance:
         results = run_scenarios(
-            scenarios, TtcPolicy, view, command.seed, lambda: progress.update(task, advance=1)
+            scenarios, lambda: make_policy(command.warning_policy), view, command.seed, lambda: advance(1)
         )
-    if command.json:
-        sys.stdout.write(json.dumps(scenarios_as_json(results), indent=2) + "\n")
-    else:
-        print_scenarios(results)
-    return 0
+    print_scenarios(results, console)
+    return scenarios_as_json(results)
 
 
 def scenarios_as_json(results: "Sequence[ScenarioResult]") -> dict[str, Any]:
@@ -96,14 +155,13 @@ def scenarios_as_json(results: "Sequence[ScenarioResult]") -> dict[str, Any]:
     }
 
 
-def print_scenarios(results: "Sequence[ScenarioResult]") -> None:
+def print_scenarios(results: "Sequence[ScenarioResult]", console: "Console") -> None:
     """Print the scenarios as a table."""
-    from rich.console import Console
     from rich.table import Table
 
     from fcw.units import KMH_PER_MPS
 
-    table = Table("scenario", "in time", "TTC", "gap", "asked for", "impact left", box=None)
+    table = Table("scenario", "in time", "TTC", "gap", "asked for", "impact left", "needless", box=None)
     for result in results:
         scenario, ttc_s, gap_m = result.scenario, result.median("ttc_s"), result.median("gap_m")
         if scenario.required_ttc_s is not None:
@@ -120,12 +178,126 @@ def print_scenarios(results: "Sequence[ScenarioResult]") -> None:
             "-" if gap_m is None else f"{gap_m:.1f} m",
             asked,
             "none" if worst_mps == 0 else f"up to {worst_mps * KMH_PER_MPS:.0f} km/h",
+            str(sum(trial.needless for trial in result.trials)),
         )
-    console = Console()
     console.print(table)
-    trials = [trial for result in results for trial in result.trials]
+
+
+def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.kitti_tracking import sequence_names
+    from fcw.evaluation.warning_false_alarms import kitti_episodes
+    from fcw.warning.policies import make_policy
+
+    assert command.kitti_tracking is not None
+    folder = command.kitti_tracking
+    names = sequence_names(folder)
+    episodes, hours = kitti_episodes(
+        folder, names, lambda: make_policy(command.warning_policy), command.box_noise, command.seed
+    )
+    print_episodes(episodes, hours, console)
+    return {
+        "episodes": [asdict(episode) | {"on_course": episode.on_course} for episode in episodes],
+        "false_alarms": sum(not episode.on_course for episode in episodes),
+    }
+
+
+def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Console") -> None:
+    """Print what was warned of on real drives."""
+    from rich.table import Table
+
+    from fcw.warning.driver import STANDARD_GRAVITY_MPS2
+
+    def text(value: float | None, pattern: str) -> str:
+        return "-" if value is None else format(value, pattern)
+
+    table = Table("drive", "s", "own m/s", "vehicle", "m", "TTC s", "needs g", "misses by m", box=None)
+    for episode in episodes:
+        needed_mps2 = episode.required_mps2
+        table.add_row(
+            episode.sequence,
+            f"{episode.start_s:.1f}-{episode.end_s:.1f}",
+            f"{episode.own_mps:.1f}",
+            (episode.vehicle or "none labelled") + (" oncoming" if episode.oncoming else ""),
+            text(episode.distance_m, ".1f"),
+            text(episode.ttc_s, ".1f"),
+            text(None if needed_mps2 is None else needed_mps2 / STANDARD_GRAVITY_MPS2, ".2f"),
+            text(episode.miss_m, ".1f"),
+        )
+    console.print(table)
     console.print(
-        f"needless warnings: {sum(trial.needless for trial in trials)}, "
-        f"never warned: {sum(trial.warned_s is None for trial in trials)} of {len(trials)} trials",
+        f"{len(episodes)} episodes of `warning` in {hours * 60:.1f} minutes, true figures at their start; "
+        f"{sum(episode.on_course for episode in episodes)} of them on a collision course",
         highlight=False,
     )
+
+
+def _following(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.warning import BoxLevel
+    from fcw.evaluation.warning_false_alarms import run_following
+    from fcw.warning.policies import make_policy
+
+    hours = command.following_hours or 0.0
+    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
+    with _progress("hours", hours) as advance:
+        results = run_following(
+            lambda: make_policy(command.warning_policy), view, hours, command.seed, advance
+        )
+    print_following(results, console)
+    return {
+        "following": [
+            asdict(result.following)
+            | {"hours": result.hours, "warnings": result.warnings, "cautions": result.cautions}
+            for result in results
+        ],
+        "false_alarms": sum(result.warnings for result in results),
+    }
+
+
+def print_following(results: "Sequence[FollowingResult]", console: "Console") -> None:
+    """Print what was shown while following."""
+    from rich.table import Table
+
+    table = Table("following at", "gap", "hours", "warnings", "cautions", box=None)
+    for result in results:
+        table.add_row(
+            f"{result.following.own_mps:g} m/s",
+            f"{result.following.gap_m:g} m",
+            f"{result.hours:g}",
+            str(result.warnings),
+            str(result.cautions),
+        )
+    console.print(table)
+
+
+def _events(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.warning_events import compare_with_events, read_events
+    from fcw.logs.mcap_reader import DriveLog
+    from fcw_viz.drive_job import MCAP_NAME
+
+    assert command.events is not None
+    assert command.log is not None
+    path = command.log / MCAP_NAME if command.log.is_dir() else command.log
+    comparison = compare_with_events(DriveLog(path).results(), read_events(command.events))
+    print_events(comparison, console)
+    return {
+        "hits": len(comparison.hits),
+        "missed": len(comparison.missed),
+        "false_alarms": len(comparison.false_alarms),
+        "missed_events": [asdict(event) for event in comparison.missed],
+        "false_alarm_spans": [asdict(run) for run in comparison.false_alarms],
+    }
+
+
+def print_events(comparison: "EventComparison", console: "Console") -> None:
+    """Print how a log compares with its labels."""
+    console.print(
+        f"{len(comparison.hits)} events warned of, {len(comparison.missed)} missed, "
+        f"{len(comparison.false_alarms)} false alarms",
+        highlight=False,
+    )
+    for event in comparison.missed:
+        level = event.level.name.lower()
+        console.print(f"  missed: {level} {event.start_s:.2f} s to {event.end_s:.2f} s", highlight=False)
+    for run in comparison.false_alarms:
+        level = run.highest.name.lower()
+        console.print(f"  false alarm: {level} {run.start_s:.2f} s to {run.end_s:.2f} s", highlight=False)

@@ -27,7 +27,9 @@ class RunCommand:
     detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full")] = "acf"
     """acf searches where the calibration allows a vehicle; acf-full the whole picture."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
-    """Own speed: metres per second, or a CSV file with the columns time_s and speed_mps."""
+    """Own speed: metres per second, a CSV file with the columns time_s and speed_mps, or a GPX track."""
+    warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
+    """When to warn: timely-braking, ttc, headway, required-deceleration, euro-ncap-driver, rss."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
     """Frames per second of a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
@@ -52,6 +54,7 @@ def run_run(command: RunCommand) -> int:
         calibration=command.calibration,
         detector=command.detector,
         ego_speed=command.ego_speed,
+        warning_policy=command.warning_policy,
         imperial=command.units == "imperial",
         frame_rate_hz=command.frame_rate,
     )

@@ -23,7 +23,7 @@ from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources import open_source
 from fcw.sources.frame import ImageSize, VideoPacket
 from fcw.tracking.types import Track
-from fcw.warning.ttc_policy import describe
+from fcw.warning.describe import describe
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz import rerun_blueprint as scene
 from fcw_viz import rerun_log

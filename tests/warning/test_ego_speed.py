@@ -60,10 +60,59 @@ def test_an_implausible_number_is_refused(text):
 
 
 def test_a_missing_file_says_what_may_be_given(tmp_path):
-    with pytest.raises(UserError, match="no such file; give metres per second or the path of a CSV file"):
+    with pytest.raises(
+        UserError, match="no such file; give metres per second or the path of a CSV or GPX file"
+    ):
         EgoSpeed.parse(str(tmp_path / "none.csv"))
 
 
 def test_a_folder_cannot_be_read(tmp_path):
     with pytest.raises(UserError, match="cannot be read"):
         EgoSpeed.parse(str(tmp_path))
+
+
+def gpx_file(tmp_path, points, name_space=' xmlns="http://www.topografix.com/GPX/1/1"'):
+    path = tmp_path / "drive.gpx"
+    path.write_text(f"<gpx{name_space}><trk><trkseg>{''.join(points)}</trkseg></trk></gpx>")
+    return path
+
+
+def point(second, lat=48.0, lon=11.0, speed=None):
+    given = "" if speed is None else f"<extensions><speed>{speed}</speed></extensions>"
+    return (
+        f'<trkpt lat="{lat:.9f}" lon="{lon:.9f}"><time>2026-05-01T10:00:{second:02d}Z</time>{given}</trkpt>'
+    )
+
+
+@pytest.mark.parametrize("name_space", ["", ' xmlns="http://www.topografix.com/GPX/1/0"'])
+def test_a_gpx_track_gives_the_receivers_own_speeds_from_its_first_point_on(tmp_path, name_space):
+    points = [point(second, speed=10 + second) for second in (5, 6, 8)]
+    speed = EgoSpeed.parse(str(gpx_file(tmp_path, points, name_space)))
+    assert [speed.at(t * 10**9) for t in (0, 1, 2, 3)] == pytest.approx([15, 16, 17, 18])
+    assert speed.at(4 * 10**9) is None
+
+
+def test_without_speeds_in_it_they_follow_from_the_places(tmp_path):
+    # One degree of latitude is 6371 km pi / 180 = 111.195 km: 20 m/s northwards.
+    points = [point(second, lat=48 + 20 * second / 111_194.93) for second in range(5)]
+    speed = EgoSpeed.read_gpx(gpx_file(tmp_path, points))
+    assert [speed.at(t * 10**9) for t in range(5)] == pytest.approx([20] * 5, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([point(1)], "1 track points; expected a GPX track"),
+        ([point(2), point(1)], "track point 2: its time is not after that of the point before"),
+        ([point(1), '<trkpt lat="1" lon="2"/>'], "track point 2: 'time'; expected a GPX track"),
+        ([point(1), '<trkpt lat="x" lon="2"><time>2026-05-01</time></trkpt>'], "track point 2: could not"),
+        ([point(1), point(2, lat=49.0)], "track point 1: 111195 m/s, expected between 0 and 150; remove"),
+        ([point(1, speed=3), point(2, speed="fast")], "'fast'; expected metres per second in <speed>"),
+        (["<trkpt>"], "cannot be read"),
+    ],
+)
+def test_a_wrong_gpx_file_is_named_with_the_point(tmp_path, points, message):
+    path = gpx_file(tmp_path, points)
+    with pytest.raises(UserError, match=re.escape(message)) as caught:
+        EgoSpeed.parse(str(path))
+    assert str(path) in str(caught.value)

@@ -1,4 +1,4 @@
-"""Tracker and policy together, on boxes with the errors that `BoxNoise` and `MotionNoise` state."""
+"""Tracker and policy together, on boxes with the errors that `BoxNoise` states, from a car that pitches."""
 
 import math
 
@@ -10,7 +10,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.types import Box, Detection
 from fcw.sources.frame import ImageSize
 from fcw.tracking.tracker import Tracker, TrackerSettings
-from fcw.warning.ttc_policy import TtcPolicy
+from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel
 
 FOCAL_PX = 740.0
@@ -19,6 +19,8 @@ CALIBRATION = Calibration.from_camera(
 )
 SETTINGS = TrackerSettings()
 MPS_PER_MPH = 0.44704
+BOUNCE_SIGMA_RAD, BOUNCE_CORRELATION_S = math.radians(0.25), 0.3
+"""Of a body on its springs, on an ordinary road."""
 
 
 class NoisyView:
@@ -27,7 +29,7 @@ class NoisyView:
     def __init__(self, seed, dt_s):
         self.rng = np.random.default_rng(seed)
         self.keep_box = math.exp(-dt_s / SETTINGS.box_noise.correlation_s)
-        self.keep_bounce = math.exp(-dt_s / SETTINGS.motion.bounce_correlation_s)
+        self.keep_bounce = math.exp(-dt_s / BOUNCE_CORRELATION_S)
         self.edges, self.bounce = self.rng.standard_normal(4), self.rng.standard_normal()
 
     def see(self, distance_m):
@@ -38,14 +40,14 @@ class NoisyView:
         )
         box = CALIBRATION.ground_box(distance_m, 0.0, 1.8, 1.5)
         left, right, top, bottom = SETTINGS.box_noise.edge_sigma_px(box) * self.edges
-        shift = FOCAL_PX * SETTINGS.motion.bounce_sigma_rad * self.bounce
+        shift = FOCAL_PX * BOUNCE_SIGMA_RAD * self.bounce
         return Detection(
             Box(box.x + left, box.y + top + shift, box.w + right - left, box.h + bottom - top), 1.0
         )
 
 
 def states(view, distances_m, dt_s, ego_mps):
-    tracker, policy = Tracker(CALIBRATION), TtcPolicy()
+    tracker, policy = Tracker(CALIBRATION), make_policy()
     for frame, distance_m in enumerate(distances_m):
         time_ns = round(frame * dt_s * 1e9)
         tracks = tracker.update(time_ns, [view.see(distance_m)], ego_mps)

@@ -1,0 +1,46 @@
+"""Headway: distance over own speed, whether the gap closes or not."""
+
+from dataclasses import dataclass
+
+from fcw.units import KMH_PER_MPS
+from fcw.warning.policy import Approach
+from fcw.warning.types import WarningLevel
+
+ADVISORY_HEADWAY_S = 0.6
+"""Mobileye's aftermarket unit has this by default."""
+CAUTION_HEADWAY_S = 0.4
+"""Its smallest setting."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeadwayRule:
+    """The level is due when following closer than a headway; never where the own speed is unknown.
+
+    Attributes:
+        level: which.
+        headway_s: the threshold.
+        on_mps: own speed from which it is raised: Mobileye's, 40 km/h.
+        off_mps: own speed below which it ends: Mobileye's, 30 km/h.
+    """
+
+    level: WarningLevel
+    headway_s: float
+    on_mps: float = 40 / KMH_PER_MPS
+    off_mps: float = 30 / KMH_PER_MPS
+    name: str = "headway"
+    by_closing: bool = False
+
+    def needed_distance_m(self, approach: Approach, holding: bool) -> float:
+        """See `Rule`; 0 below the speeds that count."""
+        own_mps = approach.own_mps
+        if own_mps is None or own_mps < (self.off_mps if holding else self.on_mps):
+            return 0.0
+        return own_mps * self.headway_s
+
+
+def headway_rules() -> tuple[HeadwayRule, ...]:
+    """`advisory` below 0.6 s, `caution` below 0.4 s."""
+    return (
+        HeadwayRule(level=WarningLevel.ADVISORY, headway_s=ADVISORY_HEADWAY_S),
+        HeadwayRule(level=WarningLevel.CAUTION, headway_s=CAUTION_HEADWAY_S),
+    )

@@ -1,0 +1,56 @@
+"""ISO 15623's required deceleration: how hard must be braked, after a delay, to avoid the collision.
+
+    a_req = a_lead + v^2 / (2 (d - v t))
+
+The lead's deceleration a_lead is the growth of the closing speed v, for an own car that keeps its speed; a
+lead that speeds up counts as one that keeps its speed.
+"""
+
+import math
+from dataclasses import dataclass
+
+from fcw.warning.driver import SLOWEST_DRIVER, STANDARD_GRAVITY_MPS2
+from fcw.warning.policy import Approach
+from fcw.warning.types import WarningLevel
+
+HIGHEST_THRESHOLD_MPS2 = 0.68 * STANDARD_GRAVITY_MPS2
+"""ISO 15623: the warning comes before more than this is required, on a dry road."""
+EXPECTED_REACTION_S = 0.75
+"""Of a driver who expects something (Green 2000)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RequiredDecelerationRule:
+    """The level is due when the required deceleration exceeds a threshold.
+
+    Attributes:
+        level: which.
+        threshold_mps2: the threshold.
+        delay_s: of driver and brakes.
+    """
+
+    level: WarningLevel
+    threshold_mps2: float
+    delay_s: float
+    name: str = "required_deceleration"
+    by_closing: bool = True
+
+    def needed_distance_m(self, approach: Approach, holding: bool) -> float:
+        """See `Rule`; inf where the lead brakes harder than the threshold."""
+        closing_mps = max(approach.closing_mps, 0.0)
+        spare_mps2 = self.threshold_mps2 - max(approach.acceleration_mps2, 0.0)
+        return closing_mps * self.delay_s + closing_mps**2 / (2 * spare_mps2) if spare_mps2 > 0 else math.inf
+
+
+def required_deceleration_rules() -> tuple[RequiredDecelerationRule, ...]:
+    """`warning` above 0.68 g after 0.75 s, `caution` for the slowest and gentlest of ISO's drivers."""
+    return (
+        RequiredDecelerationRule(
+            level=WarningLevel.WARNING, threshold_mps2=HIGHEST_THRESHOLD_MPS2, delay_s=EXPECTED_REACTION_S
+        ),
+        RequiredDecelerationRule(
+            level=WarningLevel.CAUTION,
+            threshold_mps2=SLOWEST_DRIVER.braking_mps2,
+            delay_s=SLOWEST_DRIVER.reaction_s,
+        ),
+    )

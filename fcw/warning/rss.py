@@ -1,0 +1,64 @@
+"""Responsibility-sensitive safety: the distance that is safe whatever the lead does.
+
+Shalev-Shwartz, Shammah, Shashua 2017, "On a formal model of safe and scalable self-driving cars" (arXiv
+1708.06374), the longitudinal distance of vehicles in one direction:
+
+    d = v t + a t^2 / 2 + (v + a t)^2 / (2 b_own) - v_lead^2 / (2 b_lead)
+
+with the values of Intel's ad-rss-lib ("Parameter Discussion" in its documentation).
+"""
+
+from dataclasses import dataclass
+
+from fcw.warning.policy import Approach
+from fcw.warning.types import WarningLevel
+
+RESPONSE_S = 1.0
+SPEEDING_UP_MPS2 = 3.5
+OWN_BRAKING_MPS2 = 4.0
+LEAD_BRAKING_MPS2 = 8.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RssRule:
+    """The level is due below the safe distance; never where the own speed is unknown.
+
+    Attributes:
+        level: which.
+        speeding_up_mps2: how we might speed up during the response.
+        lead_braking_mps2: how hard the lead might brake.
+    """
+
+    level: WarningLevel
+    speeding_up_mps2: float
+    lead_braking_mps2: float
+    name: str = "rss"
+    by_closing: bool = False
+
+    def needed_distance_m(self, approach: Approach, holding: bool) -> float:
+        """See `Rule`."""
+        own_mps = approach.own_mps
+        if own_mps is None:
+            return 0.0
+        lead_mps = max(own_mps - approach.closing_mps, 0.0)
+        faster_mps = own_mps + self.speeding_up_mps2 * RESPONSE_S
+        response_m = (own_mps + faster_mps) / 2 * RESPONSE_S
+        stopping_m = faster_mps**2 / (2 * OWN_BRAKING_MPS2)
+        return max(response_m + stopping_m - lead_mps**2 / (2 * self.lead_braking_mps2), 0.0)
+
+
+def rss_rules() -> tuple[RssRule, ...]:
+    """`advisory` below the safe distance; two more levels of ours, as a person follows closer than that.
+
+    `caution` where it is unsafe though we do not speed up, `warning` where it is so even if the lead brakes
+    no harder than we do.
+    """
+    return (
+        RssRule(
+            level=WarningLevel.ADVISORY,
+            speeding_up_mps2=SPEEDING_UP_MPS2,
+            lead_braking_mps2=LEAD_BRAKING_MPS2,
+        ),
+        RssRule(level=WarningLevel.CAUTION, speeding_up_mps2=0.0, lead_braking_mps2=LEAD_BRAKING_MPS2),
+        RssRule(level=WarningLevel.WARNING, speeding_up_mps2=0.0, lead_braking_mps2=OWN_BRAKING_MPS2),
+    )

@@ -1,0 +1,270 @@
+"""When the policies warn: closed-form motion, standards' figures, and invariants."""
+
+import math
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from warning_leads import make_lead as lead
+
+from fcw.errors import UserError
+from fcw.warning.driver import EXPECTED_DRIVER, Driver, needed_distance_m
+from fcw.warning.policies import DEFAULT_POLICY, POLICIES, make_policy, without_own_speed
+from fcw.warning.policy import Approach, required_deceleration_mps2
+from fcw.warning.types import WarningLevel, WarningState
+
+FRAME_NS = 33_333_333
+G_MPS2 = 9.80665
+
+
+def level_at(distance_m, closing_mps, sigma_mps=0.0, *, own_mps=None, policy=DEFAULT_POLICY, **more):
+    return make_policy(policy).update(0, lead(distance_m, closing_mps, sigma_mps, **more), own_mps).level
+
+
+def brake(policy, gap_m, braking_mps2, own_mps, duration_s):
+    """Distance, closing speed and state in each frame behind a lead that brakes, all known exactly."""
+    for frame in range(round(duration_s * 30)):
+        time_s = frame / 30
+        distance_m, closing_mps = gap_m - braking_mps2 * time_s**2 / 2, braking_mps2 * time_s
+        track = lead(distance_m, closing_mps, growth_mps2=braking_mps2)
+        yield distance_m, closing_mps, policy.update(frame * FRAME_NS, track, own_mps)
+
+
+def test_warning_where_a_driver_of_1_2_s_and_0_4_g_must_brake():
+    # At 5 m/s: 6 m of reaction and 25 / (2 * 3.92266) = 3.19 m of braking; TTC 1.84 s.
+    for policy in (DEFAULT_POLICY, "euro-ncap-driver"):
+        assert level_at(9.1, 5.0, policy=policy) == WarningLevel.WARNING
+        assert level_at(9.3, 5.0, policy=policy) == WarningLevel.CAUTION
+
+
+def test_caution_where_the_slowest_and_gentlest_driver_of_iso_15623_must_brake():
+    # At 4 m/s: 8 m of reaction and 16 / 7.2 = 2.22 m of braking.
+    assert level_at(10.2, 4.0) == WarningLevel.CAUTION
+    assert level_at(10.3, 4.0) == WarningLevel.NONE
+
+
+@pytest.mark.parametrize(
+    ("closing_mph", "ttc_s"), [(45, 2.1), (25, 2.0)], ids=["standing lead", "lead at 20 mph"]
+)
+@pytest.mark.parametrize("policy", [DEFAULT_POLICY, "ttc", "euro-ncap-driver"])
+def test_nhtsa_vehicles_at_constant_speed_are_warned_of_in_time(closing_mph, ttc_s, policy):
+    closing_mps = closing_mph * 0.44704
+    assert level_at(closing_mps * ttc_s, closing_mps, policy=policy) == WarningLevel.WARNING
+
+
+def test_nhtsa_lead_braking_at_0_3_g_from_30_m_is_warned_of_at_2_4_s():
+    frames = brake(make_policy(), 30, 0.3 * G_MPS2, 20.1, 4)
+    ttc_s = next(d / v for d, v, state in frames if state.level == WarningLevel.WARNING)
+    assert ttc_s >= 2.4
+
+
+@given(
+    own_mps=st.floats(5, 40),
+    lead_part=st.floats(0, 1),
+    braking_mps2=st.floats(0.6, 7.9),
+    gap_m=st.floats(1, 120),
+)
+def test_the_gap_needed_behind_a_braking_lead_is_that_of_the_motion_itself(
+    own_mps, lead_part, braking_mps2, gap_m
+):
+    lead_mps = own_mps * lead_part
+    approach = Approach(closing_mps=own_mps - lead_mps, acceleration_mps2=braking_mps2, own_mps=own_mps)
+    needed_m = needed_distance_m(approach, EXPECTED_DRIVER)
+    # The same motion in steps of a millisecond.
+    used_m, most_m, step_s, time_s = 0.0, 0.0, 0.001, 0.0
+    while own_mps > 0:
+        braking = EXPECTED_DRIVER.braking_mps2 if time_s > EXPECTED_DRIVER.reaction_s else 0.0
+        used_m += (own_mps - lead_mps) * step_s
+        most_m = max(most_m, used_m)
+        own_mps -= braking * step_s
+        lead_mps = max(lead_mps - braking_mps2 * step_s, 0.0)
+        time_s += step_s
+    assert needed_m == pytest.approx(most_m, abs=0.05 + 0.001 * most_m)
+
+
+@given(st.floats(0, 50), st.floats(0.5, 50), st.floats(-8, 0))
+def test_for_a_lead_that_keeps_its_speed_the_gap_is_that_of_the_driver_model_and_less_if_we_brake(
+    closing_mps, own_mps, braking_mps2
+):
+    driver = Driver(reaction_s=1.2, braking_mps2=4.0)
+    expected_m = closing_mps * 1.2 + closing_mps**2 / 8
+    constant = Approach(closing_mps=closing_mps, own_mps=own_mps)
+    assert needed_distance_m(constant, driver) == pytest.approx(expected_m)
+    easing = Approach(closing_mps=closing_mps, acceleration_mps2=braking_mps2, own_mps=own_mps)
+    assert needed_distance_m(easing, driver) <= expected_m + 1e-9
+    unknown = Approach(closing_mps=closing_mps, acceleration_mps2=5.0)
+    assert needed_distance_m(unknown, driver) == pytest.approx(expected_m)
+
+
+@pytest.mark.parametrize("policy", ["ttc", "euro-ncap-driver", "required-deceleration", DEFAULT_POLICY])
+def test_a_gap_that_does_not_close_never_warns(policy):
+    @given(st.floats(1, 100), st.floats(-30, 0), st.floats(0, 20), st.none() | st.floats(0, 60))
+    def check(distance_m, closing_mps, sigma_mps, own_mps):
+        level = level_at(distance_m, closing_mps, sigma_mps, own_mps=own_mps, policy=policy)
+        assert level <= WarningLevel.ADVISORY
+
+    check()
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_oncoming_vehicles_never_warn(policy):
+    @given(st.floats(1, 100), st.floats(0, 40), st.floats(3.1, 40), st.floats(0, 2))
+    def check(distance_m, own_mps, excess_mps, sigma_mps):
+        closing_mps = own_mps + excess_mps + sigma_mps
+        level = level_at(distance_m, closing_mps, sigma_mps, own_mps=own_mps, policy=policy)
+        assert level == WarningLevel.NONE
+
+    check()
+
+
+def test_a_lead_that_will_be_beside_the_path_at_contact_raises_nothing():
+    def states(sideways_mps):
+        policy = make_policy()
+        for frame in range(20):
+            time_s = frame / 30
+            track = lead(20 - 8 * time_s, 8.0, lateral_m=-1.0 + sideways_mps * time_s)
+            yield policy.update(frame * FRAME_NS, track, 10.0).level
+
+    assert max(states(0.0)) == WarningLevel.WARNING
+    # In two seconds it is 5 m to the left.
+    levels = list(states(3.0))
+    assert max(levels[4:]) <= WarningLevel.CAUTION
+    assert levels[-1] <= levels[3]
+
+
+def test_required_deceleration_counts_the_braking_of_the_lead():
+    # 10 m/s and 20 m: after 0.75 s 12.5 m are left, and 4 m/s^2 are required; 0.68 g are 6.67.
+    assert level_at(20, 10, own_mps=20, policy="required-deceleration") == WarningLevel.CAUTION
+    braking = level_at(20, 10, own_mps=20, growth_mps2=3.0, policy="required-deceleration")
+    assert braking == WarningLevel.WARNING
+
+
+def test_rss_by_its_formula():
+    # At 20 m/s behind 20 m/s: 20 + 1.75 + 23.5^2 / 8 - 400 / 16 = 65.78 m; 45 m where we do not speed up;
+    # 20 m where the lead brakes no harder than we do.
+    policies = {gap_m: level_at(gap_m, 0.0, own_mps=20.0, policy="rss") for gap_m in (65.8, 65.7, 44.9, 19.9)}
+    assert [level.name for level in policies.values()] == ["NONE", "ADVISORY", "CAUTION", "WARNING"]
+
+
+def test_a_danger_that_is_likely_enough_is_warned_of_before_it_is_certain():
+    # 66 m at 18 m/s: the driver needs 62.9 m, at 19 m/s 68.8 m.
+    assert level_at(66, 18, sigma_mps=0.1) == WarningLevel.CAUTION
+    assert level_at(66, 18, sigma_mps=1.0) == WarningLevel.WARNING
+    assert level_at(66, 18, sigma_mps=0.1, spread=0.06) == WarningLevel.WARNING
+
+
+def test_a_standing_vehicle_is_the_fastest_thing_that_closes():
+    assert level_at(66, 18, sigma_mps=3.0, own_mps=18.0) == WarningLevel.CAUTION
+
+
+@pytest.mark.parametrize(
+    "what",
+    [{"age_s": 0.7}, {"coasting": True}, {"sigma_mps": 11.0}],
+    ids=["young", "unseen", "perhaps noise"],
+)
+def test_what_is_not_evident_raises_nothing(what):
+    assert level_at(15, 15) == WarningLevel.WARNING
+    assert level_at(15, 15, **what) == WarningLevel.NONE
+
+
+def test_nothing_is_raised_below_10_km_h():
+    assert level_at(1, 2.7, own_mps=2.7) == WarningLevel.NONE
+    assert level_at(1, 2.8, own_mps=2.8) == WarningLevel.WARNING
+
+
+def test_following_too_closely_is_an_advisory_from_40_km_h_down_to_30():
+    policy = make_policy()
+    states = []
+    for index, own_kmh in enumerate((39, 41, 31, 29)):
+        # A headway of half a second, seconds apart so that the minimum duration is over.
+        states.append(policy.update(index * 3 * 10**9, lead(own_kmh / 3.6 * 0.5, 0.0), own_kmh / 3.6))
+    assert [state.level.name for state in states] == ["NONE", "ADVISORY", "ADVISORY", "NONE"]
+    assert states[1].rule == "headway"
+    assert states[1].headway_s == pytest.approx(0.5)
+
+
+def test_without_the_own_speed_there_is_no_advisory_and_that_is_said():
+    assert level_at(3.0, 0.0) == WarningLevel.NONE
+    assert "give --ego-speed" in without_own_speed(DEFAULT_POLICY)
+    message = "--warning-policy rss: goes by the own speed; give it with --ego-speed"
+    with pytest.raises(UserError, match=re.escape(message)):
+        without_own_speed("rss")
+
+
+def test_an_unknown_policy_is_refused_with_the_list_of_those_there_are():
+    with pytest.raises(UserError, match=r"--warning-policy tcc: no such policy; expected one of .*rss"):
+        make_policy("tcc")
+
+
+def test_a_raised_level_is_held_with_wider_thresholds():
+    policy = make_policy("euro-ncap-driver")
+    levels = [
+        policy.update(index * 2 * 10**9, lead(ttc_s * 10, 10), None).level
+        for index, ttc_s in enumerate((3.3, 2.4, 3.0, 3.2, 3.0))
+    ]
+    # At 10 m/s the drivers need 2.47 and 3.39 s; held to 1.25 times those, 3.09 and 4.24.
+    assert [level.name for level in levels] == ["CAUTION", "WARNING", "WARNING", "CAUTION", "CAUTION"]
+
+
+def test_a_level_is_shown_for_its_minimum_duration_after_its_vehicle_is_gone():
+    policy = make_policy()
+    policy.update(0, lead(10, 10, track_id=7), None)
+    held = policy.update(900_000_000, None, None)
+    assert (held.level, held.track_id, held.rule) == (WarningLevel.WARNING, 7, "braking_due")
+    assert held.ttc_s is None
+    assert policy.update(1_000_000_000, None, None) == WarningState(WarningLevel.NONE)
+
+
+def test_time_that_goes_back_is_refused():
+    policy = make_policy()
+    policy.update(5, None, None)
+    with pytest.raises(ValueError, match="went back from 5 to 4"):
+        policy.update(4, None, None)
+
+
+leads = st.none() | st.builds(
+    lead,
+    st.floats(0, 120),
+    st.floats(-30, 60),
+    st.floats(0, 20),
+    track_id=st.integers(1, 3),
+    lateral_m=st.floats(-2, 2),
+    growth_mps2=st.floats(-20, 20),
+    growth_sigma_mps2=st.floats(0, 5),
+    spread=st.floats(0, 0.5),
+)
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_no_level_is_lowered_before_its_minimum_duration_and_every_state_is_whole(name):
+    @settings(deadline=None, max_examples=50)
+    @given(st.lists(st.tuples(st.integers(0, 600_000_000), leads, st.none() | st.floats(0, 60)), max_size=40))
+    def check(steps):
+        policy, minimum_ns = make_policy(name), 1_000_000_000
+        time_ns, since_ns, before = 0, 0, WarningLevel.NONE
+        for step_ns, track, own_mps in steps:
+            time_ns += step_ns
+            state = policy.update(time_ns, track, own_mps)
+            if state.level < before:
+                assert time_ns - since_ns >= minimum_ns
+            if state.level != before:
+                since_ns, before = time_ns, state.level
+            assert (state.track_id is None) == (state.level == WarningLevel.NONE)
+            assert bool(state.rule) == (state.level > WarningLevel.NONE)
+            assert state.ttc_s is None or state.ttc_s >= 0
+
+    check()
+
+
+@given(st.floats(0.1, 200), st.floats(0.1, 60))
+def test_required_deceleration_stops_the_closing_exactly_at_contact(distance_m, closing_mps):
+    deceleration = required_deceleration_mps2(distance_m, closing_mps)
+    assert deceleration is not None
+    stopping_s = closing_mps / deceleration
+    assert closing_mps * stopping_s - deceleration * stopping_s**2 / 2 == pytest.approx(distance_m)
+
+
+def test_required_deceleration_of_a_gap_that_opens_is_none_and_at_contact_infinite():
+    assert required_deceleration_mps2(10, 0) is None
+    assert required_deceleration_mps2(0, 1) == math.inf
