@@ -127,7 +127,17 @@ def detections_of(
 def tracker_settings(box_noise_px: float) -> TrackerSettings:
     """The tracker's own settings, told how good this detector's boxes are."""
     side_px = max(box_noise_px, 0.5)
-    return TrackerSettings(box_noise=BoxNoise(edge_floor_px=side_px, edge_fraction=0.0, correlation_s=0.0))
+    return TrackerSettings(
+        box_noise=BoxNoise(
+            edge_floor_px=side_px,
+            edge_fraction=0.0,
+            bottom_ratio=BOTTOM_NOISE_RATIO,
+            correlation_s=0.0,
+            free_height=True,
+            shows_side=True,
+            width_ratio=1.0,
+        )
+    )
 
 
 def sample_sequence(

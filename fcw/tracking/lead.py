@@ -12,23 +12,57 @@ ONCOMING_SIGMAS = 1.0
 vehicle closes exactly at the own speed, and must not be lost to noise."""
 
 
+SLOWEST_TURN_MPS = 3.0
+"""Below this a small yaw rate would be any curvature."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Corridor:
-    """The own path: a straight strip on the ground along the vehicle's axis.
+    """The own path: a strip on the ground, straight or bent.
 
-    The middle of a vehicle's rear decides. With lanes of 3.5 m a neighbour's middle is 3.5 m away.
+    The middle of a vehicle's rear decides, where it will be in a moment: one that cuts in belongs to the path
+    before it is there, one that leaves it does so early. With lanes of 3.5 m a neighbour's middle is 3.5 m
+    away.
 
     Attributes:
-        enter_m: a vehicle this near the axis comes into the path.
+        enter_m: a vehicle this near the path's middle comes into it.
         leave_m: a vehicle in the path leaves it beyond this: half a lane.
+        ahead_s: how far ahead in time a vehicle's lateral position is judged; a change of lane
+            lasts 3 to 5 s.
+        fastest_mps: lateral speeds beyond this are noise: 3.5 m in 3 s, at their fastest.
     """
 
     enter_m: float = 1.2
     leave_m: float = 1.8
+    ahead_s: float = 0.5
+    fastest_mps: float = 2.0
 
-    def holds(self, lateral_m: float, was_inside: bool) -> bool:
-        """Whether a vehicle is in the path, given whether it was before."""
-        return abs(lateral_m) <= (self.leave_m if was_inside else self.enter_m)
+    def holds(self, lateral_m: float, lateral_mps: float, was_inside: bool) -> bool:
+        """Whether a vehicle is in the path.
+
+        Args:
+            lateral_m: of its middle, from the path's.
+            lateral_mps: rate of it.
+            was_inside: whether it was in the path before.
+        """
+        speed_mps = min(max(lateral_mps, -self.fastest_mps), self.fastest_mps)
+        soon_m = lateral_m + speed_mps * self.ahead_s
+        if was_inside:
+            # It leaves when it is out and stays out, or will be out for good.
+            return abs(lateral_m) <= self.leave_m and abs(soon_m) <= self.leave_m + self.enter_m / 2
+        # It comes in when it is in, or when it is near and moves in.
+        return abs(lateral_m) <= self.enter_m or (
+            abs(lateral_m) <= self.leave_m + self.enter_m / 2
+            and abs(soon_m) <= self.enter_m
+            and abs(soon_m) < abs(lateral_m)
+        )
+
+
+def path_curvature_per_m(ego_speed_mps: float | None, yaw_rate_radps: float | None) -> float:
+    """Curvature of the own path, positive to the left; 0 where speed or yaw rate is unknown, or too slow."""
+    if ego_speed_mps is None or yaw_rate_radps is None or ego_speed_mps < SLOWEST_TURN_MPS:
+        return 0.0
+    return yaw_rate_radps / ego_speed_mps
 
 
 def is_oncoming(track: Track, ego_speed_mps: float | None) -> bool:

@@ -1,150 +1,291 @@
-"""Kalman filter for distance and closing speed of one vehicle.
+"""One extended Kalman filter for the distances of all vehicles and for the camera that sees them.
 
-An extended Kalman filter in modified polar coordinates (Aidala & Hammel 1983, made for ranging by angles
-alone), here with size in place of angle. The state is
+What is wrong with the calibration, and how the body pitches, is common to all vehicles and all frames: as
+noise of each measurement it would be averaged away that should not be, so it is state, as the map is in
+simultaneous localisation and mapping (Smith, Self & Cheeseman 1990). The state of the camera is
 
-    l = log D          D: distance from the camera in metres
-    r = V / D          V: closing speed; r is one over the time to contact with the camera
-    c = log(D w)       w: width of the box in pixels; constant while the vehicle shows the same rear
+    B, log K, C   the row map v = B + K / (D + C), see `fcw.camera.ground_plane`
+    p             pitch by load and slopes, px of rows, slow
+    q             pitch of the body on its springs, px of rows, fast
 
-so that the width measurement log w = c - l is linear, a change of scale gives r without any
-calibration (Dagan et al. 2004), and the row measurement 1/D = exp(-l) has its own honest noise.
+and that of each vehicle, in modified polar coordinates (Aidala & Hammel 1983; here size stands for angle)
+
+    l = log D     D: distance from the camera, m
+    r = V / D     V: closing speed; r is one over the time to contact (Dagan et al. 2004)
+    s = A / D     A: rate at which the closing speed grows
+    o = log W     W: width of its rear, m; constant, so that the vehicle becomes its own ruler
+    t = log H     H: its height, m, likewise
+    e             how much wider its box is, of the logarithm, as it turns
+    u             how much lower it stands than the flat road, px of rows
+
+Measured are the rows of the lower edge and, where boxes have a height of their own, of the upper edge,
+and the logarithm of the width, with tan(a) = C / h:
+
+    v_bottom = B + K / (D + C) + p + q + u
+    v_top    = B + K / (D + C) (1 - H / h) + p + q + u
+    log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fcw.tracking.ranging import BoxNoise, RowMeasurement
+import numpy as np
+from numpy.typing import NDArray
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MotionNoise:
-    """What the filter believes of motion and of the camera's pitch.
-
-    Attributes:
-        acceleration_psd_m2ps3: white-noise intensity of the relative acceleration. Manoeuvres of 2.2 m/s^2
-            (1 sigma; hard braking is 3) that last about a second have 2 sigma^2 tau = 10 (Singer 1970).
-        initial_closing_sigma_mps: closing speed of a vehicle just found: 2 sigma is a standing one met
-            at 108 km/h.
-        width_drift_per_sqrt_s: relative drift in one second of the box's width that is no change of distance:
-            another aspect, and the detector's liking for some scales.
-        bounce_sigma_rad: pitch of the body on its springs, which averages out.
-        bounce_correlation_s: how long one such deviation lasts.
-        slope_sigma_rad: pitch against the road that stays, as load and slopes make it. No filter averages
-            it out, so it is in the interval of the distance and not in the filter. Bounce and slope are what
-            the best static row map leaves on KITTI's tracking sequences, 0.25 degrees.
-    """
-
-    acceleration_psd_m2ps3: float = 10.0
-    initial_closing_sigma_mps: float = 15.0
-    width_drift_per_sqrt_s: float = 0.06
-    bounce_sigma_rad: float = math.radians(0.25)
-    bounce_correlation_s: float = 0.3
-    slope_sigma_rad: float = math.radians(0.25)
-
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import FloatArray
+from fcw.detection.types import Box
+from fcw.tracking.box_measurement import (
+    ASPECT,
+    BUMP,
+    CAMERA,
+    DISTANCE,
+    FAST,
+    GROWTH,
+    HEIGHT,
+    HORIZON,
+    RATE,
+    SLOW,
+    VEHICLE,
+    WIDTH,
+    BoxGeometry,
+    Sighting,
+    View,
+)
+from fcw.tracking.horizon import with_principal_row
+from fcw.tracking.range_model import RangeModel
+from fcw.tracking.ranging import BoxNoise
 
 OUTLIER_SIGMAS = 3.0
 """A measurement farther off than this counts as if it were just this far off (Huber), so that one wild
 box moves little and a persistent one still wins."""
 STRONGEST_SHRINK = 0.2
 """One prediction step leaves at least this part of the distance: the gap never turns negative."""
+DIFFUSE_LOG_SIGMA = 1.0
+"""Of the distance before the first box is taken: a factor of three either way."""
+KIND_INTERVAL = 5
+"""The kind of a vehicle is judged anew every so many frames."""
 
 
-def _white(variance: float, correlation_s: float, dt_s: float) -> float:
-    """Variance of white noise at intervals dt that averages down as slowly as correlated noise does."""
-    return variance * max(1.0, 2 * correlation_s / dt_s)
+@dataclass(frozen=True, slots=True)
+class RangeState:
+    """What is believed of one vehicle.
+
+    Attributes:
+        distance_m: from the camera, the median.
+        log_distance_sigma: 1-sigma of its logarithm.
+        closing_speed_mps: rate at which it shrinks.
+        closing_speed_sigma_mps: 1-sigma.
+        closing_acceleration_mps2: rate at which that grows.
+        width_m: of its rear.
+    """
+
+    distance_m: float
+    log_distance_sigma: float
+    closing_speed_mps: float
+    closing_speed_sigma_mps: float
+    closing_acceleration_mps2: float
+    width_m: float
 
 
 class RangeFilter:
-    """Distance from the camera, closing speed and width constant of one vehicle."""
+    """Distances, closing speeds and sizes of vehicles, which are numbered from 0 in the order they came.
 
-    def __init__(
-        self,
-        row: RowMeasurement,
-        width_px: float,
-        log_width_sigma: float,
-        camera_height_m: float,
-        box_noise: BoxNoise,
-        motion: MotionNoise,
+    Args:
+        calibration: for the size of the pictures the boxes come from.
+        box_noise: errors of the boxes.
+        model: beliefs.
+    """
+
+    def __init__(self, calibration: Calibration, box_noise: BoxNoise, model: RangeModel) -> None:
+        calibration = with_principal_row(calibration, model.principal_row_sigma)
+        camera = calibration.camera
+        self._model, self._focal_px = model, camera.focal_y_px
+        self._geometry = BoxGeometry(camera, calibration.image_size, box_noise, model)
+        self._prior = self._geometry.prior
+        self._kinds: list[int] = []
+        self._views: list[View] = []
+        self._frame = 0
+
+        scale = camera.row_scale_m_px
+        depths_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m + camera.pole_m
+        rows_by_camera = np.column_stack((np.ones(3), scale / depths_m, -scale / depths_m**2))
+        camera_by_rows = np.linalg.inv(rows_by_camera)
+        self._x = np.array([camera.horizon_row_px, math.log(scale), camera.pole_m, 0.0, 0.0])
+        self._p = np.zeros((CAMERA, CAMERA))
+        self._p[:SLOW, :SLOW] = camera_by_rows @ np.array(calibration.covariance) @ camera_by_rows.T
+        self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
+        self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
+        self._calibrated_row_px = camera.horizon_row_px
+        self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
+
+    @property
+    def count(self) -> int:
+        """Number of vehicles."""
+        return len(self._kinds)
+
+    @property
+    def pitch_rad(self) -> float:
+        """How much lower the camera looks now than it was calibrated to: the horizon stands higher."""
+        horizon_px = float(self._x[HORIZON] + self._x[SLOW] + self._x[FAST])
+        return (self._calibrated_row_px - horizon_px) / self._focal_px
+
+    def add(self, box: Box, ego_speed_mps: float | None) -> bool:
+        """Begin with a vehicle; False where its box gives no distance.
+
+        Args:
+            box: the first of it.
+            ego_speed_mps: own speed, None when unknown.
+        """
+        first = self._geometry.first_sight(box, self._x, self._p)
+        if first is None:
+            return False
+        kind, distance_m = first
+        model, n = self._model, len(self._x)
+        closing_mps, closing_sigma_mps = 0.0, model.closing_sigma_mps
+        if ego_speed_mps is not None:
+            closing_mps = ego_speed_mps / 2
+            closing_sigma_mps = ego_speed_mps / 2 + model.closing_margin_mps
+        sizes, sigmas = self._prior.log_sizes[kind], self._prior.sigmas[kind]
+        view = self._geometry.view(box, distance_m, math.exp(sizes[0]))
+        self._x = np.concatenate(
+            (self._x, (math.log(distance_m), closing_mps / distance_m, 0.0, *sizes, 0.0, 0.0))
+        )
+        covariance = np.zeros((n + VEHICLE, n + VEHICLE))
+        covariance[:n, :n] = self._p
+        covariance.flat[n * (n + VEHICLE + 1) :: n + VEHICLE + 1] = np.square(
+            (
+                DIFFUSE_LOG_SIGMA,
+                closing_sigma_mps / distance_m,
+                model.acceleration_sigma_mps2 / distance_m,
+                *sigmas,
+                view.aspect_sigma,
+                view.bump_sigma_px,
+            )
+        )
+        self._p = covariance
+        self._kinds.append(kind)
+        self._views.append(view)
+        self.update([(self.count - 1, box)], math.inf)
+        return True
+
+    def keep(self, slots: Sequence[int]) -> None:
+        """Forget all vehicles but these, which are numbered anew in the order given."""
+        chosen = CAMERA + VEHICLE * np.array(slots, int)[:, None] + np.arange(VEHICLE)
+        index = np.concatenate((np.arange(CAMERA), chosen.ravel()))
+        self._x, self._p = self._x[index], self._p[np.ix_(index, index)]
+        self._kinds = [self._kinds[slot] for slot in slots]
+        self._views = [self._views[slot] for slot in slots]
+
+    def predict(self, dt_s: float) -> list[float]:
+        """Move on by dt; returns for each vehicle the factor by which the picture of it grew."""
+        model, x, n = self._model, self._x, len(self._x)
+        focal_px = self._focal_px
+        at: NDArray[np.int64] = np.arange(CAMERA, n, VEHICLE)
+        keep, added = np.ones(n), np.zeros(n)
+        for places, sigma, correlation_s in (
+            (SLOW, focal_px * model.slow_pitch_sigma_rad, model.slow_pitch_correlation_s),
+            (FAST, focal_px * model.fast_pitch_sigma_rad, model.fast_pitch_correlation_s),
+            (at + ASPECT, np.array([v.aspect_sigma for v in self._views]), model.aspect_correlation_s),
+            (at + BUMP, np.array([v.bump_sigma_px for v in self._views]), model.bump_correlation_s),
+        ):
+            # First-order Markov processes about zero.
+            keep[places] = math.exp(-dt_s / correlation_s)
+            added[places] = np.square(sigma) * (1 - math.exp(-2 * dt_s / correlation_s))
+        x *= keep
+        moved = np.diag(keep)
+        rate, growth = x[at + RATE], x[at + GROWTH]
+        lasting = math.exp(-dt_s / model.acceleration_correlation_s)
+        shrink = np.maximum(1 - rate * dt_s - growth * dt_s**2 / 2, STRONGEST_SHRINK)
+        x[at + DISTANCE] += np.log(shrink)
+        x[at + RATE] = new_rate = (rate + growth * dt_s) / shrink
+        x[at + GROWTH] = new_growth = growth * lasting / shrink
+        # The Jacobian: shrink itself falls by dt for each unit of r and by dt^2 / 2 for each of s.
+        by_rate, by_growth = -dt_s / shrink, -(dt_s**2) / 2 / shrink
+        moved[at + DISTANCE, at + RATE] = by_rate
+        moved[at + DISTANCE, at + GROWTH] = by_growth
+        moved[at + RATE, at + RATE] = 1 / shrink - new_rate * by_rate
+        moved[at + RATE, at + GROWTH] = dt_s / shrink - new_rate * by_growth
+        moved[at + GROWTH, at + RATE] = -new_growth * by_rate
+        moved[at + GROWTH, at + GROWTH] = lasting / shrink - new_growth * by_growth
+        added[at + GROWTH] = (
+            model.acceleration_sigma_mps2**2 * (1 - lasting**2) * np.exp(-2 * x[at + DISTANCE])
+        )
+        added[at + WIDTH] = added[at + HEIGHT] = model.size_drift_per_sqrt_s**2 * dt_s
+        self._p = moved @ self._p @ moved.T
+        self._p.flat[:: n + 1] += added
+        return (1 / shrink).tolist()
+
+    def update(self, boxes: Sequence[tuple[int, Box]], dt_s: float) -> None:
+        """Take the boxes of one frame.
+
+        Args:
+            boxes: number of the vehicle, and its box.
+            dt_s: since the frame before; infinite for the first box of a vehicle.
+        """
+        before = self._x
+        sightings = [Sighting(slot, self._kinds[slot], box) for slot, box in boxes]
+        rows, residuals, variances, common, views = self._geometry.measure(sightings, before, dt_s)
+        for (slot, _), view in zip(boxes, views, strict=True):
+            self._views[slot] = view
+        if common.any():
+            self._take(rows[common], residuals[common], variances[common], learns_camera=True)
+        if not common.all():
+            aside = rows[~common]
+            moved = residuals[~common] - aside @ (self._x - before)
+            self._take(aside, moved, variances[~common], learns_camera=False)
+        self._frame += 1
+        for slot in range(self._frame % KIND_INTERVAL, self.count, KIND_INTERVAL):
+            self._judge_kind(slot)
+
+    def state(self, slot: int) -> RangeState:
+        """What is believed of a vehicle now."""
+        at = CAMERA + VEHICLE * slot
+        log_distance, rate, growth, log_width = self._x[at : at + WIDTH + 1].tolist()
+        (ll, lr), (_, rr) = self._p[at : at + 2, at : at + 2].tolist()
+        distance_m = math.exp(log_distance)
+        closing_variance = rr + 2 * rate * lr + rate * rate * ll
+        return RangeState(
+            distance_m,
+            math.sqrt(max(ll, 0.0)),
+            rate * distance_m,
+            distance_m * math.sqrt(max(closing_variance, 0.0)),
+            growth * distance_m,
+            math.exp(log_width),
+        )
+
+    def _take(
+        self, rows: FloatArray, residuals: FloatArray, variances: FloatArray, learns_camera: bool
     ) -> None:
-        self._box_noise = box_noise
-        self._motion = motion
-        self._camera_height_m = camera_height_m
-        self._bounce_variance = (motion.bounce_sigma_rad / camera_height_m) ** 2
-        inverse_variance = row.sigma_per_m**2 + self._bounce_variance
-        # A row within 1 sigma of the horizon only says: that far at least.
-        distance_m = 1 / max(row.inverse_distance_per_m, math.sqrt(inverse_variance))
-        variance = inverse_variance * distance_m**2
-        self._l = math.log(distance_m)
-        self._r = 0.0
-        self._c = math.log(width_px) + self._l
-        # Covariance, upper triangle.
-        self._ll, self._lr, self._lc = variance, 0.0, variance
-        self._rr, self._rc = (motion.initial_closing_sigma_mps / distance_m) ** 2, 0.0
-        self._cc = variance + log_width_sigma**2
+        """Kalman update; without `learns_camera` that of Schmidt (1966): the camera stays as it is."""
+        spread = self._p @ rows.T
+        predicted = rows @ spread
+        variances = np.maximum(variances, (residuals / OUTLIER_SIGMAS) ** 2 - predicted.diagonal())
+        predicted.flat[:: len(residuals) + 1] += variances
+        gain = np.linalg.solve(predicted, spread.T).T
+        if not learns_camera:
+            gain[:CAMERA] = 0.0
+        # Joseph's form is right for any gain; for the optimal one two of its three terms cancel.
+        used = gain @ spread.T
+        covariance = self._p - used
+        if not learns_camera:
+            covariance += gain @ predicted @ gain.T - used.T
+        self._x = self._x + gain @ residuals
+        self._p = (covariance + covariance.T) / 2
 
-    @property
-    def distance_m(self) -> float:
-        """Distance from the camera."""
-        return math.exp(self._l)
-
-    @property
-    def log_distance_sigma(self) -> float:
-        """1-sigma of the logarithm of the distance, that is of the distance in relative terms."""
-        slope = self._motion.slope_sigma_rad / self._camera_height_m * self.distance_m
-        return math.hypot(math.sqrt(self._ll), slope)
-
-    @property
-    def closing_speed_mps(self) -> float:
-        """Rate at which the distance shrinks."""
-        return self._r * self.distance_m
-
-    def closing_speed_sigma_mps(self, log_distance_sigma: float) -> float:
-        """1-sigma of the closing speed V = r D, given that of log D (the calibration's part included)."""
-        relative = self._rr + 2 * self._r * self._lr + (self._r * log_distance_sigma) ** 2
-        return self.distance_m * math.sqrt(max(relative, 0.0))
-
-    def predict(self, dt_s: float) -> float:
-        """Move on by dt at constant closing speed; returns the factor by which the picture of it grew."""
-        shrink = max(1 - self._r * dt_s, STRONGEST_SHRINK)
-        self._l += math.log(shrink)
-        self._r /= shrink
-        # Jacobian: dl'/dr = -dt / shrink, dr'/dr = 1 / shrink^2.
-        a, b = -dt_s / shrink, shrink**-2
-        noise = self._motion.acceleration_psd_m2ps3 * math.exp(-2 * self._l)
-        self._ll += 2 * a * self._lr + a * a * self._rr + noise * dt_s**3 / 3
-        self._lr = (self._lr + a * self._rr) * b - noise * dt_s**2 / 2
-        self._lc += a * self._rc
-        self._rr = b * b * self._rr + noise * dt_s
-        self._rc *= b
-        self._cc += self._motion.width_drift_per_sqrt_s**2 * dt_s
-        return 1 / shrink
-
-    def update_row(self, row: RowMeasurement, dt_s: float) -> None:
-        """Take a row measurement, dt after the one before."""
-        predicted = math.exp(-self._l)
-        variance = _white(row.sigma_per_m**2, self._box_noise.correlation_s, dt_s)
-        variance += _white(self._bounce_variance, self._motion.bounce_correlation_s, dt_s)
-        self._update(-predicted, 0.0, row.inverse_distance_per_m - predicted, variance)
-
-    def update_width(self, width_px: float, log_width_sigma: float, dt_s: float) -> None:
-        """Take the width of the box, dt after the one before."""
-        variance = _white(log_width_sigma**2, self._box_noise.correlation_s, dt_s)
-        self._update(-1.0, 1.0, math.log(width_px) - (self._c - self._l), variance)
-
-    def _update(self, h_l: float, h_c: float, residual: float, variance: float) -> None:
-        """Scalar Kalman update for a measurement with the Jacobian (h_l, 0, h_c)."""
-        ph_l = self._ll * h_l + self._lc * h_c
-        ph_r = self._lr * h_l + self._rc * h_c
-        ph_c = self._lc * h_l + self._cc * h_c
-        s = max(h_l * ph_l + h_c * ph_c + variance, (residual / OUTLIER_SIGMAS) ** 2)
-        gain = residual / s
-        self._l += ph_l * gain
-        self._r += ph_r * gain
-        self._c += ph_c * gain
-        self._ll -= ph_l * ph_l / s
-        self._lr -= ph_l * ph_r / s
-        self._lc -= ph_l * ph_c / s
-        self._rr -= ph_r * ph_r / s
-        self._rc -= ph_r * ph_c / s
-        self._cc -= ph_c * ph_c / s
+    def _judge_kind(self, slot: int) -> None:
+        """Replace the prior of its sizes where a vehicle turns out to be of another kind."""
+        at = CAMERA + VEHICLE * slot + WIDTH
+        mean_width, mean_height = self._x[at : at + 2].tolist()
+        (ww, wh), (_, hh) = self._p[at : at + 2, at : at + 2].tolist()
+        swap = self._prior.likelier(self._kinds[slot], (mean_width, mean_height), ((ww, wh), (wh, hh)))
+        if swap is None:
+            return
+        self._kinds[slot] = swap.kind
+        for place, precision, information in zip((at, at + 1), swap.precision, swap.information, strict=True):
+            # Information filter, one component at a time: P'^-1 = P^-1 + precision e e'.
+            column = self._p[:, place].copy()
+            divisor = 1 + precision * column[place]
+            self._x = self._x + column * ((information - precision * self._x[place]) / divisor)
+            self._p = self._p - np.outer(column, column) * (precision / divisor)

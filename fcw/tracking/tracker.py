@@ -8,10 +8,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.interval import PERCENTILE_84_SIGMAS
 from fcw.detection.types import Box, Detection
-from fcw.tracking.lead import Corridor, select_lead
-from fcw.tracking.range_filter import MotionNoise, RangeFilter
-from fcw.tracking.ranging import BoxNoise, measure_row, measures_width
+from fcw.tracking.horizon import MountWatch, MountWatchSettings
+from fcw.tracking.lead import Corridor, path_curvature_per_m, select_lead
+from fcw.tracking.range_filter import RangeFilter, RangeState
+from fcw.tracking.range_model import RangeModel
+from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.types import Track
 
 NEVER = 1e6
@@ -28,7 +31,7 @@ class TrackerSettings:
 
     Attributes:
         box_noise: errors of the detector's boxes.
-        motion: what the range filter believes of motion and pitch.
+        model: what the range filter believes of vehicles, camera and road.
         corridor: the own path.
         minimum_iou: least overlap of a detection with the box predicted for a track.
         maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
@@ -36,16 +39,21 @@ class TrackerSettings:
         confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
         coast_s: a track without a detection for longer than this ends.
         box_smoothing_s: time constant of the filtered box.
+        padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
+            smallest are as large as their noise.
+        mount: when a moved mount is said.
     """
 
     box_noise: BoxNoise = field(default_factory=BoxNoise)
-    motion: MotionNoise = field(default_factory=MotionNoise)
+    model: RangeModel = field(default_factory=RangeModel)
     corridor: Corridor = field(default_factory=Corridor)
     minimum_iou: float = 0.2
     maximum_scale_ratio: float = 1.5
     confirm_hits: int = 3
     coast_s: float = 0.8
     box_smoothing_s: float = 0.1
+    padding_sigmas: float = 2.0
+    mount: MountWatchSettings = field(default_factory=MountWatchSettings)
 
 
 class Tracker:
@@ -59,6 +67,8 @@ class Tracker:
     def __init__(self, calibration: Calibration, settings: TrackerSettings | None = None) -> None:
         self._calibration = calibration
         self._settings = settings or TrackerSettings()
+        self._range = RangeFilter(calibration, self._settings.box_noise, self._settings.model)
+        self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
         self._followed: list[_Followed] = []
         self._time_ns: int | None = None
         self._next_id = 1
@@ -69,8 +79,17 @@ class Tracker:
         """Id of the lead among the tracks of the last update; None when the own path is free."""
         return self._lead_id
 
+    @property
+    def mount(self) -> MountWatch:
+        """Whether the camera still looks where it did when it was calibrated, and what to tell if not."""
+        return self._mount
+
     def update(
-        self, time_ns: int, detections: Sequence[Detection], ego_speed_mps: float | None = None
+        self,
+        time_ns: int,
+        detections: Sequence[Detection],
+        ego_speed_mps: float | None = None,
+        yaw_rate_radps: float | None = None,
     ) -> tuple[Track, ...]:
         """Take one frame's detections.
 
@@ -78,6 +97,8 @@ class Tracker:
             time_ns: of the frame; intervals between frames may vary.
             detections: of the frame.
             ego_speed_mps: own speed, which tells oncoming vehicles; None when unknown.
+            yaw_rate_radps: how fast we turn, positive to the left, which bends the own path; None when
+                unknown, then it is straight.
 
         Returns:
             The confirmed tracks in the order of their ids, coasting ones among them.
@@ -90,22 +111,38 @@ class Tracker:
         dt_s = 0.0 if self._time_ns is None else (time_ns - self._time_ns) / 1e9
         self._time_ns = time_ns
         oldest_ns = time_ns - round(self._settings.coast_s * 1e9)
-        self._followed = [followed for followed in self._followed if followed.last_ns >= oldest_ns]
-        for followed in self._followed:
-            followed.predict(dt_s)
+        self._keep([followed.last_ns >= oldest_ns for followed in self._followed])
+        for followed, growth in zip(self._followed, self._range.predict(dt_s), strict=True):
+            followed.predict(dt_s, growth)
         unused = set(range(len(detections)))
-        for followed, index in self._associate(detections):
-            followed.correct(time_ns, detections[index])
+        pairs = self._associate(detections)
+        step_s = max(dt_s, SHORTEST_STEP_S)
+        self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
+        if pairs:
+            self._mount.update(self._range.pitch_rad, dt_s)
+        for slot, index in pairs:
+            self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)
-        self._followed = [followed for followed in self._followed if followed.is_worth_keeping()]
+        for slot, followed in enumerate(self._followed):
+            followed.state = self._range.state(slot)
+        self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
-            self._start(time_ns, detections[index])
-        tracks = tuple(followed.track(time_ns) for followed in self._followed if followed.confirmed)
+            self._start(time_ns, detections[index], ego_speed_mps)
+        curvature_per_m = path_curvature_per_m(ego_speed_mps, yaw_rate_radps)
+        tracks = tuple(
+            followed.track(time_ns, curvature_per_m) for followed in self._followed if followed.confirmed
+        )
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
 
-    def _associate(self, detections: Sequence[Detection]) -> "list[tuple[_Followed, int]]":
+    def _keep(self, worth: Sequence[bool]) -> None:
+        """Forget the vehicles that are not worth it; slots of the range filter are places in the list."""
+        if not all(worth):
+            self._range.keep([slot for slot, keep in enumerate(worth) if keep])
+            self._followed = [followed for followed, keep in zip(self._followed, worth, strict=True) if keep]
+
+    def _associate(self, detections: Sequence[Detection]) -> list[tuple[int, int]]:
         """Pairs of least total cost: overlap lost, plus the difference in scale."""
         if not self._followed or not detections:
             return []
@@ -114,36 +151,38 @@ class Tracker:
         )
         rows, columns = linear_sum_assignment(cost)
         return [
-            (self._followed[row], int(column))
+            (row, column)
             for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
             if cost[row, column] < NEVER
         ]
 
     def _cost(self, predicted: Box, found: Box) -> float:
-        width = min(predicted.right, found.right) - max(predicted.x, found.x)
-        height = min(predicted.bottom, found.bottom) - max(predicted.y, found.y)
+        settings = self._settings
+        # Small boxes are mostly noise: each is widened by it before their overlap is judged.
+        pad = settings.padding_sigmas * settings.box_noise.edge_sigma_px(found)
+        width = min(predicted.right, found.right) - max(predicted.x, found.x) + 2 * pad
+        height = min(predicted.bottom, found.bottom) - max(predicted.y, found.y) + 2 * pad
         if width <= 0 or height <= 0:
             return NEVER
         shared = width * height
-        iou = shared / (predicted.w * predicted.h + found.w * found.h - shared)
+        areas = [(box.w + 2 * pad) * (box.h + 2 * pad) for box in (predicted, found)]
+        iou = shared / (sum(areas) - shared)
         log_scale = abs(math.log(found.w / predicted.w))
-        if iou < self._settings.minimum_iou or log_scale > math.log(self._settings.maximum_scale_ratio):
+        limit = math.log(
+            settings.maximum_scale_ratio
+        ) + settings.padding_sigmas * settings.box_noise.log_width_sigma(found)
+        if iou < settings.minimum_iou or log_scale > limit:
             return NEVER
         return 1 - iou + log_scale
 
-    def _start(self, time_ns: int, detection: Detection) -> None:
+    def _start(self, time_ns: int, detection: Detection, ego_speed_mps: float | None) -> None:
         """Begin a track, where the box gives a first distance."""
-        calibration, settings = self._calibration, self._settings
-        box = detection.box
-        row = measure_row(calibration, box, settings.box_noise)
-        if row is None or not measures_width(calibration, box):
-            return
-        log_width_sigma = settings.box_noise.log_width_sigma(box)
-        filter_ = RangeFilter(
-            row, box.w, log_width_sigma, calibration.camera.height_m, settings.box_noise, settings.motion
-        )
-        self._followed.append(_Followed(self._next_id, time_ns, detection, filter_, calibration, settings))
-        self._next_id += 1
+        if self._range.add(detection.box, ego_speed_mps):
+            state = self._range.state(self._range.count - 1)
+            self._followed.append(
+                _Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
+            )
+            self._next_id += 1
 
 
 class _Followed:
@@ -154,7 +193,7 @@ class _Followed:
         track_id: int,
         time_ns: int,
         detection: Detection,
-        range_filter: RangeFilter,
+        state: RangeState,
         calibration: Calibration,
         settings: TrackerSettings,
     ) -> None:
@@ -164,7 +203,7 @@ class _Followed:
         self._track_id = track_id
         self._first_ns = time_ns
         self._score = detection.score
-        self._range = range_filter
+        self.state = state
         self._calibration = calibration
         self._settings = settings
         self._drift_pxps = 0.0
@@ -172,9 +211,8 @@ class _Followed:
         self._misses = 0
         self._in_path = False
 
-    def predict(self, dt_s: float) -> None:
+    def predict(self, dt_s: float, growth: float) -> None:
         """Move on by dt; counts as a miss until a detection says otherwise."""
-        growth = self._range.predict(dt_s)
         box, horizon_px = self.box, self._calibration.horizon_row_px
         axis_px = self._calibration.camera.principal_column_px
         # Offsets from the vanishing point grow as the picture of the vehicle does: all go with 1/D.
@@ -191,11 +229,6 @@ class _Followed:
         self._score = detection.score
         self._hits += 1
         self._misses -= 1
-        row = measure_row(self._calibration, found, settings.box_noise)
-        if row is not None:
-            self._range.update_row(row, dt_s)
-        if measures_width(self._calibration, found):
-            self._range.update_width(found.w, settings.box_noise.log_width_sigma(found), dt_s)
         # Alpha-beta filter for the column, which drifts when the vehicle moves across the road; its gain is
         # from the time constant, and at first that of a plain mean.
         alpha = max(1 - math.exp(-dt_s / settings.box_smoothing_s), 1 / self._hits)
@@ -214,42 +247,46 @@ class _Followed:
         """Whether it is still ahead and in the picture, and seen more often than missed until confirmed."""
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
         inside = 0 <= self.box.center_x < width and self.box.y < height
-        return (
-            inside and self._range.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
-        )
+        return inside and self.state.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
 
-    def track(self, time_ns: int) -> Track:
+    def track(self, time_ns: int, curvature_per_m: float) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
-        calibration, filter_ = self._calibration, self._range
-        camera_distance_m = filter_.distance_m
-        distance_m = max(camera_distance_m - calibration.reference_offset_m, 0.0)
-        row_px = calibration.row_at(distance_m)
-        spread = math.exp(filter_.log_distance_sigma)
-        nearer_px = calibration.row_at(camera_distance_m / spread - calibration.reference_offset_m)
-        # The filter's sigma as a row noise, so that the calibration adds its own part of the interval.
-        low_m, high_m = calibration.distance_interval(row_px, nearer_px - row_px)
-        relative = max(filter_.log_distance_sigma, math.log(distance_m / low_m) if low_m > 0 else 0.0)
-        closing_mps = filter_.closing_speed_mps
-        lateral_m = calibration.lateral_at(self.box.center_x, row_px)
+        state, offset_m = self.state, self._calibration.reference_offset_m
+        distance_m = max(state.distance_m - offset_m, 0.0)
+        spread = math.exp(PERCENTILE_84_SIGMAS * state.log_distance_sigma)
+        lateral_m, lateral_mps = self._lateral()
         coasting = self.last_ns != time_ns
         if not coasting:
             # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
-            self._in_path = self._settings.corridor.holds(lateral_m, self._in_path)
+            from_path_m = lateral_m - curvature_per_m * state.distance_m**2 / 2
+            self._in_path = self._settings.corridor.holds(from_path_m, lateral_mps, self._in_path)
         return Track(
             track_id=self._track_id,
             box=self.box,
             score=self._score,
             distance_m=distance_m,
-            distance_low_m=max(low_m, 0.0),
-            distance_high_m=high_m,
+            distance_low_m=max(state.distance_m / spread - offset_m, 0.0),
+            distance_high_m=max(state.distance_m * spread - offset_m, 0.0),
             lateral_m=lateral_m,
-            closing_speed_mps=closing_mps,
-            closing_speed_sigma_mps=filter_.closing_speed_sigma_mps(relative),
-            ttc_s=distance_m / closing_mps if closing_mps > 0 else None,
+            closing_speed_mps=state.closing_speed_mps,
+            closing_speed_sigma_mps=state.closing_speed_sigma_mps,
+            ttc_s=distance_m / state.closing_speed_mps if state.closing_speed_mps > 0 else None,
             age_s=(time_ns - self._first_ns) / 1e9,
             coasting=coasting,
             in_path=self._in_path,
+            closing_acceleration_mps2=state.closing_acceleration_mps2,
         )
+
+    def _lateral(self) -> tuple[float, float]:
+        """Lateral position of the middle of the rear and its rate, positive to the left."""
+        camera, distance_m = self._calibration.camera, self.state.distance_m
+        metres_per_px = distance_m / camera.focal_y_px
+        lateral_m = (camera.principal_column_px - self.box.center_x) * metres_per_px
+        if self._settings.box_noise.shows_side:
+            # What shows beyond the rear's own width is the side that is turned to us.
+            side_m = max(self.box.w * metres_per_px - self.state.width_m, 0.0)
+            lateral_m += math.copysign(min(side_m / 2, abs(lateral_m)), lateral_m)
+        return lateral_m, -self._drift_pxps * metres_per_px
 
 
 def _box(center_x: float, bottom: float, w: float, h: float) -> Box:

@@ -1,0 +1,190 @@
+"""From boxes to the range filter's measurements: what is seen, what was expected, and the Jacobian between.
+
+The equations and the state are those of `fcw.tracking.range_filter`.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.detection.types import Box
+from fcw.sources.frame import ImageSize
+from fcw.tracking.range_model import RangeModel
+from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
+from fcw.tracking.vehicle_sizes import SizePrior
+
+NEAREST_START_M = 1.0
+SMALLEST_DEPTH_M = 0.1
+"""Keeps the equations finite for a vehicle believed to be at the camera."""
+
+HORIZON, SCALE, POLE, SLOW, FAST, CAMERA = 0, 1, 2, 3, 4, 5
+DISTANCE, RATE, GROWTH, WIDTH, HEIGHT, ASPECT, BUMP, VEHICLE = 0, 1, 2, 3, 4, 5, 6, 7
+"""Places in the state; the vehicles' follow the camera's."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """How a vehicle stands to us: sigmas of aspect and bump, and the lateral distance of its middle."""
+
+    aspect_sigma: float
+    bump_sigma_px: float
+    lateral_m: float
+
+
+class Sighting(NamedTuple):
+    """A box of a vehicle.
+
+    Attributes:
+        slot: number of the vehicle in the filter.
+        kind: index of its kind.
+        box: in the picture.
+    """
+
+    slot: int
+    kind: int
+    box: Box
+
+
+class Measurements(NamedTuple):
+    """Of M edges and widths.
+
+    Attributes:
+        rows: (M, N) Jacobian.
+        residuals: (M,) measured less expected.
+        variances: (M,) of the measurement's own noise.
+        common: (M,) whether it tells of the camera.
+        views: of each vehicle.
+    """
+
+    rows: FloatArray
+    residuals: FloatArray
+    variances: FloatArray
+    common: NDArray[np.bool_]
+    views: list[View]
+
+
+class BoxGeometry:
+    """How vehicles show in the picture.
+
+    Args:
+        camera: as calibrated.
+        image_size: of the pictures.
+        noise: of the boxes.
+        model: beliefs.
+    """
+
+    def __init__(
+        self, camera: GroundPlaneCamera, image_size: ImageSize, noise: BoxNoise, model: RangeModel
+    ) -> None:
+        self.prior = SizePrior(model, noise.free_height)
+        self._noise, self._model, self._image_size = noise, model, image_size
+        self._height_m, self._focal_px = camera.height_m, camera.focal_y_px
+        self._axis_px = camera.principal_column_px
+
+    def first_sight(self, box: Box, x: FloatArray, covariance: FloatArray) -> tuple[int, float] | None:
+        """Kind and distance by one box; None where it has neither width nor height, nor a row to go by."""
+        noise, size = self._noise, self._image_size
+        horizon_px, log_scale, pole_m, slow_px, fast_px = x[:CAMERA].tolist()
+        scale = math.exp(log_scale)
+        focal_px = scale / math.hypot(self._height_m, pole_m)
+        row = by_width = by_height = None
+        pitches = [HORIZON, SLOW, FAST]
+        if measures_row(box, size, noise):
+            variance = float(covariance[np.ix_(pitches, pitches)].sum())
+            sigma_px = math.sqrt(variance + noise.bottom_sigma_px(box) ** 2)
+            row = box.bottom - horizon_px - slow_px - fast_px, sigma_px
+            if measures_height(box, size, noise):
+                height_sigma = math.hypot(noise.bottom_sigma_px(box), noise.edge_sigma_px(box)) / box.h
+                by_height = math.log(focal_px / box.h), height_sigma
+        if measures_width(box, size, noise):
+            by_width = math.log(focal_px * noise.width_ratio / box.w), noise.log_width_sigma(box)
+        if by_width is None and by_height is None:
+            if row is None or row[0] <= row[1]:
+                return None
+            kind, depth_m = 0, scale / row[0]
+        else:
+            kind, depth_m = self.prior.first_sight(by_width, by_height, row, scale)
+        return kind, max(depth_m - pole_m, NEAREST_START_M)
+
+    def _side_m(self, box: Box, distance_m: float, width_m: float) -> float:
+        """How much of its side a vehicle beside our path shows, as width at its rear.
+
+        The far end of its inner side stands at the same lateral distance, but farther away.
+        """
+        left, right = abs(box.x - self._axis_px), abs(box.right - self._axis_px)
+        outer_m = max(left, right) * distance_m / self._focal_px
+        length_m = self._model.vehicle_length_m
+        return max(outer_m - width_m, 0.0) * length_m / (distance_m + length_m)
+
+    def view(self, box: Box, distance_m: float, width_m: float) -> View:
+        """How a vehicle of this distance and width stands to us."""
+        model = self._model
+        side_m = self._side_m(box, distance_m, width_m)
+        left, right = abs(box.x - self._axis_px), abs(box.right - self._axis_px)
+        lateral_m = max(left, right) * distance_m / self._focal_px - width_m / 2
+        return View(
+            math.hypot(model.aspect_sigma, model.side_sigma * side_m / (width_m + side_m)),
+            self._focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),
+            lateral_m,
+        )
+
+    def measure(self, sightings: Sequence[Sighting], x: FloatArray, dt_s: float) -> Measurements:
+        """Measurements of one frame, dt after the one before, against the (N,) state x."""
+        height_m, noise, size = self._height_m, self._noise, self._image_size
+        white = noise.white(dt_s)
+        horizon_px, log_scale, pole_m, slow_px, fast_px = x[:CAMERA].tolist()
+        scale = math.exp(log_scale)
+        pitched_px = horizon_px + slow_px + fast_px
+        log_focal = log_scale - math.log(math.hypot(height_m, pole_m))
+        focal_by_pole = -pole_m / (height_m**2 + pole_m**2)
+        rows = np.zeros((3 * len(sightings), len(x)))
+        residuals: list[float] = []
+        variances: list[float] = []
+        common: list[bool] = []
+        views: list[View] = []
+        for slot, kind, box in sightings:
+            at = CAMERA + VEHICLE * slot
+            log_distance, _, _, log_width, log_height, aspect, bump_px = x[at : at + VEHICLE].tolist()
+            distance_m, width_m = math.exp(log_distance), math.exp(log_width)
+            depth_m = max(distance_m + pole_m, SMALLEST_DEPTH_M)
+            below_px = scale / depth_m
+            view = self.view(box, distance_m, width_m)
+            views.append(view)
+            before = len(residuals)
+            if measures_row(box, size, noise):
+                row = rows[len(residuals)]
+                row[HORIZON] = row[SLOW] = row[FAST] = row[at + BUMP] = 1.0
+                row[SCALE], row[POLE] = below_px, -below_px / depth_m
+                row[at + DISTANCE] = -below_px * distance_m / depth_m
+                residuals.append(box.bottom - pitched_px - bump_px - below_px)
+                variances.append(noise.bottom_sigma_px(box) ** 2 * white)
+            if measures_height(box, size, noise):
+                ratio = math.exp(log_height) / height_m
+                row = rows[len(residuals)]
+                row[HORIZON] = row[SLOW] = row[FAST] = row[at + BUMP] = 1.0
+                row[SCALE], row[POLE] = below_px * (1 - ratio), -below_px / depth_m * (1 - ratio)
+                row[at + DISTANCE] = -below_px * distance_m / depth_m * (1 - ratio)
+                row[at + HEIGHT] = -below_px * ratio
+                residuals.append(box.y - pitched_px - bump_px - below_px * (1 - ratio))
+                variances.append(noise.edge_sigma_px(box) ** 2 * white)
+            if measures_width(box, size, noise):
+                side_m = 0.0
+                if kind < self.prior.rear_count and noise.shows_side:
+                    side_m = self._side_m(box, distance_m, width_m)
+                row = rows[len(residuals)]
+                row[SCALE], row[POLE] = 1.0, focal_by_pole - 1 / depth_m
+                row[at + DISTANCE] = -distance_m / depth_m
+                row[at + WIDTH] = row[at + ASPECT] = 1.0
+                expected = log_focal + math.log(noise.width_ratio * (width_m + side_m) / depth_m) + aspect
+                residuals.append(math.log(box.w) - expected)
+                variances.append(noise.log_width_sigma(box) ** 2 * white)
+            common += [view.lateral_m <= self._model.common_path_m] * (len(residuals) - before)
+        count = len(residuals)
+        return Measurements(
+            rows[:count], np.array(residuals), np.array(variances), np.array(common, bool), views
+        )

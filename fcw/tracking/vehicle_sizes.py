@@ -1,0 +1,140 @@
+"""What kind of vehicle a box shows, which says how large it is.
+
+A prior of sizes with several kinds is a sum of Gaussians. The filter holds the likeliest kind only; as its
+estimate of the size is Gaussian, the prior it started from can be taken out of it again, and the evidence
+for every other kind follows in closed form (Alspach & Sorenson 1972, "Nonlinear Bayesian estimation using
+Gaussian sum approximations", with one component kept).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fcw.tracking.range_model import RangeModel, VehicleKind
+
+Vector2 = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Swap:
+    """Another kind's prior in the place of the present one.
+
+    Attributes:
+        kind: index of the new kind.
+        precision: to be added to the precisions of log width and log height; may be negative.
+        information: to be added to precision times mean.
+    """
+
+    kind: int
+    precision: Vector2
+    information: Vector2
+
+
+class SizePrior:
+    """The kinds of vehicles a detector finds.
+
+    Args:
+        model: with the kinds.
+        with_height: whether the detector measures heights; otherwise widths alone tell the kind.
+    """
+
+    def __init__(self, model: RangeModel, with_height: bool) -> None:
+        kinds: Sequence[VehicleKind] = model.rears + (model.turned if with_height else ())
+        self.rear_count = len(model.rears)
+        self.log_sizes: list[Vector2] = [(math.log(k.width_m), math.log(k.height_m)) for k in kinds]
+        self.sigmas: list[Vector2] = [(k.width_sigma, k.height_sigma) for k in kinds]
+        self._log_shares = [math.log(kind.share) for kind in kinds]
+        self._with_height = with_height
+        self._switch_log_odds = model.switch_log_odds
+        self._precisions: list[Vector2] = [(w**-2, h**-2) for w, h in self.sigmas]
+
+    def first_sight(
+        self,
+        by_width: Vector2 | None,
+        by_height: Vector2 | None,
+        row_px: Vector2 | None,
+        scale_m_px: float,
+    ) -> tuple[int, float]:
+        """The likeliest kind of a vehicle just found, and its depth in metres.
+
+        Args:
+            by_width: logarithm of the depth of a thing 1 m wide with this box, and its sigma.
+            by_height: the same of a thing 1 m high.
+            row_px: rows of the lower edge below the horizon, and their sigma with that of the pitch.
+            scale_m_px: rows below the horizon times depth.
+
+        Raises:
+            ValueError: neither width nor height is given.
+        """
+        best: tuple[float, int, float] | None = None
+        for kind, (share, sizes, sigmas) in enumerate(
+            zip(self._log_shares, self.log_sizes, self.sigmas, strict=True)
+        ):
+            estimates = [
+                (one_metre[0] + size, math.hypot(one_metre[1], sigma))
+                for one_metre, size, sigma in zip((by_width, by_height), sizes, sigmas, strict=True)
+                if one_metre is not None
+            ]
+            if not estimates:
+                raise ValueError("a box without width and height shows no size")
+            precision = sum(sigma**-2 for _, sigma in estimates)
+            log_depth = sum(value / sigma**2 for value, sigma in estimates) / precision
+            log_probability = share
+            if len(estimates) == 2:
+                apart = estimates[0][0] - estimates[1][0]
+                log_probability += _log_normal(apart, estimates[0][1] ** 2 + estimates[1][1] ** 2)
+            if row_px is not None:
+                expected_px = scale_m_px * math.exp(-log_depth)
+                log_probability += _log_normal(
+                    row_px[0] - expected_px, row_px[1] ** 2 + expected_px**2 / precision
+                )
+            if best is None or log_probability > best[0]:
+                best = log_probability, kind, math.exp(log_depth)
+        if best is None:
+            raise ValueError("the model has no kinds of vehicles")
+        return best[1], best[2]
+
+    def likelier(self, kind: int, mean: Vector2, covariance: tuple[Vector2, Vector2]) -> Swap | None:
+        """Another kind where it is much likelier than the present one.
+
+        Args:
+            kind: the present one, whose prior is in the estimate.
+            mean: estimate of log width and log height.
+            covariance: of the two.
+        """
+        (p_w, p_wh), (_, p_h) = covariance
+        (now_w, now_h), (size_w, size_h) = self._precisions[kind], self.log_sizes[kind]
+        if not self._with_height:
+            # A height never measured is still its prior: nothing was seen of it.
+            p_wh, p_h = 0.0, 1 / now_h
+        determinant = p_w * p_h - p_wh**2
+        i_w, i_wh, i_h = p_h / determinant, -p_wh / determinant, p_w / determinant
+        mean_h = mean[1] if self._with_height else size_h
+        # What was seen, without the prior it started from.
+        seen_w = i_w * mean[0] + i_wh * mean_h - now_w * size_w
+        seen_h = i_wh * mean[0] + i_h * mean_h - now_h * size_h
+        evidence = []
+        for share, (q_w, q_h), (m_w, m_h) in zip(
+            self._log_shares, self._precisions, self.log_sizes, strict=True
+        ):
+            if not self._with_height:
+                q_h, m_h = now_h, size_h
+            j_w, j_h = i_w - now_w + q_w, i_h - now_h + q_h
+            y_w, y_h = seen_w + q_w * m_w, seen_h + q_h * m_h
+            d = max(j_w * j_h - i_wh**2, 1e-12)
+            fit = (j_h * y_w**2 - 2 * i_wh * y_w * y_h + j_w * y_h**2) / d - q_w * m_w**2 - q_h * m_h**2
+            evidence.append(share + 0.5 * (math.log(q_w * q_h / d) + fit))
+        best = max(range(len(evidence)), key=evidence.__getitem__)
+        if evidence[best] - evidence[kind] <= self._switch_log_odds:
+            return None
+        (new_w, new_h), (to_w, to_h) = self._precisions[best], self.log_sizes[best]
+        return Swap(
+            best,
+            (new_w - now_w, new_h - now_h),
+            (new_w * to_w - now_w * size_w, new_h * to_h - now_h * size_h),
+        )
+
+
+def _log_normal(residual: float, variance: float) -> float:
+    """Logarithm of a normal density, less a constant."""
+    return -0.5 * (residual**2 / variance + math.log(variance))
