@@ -78,6 +78,7 @@ class RangeState:
         closing_speed_mps: rate at which it shrinks.
         closing_speed_sigma_mps: 1-sigma.
         closing_acceleration_mps2: rate at which that grows.
+        closing_acceleration_sigma_mps2: 1-sigma.
         width_m: of its rear.
     """
 
@@ -86,6 +87,7 @@ class RangeState:
     closing_speed_mps: float
     closing_speed_sigma_mps: float
     closing_acceleration_mps2: float
+    closing_acceleration_sigma_mps2: float
     width_m: float
 
 
@@ -243,15 +245,17 @@ class RangeFilter:
         """What is believed of a vehicle now."""
         at = CAMERA + VEHICLE * slot
         log_distance, rate, growth, log_width = self._x[at : at + WIDTH + 1].tolist()
-        (ll, lr), (_, rr) = self._p[at : at + 2, at : at + 2].tolist()
+        (ll, lr, lg), (_, rr, _), (_, _, gg) = self._p[at : at + 3, at : at + 3].tolist()
         distance_m = math.exp(log_distance)
         closing_variance = rr + 2 * rate * lr + rate * rate * ll
+        growth_variance = gg + 2 * growth * lg + growth * growth * ll
         return RangeState(
             distance_m,
             math.sqrt(max(ll, 0.0)),
             rate * distance_m,
             distance_m * math.sqrt(max(closing_variance, 0.0)),
             growth * distance_m,
+            distance_m * math.sqrt(max(growth_variance, 0.0)),
             math.exp(log_width),
         )
 

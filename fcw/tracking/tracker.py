@@ -275,6 +275,8 @@ class _Followed:
             coasting=coasting,
             in_path=self._in_path,
             closing_acceleration_mps2=state.closing_acceleration_mps2,
+            closing_acceleration_sigma_mps2=state.closing_acceleration_sigma_mps2,
+            lateral_speed_mps=lateral_mps,
         )
 
     def _lateral(self) -> tuple[float, float]:
