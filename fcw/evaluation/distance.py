@@ -29,6 +29,8 @@ from fcw.sources.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.tracking.types import Track
+from fcw.warning.policies import make_policy
+from fcw.warning.types import WarningLevel
 
 BOTTOM_NOISE_RATIO = 1.5
 """The lower edge, in shadow and tyres, is found less well than the others."""
@@ -146,7 +148,7 @@ def sample_sequence(
     rng: np.random.Generator,
     box_noise_px: float,
     settings: TrackerSettings | None = None,
-) -> list[DistanceSample]:
+) -> tuple[list[DistanceSample], list[tuple[str, int, int]]]:
     """Calibrate, run the tracker over a sequence, and compare it with the truth.
 
     Args:
@@ -155,7 +157,12 @@ def sample_sequence(
         rng: of the clicks and the boxes.
         box_noise_px: 1-sigma of the edges, 1.5 times that of the lower one.
         settings: of the tracker; by default its own, told of the noise.
+
+    Returns:
+        The samples; and sequence, frame and true track of each frame with a `warning` by the default policy
+        that is about a measured vehicle.
     """
+    policy, warnings = make_policy(), []
     calibration = sequence.calibration(rng)
     tracker = Tracker(calibration, settings or tracker_settings(box_noise_px))
     closing = _true_closing_speeds(sequence.frames)
@@ -164,10 +171,14 @@ def sample_sequence(
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
         own_mps = float(speeds_mps[frame]) if frame < len(speeds_mps) else None
         tracks = tracker.update(time_ns(frame), detections, own_mps)
+        lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
+        warning = policy.update(time_ns(frame), lead, own_mps)
         for vehicle, detection in zip(vehicles, detections, strict=True):
             track = _track_of(vehicle, tracks) if vehicle.is_measured else None
             if track is None:
                 continue
+            if warning.level == WarningLevel.WARNING and warning.track_id == track.track_id:
+                warnings.append((sequence.name, frame, vehicle.track_id))
             box = detection.box
             samples.append(
                 DistanceSample(
@@ -182,10 +193,10 @@ def sample_sequence(
                     estimated_closing_mps=track.closing_speed_mps,
                     age_s=track.age_s,
                     row_m=float(calibration.distance_at(box.bottom)),
-                    width_m=_distance_by_width_m(calibration, box),
+                    width_m=distance_by_width_m(calibration, box, CONSTANT_WIDTH_M),
                 )
             )
-    return samples
+    return samples, warnings
 
 
 def measured_vehicles(sequence: KittiSequence) -> int:
@@ -199,12 +210,14 @@ class DistanceEvaluation:
 
     Attributes:
         samples: one for each measured vehicle that was followed in a frame.
+        warnings: sequence, frame and true track of each frame with a `warning` about a measured vehicle.
         measured: how many there were, followed or not.
         box_noise_px: noise of the boxes' sides.
         seed: of everything random.
     """
 
     samples: tuple[DistanceSample, ...]
+    warnings: tuple[tuple[str, int, int], ...]
     measured: int
     box_noise_px: float
     seed: int
@@ -218,16 +231,21 @@ class DistanceEvaluation:
             by_range[name] = range_errors(relative, track_numbers(chosen), self.seed)
         return by_range
 
-    def closing_speed_mae_mps(self) -> float:
-        """Mean absolute error of the closing speed of tracks older than 1 s; nan where there are none."""
+    def closing_speed_mae_mps(self, by_track: bool = True) -> float:
+        """Mean absolute error of the closing speed of tracks older than 1 s; nan where there are none.
+
+        Args:
+            by_track: each track counts as much as any other; otherwise each sample.
+        """
         chosen = [
             sample
             for sample in self.samples
             if sample.age_s > CLOSING_AGE_S and math.isfinite(sample.true_closing_mps)
         ]
         errors = np.array([abs(s.estimated_closing_mps - s.true_closing_mps) for s in chosen])
-        weights = track_weights(track_numbers(chosen))
-        return float(errors @ weights) if len(chosen) else math.nan
+        if not len(errors):
+            return math.nan
+        return float(errors @ track_weights(track_numbers(chosen)) if by_track else errors.mean())
 
     def coverage(self) -> tuple[float, float, float]:
         """Part of the true distances inside the 1-sigma interval, with its 95 % interval."""
@@ -251,15 +269,18 @@ def evaluate_distance(
         UserError: a file is missing or not as expected.
     """
     samples: list[DistanceSample] = []
+    warnings: list[tuple[str, int, int]] = []
     measured = 0
     for name in names:
         sequence = read_sequence(folder, name)
         speeds_mps, _ = read_own_motion(folder, name)
         # A stream of its own for each sequence: leaving one out changes nothing in the others.
         rng = np.random.default_rng([seed, *name.encode()])
-        samples += sample_sequence(sequence, speeds_mps, rng, box_noise_px)
+        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px)
+        samples += found
+        warnings += warned
         measured += measured_vehicles(sequence)
-    return DistanceEvaluation(tuple(samples), measured, box_noise_px, seed)
+    return DistanceEvaluation(tuple(samples), tuple(warnings), measured, box_noise_px, seed)
 
 
 def track_numbers(samples: Sequence[DistanceSample]) -> np.ndarray:
@@ -320,10 +341,10 @@ def _iou(a: Box, b: Box) -> float:
     return width * height / (a.w * a.h + b.w * b.h - width * height)
 
 
-def _distance_by_width_m(calibration: Calibration, box: Box) -> float:
-    """Distance of a rear 1.70 m wide that is so wide in the picture, by the calibrated focal length."""
+def distance_by_width_m(calibration: Calibration, box: Box, width_m: float) -> float:
+    """Distance of a rear of known width that fills a box, by the calibrated focal length."""
     camera = calibration.camera
-    depth_m = camera.focal_y_px * CONSTANT_WIDTH_M / box.w
+    depth_m = camera.focal_y_px * width_m / box.w
     return depth_m / math.cos(camera.pitch_rad) - camera.pole_m - calibration.reference_offset_m
 
 

@@ -1,8 +1,8 @@
 """Simulated vehicles at the level of boxes, to see whether the tracker's intervals are honest.
 
 Everything random that ranging has to live with is drawn here by this module's own numbers and equations:
-clicks, the lens, pitch, the road below the vehicle, its size and motion, and the edges of its boxes. A 1-sigma
-interval is honest when it holds the true distance in 68 % of the tracks.
+clicks, the lens, pitch, the road below the vehicle, its size and motion, and the edges of its boxes. A
+1-sigma interval is honest when it holds the true distance in 68 % of the tracks.
 """
 
 import math

@@ -16,6 +16,10 @@ class EvaluateDistanceCommand:
 
     kitti_tracking: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
     """Folder with label_02/, calib/ and poses/ of KITTI tracking."""
+    tusimple_velocity: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """gt.json of the TuSimple velocity challenge, a second set: single boxes with lidar range."""
+    simulated_tracks: Annotated[int, tyro.conf.arg(metavar="N")] = 0
+    """Also how many of N simulated tracks end with the truth inside their interval (68 % if honest)."""
     sequences: tuple[str, ...] = ()
     """Names of the sequences, e.g. 0000 0004; by default all in the folder."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
@@ -25,6 +29,8 @@ class EvaluateDistanceCommand:
     """Of the noise of boxes and clicks."""
     samples: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """CSV file to write with every measured vehicle of every frame."""
+    report: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    """Folder for charts (SVG): errors and intervals against distance, TTC against time."""
     json: bool = False
     """Print the result as JSON on stdout, alone."""
 
@@ -37,23 +43,61 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     import json
     import math
     import sys
+    from dataclasses import asdict
+
+    from rich.console import Console
 
     from fcw.errors import UserError
-    from fcw.evaluation.distance import evaluate_distance
+    from fcw.evaluation.distance import evaluate_distance, tracker_settings
+    from fcw.evaluation.distance_report import write_report
+    from fcw.evaluation.distance_simulation import simulate_coverage
     from fcw.evaluation.kitti_tracking import sequence_names
+    from fcw.evaluation.tusimple_velocity import evaluate_single_boxes
 
     if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
+    if command.simulated_tracks < 0:
+        raise UserError(f"--simulated-tracks {command.simulated_tracks}: expected 0 or more")
     names = sequence_names(command.kitti_tracking, command.sequences)
+    if command.report is not None and not command.report.is_dir():
+        raise UserError(f"--report {command.report}: no such folder; create it first")
     result = evaluate_distance(command.kitti_tracking, names, command.box_noise, command.seed)
+    second = (
+        evaluate_single_boxes(command.tusimple_velocity, command.seed) if command.tusimple_velocity else None
+    )
+    simulated = (
+        simulate_coverage(
+            command.simulated_tracks, command.seed, tracker_settings(command.box_noise), command.box_noise
+        )
+        if command.simulated_tracks
+        else None
+    )
     if command.samples is not None:
         write_samples(result, command.samples)
+    if command.report is not None:
+        write_report(result, command.report)
     if command.json:
-        sys.stdout.write(json.dumps(as_json(result), indent=2) + "\n")
-    else:
-        print_tables(result)
+        figures = as_json(result)
+        if second is not None:
+            figures["tusimple"] = _finite({name: asdict(errors) for name, errors in second.errors.items()})
+        if simulated is not None:
+            figures["simulated"] = asdict(simulated)
+        sys.stdout.write(json.dumps(figures, indent=2) + "\n")
+        return 0
+    print_tables(result)
+    console = Console()
+    if second is not None:
+        texts = (f"{name} {errors.median:.1%}" for name, errors in second.errors.items())
+        count = second.errors["tracker"].n
+        console.print(f"TuSimple, {count} single boxes, median error: {', '.join(texts)}", highlight=False)
+    if simulated is not None:
+        console.print(
+            f"{simulated.tracks} simulated tracks: {simulated.part:.1%} end inside their 1-sigma interval, "
+            f"median error {simulated.median_error:.1%}",
+            highlight=False,
+        )
     return 0
 
 
@@ -65,6 +109,7 @@ def as_json(result: "DistanceEvaluation") -> dict[str, Any]:
     figures = {name: asdict(errors) for name, errors in result.errors().items()}
     figures |= {
         "closing_speed_mae_mps": result.closing_speed_mae_mps(),
+        "closing_speed_mae_by_sample_mps": result.closing_speed_mae_mps(by_track=False),
         "box_noise_px": result.box_noise_px,
         "seed": result.seed,
         "measured": result.measured,
@@ -99,7 +144,8 @@ def print_tables(result: "DistanceEvaluation") -> None:
     console.print(
         f"{len(result.samples)} of {result.measured} measured vehicles were followed, box noise "
         f"{result.box_noise_px:g} px, seed {result.seed}.\n"
-        f"closing speed, mean absolute error after 1 s: {result.closing_speed_mae_mps():.2f} m/s\n"
+        f"closing speed, mean absolute error after 1 s: {result.closing_speed_mae_mps():.2f} m/s by track, "
+        f"{result.closing_speed_mae_mps(by_track=False):.2f} m/s by sample\n"
         f"inside the 1-sigma interval: {coverage:.0%} ({low:.0%} to {high:.0%})",
         highlight=False,
     )
