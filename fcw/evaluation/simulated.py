@@ -112,8 +112,15 @@ class SimulatedComparison:
 
     @property
     def needless(self) -> tuple[GivenWarning, ...]:
-        """The warnings that nothing was there to warn of."""
-        return tuple(warning for warning in self.given if warning.needless)
+        """The warnings that nothing was there to warn of, nor soon after.
+
+        Behind a lead that brakes a warning is right before the TTC is short: it is about the danger to come.
+        """
+        return tuple(
+            warning
+            for warning in self.given
+            if warning.needless and not any(_is_about(warning, due.vehicle, due.due_s) for due in self.due)
+        )
 
     @property
     def warnings_of_oncoming(self) -> int:
@@ -243,8 +250,12 @@ def _warned_s(vehicle: str, due_s: float, given: Sequence[GivenWarning]) -> floa
     times_s = (
         warning.start_s
         for warning in given
-        if warning.level == WarningLevel.WARNING
-        and warning.vehicle == vehicle
-        and due_s - EARLIEST_WARNING_BEFORE_S <= warning.start_s <= due_s + LATEST_WARNING_AFTER_S
+        if warning.level == WarningLevel.WARNING and _is_about(warning, vehicle, due_s)
     )
     return next(times_s, None)
+
+
+def _is_about(warning: GivenWarning, vehicle: str, due_s: float) -> bool:
+    """Whether a warning is about the danger from a vehicle that is due then."""
+    earliest_s, latest_s = due_s - EARLIEST_WARNING_BEFORE_S, due_s + LATEST_WARNING_AFTER_S
+    return warning.vehicle == vehicle and earliest_s <= warning.start_s <= latest_s

@@ -12,7 +12,7 @@ from typing import Protocol
 from fcw.tracking.lead import is_oncoming
 from fcw.tracking.types import Track
 from fcw.units import KMH_PER_MPS
-from fcw.warning.course import Course
+from fcw.warning.course import will_miss
 from fcw.warning.types import WarningLevel, WarningState
 
 
@@ -61,12 +61,16 @@ class Evidence:
     Attributes:
         minimum_age_s: a younger track raises no rule that goes by the closing speed: that of its first few
             boxes is mostly their noise, and every new track is a chance of a false alarm.
-        closing_sigmas: nor does a closing speed below so many of its sigmas: it may be noise.
+        minimum_lead_s: nor does a vehicle that has been the lead for less: one that is passed by, and seen in
+            part, may seem to be in the path for a moment. As long as the tracker sees a cut-in ahead.
+        closing_sigmas: nor does a closing speed below so many of its sigmas: it may be noise, and of a
+            vehicle just found the tracker believes something between standing and as fast as we are, which
+            is 1.7 sigmas of closing speed before anything is measured.
         upper_sigmas: a level is raised when the gap may be too small: when it is smaller than what is needed
             and so many sigmas of the difference. A warning that goes by the mean comes too late every second
-            time; with 1 sigma the danger is there with a probability of 16 % when the warning comes.
-        braking_mps2: a closing speed that grows more slowly counts as constant: a car that only coasts slows
-            down by about as much.
+            time; with 1.5 sigmas it does so in 7 of 100.
+        braking_mps2: a closing speed that grows more slowly counts as constant: a lead that lets go of the
+            pedal slows down by about as much.
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
             and 0.4 g needs 4 m, and queues creep nearer than that.
         release_factor: a raised level is held while its rule holds for a gap wider by this.
@@ -75,54 +79,54 @@ class Evidence:
     """
 
     minimum_age_s: float = 0.75
-    closing_sigmas: float = 1.5
-    upper_sigmas: float = 1.0
-    braking_mps2: float = 0.5
+    minimum_lead_s: float = 0.5
+    closing_sigmas: float = 3.0
+    upper_sigmas: float = 1.5
+    braking_mps2: float = 1.0
     minimum_own_mps: float = 10 / KMH_PER_MPS
     release_factor: float = 1.25
     minimum_duration_s: float = 1.0
 
-    def approach(self, lead: Track, own_mps: float | None) -> Approach:
+    def approach(self, lead: Track, own_mps: float | None, holding: bool) -> Approach:
         """The lead by its means."""
         growth_mps2 = lead.closing_acceleration_mps2
-        brakes = growth_mps2 >= self.braking_mps2
+        brakes = holding or growth_mps2 >= self.braking_mps2
         return Approach(
             closing_mps=lead.closing_speed_mps,
             acceleration_mps2=growth_mps2 if brakes else min(growth_mps2, 0.0),
             own_mps=own_mps,
         )
 
-    def suffices(self, lead: Track, own_mps: float | None) -> bool:
-        """Whether the lead surely closes, so that a rule of the closing speed may raise its level."""
+    def suffices(self, lead: Track, lead_s: float) -> bool:
+        """Whether a vehicle that has been the lead for so long surely closes."""
         return (
             not lead.coasting
             and lead.age_s >= self.minimum_age_s
+            and lead_s >= self.minimum_lead_s
             and lead.closing_speed_mps > self.closing_sigmas * lead.closing_speed_sigma_mps
-            and not self.creeps(own_mps)
         )
 
-    def creeps(self, own_mps: float | None) -> bool:
-        """Whether we are too slow for any warning."""
-        return own_mps is not None and own_mps < self.minimum_own_mps
+    def due_below_m(self, rule: Rule, lead: Track, own_mps: float | None, holding: bool) -> float:
+        """The gap from which on the level is due, with what is uncertain in it."""
+        now = self.approach(lead, own_mps, holding)
+        needed_m = rule.needed_distance_m(now, holding)
+        if rule.by_closing:
+            needed_m += self.upper_sigmas * self._spread_m(rule, lead, now, holding)
+        return needed_m * (self.release_factor if holding else 1.0)
 
-    def may_be_due(self, rule: Rule, lead: Track, own_mps: float | None) -> bool:
-        """Whether the gap may be too small, by `upper_sigmas` of what is uncertain in it."""
-        now = self.approach(lead, own_mps)
-        needed_m = rule.needed_distance_m(now, holding=False)
-        fast_mps = now.closing_mps + self.upper_sigmas * lead.closing_speed_sigma_mps
-        if own_mps is not None:
+    def _spread_m(self, rule: Rule, lead: Track, now: Approach, holding: bool) -> float:
+        """1-sigma of the gap less what is needed, to first order."""
+        fast_mps = now.closing_mps + lead.closing_speed_sigma_mps
+        if now.own_mps is not None:
             # The lead does not drive backwards.
-            fast_mps = max(min(fast_mps, own_mps), now.closing_mps)
-        faster = replace(now, closing_mps=fast_mps)
-        spreads_m = [
-            self.upper_sigmas * (lead.distance_m - lead.distance_low_m),
-            rule.needed_distance_m(faster, holding=False) - needed_m,
-        ]
+            fast_mps = max(min(fast_mps, now.own_mps), now.closing_mps)
+        others = [replace(now, closing_mps=fast_mps)]
         if now.acceleration_mps2 > 0:
-            growth_mps2 = now.acceleration_mps2 + self.upper_sigmas * lead.closing_acceleration_sigma_mps2
-            harder = replace(now, acceleration_mps2=growth_mps2)
-            spreads_m.append(rule.needed_distance_m(harder, holding=False) - needed_m)
-        return lead.distance_m <= needed_m + math.hypot(*spreads_m)
+            growth_mps2 = now.acceleration_mps2 + lead.closing_acceleration_sigma_mps2
+            others.append(replace(now, acceleration_mps2=growth_mps2))
+        needed_m = rule.needed_distance_m(now, holding)
+        more_m = [rule.needed_distance_m(other, holding) - needed_m for other in others]
+        return math.hypot(lead.distance_m - lead.distance_low_m, *more_m)
 
 
 class RulePolicy:
@@ -141,10 +145,11 @@ class RulePolicy:
         self.name = name
         self._rules = sorted(rules, key=lambda rule: -rule.level)
         self._evidence = evidence or Evidence()
-        self._course = Course()
         self._state = WarningState(WarningLevel.NONE)
         self._since_ns = 0
         self._time_ns: int | None = None
+        self._lead_id: int | None = None
+        self._lead_since_ns = 0
 
     def update(self, time_ns: int, lead: Track | None, ego_speed_mps: float | None) -> WarningState:
         """The state at `time_ns`.
@@ -160,11 +165,13 @@ class RulePolicy:
         if self._time_ns is not None and time_ns < self._time_ns:
             raise ValueError(f"time went back from {self._time_ns} to {time_ns} ns")
         self._time_ns = time_ns
-        misses = self._course.misses(time_ns, lead)
+        lead_id = None if lead is None else lead.track_id
+        if lead_id != self._lead_id:
+            self._lead_id, self._lead_since_ns = lead_id, time_ns
         if lead is not None and is_oncoming(lead, ego_speed_mps):
             lead = None
         shown = self._state.level
-        rule = None if lead is None else self._highest(lead, ego_speed_mps, shown, misses)
+        rule = None if lead is None else self._highest(time_ns, lead, ego_speed_mps, shown)
         level = WarningLevel.NONE if rule is None else rule.level
         if level < shown and (time_ns - self._since_ns) / 1e9 < self._evidence.minimum_duration_s:
             same = lead is not None and lead.track_id == self._state.track_id
@@ -183,24 +190,19 @@ class RulePolicy:
         )
         return self._state
 
-    def _highest(self, lead: Track, own_mps: float | None, shown: WarningLevel, misses: bool) -> Rule | None:
+    def _highest(self, time_ns: int, lead: Track, own_mps: float | None, shown: WarningLevel) -> Rule | None:
         """The rule of the highest level that holds: those up to the level shown with wider thresholds."""
         evidence = self._evidence
-        now, sure = evidence.approach(lead, own_mps), evidence.suffices(lead, own_mps)
+        off_course = lead.closing_speed_mps <= 0 or will_miss(lead)
+        sure = evidence.suffices(lead, (time_ns - self._lead_since_ns) / 1e9)
+        creeps = own_mps is not None and own_mps < evidence.minimum_own_mps
         for rule in self._rules:
-            if rule.by_closing and (misses or now.closing_mps <= 0):
+            if rule.by_closing and off_course:
                 continue
-            if rule.level <= shown:
-                wide_m = rule.needed_distance_m(now, holding=True) * evidence.release_factor
-                if lead.distance_m <= wide_m:
+            may_be_raised = not creeps and (sure or not rule.by_closing)
+            for holding, allowed in ((True, rule.level <= shown), (False, may_be_raised)):
+                if allowed and lead.distance_m <= evidence.due_below_m(rule, lead, own_mps, holding):
                     return rule
-            if rule.by_closing:
-                due = sure and evidence.may_be_due(rule, lead, own_mps)
-            else:
-                due = lead.distance_m <= rule.needed_distance_m(now, holding=False)
-                due = due and not evidence.creeps(own_mps)
-            if due:
-                return rule
         return None
 
 

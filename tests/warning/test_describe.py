@@ -9,7 +9,9 @@ from fcw.warning.types import WarningLevel, WarningState
 
 def test_description_gives_level_reason_vehicle_interval_and_figures():
     track = make_lead(18.0, 10.0, track_id=4, spread=0.05)
-    state = make_policy().update(0, track, 20.0)
+    policy = make_policy()
+    policy.update(0, track, 20.0)
+    state = policy.update(10**9, track, 20.0)
     assert describe(state, track) == (
         "warning: braking is due; vehicle 4 at 18.0 m (17.1 m to 18.9 m), closing at 36 km/h, "
         "collision in 1.8 s, needs 0.28 g, headway 0.9 s"

@@ -11,6 +11,7 @@ def make_lead(
     *,
     track_id=1,
     lateral_m=0.0,
+    lateral_mps=0.0,
     growth_mps2=0.0,
     growth_sigma_mps2=0.0,
     spread=0.0,
@@ -33,4 +34,5 @@ def make_lead(
         in_path=True,
         closing_acceleration_mps2=growth_mps2,
         closing_acceleration_sigma_mps2=growth_sigma_mps2,
+        lateral_speed_mps=lateral_mps,
     )
