@@ -61,11 +61,11 @@ class Evidence:
     Attributes:
         minimum_age_s: a younger track raises no rule that goes by the closing speed: that of its first few
             boxes is mostly their noise, and every new track is a chance of a false alarm.
-        minimum_lead_s: nor does a vehicle that has been the lead for less: one that is passed by, and seen in
-            part, may seem to be in the path for a moment. As long as the tracker sees a cut-in ahead.
-        closing_sigmas: nor does a closing speed below so many of its sigmas: it may be noise, and of a
-            vehicle just found the tracker believes something between standing and as fast as we are, which
-            is 1.7 sigmas of closing speed before anything is measured.
+        minimum_lead_s: a vehicle that has been the lead for less raises nothing: one that is passed by, and
+            seen in part, may seem to be in the path for a moment. As long as the tracker sees a cut-in ahead.
+        closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
+            noise, and of a vehicle just found the tracker believes something between standing and as fast as
+            we are, which is 1.7 sigmas of closing speed before anything is measured.
         upper_sigmas: a level is raised when the gap may be too small: when it is smaller than what is needed
             and so many sigmas of the difference. A warning that goes by the mean comes too late every second
             time; with 1.5 sigmas it does so in 7 of 100.
@@ -97,14 +97,15 @@ class Evidence:
             own_mps=own_mps,
         )
 
-    def suffices(self, lead: Track, lead_s: float) -> bool:
-        """Whether a vehicle that has been the lead for so long surely closes."""
-        return (
-            not lead.coasting
-            and lead.age_s >= self.minimum_age_s
-            and lead_s >= self.minimum_lead_s
-            and lead.closing_speed_mps > self.closing_sigmas * lead.closing_speed_sigma_mps
-        )
+    def is_seen(self, lead: Track, lead_s: float, own_mps: float | None) -> bool:
+        """Whether a vehicle that has been the lead for so long may raise anything."""
+        creeps = own_mps is not None and own_mps < self.minimum_own_mps
+        return not lead.coasting and lead_s >= self.minimum_lead_s and not creeps
+
+    def surely_closes(self, lead: Track) -> bool:
+        """Whether it may raise what goes by the closing speed."""
+        surely_mps = self.closing_sigmas * lead.closing_speed_sigma_mps
+        return lead.age_s >= self.minimum_age_s and lead.closing_speed_mps > surely_mps
 
     def due_below_m(self, rule: Rule, lead: Track, own_mps: float | None, holding: bool) -> float:
         """The gap from which on the level is due, with what is uncertain in it."""
@@ -194,12 +195,12 @@ class RulePolicy:
         """The rule of the highest level that holds: those up to the level shown with wider thresholds."""
         evidence = self._evidence
         off_course = lead.closing_speed_mps <= 0 or will_miss(lead)
-        sure = evidence.suffices(lead, (time_ns - self._lead_since_ns) / 1e9)
-        creeps = own_mps is not None and own_mps < evidence.minimum_own_mps
+        seen = evidence.is_seen(lead, (time_ns - self._lead_since_ns) / 1e9, own_mps)
+        closes = seen and evidence.surely_closes(lead)
         for rule in self._rules:
             if rule.by_closing and off_course:
                 continue
-            may_be_raised = not creeps and (sure or not rule.by_closing)
+            may_be_raised = closes if rule.by_closing else seen
             for holding, allowed in ((True, rule.level <= shown), (False, may_be_raised)):
                 if allowed and lead.distance_m <= evidence.due_below_m(rule, lead, own_mps, holding):
                     return rule

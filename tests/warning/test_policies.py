@@ -178,7 +178,7 @@ def test_what_has_just_become_the_lead_raises_nothing():
     policy = make_policy()
     settled(policy, lead(50, 0.0, track_id=1), 20.0)
     states = [policy.update(10**9 + ms * 10**6, lead(5, 10, track_id=2), 20.0) for ms in (1, 490, 510)]
-    assert [state.level.name for state in states] == ["ADVISORY", "ADVISORY", "WARNING"]
+    assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
 
 
 def test_nothing_is_raised_below_10_km_h():
