@@ -82,6 +82,7 @@ def _follow(frame: Frame, detections: tuple[Detection, ...], stages: Stages) -> 
         lead_id=lead_id,
         warning=stages.policy.update(frame.time_ns, lead, ego_speed_mps),
         ego_speed_mps=ego_speed_mps,
+        notes=(stages.tracker.mount.note,) if stages.tracker.mount.note else (),
     )
 
 

@@ -46,9 +46,11 @@ class DriveSummary:
     frames: int = 0
     frames_with_lead: int = 0
     warnings: list[WarningSpan] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     _first_ns: int = 0
     _last_ns: int = 0
     _open_level: WarningLevel = WarningLevel.NONE
+    _noted: bool = False
 
     def add(self, result: FrameResult) -> None:
         """Take in the next frame's result."""
@@ -57,6 +59,10 @@ class DriveSummary:
         self._last_ns = result.time_ns
         self.frames += 1
         self.frames_with_lead += result.lead_id is not None
+        if result.notes and not self._noted:
+            time_s = (result.time_ns - self._first_ns) / NS_PER_S
+            self.notes += [f"from {time_s:.0f} s: {note}" for note in result.notes]
+        self._noted = bool(result.notes)
         self._add_warning(result)
 
     def _add_warning(self, result: FrameResult) -> None:
@@ -88,5 +94,6 @@ class DriveSummary:
             "frames_per_second": self.frames / elapsed_s if elapsed_s > 0 else 0.0,
             "frames_with_lead": self.frames_with_lead,
             "warnings": [asdict(span) for span in self.warnings],
+            "notes": self.notes,
             "versions": dict(self.versions),
         }

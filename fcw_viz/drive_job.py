@@ -157,7 +157,7 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         raise UserError(f"{job.source}: no frame could be read; " + "; ".join(source.notes))
     as_json = summary.as_json(time.perf_counter() - start)
     write_whole(job.out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
-    return DriveOutcome(as_json, (*policy_notes, *source.notes), stop.is_set())
+    return DriveOutcome(as_json, (*policy_notes, *source.notes, *summary.notes), stop.is_set())
 
 
 @contextmanager

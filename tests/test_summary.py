@@ -1,6 +1,7 @@
 """The summary turns a sequence of warning states into spans of time."""
 
 import json
+from dataclasses import replace
 
 from fcw.detection.types import Box
 from fcw.logs.records import FrameResult
@@ -71,6 +72,14 @@ def test_another_level_another_vehicle_and_a_pause_each_begin_a_new_span() -> No
     ]
 
 
+def test_a_note_is_told_once_for_as_long_as_it_stands_and_again_when_it_comes_back() -> None:
+    noted = [
+        replace(result(index, WarningLevel.NONE, None), notes=notes)
+        for index, notes in enumerate([(), ("moved 0.3",), ("moved 0.4",), (), ("moved 0.3",)])
+    ]
+    assert summed(*noted).notes == ["from 0 s: moved 0.3", "from 0 s: moved 0.3"]
+
+
 def test_json_has_the_keys_that_scripts_rely_on() -> None:
     as_json = summed(result(0, WarningLevel.WARNING, 1), result(5, WarningLevel.NONE, None)).as_json(
         elapsed_s=4.0
@@ -91,6 +100,7 @@ def test_json_has_the_keys_that_scripts_rely_on() -> None:
                 "track_id": 1,
             }
         ],
+        "notes": [],
         "versions": {"fcw": "1"},
     }
 

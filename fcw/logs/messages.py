@@ -54,6 +54,7 @@ def result_message(result: FrameResult) -> drive_pb2.FrameResult:
         lead_id=result.lead_id,
         warning=warning_message(result.warning),
         ego_speed_mps=result.ego_speed_mps,
+        notes=result.notes,
     )
 
 
@@ -68,6 +69,7 @@ def result_from_message(data: bytes) -> FrameResult:
         lead_id=message.lead_id if message.HasField("lead_id") else None,
         warning=_warning(message.warning),
         ego_speed_mps=message.ego_speed_mps if message.HasField("ego_speed_mps") else None,
+        notes=tuple(message.notes),
     )
 
 

@@ -23,6 +23,7 @@ class FrameResult:
         lead_id: id of the lead vehicle among `tracks`; None when the own path is free.
         warning: the warning shown.
         ego_speed_mps: own speed; None when unknown.
+        notes: what a person should know of the whole drive by now, e.g. that the camera's mount has moved.
     """
 
     index: int
@@ -32,6 +33,7 @@ class FrameResult:
     lead_id: int | None
     warning: WarningState
     ego_speed_mps: float | None
+    notes: tuple[str, ...] = ()
 
     @property
     def lead(self) -> Track | None:

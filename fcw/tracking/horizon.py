@@ -52,16 +52,16 @@ class MountWatchSettings:
     """When a moved mount is said.
 
     Attributes:
-        memory_s: time constant of the mean of the estimated pitch. Slopes and load, 0.15 degrees for
-            20 s, leave 0.075 in such a mean.
-        said_rad: a mean deviation beyond this is said: four times that.
+        memory_s: time constant of the mean of the estimated pitch. Slopes, load and the unknown sizes of
+            vehicles leave 0.11 degrees in such a mean, with three vehicles in sight.
+        said_rad: a mean deviation beyond this is said: nearly four times that.
         withdrawn_rad: and it is said until the mean comes back below this.
         calibration_sigmas: nor is anything said that may be the error of the calibration's own clicks.
     """
 
     memory_s: float = 60.0
-    said_rad: float = math.radians(0.3)
-    withdrawn_rad: float = math.radians(0.2)
+    said_rad: float = math.radians(0.4)
+    withdrawn_rad: float = math.radians(0.25)
     calibration_sigmas: float = 3.0
 
 

@@ -214,6 +214,7 @@ class RangeFilter:
         added[at + GROWTH] = (
             model.acceleration_sigma_mps2**2 * (1 - lasting**2) * np.exp(-2 * x[at + DISTANCE])
         )
+        added[HORIZON] = (focal_px * model.mount_drift_rad_per_sqrt_s) ** 2 * dt_s
         added[at + WIDTH] = added[at + HEIGHT] = model.size_drift_per_sqrt_s**2 * dt_s
         self._p = moved @ self._p @ moved.T
         self._p.flat[:: n + 1] += added

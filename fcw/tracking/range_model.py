@@ -68,6 +68,9 @@ class RangeModel:
             0.3 degrees; on KITTI tracking the rows of the lower edges scatter by 3 to 5 px, 0.25 to 0.4.
         fast_pitch_correlation_s: of it: bodies swing at 1 to 2 Hz; on KITTI the correlation is a half after
             0.4 s.
+        mount_drift_rad_per_sqrt_s: how fast the filter may come to believe that the camera looks elsewhere
+            than it did: 0.1 degrees in a minute and a half. Less, and a turned mount would stay hidden in the
+            pitch of the road; more, and the road's pitch would pass for the mount's.
         bump_sigma_rad: the road below one vehicle against that below another.
         bump_correlation_s: how long such a difference lasts.
         cross_slope: vehicles beside our path stand higher or lower by this part of the lateral distance:
@@ -93,6 +96,7 @@ class RangeModel:
     slow_pitch_correlation_s: float = 20.0
     fast_pitch_sigma_rad: float = math.radians(0.25)
     fast_pitch_correlation_s: float = 0.5
+    mount_drift_rad_per_sqrt_s: float = math.radians(0.01)
     bump_sigma_rad: float = math.radians(0.2)
     bump_correlation_s: float = 1.0
     cross_slope: float = 0.03

@@ -51,6 +51,7 @@ frame_results = st.builds(
     lead_id=st.none() | identities,
     warning=warning_states,
     ego_speed_mps=st.none() | numbers,
+    notes=st.lists(st.text(max_size=12), max_size=2).map(tuple),
 )
 
 

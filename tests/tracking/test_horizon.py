@@ -47,25 +47,25 @@ def test_an_ordinary_drive_of_ten_hours_says_nothing():
 
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("seed", range(5))
-def test_half_a_degree_in_mid_drive_is_said_within_two_minutes_and_which_way(direction, seed):
+def test_half_a_degree_in_mid_drive_is_said_within_five_minutes_and_which_way(direction, seed):
     pitches = drive(np.random.default_rng(seed), 900)
     pitches[6000:] += direction * math.radians(0.5)
     watch, said = watched(pitches)
     assert not any(said[:6000])
-    assert said.index(True) <= 6000 + 1200
+    assert said.index(True) <= 6000 + 3000
     assert watch.note is not None
     assert ("farther down" if direction > 0 else "farther up") in watch.note
 
 
 def test_what_is_said_is_not_taken_back_by_a_flicker_but_by_a_mended_mount():
-    _, said = watched([math.radians(0.5)] * 3000 + [math.radians(0.25)] * 600 + [0.0] * 3000)
+    _, said = watched([math.radians(0.5)] * 3000 + [math.radians(0.3)] * 600 + [0.0] * 3000)
     changes = [k for k in range(1, len(said)) if said[k] != said[k - 1]]
     assert len(changes) == 2
     assert changes[1] > 3600
 
 
 def test_a_deviation_that_the_clicks_explain_is_not_said():
-    _, said = watched([math.radians(0.5)] * 6000, sigma_rad=math.radians(0.4))
+    _, said = watched([math.radians(0.5)] * 6000, sigma_rad=math.radians(0.2))
     assert not any(said)
 
 

@@ -229,3 +229,22 @@ def test_whatever_the_detector_says_tracks_are_finite_ordered_and_ids_never_retu
             assert math.isfinite(track.closing_speed_mps)
             assert track.closing_speed_sigma_mps > 0
             assert track.ttc_s is None or track.ttc_s >= 0
+
+
+def test_a_mount_turned_in_mid_drive_is_told():
+    tracker = Tracker(CALIBRATION)
+    turned_px = 740 * math.tan(math.radians(0.5))
+    told_s = []
+    for k in range(4500):
+        time_s = k / 10
+        # Traffic: a new car every twelve seconds, overtaken or overtaking.
+        distance_m = 12 + 30 * ((time_s / 12) % 1)
+        box = seen(distance_m, lateral_m=0.5).box
+        moved = Box(box.x, box.y - (turned_px if time_s >= 150 else 0.0), box.w, box.h)
+        tracker.update(k * 100_000_000, [Detection(moved, 1.0)], 20.0)
+        if tracker.mount.moved:
+            told_s.append(time_s)
+    assert told_s
+    assert 150 < told_s[0] <= 420
+    assert tracker.mount.note is not None
+    assert "farther down" in tracker.mount.note

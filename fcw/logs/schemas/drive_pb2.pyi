@@ -90,7 +90,7 @@ class WarningState(_message.Message):
     def __init__(self, level: _Optional[_Union[WarningState.Level, str]] = ..., track_id: _Optional[int] = ..., rule: _Optional[str] = ..., ttc_s: _Optional[float] = ..., required_deceleration_mps2: _Optional[float] = ..., headway_s: _Optional[float] = ...) -> None: ...
 
 class FrameResult(_message.Message):
-    __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps")
+    __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps", "notes")
     INDEX_FIELD_NUMBER: _ClassVar[int]
     TIME_NS_FIELD_NUMBER: _ClassVar[int]
     DETECTIONS_FIELD_NUMBER: _ClassVar[int]
@@ -98,6 +98,7 @@ class FrameResult(_message.Message):
     LEAD_ID_FIELD_NUMBER: _ClassVar[int]
     WARNING_FIELD_NUMBER: _ClassVar[int]
     EGO_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
+    NOTES_FIELD_NUMBER: _ClassVar[int]
     index: int
     time_ns: int
     detections: _containers.RepeatedCompositeFieldContainer[Detection]
@@ -105,7 +106,8 @@ class FrameResult(_message.Message):
     lead_id: int
     warning: WarningState
     ego_speed_mps: float
-    def __init__(self, index: _Optional[int] = ..., time_ns: _Optional[int] = ..., detections: _Optional[_Iterable[_Union[Detection, _Mapping]]] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., lead_id: _Optional[int] = ..., warning: _Optional[_Union[WarningState, _Mapping]] = ..., ego_speed_mps: _Optional[float] = ...) -> None: ...
+    notes: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, index: _Optional[int] = ..., time_ns: _Optional[int] = ..., detections: _Optional[_Iterable[_Union[Detection, _Mapping]]] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., lead_id: _Optional[int] = ..., warning: _Optional[_Union[WarningState, _Mapping]] = ..., ego_speed_mps: _Optional[float] = ..., notes: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class VideoPacket(_message.Message):
     __slots__ = ("time_ns", "keyframe", "shown", "frame_index")
