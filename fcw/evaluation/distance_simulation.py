@@ -44,9 +44,9 @@ class SimulatedRoad:
     principal_row_sigma: float = 0.05
     pitch_rad: float = 0.02
     click_sigma_px: float = 1.0
-    slow_pitch_rad: tuple[float, float] = (math.radians(0.15), 20.0)
-    fast_pitch_rad: tuple[float, float] = (math.radians(0.25), 0.5)
-    bump_rad: tuple[float, float] = (math.radians(0.2), 1.0)
+    slow_pitch_rad: tuple[float, float] = (math.radians(0.05), 20.0)
+    fast_pitch_rad: tuple[float, float] = (math.radians(0.2), 0.5)
+    bump_rad: tuple[float, float] = (math.radians(0.25), 1.0)
     width_m: float = 1.70
     width_sigma: float = 0.08
     rear_height_m: float = 1.50

@@ -62,10 +62,12 @@ class RangeModel:
         aspect_correlation_s: how long it stays turned: a change of lane, a bend.
         side_sigma: how well the visible side of a vehicle beside our path is known, as a part of it.
         vehicle_length_m: of the side that is seen of a vehicle beside our path.
-        slow_pitch_sigma_rad: pitch against the road by load and by slopes.
+        slow_pitch_sigma_rad: pitch against the road by load and long slopes, that is by bends of the road
+            between us and the vehicles; most roads are nearly straight over 50 m.
         slow_pitch_correlation_s: how long a slope lasts.
-        fast_pitch_sigma_rad: pitch of the body on its springs, and short waves of the road. Together
-            0.3 degrees; on KITTI tracking the rows of the lower edges scatter by 3 to 5 px, 0.25 to 0.4.
+        fast_pitch_sigma_rad: pitch of the body on its springs, and short waves of the road. With that of the
+            road below one vehicle 0.3 degrees; on KITTI tracking the rows of the lower edges scatter by 3 to
+            5 px, 0.25 to 0.4.
         fast_pitch_correlation_s: of it: bodies swing at 1 to 2 Hz; on KITTI the correlation is a half after
             0.4 s.
         mount_drift_rad_per_sqrt_s: how fast the filter may come to believe that the camera looks elsewhere
@@ -92,12 +94,12 @@ class RangeModel:
     aspect_correlation_s: float = 5.0
     side_sigma: float = 0.5
     vehicle_length_m: float = 4.2
-    slow_pitch_sigma_rad: float = math.radians(0.15)
+    slow_pitch_sigma_rad: float = math.radians(0.05)
     slow_pitch_correlation_s: float = 20.0
-    fast_pitch_sigma_rad: float = math.radians(0.25)
+    fast_pitch_sigma_rad: float = math.radians(0.2)
     fast_pitch_correlation_s: float = 0.5
     mount_drift_rad_per_sqrt_s: float = math.radians(0.01)
-    bump_sigma_rad: float = math.radians(0.2)
+    bump_sigma_rad: float = math.radians(0.25)
     bump_correlation_s: float = 1.0
     cross_slope: float = 0.03
     common_path_m: float = 6.0
