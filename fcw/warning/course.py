@@ -8,8 +8,8 @@ from fcw.tracking.types import Track
 
 LONGEST_S = 4.0
 """Sideways motion is not extrapolated farther than ISO 15623's largest TTC of a warning."""
-CLEARANCE_M = 2.0
-"""Two cars 1.8 m wide pass each other when their middles are farther apart than 1.8 m; a door handle more."""
+CLEARANCE_M = 1.8
+"""Two cars 1.8 m wide pass each other when their middles are farther apart."""
 
 
 def will_miss(lead: Track) -> bool:

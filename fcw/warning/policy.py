@@ -68,9 +68,13 @@ class Evidence:
             we are, which is 1.7 sigmas of closing speed before anything is measured.
         upper_sigmas: a level is raised when the gap may be too small: when it is smaller than what is needed
             and so many sigmas of the difference. A warning that goes by the mean comes too late every second
-            time; with 1.5 sigmas it does so in 7 of 100.
+            time; with 1.65 sigmas it does so in 5 of 100.
         braking_mps2: a closing speed that grows more slowly counts as constant: a lead that lets go of the
             pedal slows down by about as much.
+        latest_ttc_s: above this TTC nothing is raised that goes by the closing speed. ISO 15623 needs no
+            warning above 4 s; but behind a lead that brakes a driver must be warned before, at 5.7 s in the
+            hardest of Euro NCAP's scenarios that can be prevented, and while braking begins the tracker's
+            closing speed lags by a fifth.
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
             and 0.4 g needs 4 m, and queues creep nearer than that.
         release_factor: a raised level is held while its rule holds for a gap wider by this.
@@ -81,8 +85,9 @@ class Evidence:
     minimum_age_s: float = 0.75
     minimum_lead_s: float = 0.5
     closing_sigmas: float = 3.0
-    upper_sigmas: float = 1.5
+    upper_sigmas: float = 1.65
     braking_mps2: float = 1.0
+    latest_ttc_s: float = 7.0
     minimum_own_mps: float = 10 / KMH_PER_MPS
     release_factor: float = 1.25
     minimum_duration_s: float = 1.0
@@ -104,8 +109,12 @@ class Evidence:
 
     def surely_closes(self, lead: Track) -> bool:
         """Whether it may raise what goes by the closing speed."""
-        surely_mps = self.closing_sigmas * lead.closing_speed_sigma_mps
-        return lead.age_s >= self.minimum_age_s and lead.closing_speed_mps > surely_mps
+        closing_mps = lead.closing_speed_mps
+        return (
+            lead.age_s >= self.minimum_age_s
+            and closing_mps > self.closing_sigmas * lead.closing_speed_sigma_mps
+            and lead.distance_m <= closing_mps * self.latest_ttc_s
+        )
 
     def due_below_m(self, rule: Rule, lead: Track, own_mps: float | None, holding: bool) -> float:
         """The gap from which on the level is due, with what is uncertain in it."""

@@ -20,7 +20,7 @@ def test_what_keeps_its_bearing_hits_and_what_sweeps_across_misses(
     assert will_miss(make_lead(distance_m, closing_mps, lateral_m=lateral_m, lateral_mps=sideways_mps))
 
 
-@pytest.mark.parametrize(("lateral_mps", "misses"), [(0.45, False), (0.55, True)])
+@pytest.mark.parametrize(("lateral_mps", "misses"), [(0.44, False), (0.46, True)])
 def test_sideways_motion_is_extrapolated_for_four_seconds(lateral_mps, misses):
     assert will_miss(make_lead(40, 1.0, lateral_mps=lateral_mps)) is misses
 

@@ -125,9 +125,9 @@ def test_oncoming_vehicles_never_warn(policy):
 
 
 def test_a_lead_that_will_be_beside_the_path_at_contact_raises_nothing():
-    # 16 m at 8 m/s: in two seconds it is 2.1 m to the left, or 1.9 m.
-    assert level_at(16, 8, lateral_m=-1.0, lateral_mps=1.45) == WarningLevel.WARNING
-    assert level_at(16, 8, lateral_m=-1.0, lateral_mps=1.55) == WarningLevel.NONE
+    # 16 m at 8 m/s: in two seconds it is 1.7 m to the left, or 1.9 m.
+    assert level_at(16, 8, lateral_m=-1.0, lateral_mps=1.35) == WarningLevel.WARNING
+    assert level_at(16, 8, lateral_m=-1.0, lateral_mps=1.45) == WarningLevel.NONE
 
 
 def test_required_deceleration_counts_the_braking_of_the_lead():
@@ -145,13 +145,13 @@ def test_rss_by_its_formula():
 
 
 def test_a_danger_that_is_likely_enough_is_warned_of_before_it_is_certain():
-    # At 18 m/s the driver needs 62.90 m, at 19 m/s 68.81: 5.91 m for each m/s of sigma, times 1.5.
+    # At 18 m/s the driver needs 62.90 m, at 19 m/s 68.81: 5.91 m for each m/s of sigma, times 1.65.
     assert level_at(71.8, 18, sigma_mps=0.0) == WarningLevel.CAUTION
-    assert level_at(71.7, 18, sigma_mps=1.0) == WarningLevel.WARNING
-    assert level_at(71.9, 18, sigma_mps=1.0) == WarningLevel.CAUTION
-    # 10 % of 74 m is 7.4 m.
-    assert level_at(73.9, 18, spread=0.1) == WarningLevel.WARNING
-    assert level_at(74.1, 18, spread=0.1) == WarningLevel.CAUTION
+    assert level_at(72.6, 18, sigma_mps=1.0) == WarningLevel.WARNING
+    assert level_at(72.7, 18, sigma_mps=1.0) == WarningLevel.CAUTION
+    # 10 % of 75.3 m is 7.5 m.
+    assert level_at(75.2, 18, spread=0.1) == WarningLevel.WARNING
+    assert level_at(75.4, 18, spread=0.1) == WarningLevel.CAUTION
 
 
 def test_a_standing_vehicle_is_the_fastest_thing_that_closes():
@@ -179,6 +179,12 @@ def test_what_has_just_become_the_lead_raises_nothing():
     settled(policy, lead(50, 0.0, track_id=1), 20.0)
     states = [policy.update(10**9 + ms * 10**6, lead(5, 10, track_id=2), 20.0) for ms in (1, 490, 510)]
     assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
+
+
+def test_a_lead_far_away_in_time_raises_nothing():
+    # Behind a lead that brakes hard the driver needs more than 20 m at 2.9 m/s, which is a TTC of 6.9 s.
+    assert level_at(20, 2.9, own_mps=14, growth_mps2=6.0) == WarningLevel.WARNING
+    assert level_at(20, 2.8, own_mps=14, growth_mps2=6.0) == WarningLevel.NONE
 
 
 def test_nothing_is_raised_below_10_km_h():
