@@ -177,6 +177,10 @@ def _true_speeds(sequence: KittiSequence, track_id: int, frame: int) -> tuple[fl
     return -float(np.polyfit(times_s, rears_m, 1)[0]), float(np.polyfit(times_s, laterals_m, 1)[0])
 
 
+FOLLOWING_RATE_HZ = 10.0
+"""Pictures a second when following, as on KITTI: the fewer there are, the less their noise averages out."""
+
+
 @dataclass(frozen=True, slots=True)
 class Following:
     """A steady drive behind somebody.

@@ -161,15 +161,15 @@ def print_scenarios(results: "Sequence[ScenarioResult]", console: "Console") -> 
 
     from fcw.units import KMH_PER_MPS
 
-    table = Table("scenario", "in time", "TTC", "gap", "asked for", "impact left", "needless", box=None)
+    table = Table("scenario", "in time", "TTC", "gap", "asked for", "worst impact", "needless", box=None)
     for result in results:
         scenario, ttc_s, gap_m = result.scenario, result.median("ttc_s"), result.median("gap_m")
         if scenario.required_ttc_s is not None:
             asked = f"TTC {scenario.required_ttc_s:.1f} s"
         elif scenario.required_gap_m is None:
-            asked = "cannot be avoided"
+            asked = "cannot avoid it"
         else:
-            asked = f"{scenario.required_gap_m:.1f} m" + ("" if scenario.preventable else " (reported)")
+            asked = f"{scenario.required_gap_m:.1f} m"
         worst_mps = max(trial.impact_mps for trial in result.trials)
         table.add_row(
             scenario.name,
@@ -177,7 +177,7 @@ def print_scenarios(results: "Sequence[ScenarioResult]", console: "Console") -> 
             "-" if ttc_s is None else f"{ttc_s:.1f} s",
             "-" if gap_m is None else f"{gap_m:.1f} m",
             asked,
-            "none" if worst_mps == 0 else f"up to {worst_mps * KMH_PER_MPS:.0f} km/h",
+            "none" if worst_mps == 0 else f"{worst_mps * KMH_PER_MPS:.0f} km/h",
             str(sum(trial.needless for trial in result.trials)),
         )
     console.print(table)
@@ -233,11 +233,11 @@ def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Consol
 
 def _following(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
     from fcw.evaluation.warning import BoxLevel
-    from fcw.evaluation.warning_false_alarms import run_following
+    from fcw.evaluation.warning_false_alarms import FOLLOWING_RATE_HZ, run_following
     from fcw.warning.policies import make_policy
 
     hours = command.following_hours or 0.0
-    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
+    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight, frame_rate_hz=FOLLOWING_RATE_HZ)
     with _progress("hours", hours) as advance:
         results = run_following(
             lambda: make_policy(command.warning_policy), view, hours, command.seed, advance
