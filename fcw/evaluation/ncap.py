@@ -3,8 +3,12 @@
 The own car keeps its speed. The lead keeps its speed too, or brakes from some time on until it stands.
 
 Sources: NHTSA, "Forward Collision Warning System Confirmation Test" (February 2013): three tests at 45 mph,
-each passed where 5 of 7 trials are warned of at the required TTC. Euro NCAP, "Test Protocol - AEB
-Car-to-Car systems": CCRs (standing), CCRm (moving at 20 km/h), CCRb (braking, both at 50 km/h).
+a standing lead with a TTC of 2.1 s; the figures of the other two, and that 5 of 7 trials must pass, are as
+commonly quoted and not verified against its text. Euro NCAP, "Test Protocol - AEB Car-to-Car systems" 4.3.1
+(February 2024), sections 8.2.2 and 8.4.6: CCRs (standing) up to 80 km/h, CCRm (30 to 80 km/h; that the other
+moves at 20 km/h is not verified), CCRb (both at 50 km/h, 12 or 40 m apart, -2 or -6 m/s^2), and a driver who
+brakes at 4 m/s^2 1.2 s after the warning. There the lead's deceleration may take a second to build up; here
+it is there at once, which is harder.
 """
 
 import math

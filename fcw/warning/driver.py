@@ -33,7 +33,8 @@ class Driver:
 
 
 EXPECTED_DRIVER = Driver(reaction_s=1.2, braking_mps2=0.4 * STANDARD_GRAVITY_MPS2)
-"""The Euro NCAP driver of MathWorks' forward-collision example: warned when this one must brake now."""
+"""The Euro NCAP driver as in MathWorks' forward-collision example. The protocol's braking robot (AEB
+Car-to-Car 4.3.1, section 8.4.6) brakes 1.2 s after the warning, at 4.0 to 4.5 m/s^2."""
 SLOWEST_DRIVER = Driver(reaction_s=2.0, braking_mps2=3.6)
 """The slowest and gentlest of the drivers that ISO 15623 considers."""
 

@@ -7,9 +7,9 @@ from fcw.warning.policy import Approach
 from fcw.warning.types import WarningLevel
 
 ADVISORY_HEADWAY_S = 0.6
-"""Mobileye's aftermarket unit has this by default."""
+"""Mobileye's aftermarket unit has this by default (AWS-4000 manual, chapter 6)."""
 CAUTION_HEADWAY_S = 0.4
-"""Its smallest setting."""
+"""Its smallest setting; the largest is 2.0 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
