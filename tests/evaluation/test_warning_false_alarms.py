@@ -44,6 +44,7 @@ def test_a_standing_car_ahead_is_an_episode_with_its_true_figures(drive):
     (episode,) = episodes
     assert (episode.vehicle, episode.oncoming, episode.on_course) == ("Car 7", False, True)
     assert episode.own_mps == pytest.approx(SPEED_MPS)
+    assert episode.distance_m is not None
     assert episode.distance_m == pytest.approx(60 - SPEED_MPS * episode.start_s, abs=0.01)
     assert episode.ttc_s == pytest.approx(episode.distance_m / SPEED_MPS)
     assert episode.required_mps2 == pytest.approx(SPEED_MPS**2 / (2 * episode.distance_m))
