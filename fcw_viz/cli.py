@@ -13,6 +13,7 @@ from fcw.errors import UserError
 from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
 from fcw_viz.commands.demo import DemoCommand, run_demo
+from fcw_viz.commands.evaluate import EvaluateCommand, run_evaluate
 from fcw_viz.commands.run import RunCommand, run_run
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
@@ -24,6 +25,7 @@ Command = (
     Annotated[DemoCommand, tyro.conf.subcommand("demo")]
     | Annotated[CalibrateCommand, tyro.conf.subcommand("calibrate")]
     | Annotated[RunCommand, tyro.conf.subcommand("run")]
+    | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[TrainCommand, tyro.conf.subcommand("train")]
     | Annotated[SimulateCommand, tyro.conf.subcommand("simulate")]
     | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
@@ -34,6 +36,7 @@ RUNNERS = {
     DemoCommand: run_demo,
     CalibrateCommand: run_calibrate,
     RunCommand: run_run,
+    EvaluateCommand: run_evaluate,
     TrainCommand: run_train,
     SimulateCommand: run_simulate,
     BenchCommand: run_bench,
