@@ -76,7 +76,9 @@ class DetectionEvaluation:
         """Rate and FPPI at the threshold."""
         return self.curve.at_threshold(self.threshold)
 
-    def intervals(self, fppi: Sequence[float], resamples: int = RESAMPLES) -> dict[str, Interval]:
+    def intervals(
+        self, fppi: Sequence[float], resamples: int = RESAMPLES, same_clips: bool = False
+    ) -> dict[str, Interval]:
         """95 % intervals of `detection_rate`, `fppi`, `average_precision`, and `at X` for each FPPI."""
         names = ("detection_rate", "fppi", "average_precision", *(f"at {x:g}" for x in fppi))
         values = curve_intervals(
@@ -88,6 +90,7 @@ class DetectionEvaluation:
                 *(curve.at_fppi(x).detection_rate for x in fppi),
             ),
             resamples,
+            same_clips,
         )
         return dict(zip(names, values, strict=True))
 
@@ -129,6 +132,7 @@ class DetectionEvaluation:
     def as_json(self, at_fppi: Sequence[float] = (), resamples: int = RESAMPLES) -> dict[str, Any]:
         """All figures; rates are fractions, what is undefined is None."""
         intervals = self.intervals(at_fppi, resamples)
+        same_clips = self.intervals(at_fppi, resamples, same_clips=True)
         point = self.operating_point
         result: dict[str, Any] = {
             "frames": len(self.images),
@@ -144,17 +148,19 @@ class DetectionEvaluation:
         }
         for name in ("detection_rate", "fppi", "average_precision"):
             result[f"{name}_interval"] = intervals[name]
-        points = [(x, self.curve.at_fppi(x), intervals[f"at {x:g}"]) for x in at_fppi]
+            result[f"{name}_interval_same_clips"] = same_clips[name]
+        points = [(x, self.curve.at_fppi(x)) for x in at_fppi]
         if points:
             result["detection_rate_at_fppi"] = points[0][1].detection_rate
             result["at_fppi"] = [
                 {
                     "fppi": x,
                     "detection_rate": at.detection_rate,
-                    "detection_rate_interval": between,
+                    "detection_rate_interval": intervals[f"at {x:g}"],
+                    "detection_rate_interval_same_clips": same_clips[f"at {x:g}"],
                     "score_threshold": at.threshold,
                 }
-                for x, at, between in points
+                for x, at in points
             ]
         for name, strata in (
             ("by_distance", self.by_distance()),

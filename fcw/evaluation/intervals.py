@@ -3,7 +3,9 @@
 A vehicle is drawn with all its boxes, whatever picture they are in, and false positives with stretches of
 pictures (B. Efron, R. Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8; two stages as in
 A. Davison, D. Hinkley, Bootstrap Methods and their Application, 1997, sect. 3.8). Of a single clip only the
-vehicles in it are drawn: what another camera would give is then not in the interval.
+vehicles in it are drawn: what another camera would give is then not in the interval. With three clips it is
+wide, and rightly so; where the question is about these clips alone, they can be kept and only what is in
+them drawn.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -61,13 +63,21 @@ class Grouping:
         vehicle = np.array([identities[frame][label] for frame, label in places], np.int64)
         return cls(vehicle, clip[matches.vehicle_frame], frame_blocks(images), clip)
 
-    def resamples(self, count: int = RESAMPLES, seed: int = 0) -> Iterator[Weights]:
-        """Draws of clips, and within each drawn clip of its vehicles and of its stretches of pictures."""
+    def resamples(self, count: int = RESAMPLES, same_clips: bool = False, seed: int = 0) -> Iterator[Weights]:
+        """Draws of clips, and within each drawn clip of its vehicles and of its stretches of pictures.
+
+        The same arguments give the same draws, so that figures of two detectors can be compared in pairs.
+
+        Args:
+            count: how many.
+            same_clips: keep every clip, and draw in them only.
+            seed: of the draws.
+        """
         random = np.random.default_rng(seed)
         clips = np.unique(self.clip)
         for _ in range(count):
             vehicles, frames = np.zeros(len(self.vehicle)), np.zeros(len(self.clip))
-            for clip in random.choice(clips, len(clips)):
+            for clip in clips if same_clips else random.choice(clips, len(clips)):
                 for weights, groups, inside in (
                     (vehicles, self.vehicle, self.vehicle_clip == clip),
                     (frames, self.block, self.clip == clip),
@@ -78,7 +88,7 @@ class Grouping:
             yield Weights(vehicles, frames)
 
 
-def interval(values: Sequence[float]) -> Interval:
+def interval(values: Sequence[float] | NDArray[np.float64]) -> Interval:
     """The middle 95 % of resampled values; those that are not defined (NaN) are left out."""
     defined = np.asarray(values)[~np.isnan(values)]
     if not len(defined):
@@ -92,7 +102,8 @@ def curve_intervals(
     grouping: Grouping,
     figures: Callable[[DetectionCurve], Sequence[float]],
     resamples: int = RESAMPLES,
+    same_clips: bool = False,
 ) -> tuple[Interval, ...]:
-    """Intervals of several figures of the curve, all from the same resamples."""
-    values = [figures(matches.curve(*weights)) for weights in grouping.resamples(resamples)]
+    """Intervals of several figures of the curve, all from the same resamples (see `Grouping.resamples`)."""
+    values = [figures(matches.curve(*weights)) for weights in grouping.resamples(resamples, same_clips)]
     return tuple(interval(column) for column in zip(*values, strict=True))

@@ -69,6 +69,7 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
     from fcw.evaluation.detection_figures import evaluate
     from fcw.evaluation.detectors import EVERY_SCORE, DetectorCase, run_detectors
     from fcw.evaluation.labels import calibration_source, count_only, read_annotated, read_category
+    from fcw_viz.detection_report import write_detection_report
 
     if not all(x >= 0 for x in command.at_fppi):
         raise UserError(f"--at-fppi {' '.join(map(str, command.at_fppi))}: expected numbers of at least 0")
@@ -105,6 +106,9 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
     }
     if command.detections:
         write_coco_results(images, found, read_category(command.labels), command.detections)
+    if command.report:
+        page = write_detection_report(evaluation, figures, command.report)
+        messages.print(f"{page}: open it in a browser", highlight=False, soft_wrap=True)
     if command.json:
         sys.stdout.write(json.dumps(figures, indent=2) + "\n")
     else:
@@ -117,10 +121,8 @@ def report_figures(figures: dict[str, Any], console: "Console") -> None:
     from rich.table import Table
 
     def rate(value: float | None, interval: list[float | None]) -> str:
-        low, high = interval
-        return (
-            "-" if value is None or low is None or high is None else f"{value:.3f} ({low:.3f} to {high:.3f})"
-        )
+        ends = " to ".join("-" if end is None else f"{end:.3f}" for end in interval)
+        return "-" if value is None else f"{value:.3f} ({ends})"
 
     windows = figures["windows_per_frame"]
     console.print(
