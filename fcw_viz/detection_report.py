@@ -59,6 +59,7 @@ def write_detection_report(
     evaluation: DetectionEvaluation,
     figures: Mapping[str, Any],
     folder: Path,
+    beside: Sequence[PlottedCurve] = (),
 ) -> Path:
     """Write report.html into a folder that is made if need be.
 
@@ -66,6 +67,7 @@ def write_detection_report(
         evaluation: what to report.
         figures: its figures, as `fcw evaluate detection --json` prints them.
         folder: where to.
+        beside: curves of other detectors to draw with its own.
 
     Returns:
         The file.
@@ -87,7 +89,7 @@ def write_detection_report(
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
         f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
         f"<h1>{escape(title)}</h1><p>{escape(_summary(figures))}</p>"
-        f'<div class="top"><div>{_curve(evaluation, figures["detector"])}</div><div>'
+        f'<div class="top"><div>{_curve(evaluation, figures["detector"], beside)}</div><div>'
         f"{_headline_table(figures)}<h3>Failures at the shipped threshold</h3>{_counts_table(counts)}"
         "</div></div>"
         f'<div class="tables">{_strata_table(figures["by_distance"], "distance, m")}'
@@ -117,7 +119,7 @@ def _summary(figures: Mapping[str, Any]) -> str:
     )
 
 
-def _curve(evaluation: DetectionEvaluation, name: str) -> str:
+def _curve(evaluation: DetectionEvaluation, name: str, beside: Sequence[PlottedCurve]) -> str:
     band = curve_intervals(
         evaluation.matches,
         evaluation.grouping,
@@ -125,7 +127,8 @@ def _curve(evaluation: DetectionEvaluation, name: str) -> str:
         BAND_RESAMPLES,
     )
     mark = evaluation.operating_point
-    return svg_curve([PlottedCurve(f"{name} (dot: as shipped)", CURVE_COLOR, evaluation.curve, mark, band)])
+    own = PlottedCurve(f"{name} (dot: as shipped)", CURVE_COLOR, evaluation.curve, mark, band)
+    return svg_curve([own, *beside])
 
 
 def _headline_table(figures: Mapping[str, Any]) -> str:
@@ -226,9 +229,9 @@ def _caption(evaluation: DetectionEvaluation, failure: Failure) -> str:
         fields = image.attributes[failure.label]
         parts += [f"{name} {fields[name]}" for name in ("view", "occluded") if name in fields]
         same = evaluation.grouping.vehicle == failure.vehicle
-        if same.sum() > 1:
+        if failure.vehicle is not None and same.sum() > 1:
             parts.append(
-                f"vehicle {failure.vehicle}: missed in {(~evaluation.hit & same).sum()} of {same.sum()}"
+                f"vehicle {failure.vehicle + 1}: missed in {(~evaluation.hit & same).sum()} of {same.sum()}"
             )
     return ", ".join(parts)
 

@@ -62,8 +62,8 @@ def svg_curve(curves: Sequence[PlottedCurve]) -> str:
             x, y = _x(plotted.mark.fppi), _y(plotted.mark.detection_rate)
             parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{plotted.color}"/>')
         y = TOP + HEIGHT - 14 - 20 * (len(curves) - 1 - number)
-        parts.append(f'<rect x="{LEFT + WIDTH - 250}" y="{y - 9}" width="18" height="4" ')
-        parts.append(f'fill="{plotted.color}"/><text x="{LEFT + WIDTH - 226}" y="{y}">')
+        parts.append(f'<rect x="{LEFT + WIDTH - 330}" y="{y - 9}" width="18" height="4" ')
+        parts.append(f'fill="{plotted.color}"/><text x="{LEFT + WIDTH - 306}" y="{y}">')
         parts.append(f"{escape(plotted.name)}</text>")
     return "".join([*parts, "</svg>"])
 

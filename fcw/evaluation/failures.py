@@ -20,7 +20,7 @@ MISPLACED_IOU = 0.3
 class FailureKind(StrEnum):
     """What went wrong, as a person reads it."""
 
-    NOT_FOUND = "missed: nothing there"
+    NOT_FOUND = "missed: not found"
     UNSURE = "missed: found, under the threshold"
     MISPLACED_MISS = "missed: box misplaced"
     SHARED = "missed: its box counts for a neighbour"

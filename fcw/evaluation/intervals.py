@@ -42,7 +42,7 @@ class Grouping:
     """What belongs together.
 
     Attributes:
-        vehicle: (V,) identity of the vehicle of each box that counts.
+        vehicle: (V,) number, from 0, of the vehicle that each box that counts shows.
         vehicle_clip: (V,) its clip.
         block: (F,) stretch of pictures that each picture is in.
         clip: (F,) its clip.
@@ -61,7 +61,8 @@ class Grouping:
         clip = np.array([clips.index(image.labelled.clip) for image in images], np.int64)
         places = zip(matches.vehicle_frame, matches.vehicle_label, strict=True)
         vehicle = np.array([identities[frame][label] for frame, label in places], np.int64)
-        return cls(vehicle, clip[matches.vehicle_frame], frame_blocks(images), clip)
+        numbers = np.unique(vehicle, return_inverse=True)[1].astype(np.int64)
+        return cls(numbers, clip[matches.vehicle_frame], frame_blocks(images), clip)
 
     def resamples(self, count: int = RESAMPLES, same_clips: bool = False, seed: int = 0) -> Iterator[Weights]:
         """Draws of clips, and within each drawn clip of its vehicles and of its stretches of pictures.
