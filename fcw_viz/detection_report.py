@@ -115,7 +115,7 @@ def _summary(figures: Mapping[str, Any]) -> str:
     return (
         f"{figures['frames']} pictures, {figures['vehicles']} boxes of {figures['distinct_vehicles']} "
         f"vehicles{only}; score threshold {figures['score_threshold']:.2f}. Intervals: "
-        f"{figures['confidence']:.0%}, clips and vehicles resampled."
+        f"{figures['confidence']:.0%}, clips and vehicles resampled; the curve's band: vehicles of these clips."
     )
 
 
@@ -125,6 +125,7 @@ def _curve(evaluation: DetectionEvaluation, name: str, beside: Sequence[PlottedC
         evaluation.grouping,
         lambda curve: [curve.at_fppi(float(fppi)).detection_rate for fppi in GRID_FPPI],
         BAND_RESAMPLES,
+        same_clips=True,
     )
     mark = evaluation.operating_point
     own = PlottedCurve(f"{name} (dot: as shipped)", CURVE_COLOR, evaluation.curve, mark, band)

@@ -75,18 +75,34 @@ class Grouping:
             seed: of the draws.
         """
         random = np.random.default_rng(seed)
+        vehicles_of = _members(self.vehicle, self.vehicle_clip)
+        frames_of = _members(self.block, self.clip)
         clips = np.unique(self.clip)
         for _ in range(count):
             vehicles, frames = np.zeros(len(self.vehicle)), np.zeros(len(self.clip))
             for clip in clips if same_clips else random.choice(clips, len(clips)):
-                for weights, groups, inside in (
-                    (vehicles, self.vehicle, self.vehicle_clip == clip),
-                    (frames, self.block, self.clip == clip),
-                ):
-                    names, group = np.unique(groups[inside], return_inverse=True)
-                    drawn = random.multinomial(len(names), np.full(len(names), 1 / max(len(names), 1)))
-                    weights[inside] += drawn[group]
+                for weights, members in ((vehicles, vehicles_of.get(clip)), (frames, frames_of.get(clip))):
+                    if members is not None:
+                        drawn = random.integers(members.groups, size=members.groups)
+                        weights[members.index] += np.bincount(drawn, minlength=members.groups)[members.group]
             yield Weights(vehicles, frames)
+
+
+class _Members(NamedTuple):
+    """What is in a clip: indices, the group of each (a vehicle, a stretch of pictures), and their number."""
+
+    index: NDArray[np.int64]
+    group: NDArray[np.int64]
+    groups: int
+
+
+def _members(names: NDArray[np.int64], clips: NDArray[np.int64]) -> dict[int, _Members]:
+    members = {}
+    for clip in np.unique(clips):
+        index = np.flatnonzero(clips == clip)
+        different, group = np.unique(names[index], return_inverse=True)
+        members[int(clip)] = _Members(index, group, len(different))
+    return members
 
 
 def interval(values: Sequence[float] | NDArray[np.float64]) -> Interval:
