@@ -115,7 +115,7 @@ def _summary(figures: Mapping[str, Any]) -> str:
     return (
         f"{figures['frames']} pictures, {figures['vehicles']} boxes of {figures['distinct_vehicles']} "
         f"vehicles{only}; score threshold {figures['score_threshold']:.2f}. Intervals: "
-        f"{figures['confidence']:.0%}, clips and vehicles resampled; the curve's band: vehicles of these clips."
+        f"{figures['confidence']:.0%}, clips and vehicles resampled; the curve's band: these clips' vehicles."
     )
 
 
@@ -264,7 +264,7 @@ def _draw(
     x, y = ((value + 0.5 - first) * scale for value, first in zip(box[:2], corner, strict=True))
     first, last = (round(x), round(y)), (round(x + box[2] * scale), round(y + box[3] * scale))
     cv2.rectangle(crop, first, last, color, thickness, cv2.LINE_AA)
-    if text:
-        place = (max(first[0] + 3, 3), max(first[1] - 4, 13))
-        cv2.putText(crop, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 3, cv2.LINE_AA)
-        cv2.putText(crop, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.45, color, 1, cv2.LINE_AA)
+    if text and 0 <= first[0] < crop.shape[1] and 0 <= first[1] < crop.shape[0]:
+        place = (first[0], max(first[1] - 4, 12))
+        cv2.putText(crop, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (0, 0, 0), 4, cv2.LINE_AA)
+        cv2.putText(crop, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)

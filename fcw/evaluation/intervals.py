@@ -84,14 +84,14 @@ class Grouping:
                 for weights, members in ((vehicles, vehicles_of.get(clip)), (frames, frames_of.get(clip))):
                     if members is not None:
                         drawn = random.integers(members.groups, size=members.groups)
-                        weights[members.index] += np.bincount(drawn, minlength=members.groups)[members.group]
+                        weights[members.places] += np.bincount(drawn, minlength=members.groups)[members.group]
             yield Weights(vehicles, frames)
 
 
 class _Members(NamedTuple):
     """What is in a clip: indices, the group of each (a vehicle, a stretch of pictures), and their number."""
 
-    index: NDArray[np.int64]
+    places: NDArray[np.int64]
     group: NDArray[np.int64]
     groups: int
 

@@ -57,7 +57,7 @@ def random_frames(seed):
         near = np.repeat(labels, 3, axis=0) * random.normal(1, 0.12, (15, 4))
         far = np.column_stack([random.uniform(0, 400, (6, 2)), random.uniform(20, 120, (6, 2))])
         detections = np.concatenate([near, far])
-        scores = random.permutation(len(detections)) + random.uniform(0, 0.5)
+        scores = np.asarray(random.permutation(len(detections)) + random.uniform(0, 0.5), np.float64)
         frames.append(LabelledDetections(detections, scores, labels, random.random(5) < 0.3))
     return frames
 
@@ -79,14 +79,15 @@ def test_average_precision_is_that_of_pycocotools(seed):
             results.append({"image_id": image, "category_id": 1, "bbox": box.tolist(), "score": float(score)})
     with contextlib.redirect_stdout(io.StringIO()):
         truth = COCO()
-        truth.dataset = {
+        truth.dataset = {  # pyright: ignore[reportAttributeAccessIssue] - COCO asks for less
             "info": {},
             "images": [{"id": image} for image in range(1, len(frames) + 1)],
             "annotations": annotations,
             "categories": [{"id": 1}],
         }
         truth.createIndex()
-        evaluation = COCOeval(truth, truth.loadRes(results), "bbox")
+        found = truth.loadRes(results)  # pyright: ignore[reportArgumentType] - a list does, too
+        evaluation = COCOeval(truth, found, "bbox")
         evaluation.params.iouThrs = np.array([0.5])
         evaluation.evaluate()
         evaluation.accumulate()
