@@ -60,7 +60,8 @@ def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
     pictures = {picture["id"]: picture for picture in content["images"]}
     fields: dict[Any, list[Mapping[str, Any]]] = {identity: [] for identity in pictures}
     for annotation in content["annotations"]:
-        if annotation["bbox"][2] * annotation["bbox"][3] > 0:  # the rest says nothing: see read_labels
+        _, _, w, h = map(float, annotation["bbox"])
+        if w * h > 0:  # the rest says nothing: see read_labels
             fields[annotation["image_id"]].append(annotation)
     annotated = []
     for image, (identity, picture) in zip(labelled, pictures.items(), strict=True):

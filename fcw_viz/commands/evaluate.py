@@ -78,6 +78,10 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
             f"--detections {command.detections}: the folder {command.detections.parent} does not exist; "
             "create it first"
         )
+    if command.report and command.report.exists() and not command.report.is_dir():
+        raise UserError(
+            f"--report {command.report}: this is a file; expected a folder to write report.html to"
+        )
     images = count_only(read_annotated(command.labels, command.images), command.only)
     calibration_of = calibration_source(command.calibration)
     for image in images:

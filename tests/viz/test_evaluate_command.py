@@ -7,8 +7,12 @@ import re
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model
+from fcw.evaluation.detectors import EVERY_SCORE, DetectorCase, run_detectors
+from fcw.evaluation.labels import calibration_source, read_annotated
 from fcw.evaluation.simulated import counts_as_rear_view
 from fcw.simulation.truth_file import read_truth
 from fcw.sources import open_source
@@ -106,6 +110,26 @@ def test_json_alone_on_stdout_with_the_keys_scripts_rely_on(drive, capsys, tmp_p
     assert sum(map(int, re.findall(r"<tr><td>false: [^<]*<td>(\d+)", page))) == false
 
 
+@pytest.mark.parametrize("name", ["acf", "acf-full"])
+def test_a_detector_at_a_threshold_gives_what_the_curve_has_above_it(drive, name):
+    images = read_annotated(drive.labels, drive.images)
+    calibration_of = calibration_source(drive.calibration)
+    model = Model.load(SHIPPED_MODEL_PATH)
+
+    def run(threshold):
+        case = DetectorCase(name, model, threshold)
+        return run_detectors(images, {"only": case.detector_of(calibration_of)})["only"]
+
+    every_score = run(EVERY_SCORE)
+    middle = float(np.median(np.concatenate([frame.scores for frame in every_score])))
+    for upper, every in zip(run(middle), every_score, strict=True):
+        sure = every.scores >= middle
+        assert upper.scores == pytest.approx(every.scores[sure])
+        assert upper.boxes == pytest.approx(every.boxes[sure])
+        assert upper.milliseconds > 0
+        assert (upper.windows or 0) == (every.windows or 0) > 1000
+
+
 def test_a_person_reads_a_table_and_only_leaves_the_others_out(drive, capsys):
     assert main(drive.arguments("--only", "lead=true", "--detector", "acf-full")) == 0
     told = capsys.readouterr().out
@@ -117,6 +141,7 @@ def test_a_person_reads_a_table_and_only_leaves_the_others_out(drive, capsys):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
+        (("--report", __file__), r"--report .*: this is a file; expected a folder"),
         (("--only", "colour=red"), r"--only colour=red: no annotation has the attribute colour"),
         (("--detector", "yolo"), r"--detector yolo: no such detector; expected one of acf, acf-full"),
         (("--at-fppi", "-1"), r"--at-fppi -1\.0: expected numbers of at least 0"),
