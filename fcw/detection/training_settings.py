@@ -44,7 +44,7 @@ class TrainingSettings:
     rejection_threshold: float = -3.0
     lowest_rejection_threshold: float = -6.0
     folds: int = 3
-    fppi: float = 0.03
+    fppi: float = 0.1
     augmentation: Augmentation = Augmentation()  # noqa: RUF009 - frozen
     displacement: Augmentation = Augmentation(shift=0.12, scale=0.18, stretch=0.12)  # noqa: RUF009 - frozen
     ridge: float = 1.0
