@@ -46,9 +46,9 @@ class ImageFolderSource:
             raise UserError(f"frame rate {frame_rate_hz}: expected a number of pictures a second above 0")
         first = next((image for image in map(_read, self._pictures) if image is not None), None)
         if first is None:
-            raise UserError(
-                f"{path}: none of its {len(self._pictures)} pictures can be read; expected whole files"
-            )
+            what = "this picture" if path.is_file() else f"none of its {len(self._pictures)} pictures"
+            can = "cannot" if path.is_file() else "can"
+            raise UserError(f"{path}: {what} {can} be read; expected whole files")
         self._image_size = ImageSize(first.shape[1], first.shape[0])
         self._opening_notes: tuple[str, ...] = ()
         self._notes: tuple[str, ...] = ()
