@@ -1,7 +1,7 @@
 """What somebody has told the calibration page so far, and the edits that change it.
 
 A document is immutable and an edit is a value: a document is what its edits make of an empty one, so the
-journal of edits is the whole state, and undo is replaying fewer of them.
+journal of edits is the whole state (`fcw_viz.calibrate_app.history`), and undo is replaying fewer of them.
 """
 
 import math
@@ -11,13 +11,16 @@ from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 
+EDGE_PX = 0.5
+"""Pixel centres are at whole numbers: the picture reaches half a pixel beyond the first and the last."""
+
 
 @dataclass(frozen=True, slots=True)
 class Mark:
     """A point of the road clicked in a picture.
 
     Attributes:
-        id: its number in this document; never given twice.
+        id: its number in this document, counted from 1; that of a deleted mark is not given again.
         column_px: where it is.
         row_px: where it is.
         distance_m: from the reference, as typed; None until somebody says it.
@@ -138,7 +141,18 @@ class AddMark:
     distance_m: float | None = None
 
     def apply(self, document: Document) -> Document:
-        """The document with one more mark."""
+        """The document with one more mark.
+
+        Raises:
+            UserError: the click is outside the picture, or the distance is not one.
+        """
+        if (self.column_px, self.row_px) != _inside(document.image_size, self.column_px, self.row_px):
+            raise UserError(
+                f"a click at column {self.column_px:g}, row {self.row_px:g} is outside the picture of "
+                f"{document.image_size}; click on the road in the picture"
+            )
+        if self.distance_m is not None:
+            _check_positive("distance", self.distance_m, "metres along the road to the mark")
         distance_m = document.next_planned_m if self.distance_m is None else self.distance_m
         mark = Mark(document.next_id, self.column_px, self.row_px, distance_m, frame=self.frame)
         return replace(document, marks=(*document.marks, mark), next_id=document.next_id + 1)
@@ -146,16 +160,21 @@ class AddMark:
 
 @dataclass(frozen=True, slots=True)
 class MoveMark:
-    """A mark dragged or nudged."""
+    """A mark dragged or nudged; beyond the picture it stays at its edge."""
 
     id: int
     column_px: float
     row_px: float
 
     def apply(self, document: Document) -> Document:
-        """The document with the mark elsewhere."""
-        mark = document.mark(self.id)
-        return document.with_mark(replace(mark, column_px=self.column_px, row_px=self.row_px))
+        """The document with the mark elsewhere.
+
+        Raises:
+            UserError: the place is not a finite one.
+        """
+        _check_finite("place of the point", self.column_px, self.row_px)
+        column_px, row_px = _inside(document.image_size, self.column_px, self.row_px)
+        return document.with_mark(replace(document.mark(self.id), column_px=column_px, row_px=row_px))
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,7 +301,12 @@ class SetFieldOfView:
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that belief."""
+        """The document with that belief.
+
+        Raises:
+            UserError: its value or its standard deviation is not one.
+        """
+        _check_belief("field of view", self.belief, math.pi)
         return replace(document, field_of_view=self.belief)
 
 
@@ -293,7 +317,12 @@ class SetPrincipalRow:
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that belief."""
+        """The document with that belief.
+
+        Raises:
+            UserError: its value or its standard deviation is not one.
+        """
+        _check_belief("principal row", self.belief)
         return replace(document, principal_row=self.belief)
 
 
@@ -304,7 +333,12 @@ class SetHorizon:
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that belief."""
+        """The document with that belief.
+
+        Raises:
+            UserError: its value or its standard deviation is not one.
+        """
+        _check_belief("horizon", self.belief)
         return replace(document, horizon=self.belief)
 
 
@@ -316,7 +350,17 @@ class SetLaneLine:
     line: Line | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that line."""
+        """The document with that line.
+
+        Raises:
+            UserError: there is no lane line of that index, or its ends are not finite or the same.
+        """
+        if self.index not in (0, 1):
+            raise UserError(f"lane line {self.index}: expected 0 or 1, the two markings of a lane")
+        if self.line is not None:
+            _check_finite("end of a lane line", *self.line.start_px, *self.line.end_px)
+            if self.line.start_px == self.line.end_px:
+                raise UserError("both ends of the lane line are at the same place; draw it along the marking")
         first, second = document.lane_lines
         return replace(document, lane_lines=(self.line, second) if self.index == 0 else (first, self.line))
 
@@ -343,6 +387,26 @@ class SetUnits:
         return replace(document, imperial=self.imperial)
 
 
+@dataclass(frozen=True, slots=True)
+class Load:
+    """Everything replaced: by what a file says, or by an empty document to start anew."""
+
+    document: Document
+
+    def apply(self, document: Document) -> Document:
+        """The other document.
+
+        Raises:
+            UserError: it is for pictures of another size.
+        """
+        if self.document.image_size != document.image_size:
+            raise UserError(
+                f"these points are of pictures of {self.document.image_size}, the pictures here are "
+                f"{document.image_size}; open the drive that they were clicked in"
+            )
+        return self.document
+
+
 Edit = (
     AddMark
     | MoveMark
@@ -359,9 +423,33 @@ Edit = (
     | SetLaneLine
     | EnableLaneLines
     | SetUnits
+    | Load
 )
 
 
 def _check_positive(name: str, value: float, meaning: str) -> None:
     if not (math.isfinite(value) and value > 0):
         raise UserError(f"{name} {value:g}: expected a number above 0, {meaning}")
+
+
+def _check_finite(name: str, *values: float) -> None:
+    if not all(map(math.isfinite, values)):
+        raise UserError(f"{name} {', '.join(f'{value:g}' for value in values)}: expected finite numbers")
+
+
+def _check_belief(name: str, belief: Belief | None, limit: float = math.inf) -> None:
+    if belief is None:
+        return
+    _check_finite(name, belief.prior.value)
+    _check_positive(f"uncertainty of the {name}", belief.prior.sigma, "its standard deviation")
+    if limit < math.inf and not 0 < belief.prior.value < limit:
+        raise UserError(
+            f"{name} {math.degrees(belief.prior.value):g} degrees: expected more than 0 and less than "
+            f"{math.degrees(limit):g}"
+        )
+
+
+def _inside(size: ImageSize, column_px: float, row_px: float) -> tuple[float, float]:
+    """The place itself where it is inside the picture, else the nearest one at its edge."""
+    column_px = min(max(column_px, -EDGE_PX), size.width - EDGE_PX)
+    return column_px, min(max(row_px, -EDGE_PX), size.height - EDGE_PX)

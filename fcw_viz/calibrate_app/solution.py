@@ -1,0 +1,250 @@
+"""What follows from a document: the camera, its uncertainty, what is still missing and what is wrong."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Gaussian, Priors
+from fcw.camera.plausibility import OUTLIER_SIGMAS, plausibility
+from fcw.camera.points import (
+    PARAMETER_COUNT,
+    check_order,
+    check_repeats,
+    distinct_distances,
+)
+from fcw.camera.solve import calibrate
+from fcw.camera.uncertainty import best_next_click, camera_sigmas
+from fcw.camera.vanishing import combined, vanishing_row
+from fcw.errors import UserError
+from fcw.logs.overlay import ROW_DISTANCES_M
+from fcw.units import FEET_PER_METRE
+from fcw_viz.calibrate_app import words
+from fcw_viz.calibrate_app.document import Document, Mark, SetHorizon
+from fcw_viz.calibrate_app.state import (
+    BeliefEffect,
+    DistanceRow,
+    MarkResidual,
+    Mend,
+    Result,
+    Solution,
+    Status,
+    Trouble,
+)
+from fcw_viz.calibrate_app.troubles import degenerate_troubles, implausible_troubles
+
+ASSUMED_HEIGHT_M = 1.3
+"""A lens at the mirror of an ordinary car, for the preview until somebody says the height."""
+ASSUMED_OFFSET_M = 1.8
+"""From there to the front bumper of an ordinary car, for the preview."""
+EFFECT_DISTANCE_M = 40.0
+"""Where the effect of a belief is told, and the quality: a warning at 90 km/h comes from there."""
+ROW_DISTANCES_FT = (15.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 250.0)
+QUALITY_DISTANCE_FT = 130.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Facts:
+    """What takes part in a calibration."""
+
+    marks: tuple[Mark, ...]
+    priors: Priors
+    lane_horizon: Gaussian | None
+
+    @property
+    def missing(self) -> int:
+        """How many more facts determine a camera."""
+        distances_m = [mark.distance_m for mark in self.marks if mark.distance_m is not None]
+        return max(PARAMETER_COUNT - len(distinct_distances(distances_m)) - self.priors.count, 0)
+
+
+def solve(document: Document, effects: bool = True) -> Solution:
+    """What follows from a document.
+
+    Args:
+        document: what was said.
+        effects: whether to tell the effect of each belief, and to look for mends that take several solutions;
+            neither is needed while somebody drags.
+    """
+    lane_horizon, lane_troubles = _lane_horizon(document)
+    facts = _facts(document, lane_horizon)
+    told = _effects(document, lane_horizon) if effects else {}
+    height_assumed = document.height_m is None
+    incomplete = Solution(
+        Status.INCOMPLETE,
+        None,
+        words.hint_incomplete(document, facts.missing),
+        lane_troubles,
+        lane_horizon,
+        height_assumed,
+        told,
+    )
+    try:
+        calibration = _calibration(document, facts)
+    except UserError as error:
+        troubles = degenerate_troubles(document, error, calibration_of, thorough=effects)
+        return replace(
+            incomplete,
+            status=Status.DEGENERATE,
+            hint=words.hint_degenerate(),
+            troubles=(*troubles, *lane_troubles),
+        )
+    if calibration is None:
+        return incomplete
+    result = _result(document, facts, calibration)
+    if height_assumed or document.reference_offset_m is None:
+        # Of an assumed camera only what its points say of each other can be wrong.
+        return replace(incomplete, result=replace(result, findings=()))
+    troubles = implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
+    good = not troubles and not result.findings
+    return replace(
+        incomplete,
+        status=Status.GOOD if good else Status.IMPLAUSIBLE,
+        result=result,
+        hint=words.hint_next_click(result.next_click, document.imperial)
+        if good
+        else words.hint_implausible(),
+        troubles=(*troubles, *lane_troubles),
+    )
+
+
+def calibration_of(document: Document) -> Calibration | None:
+    """The calibration of a document; None where something is missing, assumed values where it is the height
+    or the offset.
+
+    Raises:
+        UserError: what was said determines no camera.
+    """
+    return _calibration(document, _facts(document, _lane_horizon(document)[0]))
+
+
+def _facts(document: Document, lane_horizon: Gaussian | None) -> _Facts:
+    horizons = [document.horizon.prior] if document.horizon and document.horizon.enabled else []
+    if lane_horizon is not None and document.lane_lines_enabled:
+        horizons.append(lane_horizon)
+    beliefs = (document.field_of_view, document.principal_row)
+    field_of_view, principal_row = (belief.prior if belief and belief.enabled else None for belief in beliefs)
+    marks = tuple(mark for mark in document.marks if mark.ground_point is not None)
+    return _Facts(marks, Priors(field_of_view, principal_row, combined(horizons)), lane_horizon)
+
+
+def _calibration(document: Document, facts: _Facts) -> Calibration | None:
+    points = [mark.ground_point for mark in facts.marks if mark.ground_point is not None]
+    if facts.missing:
+        # Nothing follows yet, but two points can already contradict each other.
+        check_repeats(points, document.row_sigma_px)
+        check_order(points)
+        return None
+    offset_m = document.reference_offset_m
+    return calibrate(
+        points,
+        document.image_size,
+        ASSUMED_HEIGHT_M if document.height_m is None else document.height_m,
+        ASSUMED_OFFSET_M if offset_m is None else offset_m,
+        document.row_sigma_px,
+        facts.priors.field_of_view_rad,
+        facts.priors.principal_row_px,
+        facts.priors.horizon_row_px,
+    )
+
+
+def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, ...]]:
+    """Where the lane lines meet, and what is wrong with them."""
+    first, second = document.lane_lines
+    if first is None or second is None:
+        return None, ()
+    try:
+        horizon = vanishing_row(
+            (first.start_px, first.end_px), (second.start_px, second.end_px), document.row_sigma_px
+        )
+    except UserError as error:
+        text = str(error)
+        return None, (Trouble(text[0].upper() + text[1:] + "."),)
+    dragged = document.horizon
+    if dragged is None or not dragged.enabled or not document.lane_lines_enabled:
+        return horizon, ()
+    apart_px = abs(dragged.prior.value - horizon.value)
+    if apart_px <= OUTLIER_SIGMAS * math.hypot(dragged.prior.sigma, horizon.sigma):
+        return horizon, ()
+    mend = Mend("Switch the dragged horizon off", (SetHorizon(replace(dragged, enabled=False)),))
+    return horizon, (Trouble(words.horizons_disagree(dragged.prior, horizon), mend=mend),)
+
+
+def _result(document: Document, facts: _Facts, calibration: Calibration) -> Result:
+    residuals = {
+        mark.id: MarkResidual(residual_px, calibration.distance_at(mark.row_px) - (mark.distance_m or 0.0))
+        for mark, residual_px in zip(facts.marks, calibration.residuals_px, strict=True)
+    }
+    distances_m = ROW_DISTANCES_M
+    if document.imperial:
+        distances_m = tuple(feet / FEET_PER_METRE for feet in ROW_DISTANCES_FT)
+    quality_m = QUALITY_DISTANCE_FT / FEET_PER_METRE if document.imperial else EFFECT_DISTANCE_M
+    low_m, high_m = calibration.distance_interval(calibration.row_at(quality_m))
+    return Result(
+        calibration,
+        camera_sigmas(calibration),
+        tuple(
+            _row(calibration, distance_m)
+            for distance_m in distances_m
+            if math.isfinite(calibration.row_at(distance_m))
+        ),
+        words.quality(quality_m, low_m, high_m, document.imperial),
+        best_next_click(calibration),
+        residuals,
+        len(facts.marks) + facts.priors.count <= PARAMETER_COUNT,
+        plausibility(calibration),
+    )
+
+
+def _row(calibration: Calibration, distance_m: float) -> DistanceRow:
+    row_px = calibration.row_at(distance_m)
+    low_m, high_m = calibration.distance_interval(row_px)
+    return DistanceRow(distance_m, row_px, _row_sigma(calibration, distance_m), low_m, high_m)
+
+
+def _row_sigma(calibration: Calibration, distance_m: float) -> float:
+    gradient = np.array(calibration.row_gradient(distance_m))
+    return math.sqrt(max(float(gradient @ np.array(calibration.covariance) @ gradient), 0.0))
+
+
+def _relative_error(calibration: Calibration, distance_m: float) -> float:
+    """Standard deviation of a distance to first order, as a part of it."""
+    camera = calibration.camera
+    depth_m = distance_m + calibration.reference_offset_m + camera.pole_m
+    if depth_m <= 0:
+        return math.inf
+    metres_per_row = depth_m**2 / camera.row_scale_m_px
+    return _row_sigma(calibration, distance_m) * metres_per_row / distance_m
+
+
+def _effects(document: Document, lane_horizon: Gaussian | None) -> dict[str, BeliefEffect]:
+    effects: dict[str, BeliefEffect] = {}
+    for name in ("field_of_view", "principal_row", "horizon"):
+        belief = getattr(document, name)
+        if belief is not None:
+            effects[name] = _effect(
+                replace(document, **{name: replace(belief, enabled=False)}),
+                replace(document, **{name: replace(belief, enabled=True)}),
+            )
+    if lane_horizon is not None:
+        effects["lane_lines"] = _effect(
+            replace(document, lane_lines_enabled=False), replace(document, lane_lines_enabled=True)
+        )
+    return effects
+
+
+def _effect(without: Document, with_it: Document) -> BeliefEffect:
+    def solved(document: Document) -> Calibration | None:
+        try:
+            return calibration_of(document)
+        except UserError:
+            return None
+
+    def error(calibration: Calibration | None) -> float:
+        return math.inf if calibration is None else _relative_error(calibration, EFFECT_DISTANCE_M)
+
+    before, after = solved(without), solved(with_it)
+    shift = 0.0
+    if before is not None and after is not None:
+        shift = after.distance_at(before.row_at(EFFECT_DISTANCE_M)) / EFFECT_DISTANCE_M - 1
+    return BeliefEffect(error(before), error(after), shift)

@@ -1,0 +1,252 @@
+"""What is wrong with what somebody said, beside the marks that cause it, and the edits that would mend it."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from fcw.camera.calibration import Calibration, Gaussian
+from fcw.camera.plausibility import FindingKind, noise_explains, plausibility
+from fcw.camera.points import PARAMETER_COUNT, PointsError, PointsFault
+from fcw.errors import UserError
+from fcw.units import FEET_PER_METRE
+from fcw_viz.calibrate_app import words
+from fcw_viz.calibrate_app.document import (
+    Belief,
+    Document,
+    Edit,
+    EnableLaneLines,
+    EnableMark,
+    Mark,
+    SetDistance,
+    SetFieldOfView,
+    SetHeight,
+    SetHorizon,
+    SetPrincipalRow,
+    SetReference,
+    SetUnits,
+)
+from fcw_viz.calibrate_app.state import Mend, Result, Trouble
+
+Calibrate = Callable[[Document], Calibration | None]
+"""The calibration of a document: None where something is missing; raises UserError where none follows."""
+
+CAMERA_FINDINGS = frozenset(
+    (
+        FindingKind.PITCH,
+        FindingKind.FIELD_OF_VIEW,
+        FindingKind.PRINCIPAL_ROW,
+        FindingKind.HORIZON,
+        FindingKind.CAUSE,
+    )
+)
+OFFSET_STEP_M = 0.01
+"""Nobody measures a car more finely."""
+PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
+"""How far lens and sensor are off centre in ordinary cameras, in picture heights."""
+
+
+def degenerate_troubles(
+    document: Document, error: UserError, calibrate: Calibrate, thorough: bool
+) -> tuple[Trouble, ...]:
+    """Why a document determines no camera.
+
+    Args:
+        document: what was said.
+        error: what calibrating it raised.
+        calibrate: tries what a mend would make of it.
+        thorough: whether to look for a mend.
+    """
+    if not isinstance(error, PointsError):
+        return (Trouble(_sentence(str(error))),)
+    marks = _marks_of(document, error)
+    mend = None
+    if thorough:
+        if error.fault is PointsFault.ORDER:
+            mend = _swap(document, marks, calibrate)
+        mend = mend or _leave_one_out(document, calibrate)
+    text = words.degenerate(error, marks, document.imperial)
+    return (Trouble(text, tuple(mark.id for mark in marks), mend),)
+
+
+def implausible_troubles(
+    document: Document, marks: Sequence[Mark], result: Result, calibrate: Calibrate, thorough: bool
+) -> tuple[Trouble, ...]:
+    """What speaks against a result, the likely cause first.
+
+    Args:
+        document: what was said.
+        marks: those that took part, in the order of the calibration's points.
+        result: what followed.
+        calibrate: tries what a mend would make of it.
+        thorough: whether to look for mends that take several solutions.
+    """
+    troubles: list[Trouble] = []
+    calibration = result.calibration
+    if any(finding.kind in CAMERA_FINDINGS for finding in result.findings):
+        troubles.append(_camera_trouble(document, result, calibrate, thorough))
+    by_point = dict(zip(calibration.points, marks, strict=True))
+    for finding in result.findings:
+        if finding.point is not None:
+            mark = by_point[finding.point]
+            if finding.kind is FindingKind.RESIDUAL:
+                residual_px = result.residuals[mark.id].row_px
+                text = words.residual_trouble(mark, residual_px, document.row_sigma_px)
+                mend = (_leave_one_out(document, calibrate) if thorough else None) or _leave_out(mark)
+            else:
+                text, mend = words.outside_trouble(mark), _leave_out(mark)
+            troubles.append(Trouble(text, (mark.id,), mend))
+        elif finding.prior is not None:
+            troubles.append(_prior_trouble(document, calibration, finding.prior))
+    return tuple(troubles)
+
+
+def _camera_trouble(document: Document, result: Result, calibrate: Calibrate, thorough: bool) -> Trouble:
+    calibration = result.calibration
+    text = words.camera_trouble(calibration, result.findings)
+    proposal = next((finding.offset for finding in result.findings if finding.offset), None)
+    if proposal is not None:
+        offset_m = round(proposal.offset_m / OFFSET_STEP_M) * OFFSET_STEP_M
+        mend = Mend(words.offset_label(document, offset_m), (SetReference(True, offset_m),))
+        return Trouble(f"{text} {words.offset_cause(document, proposal)}", mend=mend)
+    if not thorough:
+        return Trouble(text)
+    if noise_explains(calibration, result.sigmas):
+        middle_px = (document.image_size.height - 1) / 2
+        prior = Gaussian(middle_px, PRINCIPAL_ROW_SIGMA_HEIGHTS * document.image_size.height)
+        mend = Mend(words.MIDDLE_LABEL, (SetPrincipalRow(Belief(prior)),))
+        cause = words.noise_cause(result.sigmas.principal_row_px)
+        return Trouble(f"{text} {cause}", mend=mend if _makes_plausible(document, mend, calibrate) else None)
+    for cause, mend in _unit_mends(document):
+        if _makes_plausible(document, mend, calibrate):
+            return Trouble(f"{text} {cause}", mend=mend)
+    return Trouble(f"{text} {words.UNKNOWN_CAUSE}")
+
+
+def _unit_mends(document: Document) -> list[tuple[str, Mend]]:
+    """What was typed in the other unit: the distances, the height, or everything."""
+    scale = FEET_PER_METRE if document.imperial else 1 / FEET_PER_METRE
+    distances: tuple[Edit, ...] = tuple(
+        SetDistance(mark.id, mark.distance_m * scale)
+        for mark in document.marks
+        if mark.distance_m is not None
+    )
+    units = SetUnits(not document.imperial)
+    height: tuple[Edit, ...] = ()
+    if document.height_m is not None:
+        height = (SetHeight(document.height_m * scale),)
+    offset: tuple[Edit, ...] = ()
+    if document.from_bumper and document.bumper_offset_m:
+        offset = (SetReference(True, document.bumper_offset_m * scale),)
+    proposals = [
+        ("the distances", (*distances, units)),
+        ("the camera's height", height),
+        ("all lengths", (*distances, *height, *offset, units)),
+    ]
+    return [
+        (words.unit_cause(what, document.imperial), Mend(words.unit_label(what, document.imperial), edits))
+        for what, edits in proposals
+        if edits
+    ]
+
+
+def _prior_trouble(document: Document, calibration: Calibration, field: str) -> Trouble:
+    prior: Gaussian = getattr(calibration.priors, field)
+    if field == "field_of_view_rad":
+        assert document.field_of_view is not None
+        name, unit, unit_name = "field of view", math.degrees(1), "°"
+        value = calibration.field_of_view_rad
+        edits: tuple[Edit, ...] = (SetFieldOfView(replace(document.field_of_view, enabled=False)),)
+    elif field == "principal_row_px":
+        assert document.principal_row is not None
+        name, unit, unit_name = "principal row", 1.0, ""
+        value = calibration.camera.principal_row_px
+        edits = (SetPrincipalRow(replace(document.principal_row, enabled=False)),)
+    else:
+        name, unit, unit_name = "horizon row", 1.0, ""
+        value = calibration.horizon_row_px
+        edits = ()
+        if document.horizon is not None and document.horizon.enabled:
+            edits = (SetHorizon(replace(document.horizon, enabled=False)),)
+        if document.lane_lines_enabled and None not in document.lane_lines:
+            edits = (*edits, EnableLaneLines(False))
+    text = words.prior_trouble(name, prior, value, unit, unit_name)
+    return Trouble(text, mend=Mend(words.switch_off_label(name), edits))
+
+
+def _swap(document: Document, marks: Sequence[Mark], calibrate: Calibrate) -> Mend | None:
+    """The distances of two marks swapped or, where that is not enough, all of them by row."""
+    near, far = marks
+    swap = Mend(words.swap_label(near, far), _exchanged((near, far), (far, near)))
+    if _solves(document, swap, calibrate):
+        return swap
+    told = [mark for mark in document.marks if mark.ground_point is not None]
+    by_row = sorted(told, key=lambda mark: -mark.row_px)
+    by_distance = sorted(told, key=lambda mark: mark.distance_m or 0.0)
+    sort = Mend(words.SORT_LABEL, _exchanged(by_row, by_distance))
+    return sort if _solves(document, sort, calibrate) else None
+
+
+def _exchanged(marks: Sequence[Mark], givers: Sequence[Mark]) -> tuple[Edit, ...]:
+    return tuple(SetDistance(mark.id, giver.distance_m) for mark, giver in zip(marks, givers, strict=True))
+
+
+def _leave_one_out(document: Document, calibrate: Calibrate) -> Mend | None:
+    """The mark without which the others fit best and nothing speaks against them.
+
+    The worst residual alone is a poor witness: a far point pulls the curve to itself.
+    """
+    marks = [mark for mark in document.marks if mark.ground_point is not None]
+    best: tuple[float, Mend] | None = None
+    if len(marks) <= PARAMETER_COUNT + 1:
+        # Any three points fit exactly, with or without the wrong one among them.
+        return None
+    for mark in marks:
+        mend = _leave_out(mark)
+        calibration = _mended(document, mend, calibrate)
+        if calibration is not None and not plausibility(calibration):
+            misfit = sum(residual**2 for residual in calibration.residuals_px)
+            if best is None or misfit < best[0]:
+                best = misfit, mend
+    return best and best[1]
+
+
+def _leave_out(mark: Mark) -> Mend:
+    return Mend(words.leave_out_label(mark), (EnableMark(mark.id, False),))
+
+
+def _mended(document: Document, mend: Mend, calibrate: Calibrate) -> Calibration | None:
+    try:
+        for edit in mend.edits:
+            document = edit.apply(document)
+        return calibrate(document)
+    except UserError:
+        return None
+
+
+def _solves(document: Document, mend: Mend, calibrate: Calibrate) -> bool:
+    try:
+        for edit in mend.edits:
+            document = edit.apply(document)
+        calibrate(document)
+    except UserError:
+        return False
+    return True
+
+
+def _makes_plausible(document: Document, mend: Mend, calibrate: Calibrate) -> bool:
+    calibration = _mended(document, mend, calibrate)
+    return calibration is not None and not plausibility(calibration)
+
+
+def _marks_of(document: Document, error: PointsError) -> list[Mark]:
+    """The marks behind the points of an error, in its order."""
+    marks = [mark for mark in document.marks if mark.ground_point is not None]
+    found: list[Mark] = []
+    for point in error.points:
+        mark = next(mark for mark in marks if mark.ground_point == point and mark not in found)
+        found.append(mark)
+    return found
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:].rstrip('.')}."
