@@ -14,7 +14,7 @@ from fcw.camera.points import (
     distinct_distances,
 )
 from fcw.camera.solve import calibrate
-from fcw.camera.uncertainty import best_next_click, camera_sigmas
+from fcw.camera.uncertainty import best_next_click, camera_sigmas, relative_errors, row_sigmas
 from fcw.camera.vanishing import combined, vanishing_row
 from fcw.errors import UserError
 from fcw.logs.overlay import ROW_DISTANCES_M
@@ -180,13 +180,16 @@ def _result(document: Document, facts: _Facts, calibration: Calibration) -> Resu
         distances_m = tuple(feet / FEET_PER_METRE for feet in ROW_DISTANCES_FT)
     quality_m = QUALITY_DISTANCE_FT / FEET_PER_METRE if document.imperial else EFFECT_DISTANCE_M
     low_m, high_m = calibration.distance_interval(calibration.row_at(quality_m))
+    # A camera that looks up has no row for what is near its foot.
+    nearest_m = -calibration.reference_offset_m - calibration.camera.pole_m
+    shown_m = np.array([distance_m for distance_m in distances_m if distance_m > nearest_m])
+    rows_px, sigmas_px = calibration.row_at(shown_m).tolist(), row_sigmas(calibration, shown_m).tolist()
     return Result(
         calibration,
         camera_sigmas(calibration),
         tuple(
-            _row(calibration, distance_m)
-            for distance_m in distances_m
-            if math.isfinite(calibration.row_at(distance_m))
+            DistanceRow(distance_m, row_px, sigma_px, *calibration.distance_interval(row_px))
+            for distance_m, row_px, sigma_px in zip(shown_m.tolist(), rows_px, sigmas_px, strict=True)
         ),
         words.quality(quality_m, low_m, high_m, document.imperial),
         best_next_click(calibration),
@@ -194,27 +197,6 @@ def _result(document: Document, facts: _Facts, calibration: Calibration) -> Resu
         len(facts.marks) + facts.priors.count <= PARAMETER_COUNT,
         plausibility(calibration),
     )
-
-
-def _row(calibration: Calibration, distance_m: float) -> DistanceRow:
-    row_px = calibration.row_at(distance_m)
-    low_m, high_m = calibration.distance_interval(row_px)
-    return DistanceRow(distance_m, row_px, _row_sigma(calibration, distance_m), low_m, high_m)
-
-
-def _row_sigma(calibration: Calibration, distance_m: float) -> float:
-    gradient = np.array(calibration.row_gradient(distance_m))
-    return math.sqrt(max(float(gradient @ np.array(calibration.covariance) @ gradient), 0.0))
-
-
-def _relative_error(calibration: Calibration, distance_m: float) -> float:
-    """Standard deviation of a distance to first order, as a part of it."""
-    camera = calibration.camera
-    depth_m = distance_m + calibration.reference_offset_m + camera.pole_m
-    if depth_m <= 0:
-        return math.inf
-    metres_per_row = depth_m**2 / camera.row_scale_m_px
-    return _row_sigma(calibration, distance_m) * metres_per_row / distance_m
 
 
 def _effects(document: Document, lane_horizon: Gaussian | None) -> dict[str, BeliefEffect]:
@@ -241,7 +223,9 @@ def _effect(without: Document, with_it: Document) -> BeliefEffect:
             return None
 
     def error(calibration: Calibration | None) -> float:
-        return math.inf if calibration is None else _relative_error(calibration, EFFECT_DISTANCE_M)
+        if calibration is None:
+            return math.inf
+        return float(relative_errors(calibration, np.array([EFFECT_DISTANCE_M]))[0])
 
     before, after = solved(without), solved(with_it)
     shift = 0.0
