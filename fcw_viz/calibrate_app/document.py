@@ -146,6 +146,7 @@ class AddMark:
         Raises:
             UserError: the click is outside the picture, or the distance is not one.
         """
+        _check_finite("place of the click", self.column_px, self.row_px)
         if (self.column_px, self.row_px) != _inside(document.image_size, self.column_px, self.row_px):
             raise UserError(
                 f"a click at column {self.column_px:g}, row {self.row_px:g} is outside the picture of "

@@ -26,6 +26,7 @@ else:
 
 FORMAT_VERSION = 1
 VERSION_FIELD = "fcw_calibration_journal_version"
+HEADER_START = f'{{"{VERSION_FIELD}":'.encode()
 LOCKED_BYTE = 1 << 40
 """Windows locks bytes of a file, even beyond its end, and nobody else can read them: one far away."""
 
@@ -169,7 +170,7 @@ class Journal:
             with suppress(OSError):
                 self._restore()
             raise UserError(
-                f"{self.path}: cannot keep this step ({error.strerror}), so it was not made; "
+                f"{self.path}: cannot be written ({error.strerror}), so nothing was changed; "
                 "mend that (a full disk?) and do it again"
             ) from error
         self._size += len(data)
@@ -204,6 +205,8 @@ def read_journal(path: Path) -> JournalContent | None:
     if whole and not torn and _parsed(whole[-1]) is None:
         whole, torn = whole[:-1], True
     if not whole:
+        if not data.startswith(HEADER_START[: len(data)]):
+            raise _damaged(path, 1, "it is not the beginning of a journal")
         return None
     history: History | None = None
     event_count, saved_digest, page = 0, None, None
@@ -277,23 +280,19 @@ def _open_locked(path: Path) -> int:
             raise
         if not locked:
             os.close(descriptor)
+            content = None
             with suppress(UserError):
                 content = read_journal(path)
-                if content is not None and content.page is not None:
-                    raise _running(path, f" at {content.page}")
-            raise _running(path, "")
+            where = f" at {content.page}" if content is not None and content.page is not None else ""
+            raise UserError(
+                f"{path}: a calibration page{where} is already working on this; use that one, "
+                "stop it first, or name another file with `--save FILE`"
+            )
         # Whoever had it may have removed the file between our opening and our locking it.
         with suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(descriptor), path.stat()):
                 return descriptor
         os.close(descriptor)
-
-
-def _running(path: Path, where: str) -> UserError:
-    return UserError(
-        f"{path}: a calibration page{where} is already working on this; use that one, "
-        "stop it first, or name another file with `--save FILE`"
-    )
 
 
 def _lock(descriptor: int) -> bool:

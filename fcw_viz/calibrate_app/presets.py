@@ -79,6 +79,16 @@ def _tape(*distances_m: float, advice: str) -> Preset:
     )
 
 
+def _tape_feet(*distances_ft: float) -> Preset:
+    numbers = ", ".join(f"{distance_ft:g}" for distance_ft in distances_ft)
+    return Preset(
+        f"Tape measure: {numbers} ft",
+        f"Lay the tape straight ahead and put something flat on the road at {numbers} ft. "
+        "Click the near edge of each, the nearest first.",
+        tuple(round(distance_ft / FEET_PER_METRE, 4) for distance_ft in distances_ft),
+    )
+
+
 def _dashes(where: str, period_m: float) -> SpacedPreset:
     count = math.floor(FARTHEST_DASH_M / period_m + 1e-9) + 1
     return SpacedPreset(
@@ -93,6 +103,7 @@ def _dashes(where: str, period_m: float) -> SpacedPreset:
 PRESETS = (
     _tape(4.0, 5.0, 7.0, advice="Far distances stay uncertain: add a far mark if you can."),
     _tape(5.0, 10.0, 20.0, advice="Good to about 40 m."),
+    _tape_feet(15.0, 30.0, 65.0),
 )
 """Marks whose distances are known."""
 

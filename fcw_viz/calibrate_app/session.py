@@ -4,6 +4,7 @@ import functools
 import logging
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -183,7 +184,9 @@ class CalibrationSession:
             calibration = solution.result.calibration
             calibration.save(self._save_path)
             self._saved = calibration
-            self._journal.add_saved(file_digest(self._save_path))
+            # Without this line a resumed session takes the file for another's only if it holds something else.
+            with suppress(UserError):
+                self._journal.add_saved(file_digest(self._save_path))
             self._change()
         self._publish()
         return self._save_path

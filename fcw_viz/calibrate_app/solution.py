@@ -68,8 +68,9 @@ def solve(document: Document, effects: bool = True) -> Solution:
     """
     lane_horizon, lane_troubles = _lane_horizon(document)
     facts = _facts(document, lane_horizon)
-    told = _effects(document, lane_horizon) if effects else {}
     height_assumed = document.height_m is None
+    assumed = height_assumed or document.reference_offset_m is None
+    told = _effects(document, lane_horizon) if effects and not assumed else {}
     incomplete = Solution(
         Status.INCOMPLETE,
         None,
@@ -92,25 +93,25 @@ def solve(document: Document, effects: bool = True) -> Solution:
     if calibration is None:
         return incomplete
     result = _result(document, facts, calibration)
-    if height_assumed or document.reference_offset_m is None:
-        # Of an assumed camera only what its points say of each other can be wrong.
-        return replace(incomplete, result=replace(result, findings=()))
+    if assumed:
+        # Without priors the points' misfit is the same for any height and offset; all else follows from them.
+        kept = () if facts.priors.count else tuple(f for f in result.findings if f.point is not None)
+        result = replace(result, findings=kept)
     troubles = implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
-    good = not troubles and not result.findings
-    return replace(
-        incomplete,
-        status=Status.GOOD if good else Status.IMPLAUSIBLE,
-        result=result,
-        hint=words.hint_next_click(result.next_click, document.imperial)
-        if good
-        else words.hint_implausible(),
-        troubles=(*troubles, *lane_troubles),
-    )
+    solution = replace(incomplete, result=result, troubles=(*lane_troubles, *troubles))
+    if assumed:
+        return solution
+    if result.findings:
+        return replace(solution, status=Status.IMPLAUSIBLE, hint=words.hint_implausible())
+    hint = words.hint_next_click(result.next_click, document.imperial)
+    return replace(solution, status=Status.GOOD, hint=hint)
 
 
 def calibration_of(document: Document) -> Calibration | None:
-    """The calibration of a document; None where something is missing, assumed values where it is the height
-    or the offset.
+    """The calibration of a document, with an assumed height or offset where that was not said.
+
+    Returns:
+        None where facts are missing.
 
     Raises:
         UserError: what was said determines no camera.

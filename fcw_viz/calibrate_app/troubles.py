@@ -39,8 +39,8 @@ CAMERA_FINDINGS = frozenset(
         FindingKind.CAUSE,
     )
 )
-OFFSET_STEP_M = 0.01
-"""Nobody measures a car more finely."""
+OFFSET_DECIMALS = 2
+"""Nobody measures a car more finely than to a centimetre."""
 PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
 """How far lens and sensor are off centre in ordinary cameras, in picture heights."""
 
@@ -59,11 +59,7 @@ def degenerate_troubles(
     if not isinstance(error, PointsError):
         return (Trouble(_sentence(str(error))),)
     marks = _marks_of(document, error)
-    mend = None
-    if thorough:
-        if error.fault is PointsFault.ORDER:
-            mend = _swap(document, marks, calibrate)
-        mend = mend or _leave_one_out(document, calibrate)
+    mend = _point_mend(document, error, marks, calibrate) if thorough else None
     text = words.degenerate(error, marks, document.imperial)
     return (Trouble(text, tuple(mark.id for mark in marks), mend),)
 
@@ -105,7 +101,7 @@ def _camera_trouble(document: Document, result: Result, calibrate: Calibrate, th
     text = words.camera_trouble(calibration, result.findings)
     proposal = next((finding.offset for finding in result.findings if finding.offset), None)
     if proposal is not None:
-        offset_m = round(proposal.offset_m / OFFSET_STEP_M) * OFFSET_STEP_M
+        offset_m = round(proposal.offset_m, OFFSET_DECIMALS)
         mend = Mend(words.offset_label(document, offset_m), (SetReference(True, offset_m),))
         return Trouble(f"{text} {words.offset_cause(document, proposal)}", mend=mend)
     if not thorough:
@@ -173,17 +169,24 @@ def _prior_trouble(document: Document, calibration: Calibration, field: str) -> 
     return Trouble(text, mend=Mend(words.switch_off_label(name), edits))
 
 
-def _swap(document: Document, marks: Sequence[Mark], calibrate: Calibrate) -> Mend | None:
-    """The distances of two marks swapped or, where that is not enough, all of them by row."""
-    near, far = marks
-    swap = Mend(words.swap_label(near, far), _exchanged((near, far), (far, near)))
-    if _solves(document, swap, calibrate):
-        return swap
-    told = [mark for mark in document.marks if mark.ground_point is not None]
-    by_row = sorted(told, key=lambda mark: -mark.row_px)
-    by_distance = sorted(told, key=lambda mark: mark.distance_m or 0.0)
-    sort = Mend(words.SORT_LABEL, _exchanged(by_row, by_distance))
-    return sort if _solves(document, sort, calibrate) else None
+def _point_mend(
+    document: Document, error: PointsError, marks: Sequence[Mark], calibrate: Calibrate
+) -> Mend | None:
+    """Distances exchanged or a mark left out: what makes a plausible camera, or at least one."""
+    proposals: list[Mend] = []
+    if error.fault is PointsFault.ORDER:
+        near, far = marks
+        proposals.append(Mend(words.swap_label(near, far), _exchanged((near, far), (far, near))))
+    if lone := _leave_one_out(document, calibrate):
+        proposals.append(lone)
+    if error.fault is PointsFault.ORDER:
+        told = [mark for mark in document.marks if mark.ground_point is not None]
+        by_row = sorted(told, key=lambda mark: -mark.row_px)
+        by_distance = sorted(told, key=lambda mark: mark.distance_m or 0.0)
+        proposals.append(Mend(words.SORT_LABEL, _exchanged(by_row, by_distance)))
+    plausible = (mend for mend in proposals if _makes_plausible(document, mend, calibrate))
+    solvable = (mend for mend in proposals if _solves(document, mend, calibrate))
+    return next(plausible, None) or next(solvable, None)
 
 
 def _exchanged(marks: Sequence[Mark], givers: Sequence[Mark]) -> tuple[Edit, ...]:

@@ -10,7 +10,7 @@ from fcw.camera.uncertainty import NextClick
 from fcw_viz.calibrate_app.document import Document, Mark
 from fcw_viz.calibrate_app.numbers_text import gain_text, in_units, interval_text, typed_text
 
-NUMBER_WORDS = {1: "one", 2: "two", 3: "three"}
+NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
 BELIEF_NAMES = {
     "field_of_view": "field of view",
@@ -36,8 +36,9 @@ def hint_incomplete(document: Document, missing: int) -> str:
     if missing > 0:
         if document.next_planned_m is not None:
             return f"Click the mark at {typed_text(document.next_planned_m, document.imperial)}."
-        more = "mark" if missing == 1 else "marks"
-        return f"Click {NUMBER_WORDS[missing]} more {more} at other distances, one of them far away."
+        if missing == 1:
+            return "Click one more mark at another distance, best far away."
+        return f"Click {NUMBER_WORDS[missing]} more marks at other distances, one of them far away."
     if document.reference_offset_m is None:
         return "Type how far the front bumper is ahead of the camera."
     return "Type the camera's height above the road."
@@ -69,7 +70,7 @@ def quality(distance_m: float, low_m: float, high_m: float, imperial: bool) -> s
     at = f"{in_units(distance_m, imperial):.3g} {unit}"
     if not math.isfinite(high_m):
         low = f"{max(in_units(low_m, imperial), 0.0):.0f} {unit}"
-        return f"At {at} this camera may see anything beyond {low}: add a far point."
+        return f"At {at} only this is sure: it is farther than {low}. Add a far point."
     return f"At {at} this camera is good for {interval_text(low_m, high_m, imperial, ' to ')} {unit}."
 
 
@@ -116,14 +117,19 @@ def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool) -> str
 
 def camera_trouble(calibration: Calibration, findings: Sequence[Finding]) -> str:
     """What cannot be true of the camera, and why it may have come out so."""
-    facts = [
-        finding.text
-        for finding in findings
-        if finding.kind
-        in (FindingKind.PITCH, FindingKind.FIELD_OF_VIEW, FindingKind.PRINCIPAL_ROW, FindingKind.HORIZON)
-    ]
-    text = ". ".join(fact[0].upper() + fact[1:] for fact in facts)
-    return f"{text}. {POINTS_KEEP_DISTANCES}"
+    camera = calibration.camera
+    pitch_deg, field_of_view_deg = math.degrees(camera.pitch_rad), math.degrees(calibration.field_of_view_rad)
+    facts = {
+        FindingKind.PITCH: f"looks {abs(pitch_deg):.0f}° {'down' if pitch_deg > 0 else 'up'}",
+        FindingKind.FIELD_OF_VIEW: f"sees {field_of_view_deg:.0f}° from side to side",
+        FindingKind.PRINCIPAL_ROW: f"has its axis at row {camera.principal_row_px:.0f}, "
+        f"not near the picture's middle, row {(calibration.image_size.height - 1) / 2:.0f}",
+        FindingKind.HORIZON: f"has the horizon at row {camera.horizon_row_px:.0f}, outside the picture",
+    }
+    kinds = {finding.kind for finding in findings}
+    found = [fact for kind, fact in facts.items() if kind in kinds]
+    text = found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
+    return f"No camera behind a windscreen is like this one: it {text}. {POINTS_KEEP_DISTANCES}"
 
 
 def offset_cause(document: Document, proposal: OffsetProposal) -> str:
