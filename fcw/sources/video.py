@@ -226,13 +226,14 @@ class VideoSource:
     def _packet_table(self) -> _PacketTable:
         times_ns: list[int] = []
         relayable, last_ns, stepped_back = self._upright_h264, None, False
-        complete = True
+        complete = intra = True
         with opened(self.path) as (container, stream):
             annex_b = annex_b_filter(stream) if relayable else None
             relayable = annex_b is not None
             for packet in Decoding(container, stream).packets():
                 time_ns = None if packet.pts is None else to_ns(packet.pts, stream)
                 complete &= time_ns is not None or packet.is_discard
+                intra &= packet.is_keyframe and packet.pts == packet.dts
                 if time_ns is not None and not packet.is_discard:
                     times_ns.append(time_ns)
                 rises = time_ns is not None and (last_ns is None or time_ns > last_ns)
@@ -242,7 +243,8 @@ class VideoSource:
                 if time_ns is not None and last_ns is not None:
                     stepped_back |= time_ns < last_ns - REORDERING_NS
                 last_ns = time_ns
-        seekable = bool(times_ns) and not stepped_back and (relayable or not self._avi)
+        # In AVI, times are sure where nothing can stand out of order.
+        seekable = bool(times_ns) and not stepped_back and (relayable or intra or not self._avi)
         table_ns = np.sort(np.array(times_ns, np.int64))
         complete &= bool(np.all(np.diff(table_ns) > 0))
         return _PacketTable(table_ns, relayable, seekable, complete)

@@ -108,6 +108,13 @@ def test_every_container_and_codec(tmp_path: Path, name: str, codec: str, option
     assert len(expected) == COUNT
 
 
+def test_motion_jpeg_of_old_cameras_is_not_decoded_from_the_start(tmp_path: Path):
+    source = VideoSource(make_video(tmp_path / "old.avi", codec="mjpeg", options={}))
+    assert source.times_ns is not None
+    assert source.times_ns.tolist() == [frame.time_ns for frame in source.frames()]
+    assert_reads_what_iteration_gives(tmp_path / "old.avi")
+
+
 def test_variable_rate_keeps_every_time(tmp_path: Path):
     ticks = np.cumsum(np.random.default_rng(5).integers(1, 9000, COUNT)).tolist()
     path = make_video(tmp_path / "varying.mp4", ticks, rate=90_000)
