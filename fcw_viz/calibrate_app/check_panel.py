@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from functools import partial
 from html import escape
 from typing import Protocol
 
@@ -11,6 +10,7 @@ import viser
 from fcw.camera.calibration import Calibration
 from fcw.sources.frame import Frame
 from fcw_viz.calibrate_app.box_overlay import BoxOverlay, length_lines, vehicle_lines
+from fcw_viz.calibrate_app.controls import on_button, on_choice
 from fcw_viz.calibrate_app.drawing import Measured
 from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector
 from fcw_viz.calibrate_app.measure import (
@@ -34,9 +34,9 @@ SLIDER_S = 0.4
 """While the drive plays, everything but the picture follows in such steps."""
 KEY_ECHO_S = 0.3
 """The space key also presses the button that was clicked last: one press counts once."""
-SPEEDS = {"½×": 0.5, "1×": 1.0, "2×": 2.0}
+REAL_TIME = "1×"
+SPEEDS = {"½×": 0.5, REAL_TIME: 1.0, "2×": 2.0}
 PLAY, STOP = "Play (space)", "Stop (space)"
-FIRST_WORDS = "Comes with the first result."
 MEASURE_WORDS = "Click on the road: how far is it? A second click gives the length between the two."
 PREPARING_WORDS = "Preparing the detector; the first time takes some seconds."
 LOOKING_WORDS = "Looking for vehicles."
@@ -53,8 +53,10 @@ class CheckTab(Protocol):
     tool: Tool
     frame_index: int
 
-    def use(self, tool: Tool, on_click: Callable[[float, float], None] | None = None) -> None:
-        """Take a tool; clicks on the picture go to `on_click`."""
+    def use(
+        self, tool: Tool, on_click: Callable[[float, float], None] | None = None, words: str = ""
+    ) -> None:
+        """Take a tool; clicks on the picture go to `on_click`, and the page says `words`."""
         ...
 
     def run(self, work: Callable[[], object]) -> None:
@@ -89,42 +91,32 @@ class CheckPanel:
         )
 
         self._measure_switch = gui.add_checkbox(
-            "Measure on the road", False, hint="Click any point of the road and read its distance"
+            "Measure", False, hint="Click any point of the road and read its distance"
         )
         self._measured = gui.add_html("")
         self._vehicle_switch = gui.add_checkbox(
-            "Vehicles on this picture", False, hint="What the detector finds here, with its distances"
+            "Vehicles", False, hint="What the detector finds here, with its distances"
         )
         self._vehicles = gui.add_html("")
         several = tab.pictures.count > 1
         self._play_button = gui.add_button(
-            PLAY, icon=viser.Icon.PLAYER_PLAY, hint="Play the drive with the rows on it", visible=several
+            PLAY,
+            color="gray",
+            icon=viser.Icon.PLAYER_PLAY,
+            hint="Play the drive with the rows on it",
+            visible=several,
         )
-        self._speed = gui.add_button_group("Speed", tuple(SPEEDS), visible=several)
-        self._speed.value = "1×"
+        self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value=REAL_TIME, visible=several)
         play_command = gui.add_command("Play or stop the drive", hotkey="space")
 
-        @self._measure_switch.on_update
-        async def _(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
-            if event.client is not None:
-                tab.run(partial(self.measure, event.target.value))
-
-        @self._vehicle_switch.on_update
-        async def _(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
-            if event.client is not None:
-                tab.run(self._switch_vehicles)
-
-        @self._play_button.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            tab.run(self.toggle_playing)
+        on_choice(self._measure_switch, tab.run, self.measure)
+        on_choice(self._vehicle_switch, tab.run, self._switch_vehicles)
+        on_choice(self._speed, tab.run, self._change_speed)
+        on_button(self._play_button, tab.run, self.toggle_playing)
 
         @play_command.on_trigger
         async def _(_: viser.CommandEvent) -> None:
             tab.run(self.toggle_playing)
-
-        @self._speed.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-            tab.run(self._change_speed)
 
     def show(self, state: SessionState) -> None:
         """Bring the tools to a moment of the session, and to the tab's tool and picture."""
@@ -145,7 +137,7 @@ class CheckPanel:
         """Take the measuring tool, or put it away."""
         self._clicked = []
         if measuring:
-            self._tab.use(Tool.MEASURE, self._click)
+            self._tab.use(Tool.MEASURE, self._click, MEASURE_WORDS)
         elif self._tab.tool is Tool.MEASURE:
             self._tab.use(Tool.POINTS)
 
@@ -178,7 +170,7 @@ class CheckPanel:
         if state.shown is None or not self._clicked:
             self._tab.overlay.measure(None)
             self._length.show(())
-            set_html(self._measured, _dim(MEASURE_WORDS if measuring and state.shown else ""))
+            set_html(self._measured, "")
             return
         calibration, imperial = state.shown.calibration, state.document.imperial
         row_sigma_px = state.document.row_sigma_px
@@ -194,7 +186,7 @@ class CheckPanel:
 
     # Vehicles
 
-    def _switch_vehicles(self) -> None:
+    def _switch_vehicles(self, _: bool) -> None:
         self._forget_vehicles("")
         self.show(self._tab.state)
 
@@ -228,7 +220,7 @@ class CheckPanel:
 
     # Playing
 
-    def _change_speed(self) -> None:
+    def _change_speed(self, _: str) -> None:
         if self._playback.playing:
             self._play(self._tab.frame_index)
 
