@@ -1,6 +1,6 @@
 """Controls of a tab: what somebody chooses or presses is done in the tab's own thread, in order."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,7 @@ def on_choice(handle: Any, run: Run, choose: Callable[[Any], object]) -> None:  
             run(partial(choose, event.target.value))
 
 
-def on_press(group: viser.GuiButtonGroupHandle, run: Run, actions: dict[str, Callable[[], object]]) -> None:
+def on_press(group: viser.GuiButtonGroupHandle, run: Run, actions: Mapping[str, Callable[[], object]]) -> None:
     """Do the action of the button that is pressed; `actions` are by the buttons' labels."""
 
     @group.on_click

@@ -113,7 +113,7 @@ class KnowledgePanel:
             gui,
             "Click error, px",
             lambda sigma_px: sigma_px is not None and tab.apply(SetRowSigma(sigma_px)),
-            hint="Standard deviation of a click in rows: about 1 at fit, 0.3 for clicks that were zoomed in on",
+            hint="Standard deviation of a click in rows: about 1 at fit, 0.3 where you zoomed in",
         )
         self._line_start: tuple[float, float] | None = None
 

@@ -4,22 +4,23 @@ from typing import TYPE_CHECKING, Protocol
 
 import viser
 
+from fcw_viz.calibrate_app.check_panel import CheckPanel
 from fcw_viz.calibrate_app.guide import Guide
-from fcw_viz.calibrate_app.keys import help_html
 from fcw_viz.calibrate_app.knowledge_panel import KnowledgePanel
-from fcw_viz.calibrate_app.page_style import text_block
+from fcw_viz.calibrate_app.page_panel import PagePanel
 from fcw_viz.calibrate_app.picture_panel import PicturePanel
 from fcw_viz.calibrate_app.points_panel import PointsPanel
 from fcw_viz.calibrate_app.result_panel import ResultPanel
 from fcw_viz.calibrate_app.save_panel import SavePanel
 from fcw_viz.calibrate_app.setup_panel import SetupPanel
 from fcw_viz.calibrate_app.state import SessionState
-from fcw_viz.calibrate_app.trouble_panel import TroublePanel
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
 STEPS_WIDTH_PX = 340
+SIDE_LEFT_PX, SIDE_TOP_PX, SIDE_WIDTH_PX = 12, 72, 340
+"""Over the sky, where nobody clicks, and under the line that says what to do next."""
 
 
 class Panel(Protocol):
@@ -37,7 +38,7 @@ class Panels:
         points: the one that the cursor is put into.
     """
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+    def __init__(self, gui: viser.GuiApi, tab: "Tab", dark: bool) -> None:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(STEPS_WIDTH_PX)
         guide = Guide(gui, tab, STEPS_WIDTH_PX)
@@ -49,18 +50,23 @@ class Panels:
             self.points,
             SetupPanel(gui, tab),
             ResultPanel(gui, tab),
-            TroublePanel(gui, tab),
             SavePanel(gui, tab),
         ]
         side = gui.add_panel()
-        with side.add_tab("Know more", viser.Icon.BULB):
+        with side.add_tab("Know more"):
             knowledge = KnowledgePanel(gui, tab)
-        with side.add_tab("Keys", viser.Icon.KEYBOARD):
-            gui.add_html(text_block(help_html()))
-        side.float(x=12, y=52, width=300)
-        self._all: list[Panel] = [*steps, knowledge]
+        with side.add_tab("Check"):
+            self._check = CheckPanel(gui, tab)
+        with side.add_tab("Keys"):
+            PagePanel(gui, tab, dark)
+        side.float(x=SIDE_LEFT_PX, y=SIDE_TOP_PX, width=SIDE_WIDTH_PX)
+        self._all: list[Panel] = [*steps, knowledge, self._check]
 
     def show(self, state: SessionState) -> None:
         """Bring all of them to a moment of the session."""
         for panel in self._all:
             panel.show(state)
+
+    def close(self) -> None:
+        """The tab is gone: end what runs."""
+        self._check.close()

@@ -23,7 +23,7 @@ FULL_BAR_SIGMAS = 3.0
 MINIMUM_POINTS = 3
 SWITCH, DELETE, GO_TO = "On / off", "Delete", "Its picture"
 UNDO, REDO = "Undo", "Redo"
-EXACT_WORDS = "Three points are always met exactly. A fourth one shows how good they are."
+EXACT_WORDS = "Three points always fit; a fourth one shows errors."
 
 
 class PointsPanel:

@@ -1,4 +1,4 @@
-"""Step 4 of the job: the camera that comes out, how far to trust it, and where one more point helps."""
+"""Step 4 of the job: how far to trust the camera that comes out, what is wrong with it, and its numbers."""
 
 import math
 from html import escape
@@ -8,54 +8,65 @@ import viser
 
 from fcw_viz.calibrate_app.page_style import card, set_html, step_heading, text_block
 from fcw_viz.calibrate_app.state import Result, SessionState, Status
+from fcw_viz.calibrate_app.trouble_panel import TroublePanel
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
-STALE_WORDS = "Not current: this is the last result that could be calculated."
+FIRST_WORDS = '<p class="dim">Comes as soon as three points have their distances.</p>'
+STALE_WORDS = "Not current: the last result that could be calculated."
+ASSUMED_WORDS = '<p class="dim">The height is still to be said; one was assumed for the pitch.</p>'
 TRADE_OFF_WORDS = "These trade off against each other: judge by the distances."
 
 
 class ResultPanel:
-    """The quality in a sentence, the parameters with their uncertainty, and the next point."""
+    """The quality in a sentence, the troubles with their mends, and the parameters with their uncertainty."""
 
     def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
         self._heading = gui.add_html("")
-        self._result = gui.add_html("")
+        self._quality = gui.add_html("")
+        self._troubles = TroublePanel(gui, tab)
+        self._numbers = gui.add_html("")
 
     def show(self, state: SessionState) -> None:
         """Show the result of a moment of the session, or the last good one."""
         marks = {Status.GOOD: "done", Status.IMPLAUSIBLE: "now"}
         set_html(self._heading, step_heading(4, "Result", marks.get(state.solution.status, "")))
-        set_html(self._result, text_block(_result_html(state)))
+        set_html(self._quality, text_block(_quality_html(state)))
+        self._troubles.show(state)
+        set_html(self._numbers, text_block("" if state.shown is None else _numbers_html(state, state.shown)))
 
 
-def _result_html(state: SessionState) -> str:
+def _quality_html(state: SessionState) -> str:
     if state.shown is None:
-        return '<p class="dim">Comes as soon as three points have their distances.</p>'
-    html = _parameters_html(state.shown)
-    if not state.current:
-        return card(f"<p>{STALE_WORDS}</p>{html}", "stale")
-    assumed = (
-        '<p class="dim">The height is still to be said: pitch is that of a camera at an assumed height.</p>'
-        if state.solution.height_assumed
-        else ""
-    )
-    return f'<p class="fcw-quality">{escape(state.shown.quality)}</p>{html}{assumed}'
+        return FIRST_WORDS
+    quality = f'<p class="fcw-quality">{escape(state.shown.quality)}</p>'
+    return quality if state.current else card(f"<p>{STALE_WORDS}</p>{quality}", "stale")
 
 
-def _parameters_html(result: Result) -> str:
+def _numbers_html(state: SessionState, result: Result) -> str:
     camera, sigmas = result.calibration.camera, result.sigmas
-    field_of_view_deg = math.degrees(result.calibration.field_of_view_rad)
-    # d(fov)/d(f) of fov = 2 atan(width / 2 f)
+    # d(angle)/d(f) of angle = 2 atan(half width / f)
     half_width_px = result.calibration.image_size.width / 2
-    by_focal = 2 * half_width_px / (camera.focal_y_px**2 + half_width_px**2)
+    angle_per_px = 2 * half_width_px / (camera.focal_y_px**2 + half_width_px**2)
+    angle_sigma_deg = math.degrees(angle_per_px * sigmas.focal_y_px)
     numbers = (
-        ("Pitch, down", f"{math.degrees(camera.pitch_rad):.2f} ± {math.degrees(sigmas.pitch_rad):.2f}°"),
-        ("Focal length", f"{camera.focal_y_px:.0f} ± {sigmas.focal_y_px:.0f} px"),
-        ("Field of view", f"{field_of_view_deg:.1f} ± {math.degrees(by_focal * sigmas.focal_y_px):.1f}°"),
-        ("Lens axis, row", f"{camera.principal_row_px:.0f} ± {sigmas.principal_row_px:.0f}"),
-        ("Horizon, row", f"{camera.horizon_row_px:.1f} ± {sigmas.horizon_row_px:.1f}"),
+        ("Pitch, down", math.degrees(camera.pitch_rad), math.degrees(sigmas.pitch_rad), "°"),
+        ("Focal length", camera.focal_y_px, sigmas.focal_y_px, " px"),
+        ("Field of view", math.degrees(result.calibration.field_of_view_rad), angle_sigma_deg, "°"),
+        ("Lens axis, row", camera.principal_row_px, sigmas.principal_row_px, ""),
+        ("Horizon, row", camera.horizon_row_px, sigmas.horizon_row_px, ""),
     )
-    cells = "".join(f"<div><span>{name}</span>{value}</div>" for name, value in numbers)
-    return f'<div class="fcw-numbers">{cells}</div><p class="dim">{TRADE_OFF_WORDS}</p>'
+    cells = "".join(
+        f"<div><span>{name}</span>{plus_minus(value, sigma)}{unit}</div>"
+        for name, value, sigma, unit in numbers
+    )
+    stale = "" if state.current else " fcw-stale"
+    assumed = ASSUMED_WORDS if state.current and state.solution.height_assumed else ""
+    return f'<div class="fcw-numbers{stale}">{cells}</div><p class="dim">{TRADE_OFF_WORDS}</p>{assumed}'
+
+
+def plus_minus(value: float, sigma: float) -> str:
+    """A value with its standard deviation, and no digit that that does not carry."""
+    decimals = 0 if sigma >= 10 else 1 if sigma >= 1 else 2
+    return f"{value:.{decimals}f} ± {sigma:.{decimals}f}"

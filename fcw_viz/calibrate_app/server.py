@@ -9,6 +9,7 @@ import viser
 
 from fcw.errors import UserError
 from fcw.sources import open_source
+from fcw_viz.calibrate_app.page_panel import set_colours
 from fcw_viz.calibrate_app.pictures import Pictures
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
@@ -46,7 +47,8 @@ class CalibrationPage:
         self.url = f"http://{HOST}:{self.port}"
         self.session.announce(self.url)
         self._server.gui.set_panel_label(f"fcw calibrate · {self.pictures.name}")
-        self._server.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=dark)
+        self._dark = dark
+        set_colours(self._server.gui, dark)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
 
@@ -63,7 +65,7 @@ class CalibrationPage:
         threading.Event().wait()
 
     async def _connected(self, client: viser.ClientHandle) -> None:
-        self._tabs[client.client_id] = Tab(client, self.session, self.pictures, self._source)
+        self._tabs[client.client_id] = Tab(client, self.session, self.pictures, self._source, self._dark)
 
     async def _disconnected(self, client: viser.ClientHandle) -> None:
         tab = self._tabs.pop(client.client_id, None)

@@ -19,7 +19,7 @@ HEIGHT_WORDS = (
     '<p class="dim">From the road up to the lens. No distance depends on it; the sizes and sideways '
     "positions of vehicles do, and the pitch.</p>"
 )
-BUMPER_WORDS = '<p class="dim">How far is the front bumper ahead of the camera, measured along the car?</p>'
+BUMPER_WORDS = '<p class="dim">How far the front bumper is ahead of the lens.</p>'
 
 
 class SetupPanel:

@@ -44,7 +44,12 @@ class Tab:
     """
 
     def __init__(
-        self, client: viser.ClientHandle, session: CalibrationSession, pictures: Pictures, source: Path
+        self,
+        client: viser.ClientHandle,
+        session: CalibrationSession,
+        pictures: Pictures,
+        source: Path,
+        dark: bool,
     ) -> None:
         self.client = client
         self.source = source
@@ -65,7 +70,7 @@ class Tab:
         self.view = PictureView(client, pictures.image_size)
         self.overlay = PictureOverlay(self.view, client)
         self._handles = PictureHandles(self)
-        self.panels = Panels(client.gui, self)
+        self.panels = Panels(client.gui, self, dark)
         add_keys(client.gui, self)
         self.view.on_click(self._clicked)
         self.view.on_view_change(lambda: self._handles.show(self.state))
@@ -76,6 +81,7 @@ class Tab:
     def close(self) -> None:
         """The tab is gone: keep what was being typed, and leave the session."""
         self._flush()
+        self.panels.close()
         self.session.leave(self.person)
         self.view.close()
 
