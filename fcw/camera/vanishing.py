@@ -2,10 +2,8 @@
 
 import math
 
-import numpy as np
-
 from fcw.camera.calibration import Gaussian
-from fcw.camera.ground_plane import FloatArray
+from fcw.camera.interval import Vector3
 from fcw.errors import UserError
 
 PixelPoint = tuple[float, float]
@@ -30,34 +28,45 @@ def vanishing_row(first: Segment, second: Segment, click_sigma_px: float) -> Gau
     Raises:
         UserError: the lines are nearly parallel, or do not meet above all four points; nothing follows then.
     """
-    # Counting from the points' middle, in units of their spread, keeps the digits.
-    points = np.array((*first, *second), np.float64)
-    middle = points.mean(axis=0)
-    spread = float(np.abs(points - middle).max())
     if min(math.dist(*first), math.dist(*second)) <= click_sigma_px:
         raise UserError(
             "a lane line is shorter than the error of a click; draw it along the marking, as long as you can"
         )
-    ends = np.column_stack(((points - middle) / spread, np.ones(4)))
+    # Counting from the points' middle, in units of their spread, keeps the digits.
+    points = (*first, *second)
+    middle_column, middle_row = (sum(values) / len(points) for values in zip(*points, strict=True))
+    spread = max(max(abs(c - middle_column), abs(r - middle_row)) for c, r in points)
+    a, b, c, d = (
+        ((column - middle_column) / spread, (row - middle_row) / spread, 1.0) for column, row in points
+    )
     sigma = click_sigma_px / spread
-    lines = np.cross(ends[0], ends[1]), np.cross(ends[2], ends[3])
-    _, row, scale = (float(value) for value in np.cross(*lines))
+    line_1, line_2 = _cross(a, b), _cross(c, d)
+    _, row, scale = _cross(line_1, line_2)
     # The homogeneous crossing is linear in each end: one derivative for each end and coordinate.
-    slopes = np.array([_crossing_slope(ends, lines, end, axis) for end in range(4) for axis in range(2)])
-    if abs(scale) <= PARALLEL_SIGMAS * sigma * float(np.linalg.norm(slopes[:, 2])):
+    slopes = [
+        slope
+        for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        for slope in (
+            _cross(_cross(axis, b), line_2),
+            _cross(_cross(a, axis), line_2),
+            _cross(line_1, _cross(axis, d)),
+            _cross(line_1, _cross(c, axis)),
+        )
+    ]
+    if abs(scale) <= PARALLEL_SIGMAS * sigma * math.hypot(*(slope[2] for slope in slopes)):
         raise UserError(
             "the two lane lines are nearly parallel in the picture, so they do not say where the horizon is; "
             "draw them along the left and the right marking of your lane where the road is straight"
         )
     meeting = row / scale
-    if meeting >= float(ends[:, 1].min()):
+    if meeting >= min(a[1], b[1], c[1], d[1]):
         raise UserError(
             "the two lane lines do not meet ahead, above where they were drawn; "
             "draw one along the left and the other along the right marking of a straight lane"
         )
-    by_ends = (slopes[:, 1] - meeting * slopes[:, 2]) / scale
-    sigma_px = spread * sigma * float(np.linalg.norm(by_ends))
-    return Gaussian(float(middle[1]) + spread * meeting, sigma_px)
+    by_ends = (slope[1] - meeting * slope[2] for slope in slopes)
+    sigma_px = spread * sigma * math.hypot(*by_ends) / abs(scale)
+    return Gaussian(middle_row + spread * meeting, sigma_px)
 
 
 def combined(beliefs: list[Gaussian]) -> Gaussian | None:
@@ -70,11 +79,5 @@ def combined(beliefs: list[Gaussian]) -> Gaussian | None:
     return Gaussian(value, math.sqrt(1 / total))
 
 
-def _crossing_slope(
-    ends: FloatArray, lines: tuple[FloatArray, FloatArray], end: int, axis: int
-) -> FloatArray:
-    """(3,): derivative of the homogeneous crossing by one coordinate of one end."""
-    moved = np.zeros(3)
-    moved[axis] = 1.0
-    first = np.cross(moved, ends[end + 1]) if end % 2 == 0 else np.cross(ends[end - 1], moved)
-    return np.asarray(np.cross(first, lines[1]) if end < 2 else np.cross(lines[0], first), np.float64)
+def _cross(a: Vector3, b: Vector3) -> Vector3:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

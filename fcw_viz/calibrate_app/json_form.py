@@ -1,6 +1,7 @@
 """Edits and documents as JSON: frozen dataclasses by their field names, an edit tagged with its name."""
 
 import dataclasses
+import functools
 import types
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -48,6 +49,9 @@ def edit_from_json(value: dict[str, Any]) -> Edit:
     return _decoded(EDIT_TYPES[name], fields)
 
 
+_hints = functools.cache(get_type_hints)
+
+
 def _decoded(kind: Any, value: Any) -> Any:  # noqa: ANN401 - a type or a union of types
     origin, arguments = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):
@@ -63,7 +67,7 @@ def _decoded(kind: Any, value: Any) -> Any:  # noqa: ANN401 - a type or a union 
     if dataclasses.is_dataclass(kind):
         if not isinstance(value, dict):
             raise ValueError(f"{value!r} is not an object")
-        hints = get_type_hints(kind)
+        hints = _hints(kind)
         if unknown := set(value) - set(hints):
             raise ValueError(f"unknown fields {', '.join(sorted(unknown))}")
         return kind(**{name: _decoded(hints[name], item) for name, item in value.items()})  # pyright: ignore[reportCallIssue]

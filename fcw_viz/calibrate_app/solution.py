@@ -101,7 +101,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
     solution = replace(incomplete, result=result, troubles=(*lane_troubles, *troubles))
     if assumed:
         return solution
-    if result.findings:
+    if result.findings or troubles:
         return replace(solution, status=Status.IMPLAUSIBLE, hint=words.hint_implausible())
     hint = words.hint_next_click(result.next_click, document.imperial)
     return replace(solution, status=Status.GOOD, hint=hint)

@@ -1,8 +1,8 @@
 """What is wrong with what somebody said, beside the marks that cause it, and the edits that would mend it."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.plausibility import FindingKind, noise_explains, plausibility
@@ -41,6 +41,11 @@ CAMERA_FINDINGS = frozenset(
 )
 OFFSET_DECIMALS = 2
 """Nobody measures a car more finely than to a centimetre."""
+NARROWEST_USUAL_RAD = math.radians(40.0)
+"""Horizontal; dash cameras see more than this, if not by far."""
+HEIGHT_RANGE_M = (0.6, 3.5)
+"""Of a lens behind a windscreen, from a low sports car to a lorry."""
+UNITS_M = {"metres": 1.0, "feet": 1 / FEET_PER_METRE, "centimetres": 0.01, "inches": 0.0254}
 PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
 """How far lens and sensor are off centre in ordinary cameras, in picture heights."""
 
@@ -76,7 +81,7 @@ def implausible_troubles(
         calibrate: tries what a mend would make of it.
         thorough: whether to look for mends that take several solutions.
     """
-    troubles: list[Trouble] = []
+    troubles: list[Trouble] = list(_height_troubles(document))
     calibration = result.calibration
     if any(finding.kind in CAMERA_FINDINGS for finding in result.findings):
         troubles.append(_camera_trouble(document, result, calibrate, thorough))
@@ -87,7 +92,8 @@ def implausible_troubles(
             if finding.kind is FindingKind.RESIDUAL:
                 residual_px = result.residuals[mark.id].row_px
                 text = words.residual_trouble(mark, residual_px, document.row_sigma_px)
-                mend = (_leave_one_out(document, calibrate) if thorough else None) or _leave_out(mark)
+                lone = _leave_one_out(document, calibrate) if thorough else None
+                mend = lone[1] if lone else _leave_out(mark)
             else:
                 text, mend = words.outside_trouble(mark), _leave_out(mark)
             troubles.append(Trouble(text, (mark.id,), mend))
@@ -96,30 +102,70 @@ def implausible_troubles(
     return tuple(troubles)
 
 
+@dataclass(frozen=True, slots=True)
+class _Cause:
+    """Why a camera may have come out implausible, and what would mend it."""
+
+    text: str
+    mend: Mend
+    mark_ids: tuple[int, ...] = ()
+
+
 def _camera_trouble(document: Document, result: Result, calibrate: Calibrate, thorough: bool) -> Trouble:
-    calibration = result.calibration
-    text = words.camera_trouble(calibration, result.findings)
+    text = words.camera_trouble(result.calibration, result.findings)
+
+    def is_unusual(cause: _Cause) -> bool:
+        calibration = _mended(document, cause.mend, calibrate)
+        return calibration is None or calibration.field_of_view_rad < NARROWEST_USUAL_RAD
+
+    causes = list(_causes(document, result, calibrate, thorough))
+    if thorough:
+        # Several may explain it; feet, for one, also look like a tele lens with this or that besides.
+        causes.sort(key=is_unusual)
+    if causes:
+        cause = causes[0]
+        return Trouble(f"{text} {cause.text}", cause.mark_ids, cause.mend)
+    return Trouble(f"{text} {words.UNKNOWN_CAUSE}")
+
+
+def _causes(document: Document, result: Result, calibrate: Calibrate, thorough: bool) -> Iterator[_Cause]:
+    """What makes a plausible camera of it, the likeliest first."""
     proposal = next((finding.offset for finding in result.findings if finding.offset), None)
     if proposal is not None:
         offset_m = round(proposal.offset_m, OFFSET_DECIMALS)
         mend = Mend(words.offset_label(document, offset_m), (SetReference(True, offset_m),))
-        return Trouble(f"{text} {words.offset_cause(document, proposal)}", mend=mend)
+        yield _Cause(words.offset_cause(document, proposal), mend)
     if not thorough:
-        return Trouble(text)
-    if noise_explains(calibration, result.sigmas):
+        return
+    if noise_explains(result.calibration, result.sigmas):
         middle_px = (document.image_size.height - 1) / 2
         prior = Gaussian(middle_px, PRINCIPAL_ROW_SIGMA_HEIGHTS * document.image_size.height)
         mend = Mend(words.MIDDLE_LABEL, (SetPrincipalRow(Belief(prior)),))
-        cause = words.noise_cause(result.sigmas.principal_row_px)
-        return Trouble(f"{text} {cause}", mend=mend if _makes_plausible(document, mend, calibrate) else None)
+        if _makes_plausible(document, mend, calibrate):
+            yield _Cause(words.noise_cause(result.sigmas.principal_row_px), mend)
     for cause, mend in _unit_mends(document):
         if _makes_plausible(document, mend, calibrate):
-            return Trouble(f"{text} {cause}", mend=mend)
-    return Trouble(f"{text} {words.UNKNOWN_CAUSE}")
+            yield _Cause(cause, mend)
+    if lone := _leave_one_out(document, calibrate):
+        mark, mend = lone
+        yield _Cause(words.lone_cause(mark), mend, (mark.id,))
+
+
+def _height_troubles(document: Document) -> Iterator[Trouble]:
+    """A height that no windscreen has, and the unit that it may have been meant in."""
+    lowest_m, highest_m = HEIGHT_RANGE_M
+    height_m = document.height_m
+    if height_m is None or lowest_m <= height_m <= highest_m:
+        return
+    typed = height_m * FEET_PER_METRE if document.imperial else height_m
+    meant = {unit: round(typed * unit_m, 4) for unit, unit_m in UNITS_M.items()}
+    unit = next((unit for unit, meant_m in meant.items() if lowest_m <= meant_m <= highest_m), None)
+    mend = unit and Mend(words.height_label(typed, unit), (SetHeight(meant[unit]),))
+    yield Trouble(words.height_trouble(document, height_m), mend=mend or None)
 
 
 def _unit_mends(document: Document) -> list[tuple[str, Mend]]:
-    """What was typed in the other unit: the distances, the height, or everything."""
+    """What was typed in the other unit: the distances, or everything; of the height alone its range tells."""
     scale = FEET_PER_METRE if document.imperial else 1 / FEET_PER_METRE
     distances: tuple[Edit, ...] = tuple(
         SetDistance(mark.id, mark.distance_m * scale)
@@ -135,7 +181,6 @@ def _unit_mends(document: Document) -> list[tuple[str, Mend]]:
         offset = (SetReference(True, document.bumper_offset_m * scale),)
     proposals = [
         ("the distances", (*distances, units)),
-        ("the camera's height", height),
         ("all lengths", (*distances, *height, *offset, units)),
     ]
     return [
@@ -178,7 +223,7 @@ def _point_mend(
         near, far = marks
         proposals.append(Mend(words.swap_label(near, far), _exchanged((near, far), (far, near))))
     if lone := _leave_one_out(document, calibrate):
-        proposals.append(lone)
+        proposals.append(lone[1])
     if error.fault is PointsFault.ORDER:
         told = [mark for mark in document.marks if mark.ground_point is not None]
         by_row = sorted(told, key=lambda mark: -mark.row_px)
@@ -193,13 +238,13 @@ def _exchanged(marks: Sequence[Mark], givers: Sequence[Mark]) -> tuple[Edit, ...
     return tuple(SetDistance(mark.id, giver.distance_m) for mark, giver in zip(marks, givers, strict=True))
 
 
-def _leave_one_out(document: Document, calibrate: Calibrate) -> Mend | None:
+def _leave_one_out(document: Document, calibrate: Calibrate) -> tuple[Mark, Mend] | None:
     """The mark without which the others fit best and nothing speaks against them.
 
     The worst residual alone is a poor witness: a far point pulls the curve to itself.
     """
     marks = [mark for mark in document.marks if mark.ground_point is not None]
-    best: tuple[float, Mend] | None = None
+    best: tuple[float, Mark, Mend] | None = None
     if len(marks) <= PARAMETER_COUNT + 1:
         # Any three points fit exactly, with or without the wrong one among them.
         return None
@@ -209,8 +254,8 @@ def _leave_one_out(document: Document, calibrate: Calibrate) -> Mend | None:
         if calibration is not None and not plausibility(calibration):
             misfit = sum(residual**2 for residual in calibration.residuals_px)
             if best is None or misfit < best[0]:
-                best = misfit, mend
-    return best and best[1]
+                best = misfit, mark, mend
+    return best and best[1:]
 
 
 def _leave_out(mark: Mark) -> Mend:

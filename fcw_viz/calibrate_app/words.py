@@ -215,6 +215,27 @@ def unit_label(what: str, imperial: bool) -> str:
     return f"Take {what} for {'metres' if imperial else 'feet'}"
 
 
+def lone_cause(mark: Mark) -> str:
+    """Where one wrong point explains an implausible camera."""
+    return (
+        f"Likely cause: {mark.name} sits on the wrong mark or has a wrong distance; "
+        "without it all others agree."
+    )
+
+
+def height_trouble(document: Document, height_m: float) -> str:
+    """A height that no windscreen has."""
+    return (
+        f"A lens {typed_text(height_m, document.imperial)} above the road is behind no windscreen. "
+        "Measure from the road up to the lens."
+    )
+
+
+def height_label(typed: float, unit: str) -> str:
+    """The button that takes the height's number for one of another unit."""
+    return f"Take the height for {typed:.4g} {unit}"
+
+
 def switch_off_label(name: str) -> str:
     """The button that switches a belief off."""
     return f"Switch the {name} off"
