@@ -10,8 +10,9 @@ import viser
 from numpy.typing import NDArray
 
 from fcw.logs.overlay import Rgb
-from fcw_viz.calibrate_app.drawing import Drawing, Fill, FillKind, Measured, Stroke, draw, fill_style
+from fcw_viz.calibrate_app.drawing import Drawing, Measured, draw, fill_style
 from fcw_viz.calibrate_app.label_layout import Label, Point, Window
+from fcw_viz.calibrate_app.pen import Fill, FillKind, Stroke
 from fcw_viz.calibrate_app.state import SessionState
 
 FILL_LAYERS: dict[FillKind, int] = {
@@ -92,7 +93,7 @@ class PictureOverlay:
                 return
             state, selected, frame, grip = self._shown
             window = Window(*self._view.window_px, self._view.pixels_per_screen_pixel)
-            drawing = draw(state, selected, frame, window, grip, self._measured)
+            drawing = draw(state, selected, frame, window, True, grip, self._measured)
             with self._client.atomic():
                 self._nodes.update(drawing)
 
