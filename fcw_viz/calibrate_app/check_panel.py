@@ -1,5 +1,7 @@
 """Checking a calibration: measuring on the road, the vehicles on this picture, and playing the drive."""
 
+import math
+import threading
 import time
 from collections.abc import Callable
 from html import escape
@@ -12,7 +14,7 @@ from fcw.sources.frame import Frame
 from fcw_viz.calibrate_app.box_overlay import BoxOverlay, length_lines, vehicle_lines
 from fcw_viz.calibrate_app.controls import on_button, on_choice
 from fcw_viz.calibrate_app.drawing import Measured
-from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector
+from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, MakeDetector, make_acf
 from fcw_viz.calibrate_app.measure import (
     GroundMeasurement,
     length_words,
@@ -32,6 +34,8 @@ PLAYBACK_QUALITY = 80
 """Of the JPEGs of a drive that plays: a quarter of the bytes of the pictures that are clicked in."""
 SLIDER_S = 0.4
 """While the drive plays, everything but the picture follows in such steps."""
+STOP_CHECK_S = 0.02
+"""The playback waits for the tab's thread, but not when that wants it to stop."""
 KEY_ECHO_S = 0.3
 """The space key also presses the button that was clicked last: one press counts once."""
 REAL_TIME = "1×"
@@ -49,9 +53,13 @@ class CheckTab(Protocol):
     view: PictureView
     overlay: PictureOverlay
     pictures: Pictures
-    state: SessionState
     tool: Tool
     frame_index: int
+
+    @property
+    def state(self) -> SessionState:
+        """The moment that is shown."""
+        ...
 
     def use(
         self, tool: Tool, on_click: Callable[[float, float], None] | None = None, words: str = ""
@@ -73,31 +81,38 @@ class CheckTab(Protocol):
 
 
 class CheckPanel:
-    """The three tools. All but playback and detection happens in the tab's thread."""
+    """The three tools. All but decoding and detection happens in the tab's thread.
 
-    def __init__(self, gui: viser.GuiApi, tab: CheckTab) -> None:
+    Attributes:
+        measure_switch: takes the measuring tool.
+        measured: what was measured, in words.
+        vehicle_switch: shows vehicles.
+        vehicles: what was found, in words.
+    """
+
+    def __init__(self, gui: viser.GuiApi, tab: CheckTab, make_detector: MakeDetector = make_acf) -> None:
         self._tab = tab
         self._clicked: list[tuple[float, float]] = []
         self._measured_frame = -1
         self._asked: tuple[int, Calibration] | None = None
         self._trouble = ""
-        self._refreshed_s = self._toggled_s = 0.0
+        self._refreshed_s = self._toggled_s = -math.inf
         self._played_index = -1
         self._boxes = BoxOverlay(tab.view, tab.client, "vehicles")
         self._length = BoxOverlay(tab.view, tab.client, "length")
-        self._detector = FrameDetector(lambda found: tab.run(lambda: self._show_found(found)))
+        self._detector = FrameDetector(lambda found: tab.run(lambda: self._show_found(found)), make_detector)
         self._playback = Playback(
             tab.pictures, self._show_played, lambda message: tab.run(lambda: self._ended(message))
         )
 
-        self._measure_switch = gui.add_checkbox(
+        self.measure_switch = gui.add_checkbox(
             "Measure", False, hint="Click any point of the road and read its distance"
         )
-        self._measured = gui.add_html("")
-        self._vehicle_switch = gui.add_checkbox(
+        self.measured = gui.add_html("")
+        self.vehicle_switch = gui.add_checkbox(
             "Vehicles", False, hint="What the detector finds here, with its distances"
         )
-        self._vehicles = gui.add_html("")
+        self.vehicles = gui.add_html("")
         several = tab.pictures.count > 1
         self._play_button = gui.add_button(
             PLAY,
@@ -109,8 +124,8 @@ class CheckPanel:
         self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value=REAL_TIME, visible=several)
         play_command = gui.add_command("Play or stop the drive", hotkey="space")
 
-        on_choice(self._measure_switch, tab.run, self.measure)
-        on_choice(self._vehicle_switch, tab.run, self._switch_vehicles)
+        on_choice(self.measure_switch, tab.run, self.measure)
+        on_choice(self.vehicle_switch, tab.run, self._switch_vehicles)
         on_choice(self._speed, tab.run, self._change_speed)
         on_button(self._play_button, tab.run, self.toggle_playing)
 
@@ -121,9 +136,9 @@ class CheckPanel:
     def show(self, state: SessionState) -> None:
         """Bring the tools to a moment of the session, and to the tab's tool and picture."""
         result = state.shown
-        self._measure_switch.disabled = self._vehicle_switch.disabled = result is None
+        self.measure_switch.disabled = self.vehicle_switch.disabled = result is None
         self._show_measured(state)
-        if result is None or not self._vehicle_switch.value:
+        if result is None or not self.vehicle_switch.value:
             self._forget_vehicles("")
         elif not self._playback.playing:
             self._ask(result.calibration)
@@ -163,14 +178,14 @@ class CheckPanel:
 
     def _show_measured(self, state: SessionState) -> None:
         measuring = self._tab.tool is Tool.MEASURE
-        if self._measure_switch.value != measuring:
-            self._measure_switch.value = measuring
+        if self.measure_switch.value != measuring:
+            self.measure_switch.value = measuring
         if not measuring or self._measured_frame != self._tab.frame_index:
             self._clicked = []
         if state.shown is None or not self._clicked:
             self._tab.overlay.measure(None)
             self._length.show(())
-            set_html(self._measured, "")
+            set_html(self.measured, "")
             return
         calibration, imperial = state.shown.calibration, state.document.imperial
         row_sigma_px = state.document.row_sigma_px
@@ -182,7 +197,7 @@ class CheckPanel:
             measured = measure_length(calibration, *length, row_sigma_px)
             words.append(f"Between the two: {length_words(measured, imperial)}")
         self._length.show(length_lines(*length) if length is not None else ())
-        set_html(self._measured, text_block("".join(f"<p>{escape(line)}</p>" for line in words)))
+        set_html(self.measured, text_block("".join(f"<p>{escape(line)}</p>" for line in words)))
 
     # Vehicles
 
@@ -210,13 +225,13 @@ class CheckPanel:
         words = found.trouble or (
             f"{count} vehicle{'s' * (count != 1)} found." if count else "No vehicle found."
         )
-        set_html(self._vehicles, _dim(words))
+        set_html(self.vehicles, _dim(words))
 
     def _forget_vehicles(self, words: str) -> None:
         self._asked = None
         self._detector.forget()
         self._boxes.show(())
-        set_html(self._vehicles, _dim(words))
+        set_html(self.vehicles, _dim(words))
 
     # Playing
 
@@ -231,24 +246,39 @@ class CheckPanel:
         self._playback.play(start_index, SPEEDS[self._speed.value])
 
     def _show_played(self, frame: Frame) -> None:
-        """Show a picture of the drive that plays; in the playback's thread."""
-        tab = self._tab
-        if tab.frame_index != self._played_index:
-            self._playback.stop()  # somebody went to another picture
-            return
-        result = tab.state.shown
-        found = None
-        if self._vehicle_switch.value and result is not None and self._detector.ready:
+        """Have a picture of the drive that plays shown; in the playback's thread, which waits for it."""
+        result, found = self._tab.state.shown, None
+        if self.vehicle_switch.value and result is not None and self._detector.ready:
             found = self._detector.detect_now(frame, result.calibration)
+        shown = threading.Event()
+
+        def show() -> None:
+            self._turn_to(frame, found)
+            shown.set()
+
+        self._tab.run(show)
+        while self._playback.playing and not shown.wait(STOP_CHECK_S):
+            pass
+
+    def _turn_to(self, frame: Frame, found: Found | None) -> None:
+        """Show a played picture, unless playing was stopped or somebody went to another one."""
+        tab = self._tab
+        if not self._playback.playing:
+            return
+        if tab.frame_index != self._played_index:
+            self._playback.stop()
+            return
         with tab.client.atomic():
             tab.view.show(frame.image, quality=PLAYBACK_QUALITY)
-            if found is not None:
+            if found is not None and tab.state.shown and found.calibration == tab.state.shown.calibration:
                 self._draw_vehicles(found)
+            else:
+                self._boxes.show(())
         tab.frame_index = self._played_index = frame.index
         now_s = time.monotonic()
         if now_s - self._refreshed_s > SLIDER_S:
             self._refreshed_s = now_s
-            tab.run(tab.refresh)
+            tab.refresh()
 
     def _ended(self, message: str) -> None:
         """Playing has ended: the present picture again, with every pixel as it is."""

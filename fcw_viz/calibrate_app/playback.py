@@ -43,7 +43,8 @@ class Playback:
 
         Args:
             pictures: of the drive.
-            show: shows a frame; called in the playback's thread, and may take its time.
+            show: shows a frame; called in the playback's thread, and may take its time, but no longer once
+                it does not play any more.
             on_end: called in that thread when playing has ended, by whatever: with a message where the
                 pictures could not be read on, else an empty text.
             clock: for tests.
@@ -103,6 +104,7 @@ class Playback:
         clock, period_s = self._clock, 1 / self._pictures.frame_rate_hz / speed
         started_s = shown_s = clock.now_s()
         first_ns: int | None = None
+        left_out: Frame | None = None
         for frame in self._pictures.play(start_index):
             if first_ns is None:
                 first_ns = frame.time_ns
@@ -114,8 +116,11 @@ class Playback:
             now_s = clock.now_s()
             late_s = now_s - due_s
             if late_s > period_s and now_s - shown_s < LARGEST_LAG_S:
+                left_out = frame
                 continue
             if late_s > LARGEST_LAG_S:
                 started_s += late_s
             self._show(frame)
-            shown_s = clock.now_s()
+            left_out, shown_s = None, clock.now_s()
+        if left_out is not None:
+            self._show(left_out)  # the drive ends on its last picture
