@@ -8,6 +8,8 @@ import viser
 
 Run = Callable[[Callable[[], object]], None]
 """Runs work in the tab's thread."""
+Actions = Mapping[str, Callable[[], object]]
+"""What the buttons of a group do, by their labels."""
 
 
 def on_choice(handle: Any, run: Run, choose: Callable[[Any], object]) -> None:  # noqa: ANN401 - any viser input
@@ -19,8 +21,10 @@ def on_choice(handle: Any, run: Run, choose: Callable[[Any], object]) -> None:  
             run(partial(choose, event.target.value))
 
 
-def on_press(group: viser.GuiButtonGroupHandle, run: Run, actions: Mapping[str, Callable[[], object]]) -> None:
-    """Do the action of the button that is pressed; `actions` are by the buttons' labels."""
+def on_press(
+    group: viser.GuiButtonGroupHandle, run: Run, actions: Mapping[str, Callable[[], object]]
+) -> None:
+    """Do the action of the button that is pressed."""
 
     @group.on_click
     async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:

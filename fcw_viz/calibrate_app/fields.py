@@ -1,6 +1,7 @@
 """Fields in which a number is typed: with a comma or a point, or left empty for "not said yet"."""
 
 import asyncio
+import contextlib
 import math
 from collections.abc import Callable
 from functools import partial
@@ -11,6 +12,8 @@ from fcw.errors import UserError
 
 TYPING_PAUSE_S = 0.6
 """A number counts as typed after this long without a key: the "1" on the way to "15" is none."""
+REFUSED_S = 4.0
+"""What was refused stays so long, to be corrected; then the field says again what counts."""
 SHOWN_DIGITS = 6
 """Significant digits of a number that was not typed here."""
 
@@ -72,7 +75,9 @@ class NumberField:
         async def _(event: viser.GuiEvent[viser.GuiTextHandle]) -> None:
             if event.client is not None:
                 self._keys += 1
-                asyncio.get_running_loop().call_later(TYPING_PAUSE_S, run, partial(self._paused, self._keys))
+                loop = asyncio.get_running_loop()
+                loop.call_later(TYPING_PAUSE_S, run, partial(self._paused, self._keys))
+                loop.call_later(REFUSED_S, run, partial(self._settle, self._keys))
 
     def show(self, value: float | None, unit: float = 1.0) -> None:
         """Show a value, unless it is the one shown already or somebody is typing.
@@ -83,13 +88,9 @@ class NumberField:
         """
         if self._keys != self._committed_keys or (value, unit) == (self._shown, self._unit):
             return
-        try:
-            typed_here = unit == self._unit and self._typed() == value
-        except UserError:
-            typed_here = False
+        same_unit = unit == self._unit
         self._shown, self._unit = value, unit
-        if not typed_here:
-            self.handle.value = "" if value is None else f"{value / unit:.{SHOWN_DIGITS}g}"
+        self._write(keep_typed=same_unit)
 
     def flush(self) -> None:
         """Commit what is being typed, without waiting for the pause; nothing where nobody types."""
@@ -107,6 +108,18 @@ class NumberField:
     def _paused(self, keys: int) -> None:
         if keys == self._keys:
             self.flush()
+
+    def _settle(self, keys: int) -> None:
+        if keys == self._keys:
+            self._write(keep_typed=True)
+
+    def _write(self, keep_typed: bool) -> None:
+        """Write the value shown, unless the text means that already."""
+        with contextlib.suppress(UserError):
+            if keep_typed and self._typed() == self._shown:
+                return
+        shown = self._shown
+        self.handle.value = "" if shown is None else f"{shown / self._unit:.{SHOWN_DIGITS}g}"
 
     def _typed(self) -> float | None:
         number = parse_number(self.handle.value)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Protocol
 import viser
 
 from fcw_viz.calibrate_app.check_panel import CheckPanel
+from fcw_viz.calibrate_app.figures_panel import AbovePanel, IntervalPanel
 from fcw_viz.calibrate_app.guide import Guide
 from fcw_viz.calibrate_app.knowledge_panel import KnowledgePanel
 from fcw_viz.calibrate_app.page_panel import PagePanel
@@ -53,6 +54,10 @@ class Panels:
             SavePanel(gui, tab),
         ]
         side = gui.add_panel()
+        with side.add_tab("Error"):
+            interval = IntervalPanel(gui)
+        with side.add_tab("From above"):
+            above = AbovePanel(gui)
         with side.add_tab("Know more"):
             knowledge = KnowledgePanel(gui, tab)
         with side.add_tab("Check"):
@@ -60,7 +65,7 @@ class Panels:
         with side.add_tab("Keys"):
             PagePanel(gui, tab, dark)
         side.float(x=SIDE_LEFT_PX, y=SIDE_TOP_PX, width=SIDE_WIDTH_PX)
-        self._all: list[Panel] = [*steps, knowledge, self._check]
+        self._all: list[Panel] = [*steps, interval, above, knowledge, self._check]
 
     def show(self, state: SessionState) -> None:
         """Bring all of them to a moment of the session."""

@@ -10,6 +10,8 @@ from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.controls import on_press
 from fcw_viz.calibrate_app.document import Mark, SetDistance
 from fcw_viz.calibrate_app.fields import NumberField
+from fcw_viz.calibrate_app.figures import residual_bar
+from fcw_viz.calibrate_app.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.page_script import focus
 from fcw_viz.calibrate_app.page_style import set_html, step_heading, text_block
 from fcw_viz.calibrate_app.preset_panel import PresetPanel
@@ -18,8 +20,6 @@ from fcw_viz.calibrate_app.state import MarkResidual, SessionState
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
-FULL_BAR_SIGMAS = 3.0
-"""An error bar is full at this many standard deviations of a click: beyond it a point is wrong, not noisy."""
 MINIMUM_POINTS = 3
 SWITCH, DELETE, GO_TO = "On / off", "Delete", "Its picture"
 UNDO, REDO = "Undo", "Redo"
@@ -88,7 +88,7 @@ class PointsPanel:
         result = state.solution.result
         residuals = {} if result is None else result.residuals
         exact = result is not None and result.exact
-        unit = "ft" if state.document.imperial else "m"
+        unit = unit_name(state.document.imperial)
         lines = [
             f"<tr><th></th><th>{unit}</th><th>row</th><th>column</th>"
             f"<th colspan=3>error, px and {unit}</th></tr>"
@@ -116,16 +116,14 @@ def _length(distance_m: float | None, imperial: bool) -> str:
     """A distance in the table, without its unit."""
     if distance_m is None:
         return "?"
-    return f"{distance_m * (FEET_PER_METRE if imperial else 1.0):.5g}"
+    return f"{in_units(distance_m, imperial):.5g}"
 
 
 def _residual_cells(residual: MarkResidual | None, row_sigma_px: float, imperial: bool) -> str:
     """The three cells of a residual: pixels, distance, and the bar."""
     if residual is None:
         return "<td></td><td></td><td></td>"
-    part = max(-1.0, min(1.0, residual.row_px / (FULL_BAR_SIGMAS * row_sigma_px)))
-    left, width = 50 + min(part, 0.0) * 50, abs(part) * 50
-    in_units = residual.distance_m * (FEET_PER_METRE if imperial else 1.0)
-    distance = f"{in_units:+.2f}" if math.isfinite(in_units) else "∞"
-    bar = f'<span class="fcw-bar"><b style="left:{left:.1f}%;width:{width:.1f}%"></b></span>'
-    return f"<td>{residual.row_px:+.2f}</td><td>{distance}</td><td>{bar}</td>"
+    distance = in_units(residual.distance_m, imperial)
+    distance_text = f"{distance:+.2f}" if math.isfinite(distance) else "∞"
+    bar = residual_bar(residual.row_px / row_sigma_px)
+    return f"<td>{residual.row_px:+.2f}</td><td>{distance_text}</td><td>{bar}</td>"

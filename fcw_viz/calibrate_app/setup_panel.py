@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 CAMERA, BUMPER = "the camera", "the front bumper"
 METRES, FEET = "metres", "feet"
 HEIGHT_WORDS = (
-    '<p class="dim">From the road up to the lens. No distance depends on it; the sizes and sideways '
-    "positions of vehicles do, and the pitch.</p>"
+    '<p class="dim">From the road to the lens. It sets pitch and the sizes of vehicles, not distances.</p>'
 )
 BUMPER_WORDS = '<p class="dim">How far the front bumper is ahead of the lens.</p>'
 
