@@ -53,9 +53,9 @@ MINIMUM_ROW_GAP_PX = 14.0
 def interval_plot(result: Result, imperial: bool) -> str:
     """The interval of the distance over the distance, relative above and in units below.
 
-    Where its upper end is unbounded the curve stops and words say so.
+    Dots are the points, as the camera sees them. Where the upper end is unbounded, words say so.
     """
-    width, height, left, right, top, bottom = 340, 218, 40, 24, 20, 52
+    width, height, left, right, top, bottom = 340, 230, 46, 24, 20, 64
     unit_m = 1 / in_units(1.0, imperial)
     calibration = result.calibration
     distances_m = [
@@ -102,10 +102,10 @@ def interval_plot(result: Result, imperial: bool) -> str:
             )
     parts.append(_text(left, 12, "error of the distance, 16th to 84th percentile"))
     words = f"distance in {unit_name(imperial)}, and its interval"
+    parts.append(_text(left, height - 20, words, opacity=0.75))
     if unbounded:
         limit = row_distance_text(_rounded_down(in_units(unbounded[0], imperial)) * unit_m, imperial)
-        words = f"{words}; beyond {limit} there is no upper end"
-    parts.append(_text(left, height - 6, words, opacity=0.75))
+        parts.append(_text(left, height - 6, f"beyond {limit} the interval has no upper end"))
     return _svg(width, height, parts, "Error of the distance over the distance")
 
 
@@ -306,7 +306,7 @@ def _ground_marks(calibration: Calibration, marks: Sequence[Mark], scale: Ground
 def _svg(width: float, height: float, parts: Iterable[str], title: str) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" {FONT} role="img" '
-        'style="display: block; width: 100%; max-width: 32rem; height: auto">'
+        'style="display: block; width: 100%; max-width: 26rem; height: auto">'
         f"<title>{escape(title)}</title>{''.join(parts)}</svg>"
     )
 
