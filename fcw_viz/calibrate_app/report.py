@@ -245,9 +245,9 @@ def _error(relative: float) -> str:
 
 
 def _use(state: SessionState, source: str) -> Iterator[str]:
-    name = escape(state.save_path.name)
+    name, source = escape(state.save_path.name), escape(quote(source))
     yield (
-        f"<p><code>fcw run {escape(quote(source))}</code> finds the calibration where it is saved by default, "
+        f"<p><code>fcw run {source}</code> finds the calibration where it is saved by default, "
         f"beside the source as <code>{name}</code>; for other drives of the same camera, "
         f"<code>fcw run DRIVE --calibration {name}</code>. It holds until the camera is moved.</p>"
     )
