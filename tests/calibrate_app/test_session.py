@@ -72,7 +72,7 @@ def test_who_comes_is_shown_the_present_and_all_see_who_is_there(session):
     assert second[-1].document.height_m is None, "who left hears no more"
 
 
-def test_anybody_undoes_and_redoes_the_steps_of_everybody(session):
+def test_anybody_undoes_and_redoes_the_steps_of_everybody(session, tmp_path):
     anna, bert = session.join(nobody), session.join(nobody)
     session.apply(anna, AddMark(600, 461, 0, 4), SetHeight(1.2))
     session.undo(bert)
@@ -80,7 +80,7 @@ def test_anybody_undoes_and_redoes_the_steps_of_everybody(session):
     assert session.state.can_redo
     assert not session.state.can_undo
     session.redo(anna)
-    assert session.state.document == said((4, 461), height_m=1.2)
+    assert session.state.document == kept(tmp_path) == said((4, 461), height_m=1.2)
     with pytest.raises(UserError, match="nothing to redo"):
         session.redo(bert)
 
@@ -434,6 +434,7 @@ def test_the_own_file_of_a_changed_document_is_not_taken_for_another_hands(sessi
 ACTIONS = st.one_of(
     st.tuples(st.just("apply"), st.lists(edits, min_size=1, max_size=3)),
     st.tuples(st.just("preview"), edits),
+    st.tuples(st.sampled_from(["undo", "redo"]), st.none()),
     st.tuples(st.sampled_from(["undo", "redo", "anew", "save", "reopen", "leave"]), st.none()),
 )
 
@@ -503,7 +504,8 @@ def test_threads_that_work_at_once_leave_state_and_journal_equal(session, tmp_pa
                     elif turn % 7 == 0:
                         session.redo(person)
                 except UserError as error:
-                    assert "nothing to" in str(error)  # noqa: PT017 - the only mistake anybody makes here
+                    # Undone far enough, there is nothing to undo and no mark to move.
+                    assert "nothing to" in str(error) or "is gone" in str(error)  # noqa: PT017
         except BaseException as fault:
             faults.append(fault)
 
