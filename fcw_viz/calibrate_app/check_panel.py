@@ -98,6 +98,7 @@ class CheckPanel:
         self._trouble = ""
         self._refreshed_s = self._toggled_s = -math.inf
         self._played_index = -1
+        self._closed = False
         self._boxes = BoxOverlay(tab.view, tab.client, "vehicles")
         self._length = BoxOverlay(tab.view, tab.client, "length")
         self._detector = FrameDetector(lambda found: tab.run(lambda: self._show_found(found)), make_detector)
@@ -145,6 +146,7 @@ class CheckPanel:
 
     def close(self) -> None:
         """The tab is gone: end what runs."""
+        self._closed = True
         self._playback.stop()
         self._detector.close()
 
@@ -283,8 +285,8 @@ class CheckPanel:
     def _ended(self, message: str) -> None:
         """Playing has ended: the present picture again, with every pixel as it is."""
         tab = self._tab
-        if self._playback.playing:
-            return  # and has begun again
+        if self._closed or self._playback.playing:  # it has begun again
+            return
         self._play_button.label, self._play_button.icon = PLAY, viser.Icon.PLAYER_PLAY
         if message:
             tab.notify(message, trouble=True)
