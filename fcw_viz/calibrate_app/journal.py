@@ -8,7 +8,6 @@ The first line says which pictures it is for and what the document was at the be
 import hashlib
 import json
 import os
-import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,17 +17,11 @@ from fcw.errors import UserError
 from fcw_viz.calibrate_app.document import Document, Edit
 from fcw_viz.calibrate_app.history import Action, Event, History
 from fcw_viz.calibrate_app.json_form import edit_from_json, edit_to_json, from_json, to_json
-
-if sys.platform == "win32":
-    import msvcrt
-else:
-    import fcntl
+from fcw_viz.calibrate_app.locked_file import open_locked
 
 FORMAT_VERSION = 1
 VERSION_FIELD = "fcw_calibration_journal_version"
 HEADER_START = f'{{"{VERSION_FIELD}":'.encode()
-LOCKED_BYTE = 1 << 40
-"""Windows locks bytes of a file, even beyond its end, and nobody else can read them: one far away."""
 
 
 def journal_path(save_path: Path) -> Path:
@@ -95,7 +88,9 @@ class Journal:
             UserError: another page works on it, it cannot be read or written, it is damaged, or it belongs to
                 pictures of another size.
         """
-        descriptor = _open_locked(path)
+        descriptor = open_locked(path)
+        if descriptor is None:
+            raise _in_use(path)
         try:
             content = read_journal(path)
             existed = content is not None
@@ -263,52 +258,15 @@ def _damaged(path: Path, number: int, reason: str) -> UserError:
     )
 
 
-def _open_locked(path: Path) -> int:
-    while True:
-        try:
-            flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-            descriptor = os.open(path, flags, 0o644)
-        except OSError as error:
-            raise UserError(
-                f"{path}: cannot keep your work there ({error.strerror}); "
-                "name a calibration file in a folder that can be written with `--save FILE`"
-            ) from error
-        try:
-            locked = _lock(descriptor)
-        except BaseException:
-            os.close(descriptor)
-            raise
-        if not locked:
-            os.close(descriptor)
-            content = None
-            with suppress(UserError):
-                content = read_journal(path)
-            where = f" at {content.page}" if content is not None and content.page is not None else ""
-            raise UserError(
-                f"{path}: a calibration page{where} is already working on this; use that one, "
-                "stop it first, or name another file with `--save FILE`"
-            )
-        # Whoever had it may have removed the file between our opening and our locking it.
-        with suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(descriptor), path.stat()):
-                return descriptor
-        os.close(descriptor)
-
-
-def _lock(descriptor: int) -> bool:
-    """Whether the file is ours alone; the system lets go of it when the process ends, however it ends."""
-    try:
-        if sys.platform == "win32":
-            os.lseek(descriptor, LOCKED_BYTE, os.SEEK_SET)
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        else:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:
-        # A file system without locks; two pages on one journal are then not noticed.
-        return True
-    return True
+def _in_use(path: Path) -> UserError:
+    content = None
+    with suppress(UserError):
+        content = read_journal(path)
+    where = f" at {content.page}" if content is not None and content.page is not None else ""
+    return UserError(
+        f"{path}: a calibration page{where} is already working on this; use that one, "
+        "stop it first, or name another file with `--save FILE`"
+    )
 
 
 def _write_all(descriptor: int, data: bytes) -> None:

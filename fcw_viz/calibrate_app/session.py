@@ -22,6 +22,8 @@ LOGGER = logging.getLogger(__name__)
 
 SOLUTIONS_KEPT = 256
 """Undo and redo over as many steps find their solutions ready."""
+RESULTS_KEPT = 4096
+"""So far back the last good result is looked for without solving again, for each event of a drag."""
 
 Listener = Callable[[SessionState], None]
 
@@ -64,6 +66,7 @@ class CalibrationSession:
         self._seats: dict[Person, _Seat] = {}
         self._tabs = 0
         self._solve = functools.lru_cache(SOLUTIONS_KEPT)(solve)
+        self._result = functools.lru_cache(RESULTS_KEPT)(lambda document: solve(document, False).result)
         self._lock = threading.RLock()
         self._publishing = False
         self._state = self._next_state(0)
@@ -184,7 +187,7 @@ class CalibrationSession:
             calibration = solution.result.calibration
             calibration.save(self._save_path)
             self._saved = calibration
-            # Without this line a resumed session takes the file for another's only if it holds something else.
+            # Without this line a resumed session compares what the file holds, which tells as well.
             with suppress(UserError):
                 self._journal.add_saved(file_digest(self._save_path))
             self._change()
@@ -257,7 +260,7 @@ class CalibrationSession:
     def _last_good(self) -> Result | None:
         """The result of the last step that had one, since there was no mark at all."""
         for document in reversed(self._history.documents[: self._history.position + 1]):
-            result = self._solve(document).result
+            result = self._result(document)
             if result is not None or not document.marks:
                 return result
         return None
