@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from fcw_viz.calibrate_app.drawing import MEASURE_COLOR
 from fcw_viz.calibrate_app.frame_detector import RangedVehicle
 from fcw_viz.calibrate_app.label_layout import (
     LABEL_HEIGHT_CSS_PX,
+    Area,
     Label,
     LabelWish,
     Point,
@@ -21,9 +22,15 @@ from fcw_viz.calibrate_app.label_layout import (
     lay_out_labels,
     text_width_css_px,
 )
-from fcw_viz.calibrate_app.measure import GroundMeasurement
-from fcw_viz.calibrate_app.numbers_text import in_units, interval_text, unit_name
-from fcw_viz.calibrate_app.picture_overlay import OUTLINE_COLOR, OUTLINE_CSS_PX, THICKNESS_CSS_PX, Surface
+from fcw_viz.calibrate_app.measure import GroundMeasurement, distance_words, point_words
+from fcw_viz.calibrate_app.numbers_text import interval_text
+from fcw_viz.calibrate_app.picture_overlay import (
+    OUTLINE_COLOR,
+    OUTLINE_CSS_PX,
+    THICKNESS_CSS_PX,
+    Surface,
+    linear_light,
+)
 
 VEHICLE_COLOR: Rgb = OTHER_TRACK_COLOR
 OUTLINE_LAYER, LINE_LAYER, LABEL_LAYER = 7, 8, 9
@@ -69,8 +76,7 @@ def vehicle_words(vehicle: RangedVehicle, imperial: bool) -> str:
     if vehicle.distance_m is None:
         return "cut off by the picture's edge"
     interval = interval_text(vehicle.low_m, vehicle.high_m, imperial)
-    decimals = 1 if "." in interval else 0
-    return f"{in_units(vehicle.distance_m, imperial):.{decimals}f} {unit_name(imperial)}  {interval}"
+    return f"{distance_words(vehicle.distance_m, interval, imperial)}  {interval}"
 
 
 def vehicle_lines(vehicles: Sequence[RangedVehicle], imperial: bool) -> tuple[LabelledLine, ...]:
@@ -99,17 +105,41 @@ def vehicle_lines(vehicles: Sequence[RangedVehicle], imperial: bool) -> tuple[La
     return tuple(lines)
 
 
-def length_lines(start: GroundMeasurement, end: GroundMeasurement) -> tuple[LabelledLine, ...]:
-    """The line from one measured point to the next."""
-    return (LabelledLine(((start.column_px, start.row_px), (end.column_px, end.row_px)), MEASURE_COLOR),)
+def length_lines(
+    start: GroundMeasurement, end: GroundMeasurement, imperial: bool
+) -> tuple[LabelledLine, ...]:
+    """The line from one measured point to the next, with the words of the first."""
+    column_px, row_px = start.column_px, start.row_px
+    places = (
+        Place(column_px, row_px, 0.0, 0.5),
+        Place(column_px, row_px, 1.0, 0.5),
+        Place(column_px, row_px, 0.0, -0.5),
+        Place(column_px, row_px, 1.0, -0.5),
+    )
+    ends = ((column_px, row_px), (end.column_px, end.row_px))
+    return (LabelledLine(ends, MEASURE_COLOR, point_words(start, imperial), places),)
 
 
 class BoxOverlay:
     """Lines with words over one tab's picture; the words find places anew when the view changes."""
 
-    def __init__(self, view: Surface, client: viser.ClientHandle, name: str) -> None:
-        """`name` tells the scene nodes of several such overlays apart."""
+    def __init__(
+        self,
+        view: Surface,
+        client: viser.ClientHandle,
+        name: str,
+        covered: Callable[[], Iterable[Area]] = tuple,
+    ) -> None:
+        """Draw nothing yet.
+
+        Args:
+            view: of the tab.
+            client: of the tab.
+            name: tells the scene nodes of several such overlays apart.
+            covered: what the words must not cover.
+        """
         self._view = view
+        self._covered = covered
         self._client = client
         self._name = f"/check/{name}"
         self._lock = threading.RLock()
@@ -134,7 +164,7 @@ class BoxOverlay:
             for pair in zip(line.points_px, line.points_px[1:], strict=False)
             for point in pair
         ]
-        colors = np.array([color for _, color in ends], np.uint8).reshape(-1, 2, 3)
+        colors = np.array([linear_light(color) for _, color in ends], np.uint8).reshape(-1, 2, 3)
         for layer in (OUTLINE_LAYER, LINE_LAYER):
             node = self._nodes.get(layer)
             if not ends:
@@ -161,7 +191,9 @@ class BoxOverlay:
             if not self._lines and not self._labels:
                 return
             window = Window(*self._view.window_px, self._view.pixels_per_screen_pixel)
-            labels = lay_out_labels([_wish(line, window) for line in self._lines if line.text], window)
+            labels = lay_out_labels(
+                [_wish(line, window) for line in self._lines if line.text], window, self._covered()
+            )
             for index, label in enumerate(labels):
                 self._set_label(index, label)
             for handle in self._labels[len(labels) :]:

@@ -99,8 +99,8 @@ class CheckPanel:
         self._refreshed_s = self._toggled_s = -math.inf
         self._played_index = -1
         self._closed = False
-        self._boxes = BoxOverlay(tab.view, tab.client, "vehicles")
-        self._length = BoxOverlay(tab.view, tab.client, "length")
+        self._boxes = BoxOverlay(tab.view, tab.client, "vehicles", lambda: tab.overlay.label_areas)
+        self._length = BoxOverlay(tab.view, tab.client, "length", lambda: tab.overlay.label_areas)
         self._detector = FrameDetector(lambda found: tab.run(lambda: self._show_found(found)), make_detector)
         self._playback = Playback(
             tab.pictures, self._show_played, lambda message: tab.run(lambda: self._ended(message))
@@ -198,7 +198,7 @@ class CheckPanel:
         if length is not None:
             measured = measure_length(calibration, *length, row_sigma_px)
             words.append(f"Between the two: {length_words(measured, imperial)}")
-        self._length.show(length_lines(*length) if length is not None else ())
+        self._length.show(length_lines(*length, imperial) if length is not None else ())
         set_html(self.measured, text_block("".join(f"<p>{escape(line)}</p>" for line in words)))
 
     # Vehicles

@@ -1,6 +1,7 @@
 """The measuring tool: where a clicked point of the road is, and how far two of them are apart."""
 
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from fcw_viz.calibrate_app.numbers_text import in_units, interval_text, unit_nam
 AHEAD_M = 0.05
 """Nearer to the camera's axis than this is straight ahead: nobody tapes better."""
 SKY_WORDS = "above the horizon: sky"
+INTERVAL_DECIMALS = re.compile(r"\d+\.(\d+)")
 ENDLESS_LENGTH_M = 1000.0
 """A length less certain than this is not known at all."""
 
@@ -105,9 +107,15 @@ def point_words(measurement: GroundMeasurement | None, imperial: bool = False) -
     if not math.isfinite(low_m) or low_m < 0 <= measurement.distance_m:
         low_m = 0.0
     interval = interval_text(low_m, high_m, imperial, dash=" to ")
-    decimals = _decimals(interval)
-    distance = f"{in_units(measurement.distance_m, imperial):.{decimals}f} {unit_name(imperial)}"
+    distance = distance_words(measurement.distance_m, interval, imperial)
     return f"{distance} ({interval}), {_sideways(measurement.lateral_m, imperial, 'straight ahead')}"
+
+
+def distance_words(distance_m: float, interval: str, imperial: bool) -> str:
+    """A distance with its unit, and as many decimals as its interval, `22.9 to 24.0`, is written with."""
+    decimals = INTERVAL_DECIMALS.match(interval)
+    count = len(decimals[1]) if decimals else 0
+    return f"{in_units(distance_m, imperial):.{count}f} {unit_name(imperial)}"
 
 
 def length_words(length: GroundLength, imperial: bool = False) -> str:
@@ -130,9 +138,3 @@ def _sideways(lateral_m: float, imperial: bool, none: str) -> str:
         return none
     side = "left" if lateral_m > 0 else "right"
     return f"{in_units(abs(lateral_m), imperial):.1f} {unit_name(imperial)} to the {side}"
-
-
-def _decimals(interval: str) -> int:
-    """As many decimals as the interval has."""
-    first = interval.split(" ", 1)[0]
-    return len(first.partition(".")[2])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fcw.logs.overlay import Rgb
 from fcw_viz.calibrate_app.drawing import Drawing, Measured, draw, fill_style
-from fcw_viz.calibrate_app.label_layout import Label, Point, Window
+from fcw_viz.calibrate_app.label_layout import Area, Label, Point, Window
 from fcw_viz.calibrate_app.pen import Fill, FillKind, Stroke
 from fcw_viz.calibrate_app.state import SessionState
 
@@ -63,6 +63,7 @@ class PictureOverlay:
         self._lock = threading.RLock()
         self._shown: tuple[SessionState, int | None, int | None, bool] | None = None
         self._measured: Measured | None = None
+        self._label_areas: tuple[Area, ...] = ()
         self._nodes = _Nodes(view, client.scene)
         view.on_view_change(self._redraw)
 
@@ -87,6 +88,11 @@ class PictureOverlay:
             self._measured = measured
             self._redraw()
 
+    @property
+    def label_areas(self) -> tuple[Area, ...]:
+        """What the words cover now, for others who put words over the picture."""
+        return self._label_areas
+
     def _redraw(self) -> None:
         with self._lock:
             if self._shown is None:
@@ -94,6 +100,7 @@ class PictureOverlay:
             state, selected, frame, grip = self._shown
             window = Window(*self._view.window_px, self._view.pixels_per_screen_pixel)
             drawing = draw(state, selected, frame, window, True, grip, self._measured)
+            self._label_areas = tuple(label.area for label in drawing.labels)
             with self._client.atomic():
                 self._nodes.update(drawing)
 
@@ -151,7 +158,8 @@ class _Nodes:
             pair for stroke in strokes for pair in zip(stroke.points_px, stroke.points_px[1:], strict=False)
         ]
         colors = np.array(
-            [[_linear(stroke.color)] * 2 for stroke in strokes for _ in stroke.points_px[1:]], dtype=np.uint8
+            [[linear_light(stroke.color)] * 2 for stroke in strokes for _ in stroke.points_px[1:]],
+            dtype=np.uint8,
         )
         for layer in (OUTLINE_LAYER, LINE_LAYER):
             lines = self._lines.get((layer, strong))
@@ -202,7 +210,7 @@ class _Nodes:
 
 
 @cache
-def _linear(color: Rgb) -> Rgb:
+def linear_light(color: Rgb) -> Rgb:
     """A colour as viser wants it at the ends of lines: proportional to light, not encoded as sRGB."""
     red, green, blue = (
         round(255 * (value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4))

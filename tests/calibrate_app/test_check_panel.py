@@ -25,6 +25,7 @@ from fcw_viz.calibrate_app.check_panel import CheckPanel
 from fcw_viz.calibrate_app.document import MoveMark, SetHeight, SetUnits
 from fcw_viz.calibrate_app.drawing import Measured
 from fcw_viz.calibrate_app.frame_detector import RangedVehicle, range_vehicle
+from fcw_viz.calibrate_app.label_layout import Area
 from fcw_viz.calibrate_app.measure import measure_length, measure_point, point_words
 from fcw_viz.calibrate_app.pictures import Pictures
 from fcw_viz.calibrate_app.session import CalibrationSession
@@ -33,6 +34,7 @@ from fcw_viz.calibrate_app.tools import Tool
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 WAIT_S = 30.0
+CROWDED = Area(590.0, 320.0, 660.0, 345.0)
 GROUND, SKY = (700.0, 450.0), (640.0, 100.0)
 
 
@@ -83,7 +85,9 @@ class FakeTab:
         self.client: Any = SimpleNamespace(scene=self.scene, atomic=contextlib.nullcontext)
         self.view: Any = FakeView()
         self.measured: Measured | None = None
-        self.overlay: Any = SimpleNamespace(measure=lambda measured: setattr(self, "measured", measured))
+        self.overlay: Any = SimpleNamespace(
+            measure=lambda measured: setattr(self, "measured", measured), label_areas=()
+        )
         self.pictures = pictures
         self.session = session
         self.person = session.join(lambda state: None)
@@ -358,13 +362,15 @@ def test_one_press_of_the_space_key_that_also_presses_the_button_counts_once(
 
 def test_words_of_vehicles_side_by_side_do_not_cover_each_other(tab: FakeTab):
     vehicles = [RangedVehicle(Box(600 + 24 * k, 350, 22, 20), 1.0, 60.0, 50.0, 75.0) for k in range(4)]
-    overlay = BoxOverlay(tab.view, tab.client, "crowd")
+    overlay = BoxOverlay(tab.view, tab.client, "crowd", lambda: (CROWDED,))
     overlay.show(vehicle_lines(vehicles, False))
     places = [(node.position[0], node.position[1]) for node in tab.scene.seen("/check/crowd/label")]
     assert len(places) == 4
     for i, (column_px, row_px) in enumerate(places):
         for other_column_px, other_row_px in places[:i]:
             assert abs(row_px - other_row_px) >= 15 or abs(column_px - other_column_px) >= 60
+    for column_px, row_px in places:  # nor what others have written
+        assert not Area(column_px, row_px - 8, column_px + 60, row_px + 8).overlaps(CROWDED)
     tab.view.pixels_per_screen_pixel = 0.25
     for callback in tab.view.view_changes:
         callback()
