@@ -31,8 +31,8 @@ class PicturePanel:
             self._steps,
             tab.run,
             {
-                PREVIOUS: lambda: tab.go_to(tab.frame_index - 1),
-                NEXT: lambda: tab.go_to(tab.frame_index + 1),
+                PREVIOUS: lambda: tab.step(-1),
+                NEXT: lambda: tab.step(1),
                 FIT: tab.view.fit,
             },
         )

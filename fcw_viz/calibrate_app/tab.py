@@ -62,8 +62,7 @@ class Tab:
         self.state: SessionState = session.state
         self._newest = self.state
         self._refresh_waits = False
-        self._wanted_frame = 0
-        self._frame_shown = False
+        self._wanted_frame: int | None = None
         self._tool_click: Callable[[float, float], None] = self._add_mark
         self._fields: list[NumberField] = []
         install(client, f"{pictures.name} · fcw calibrate")
@@ -166,6 +165,10 @@ class Tab:
         self._wanted_frame = min(max(frame_index, 0), self.pictures.count - 1)
         self.run(self._load_frame)
 
+    def step(self, pictures: int) -> None:
+        """Go on or back by so many pictures, from the one asked for last."""
+        self.go_to((self.frame_index if self._wanted_frame is None else self._wanted_frame) + pictures)
+
     def zoom(self, factor: float) -> None:
         """Zoom about the selected mark, or the middle."""
         mark = self._selected_mark()
@@ -195,11 +198,6 @@ class Tab:
     def type_distance(self) -> None:
         """Put the cursor in the selected mark's field."""
         self.panels.points.focus_on(self._told_mark().id)
-
-    @property
-    def imperial(self) -> bool:
-        """Whether distances are in feet."""
-        return self.state.document.imperial
 
     @property
     def horizon_grip(self) -> bool:
@@ -255,10 +253,10 @@ class Tab:
 
     def _load_frame(self) -> None:
         index = self._wanted_frame
-        if index != self.frame_index or not self._frame_shown:
-            self.view.show(self.pictures.read(index).image)
-            self._frame_shown = True
+        if index is not None:
+            self._wanted_frame = None
             self.frame_index = index
+            self.view.show(self.pictures.read(index).image)
             self.refresh()
 
     def _selected_mark(self) -> Mark | None:

@@ -10,11 +10,13 @@ from browser_page import BrowserPage
 from playwright.sync_api import Locator
 
 from fcw.sources import VideoSource
+from fcw_viz.calibrate_app.server import CalibrationPage
 
 DEMO_DRIVE = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 DEMO_MARKS_PX = ((640.0, 502.0), (640.0, 409.0), (640.0, 372.0))
 """The white marks 6, 15 and 30 m ahead of the bumper, about."""
 FIRST_PORT = 8400
+Serve = Callable[[Path], CalibrationPage]
 WaitFor = Callable[[Callable[[], bool]], None]
 
 

@@ -1,5 +1,6 @@
 """A real Chromium for all browser tests: one for each test process, a fresh profile for each test."""
 
+import logging
 import os
 import shutil
 import sys
@@ -10,7 +11,11 @@ from typing import Protocol
 
 import pytest
 from browser_page import BrowserPage
+from calibrate_helpers import FIRST_PORT
 from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
+
+from fcw.camera.file import default_path
+from fcw_viz.calibrate_app.server import CalibrationPage
 
 WINDOW_PX = (1400, 900)
 PATIENCE_S = 20
@@ -109,3 +114,21 @@ def wait_for() -> Callable[[Callable[[], bool]], None]:
             time.sleep(0.02)
 
     return wait
+
+
+@pytest.fixture
+def serve(
+    capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> Generator[Callable[[Path], CalibrationPage]]:
+    """Serves the calibration page of a source; at the end the server's log must hold no exception."""
+    pages: list[CalibrationPage] = []
+
+    def start(source: Path) -> CalibrationPage:
+        pages.append(CalibrationPage(source, default_path(source), FIRST_PORT))
+        return pages[-1]
+
+    yield start
+    for page in pages:
+        page.stop()
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR] == []
+    assert "Traceback" not in capfd.readouterr().err

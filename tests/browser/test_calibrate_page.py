@@ -1,7 +1,5 @@
 """Somebody who has never seen it calibrates their camera on the page."""
 
-import logging
-from collections.abc import Callable, Generator
 from pathlib import Path
 
 import pytest
@@ -10,6 +8,7 @@ from calibrate_helpers import (
     DEMO_MARKS_PX,
     FIRST_PORT,
     Person,
+    Serve,
     WaitFor,
     copy_of_demo_drive,
     pictures_of_demo_drive,
@@ -18,32 +17,12 @@ from conftest import OpenPage
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.document import AddMark, SetHeight
-from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person as SessionPerson
 from fcw_viz.calibrate_app.state import Status
 from fcw_viz.cli import main
 
 SOMEBODY = SessionPerson("somebody")
 PAPER_POINTS = ((461.0, 4.0), (428.0, 5.0), (383.0, 7.0))
-
-
-@pytest.fixture
-def serve(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
-) -> Generator[Callable[[Path], CalibrationPage]]:
-    """Serves a source; at the end the server's log must hold no exception."""
-    pages: list[CalibrationPage] = []
-
-    def start(source: Path) -> CalibrationPage:
-        pages.append(CalibrationPage(source, default_path(source), FIRST_PORT))
-        return pages[-1]
-
-    yield start
-    for page in pages:
-        page.stop()
-    errors = [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR]
-    assert errors == []
-    assert "Traceback" not in capfd.readouterr().err
 
 
 def numbers_of(file: Path) -> dict[str, object]:
@@ -60,7 +39,7 @@ def numbers_of(file: Path) -> dict[str, object]:
 
 
 def test_a_newcomer_calibrates_in_three_clicks_three_numbers_one_height_and_one_save(
-    tmp_path: Path, serve, open_page: OpenPage, wait_for: WaitFor
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
 ):
     source = pictures_of_demo_drive(tmp_path)
     page = serve(source)
@@ -98,7 +77,7 @@ def test_a_newcomer_calibrates_in_three_clicks_three_numbers_one_height_and_one_
 
 
 def test_a_drag_moves_rows_and_table_and_one_undo_takes_it_back(
-    tmp_path: Path, serve, open_page: OpenPage, wait_for: WaitFor
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
 ):
     page = serve(copy_of_demo_drive(tmp_path))
     marks = zip(DEMO_MARKS_PX, (7.6, 16.6, 31.6), strict=True)
@@ -140,7 +119,7 @@ def overlay_rows(person: Person) -> str:
 
 
 def test_the_papers_points_become_plausible_with_the_proposed_mend(
-    tmp_path: Path, serve, open_page: OpenPage, wait_for: WaitFor
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
 ):
     page = serve(copy_of_demo_drive(tmp_path))
     edits = [AddMark(640.0, row_px, 0, distance_m) for row_px, distance_m in PAPER_POINTS]
@@ -159,7 +138,7 @@ def test_the_papers_points_become_plausible_with_the_proposed_mend(
 
 
 def test_a_degenerate_state_keeps_the_last_good_result_marked_and_cannot_be_saved(
-    tmp_path: Path, serve, open_page: OpenPage, wait_for: WaitFor
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
 ):
     source = copy_of_demo_drive(tmp_path)
     page = serve(source)
@@ -180,7 +159,7 @@ def test_a_degenerate_state_keeps_the_last_good_result_marked_and_cannot_be_save
     assert not default_path(source).exists()
 
 
-def test_keys(tmp_path: Path, serve, open_page: OpenPage, wait_for: WaitFor):
+def test_keys(tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor):
     page = serve(copy_of_demo_drive(tmp_path))
     edits = [AddMark(*place, 0, 5.0 + 3 * i) for i, place in enumerate(DEMO_MARKS_PX)]
     page.session.apply(SOMEBODY, *edits)
@@ -226,7 +205,7 @@ def test_keys(tmp_path: Path, serve, open_page: OpenPage, wait_for: WaitFor):
     wait_for(lambda: person.browser.page.locator(".fcw tr.selected").count() == 0)
 
 
-def test_a_taken_port_is_left_alone(tmp_path: Path, serve):
+def test_a_taken_port_is_left_alone(tmp_path: Path, serve: Serve):
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
     first = serve(copy_of_demo_drive(tmp_path / "one"))
