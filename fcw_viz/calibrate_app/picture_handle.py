@@ -149,4 +149,5 @@ class Handle:
 
     def _follow(self, phase: Phase, column_px: float, row_px: float) -> None:
         self.move(column_px, row_px)
+        self._view.magnify_drag(None if phase == "end" else (column_px, row_px))
         self._on_drag(phase, column_px, row_px)

@@ -21,6 +21,7 @@ from viser import _messages
 
 from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app.picture_handle import Handle, OnClick, OnDrag
+from fcw_viz.calibrate_app.picture_magnifier import Magnifier
 
 _BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
 _PICTURE_EXTENT = 10.0  # scene units along the picture's longer side; the depth's resolution goes with it
@@ -53,6 +54,9 @@ class PictureView:
         self._fits: deque[tuple[float, float, float]] = deque(maxlen=_REMEMBERED_FITS)
         self._seen: tuple[float, ...] = ()
         self._view_change_waits = False
+        self._image_bgr: NDArray[np.uint8] | None = None
+        self._magnified_px: tuple[float, float] | None = None
+        self._dragged_px: tuple[float, float] | None = None
         self._in_order = ThreadPoolExecutor(max_workers=1, thread_name_prefix="picture")
 
         width, height = image_size.width * self._scale, image_size.height * self._scale
@@ -66,6 +70,7 @@ class PictureView:
             receive_shadow=False,
             wxyz=FACING_WXYZ,
         )
+        self._magnifier = Magnifier(self, client.scene, FACING_WXYZ)
         client.camera.fov = _FIELD_OF_VIEW_RAD
         self.fit()
         client.gui._websock_interface.queue_message(
@@ -97,6 +102,8 @@ class PictureView:
         with self._client.atomic():
             self._picture._format = image_format
             self._picture._data = data.tobytes()
+            self._image_bgr = image_bgr
+            self._place_magnifier()
 
     def world(self, column_px: float, row_px: float, layer: int = 0) -> tuple[float, float, float]:
         """The scene position of a pixel; higher layers are nearer to the eye."""
@@ -165,6 +172,16 @@ class PictureView:
     def forget_handle(self, handle: Handle) -> None:
         """Called by a handle that removes itself."""
         self._handles.pop(handle.name, None)
+
+    def magnify(self, at_px: tuple[float, float] | None) -> None:
+        """Holds a magnifier beside a (column, row), or beside none; a handle has it while it is dragged."""
+        self._magnified_px = at_px
+        self._place_magnifier()
+
+    def magnify_drag(self, at_px: tuple[float, float] | None) -> None:
+        """Called by the handle that is dragged, and with None when it is let go."""
+        self._dragged_px = at_px
+        self._place_magnifier()
 
     def fit(self) -> None:
         """Shows the whole picture; it stays whole when the window changes, until somebody zooms or slides."""
@@ -247,6 +264,13 @@ class PictureView:
             self._client.camera.position = (x, -self._distance(pixels_per_screen_pixel), z)
             self._client.camera.look_at = (x, 0.0, z)
 
+    def _place_magnifier(self) -> None:
+        at_px = self._dragged_px or self._magnified_px
+        if at_px is None or self._image_bgr is None:
+            self._magnifier.hide()
+        else:
+            self._magnifier.show(self._image_bgr, *at_px)
+
     async def _camera_moved(self, camera: viser.CameraHandle) -> None:
         seen = (*camera.position, camera.image_width, camera.image_height)
         if seen == self._seen:
@@ -263,6 +287,7 @@ class PictureView:
         with self._client.atomic():
             for handle in list(self._handles.values()):
                 handle.resize()
+            self._place_magnifier()
         for callback in self._on_view_change:
             callback()
 
@@ -275,9 +300,12 @@ class PictureView:
         ]
         if reached:
             self.run_in_order(min(reached, key=lambda near: near[0])[1].on_click)
-        elif -0.5 <= column_px <= self._size.width - 0.5 and -0.5 <= row_px <= self._size.height - 0.5:
+        elif self._is_inside(column_px, row_px) and not self._magnifier.covers(column_px, row_px):
             for callback in self._on_click:
                 self.run_in_order(callback, column_px, row_px)
+
+    def _is_inside(self, column_px: float, row_px: float) -> bool:
+        return -0.5 <= column_px <= self._size.width - 0.5 and -0.5 <= row_px <= self._size.height - 0.5
 
     async def _box_drawn(self, event: viser.SceneRectSelectEvent) -> None:
         left, top, right, bottom = self.window_px
