@@ -13,6 +13,7 @@ AHEAD_M = 0.05
 """Nearer to the camera's axis than this is straight ahead: nobody tapes better."""
 SKY_WORDS = "above the horizon: sky"
 INTERVAL_DECIMALS = re.compile(r"\d+\.(\d+)")
+"""Finds those of the first number of an interval in words."""
 ENDLESS_LENGTH_M = 1000.0
 """A length less certain than this is not known at all."""
 
