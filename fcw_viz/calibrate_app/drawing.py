@@ -17,7 +17,7 @@ from fcw_viz.calibrate_app.numbers_text import (
     row_distance_text,
     typed_text,
 )
-from fcw_viz.calibrate_app.pen import CROSS_GAP_CSS_PX, LABEL_GAP_CSS_PX, Fill, FillKind, Pen, Stroke
+from fcw_viz.calibrate_app.pen import CROSS_GAP_CSS_PX, Fill, FillKind, Pen, Stroke
 from fcw_viz.calibrate_app.state import DistanceRow, Result, SessionState
 
 MARK_COLOR: Rgb = (255, 215, 40)
@@ -120,8 +120,7 @@ def draw(
         _draw_dragged_horizon(pen, document, result, horizon_grip)
     wishes = pen.wishes
     if result is not None and not state.current:
-        corner = (pen.seen.left_px + pen.css(8), pen.seen.bottom_px - pen.css(16))
-        wishes = [LabelWish(STALE_WORDS, (corner,)), *wishes]
+        wishes = [LabelWish(STALE_WORDS, pen.corners(STALE_WORDS)), *wishes]
     labels = lay_out_labels(wishes, pen.seen, pen.obstacles)
     return Drawing(state.current, tuple(pen.fills), tuple(pen.strokes), labels)
 
@@ -204,14 +203,15 @@ def _draw_rows(pen: Pen, result: Result, current: bool, imperial: bool) -> None:
     bands_px = [(row.row_px - row.row_sigma_px, row.row_px + row.row_sigma_px) for row in rows]
     color = ROW_COLOR if current else STALE_COLOR
     lane_px = (seen.right_px - seen.left_px) / LANE_COUNT
-    lanes_px = [seen.left_px + lane * lane_px for lane in range(LANE_COUNT)]
+    # From the right: the page's own panels lie over the left.
+    lanes_px = [seen.right_px - lane * lane_px for lane in range(LANE_COUNT)]
     for index, (row, (top_px, bottom_px)) in enumerate(zip(rows, bands_px, strict=True)):
         others_px = bands_px[:index] + bands_px[index + 1 :]
         pen.across(color, row.row_px)
         first_lane = 0
         if any(top_px < other_bottom and other_top < bottom_px for other_top, other_bottom in others_px):
             first_lane = index % LANE_COUNT
-            left_px, right_px = lanes_px[first_lane], lanes_px[first_lane] + LANE_FILLED * lane_px
+            left_px, right_px = lanes_px[first_lane] - LANE_FILLED * lane_px, lanes_px[first_lane]
             pen.line(color, (left_px, row.row_px), (right_px, row.row_px), strong=True)
             for edge_px in (top_px, bottom_px):
                 if -0.5 <= edge_px <= pen.bottom_px:
@@ -219,11 +219,10 @@ def _draw_rows(pen: Pen, result: Result, current: bool, imperial: bool) -> None:
         else:
             left_px, right_px = pen.left_px, pen.right_px
         pen.band(FillKind.ROW_BAND, left_px, right_px, top_px, bottom_px)
-        order = [lanes_px[(first_lane + lane) % LANE_COUNT] for lane in range(LANE_COUNT)]
-        places = tuple((lane_left_px + pen.css(LABEL_GAP_CSS_PX), row.row_px) for lane_left_px in order)
         interval = interval_text(row.low_m, row.high_m, imperial)
         words = f"{row_distance_text(row.distance_m, imperial)}  {interval}"
-        pen.wishes.append(LabelWish(words, places))
+        order = [lanes_px[(first_lane + lane) % LANE_COUNT] for lane in range(LANE_COUNT)]
+        pen.words_left_of(words, row.row_px, order)
 
 
 def _draw_horizon(pen: Pen, result: Result, current: bool) -> None:

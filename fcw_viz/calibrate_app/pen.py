@@ -4,7 +4,7 @@ What keeps its size on the screen (rings, dashes, words) is scaled by the window
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -163,6 +163,20 @@ class Pen:
         )
         places = tuple((center[0] + right, center[1] + down) for right, down in shifts)
         self.wishes.append(LabelWish(text, places))
+
+    def words_left_of(self, text: str, row_px: float, columns_px: Sequence[float]) -> None:
+        """Words on a row that end at one of the columns."""
+        width_px = self.css(text_width_css_px(text) + LABEL_GAP_CSS_PX)
+        places = tuple((column_px - width_px, row_px) for column_px in columns_px)
+        self.wishes.append(LabelWish(text, places))
+
+    def corners(self, text: str) -> tuple[Point, ...]:
+        """Places in the four corners of what is seen; the upper left, where the page has a panel, is last."""
+        inside_px = self.css(LABEL_HEIGHT_CSS_PX)
+        left_px = self.seen.left_px + self.css(LABEL_GAP_CSS_PX)
+        right_px = self.seen.right_px - self.css(text_width_css_px(text) + LABEL_GAP_CSS_PX)
+        bottom_px, top_px = self.seen.bottom_px - inside_px, self.seen.top_px + inside_px
+        return (left_px, bottom_px), (right_px, bottom_px), (right_px, top_px), (left_px, top_px)
 
     def words_at_right(self, text: str, row_px: float) -> None:
         """Words at the right edge of what is seen, on a row or next to it."""

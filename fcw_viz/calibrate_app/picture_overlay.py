@@ -25,7 +25,7 @@ OUTLINE_COLOR: Rgb = (12, 14, 18)
 """Under every line, so that it reads on a bright road too."""
 THICKNESS_CSS_PX = {False: 1.5, True: 2.75}
 """Of a line, by whether it is strong."""
-OUTLINE_CSS_PX = 1.0
+OUTLINE_CSS_PX = 0.75
 """How far the outline shows on either side of its line."""
 PLANE_PX = 1024.0
 """Any length; a power of two divides without error."""
