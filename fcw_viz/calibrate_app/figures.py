@@ -6,9 +6,9 @@ Words and axes are drawn in `currentColor`, so that they read in dark and in lig
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from html import escape
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.plausibility import OUTLIER_SIGMAS
 from fcw.logs.overlay import OWN_CAR_SIZE_M, ROW_COLOR, VEHICLE_LENGTH_M
 from fcw_viz.calibrate_app.document import Mark
 from fcw_viz.calibrate_app.numbers_text import (
@@ -19,14 +19,12 @@ from fcw_viz.calibrate_app.numbers_text import (
     unit_name,
 )
 from fcw_viz.calibrate_app.state import DistanceRow, Result
+from fcw_viz.calibrate_app.svg import line, points_text, svg_element, words
 
 TEAL = "rgb({}, {}, {})".format(*ROW_COLOR)
 AMBER = "#d98a00"
 """Marks; dark enough for a white page, light enough for a dark one."""
-EN_SPACE = "\u2002"
-"""Two spaces in a row are one in SVG."""
 GRID_OPACITY = 0.22
-FONT = 'font-family="system-ui, sans-serif" font-size="11"'
 
 NEAREST_M, FARTHEST_M = 3.0, 80.0
 """The range of the plot."""
@@ -39,7 +37,8 @@ FULL_TO_M = 50.0
 
 BAR_SIGMAS = 4.0
 """A residual's bar is full at so many sigmas."""
-NOISE_SIGMAS, OUTLIER_SIGMAS = 2.0, 3.0
+NOISE_SIGMAS = 2.0
+"""Residuals up to this are to be expected."""
 
 SEEN_AHEAD_M = 50.0
 """Least depth of the ground seen from above."""
@@ -72,26 +71,26 @@ def interval_plot(result: Result, imperial: bool) -> str:
         part = (min(max(relative, -reach), reach) + reach) / (2 * reach)
         return height - bottom - part * (height - top - bottom)
 
-    parts = [_line(left, y(level), width - right, y(level), GRID_OPACITY) for level in _levels(reach)]
-    parts += [_text(left - 4, y(level) + 4, _signed_percent(level), "end", 0.75) for level in _levels(reach)]
+    parts = [line(left, y(level), width - right, y(level), GRID_OPACITY) for level in _levels(reach)]
+    parts += [words(left - 4, y(level) + 4, _signed_percent(level), "end", 0.75) for level in _levels(reach)]
     upper = [(x(d), y(high)) for d, _, high in curve if math.isfinite(high)]
     lower = [(x(d), y(low)) for d, low, _ in curve]
     unbounded = [d for d, _, high in curve if not math.isfinite(high)]
     if unbounded:
         upper += [(x(unbounded[0]), y(reach)), (x(FARTHEST_M), y(reach))]
     parts.append(
-        f'<polygon points="{_points([*upper, *reversed(lower)])}" fill="{TEAL}" fill-opacity="0.35" '
+        f'<polygon points="{points_text([*upper, *reversed(lower)])}" fill="{TEAL}" fill-opacity="0.35" '
         f'stroke="{TEAL}" stroke-width="1.2"/>'
     )
-    parts.append(_line(left, y(0.0), width - right, y(0.0), 0.8))
+    parts.append(line(left, y(0.0), width - right, y(0.0), 0.8))
     for tick in TICKS_FT if imperial else TICKS_M:
         distance_m = tick * unit_m
-        parts.append(_line(x(distance_m), y(reach), x(distance_m), y(-reach) + 4, GRID_OPACITY))
-        parts.append(_text(x(distance_m), height - bottom + 15, f"{tick:g}", "middle"))
+        parts.append(line(x(distance_m), y(reach), x(distance_m), y(-reach) + 4, GRID_OPACITY))
+        parts.append(words(x(distance_m), height - bottom + 15, f"{tick:g}", "middle"))
         low_m, high_m = calibration.distance_interval(calibration.row_at(distance_m))
         short = interval_text(low_m, high_m, imperial) if math.isfinite(high_m) else "open"
         if tick >= (TICKS_FT if imperial else TICKS_M)[1]:
-            parts.append(_text(x(distance_m), height - bottom + 28, short, "middle", 0.75, size=9.5))
+            parts.append(words(x(distance_m), height - bottom + 28, short, "middle", 0.75, size=9.5))
     for point in calibration.points:
         if NEAREST_M <= point.distance_m <= FARTHEST_M:
             seen_m = calibration.distance_at(point.row_px)
@@ -100,13 +99,13 @@ def interval_plot(result: Result, imperial: bool) -> str:
                 f'<circle cx="{x(point.distance_m):.2f}" cy="{y(relative):.2f}" r="3.5" fill="{AMBER}" '
                 'stroke="currentColor" stroke-width="0.8"/>'
             )
-    parts.append(_text(left, 12, "error of the distance, 16th to 84th percentile"))
-    words = f"distance in {unit_name(imperial)}, and its interval"
-    parts.append(_text(left, height - 20, words, opacity=0.75))
+    parts.append(words(left, 12, "error of the distance, 16th to 84th percentile"))
+    axis = f"distance in {unit_name(imperial)}, and its interval"
+    parts.append(words(left, height - 20, axis, opacity=0.75))
     if unbounded:
         limit = row_distance_text(_rounded_down(in_units(unbounded[0], imperial)) * unit_m, imperial)
-        parts.append(_text(left, height - 6, f"beyond {limit} the interval has no upper end"))
-    return _svg(width, height, parts, "Error of the distance over the distance")
+        parts.append(words(left, height - 6, f"beyond {limit} the interval has no upper end"))
+    return svg_element(width, height, parts, "Error of the distance over the distance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,9 +167,9 @@ def birds_eye(result: Result, marks: Sequence[Mark], imperial: bool, current: bo
     parts.append(
         f'<circle data-name="camera" cx="{camera_x:.3f}" cy="{camera_y:.3f}" r="3" fill="currentColor"/>'
     )
-    parts.append(_text(camera_x + 8, camera_y + 4, "camera", opacity=0.75))
+    parts.append(words(camera_x + 8, camera_y + 4, "camera", opacity=0.75))
     parts += _ground_marks(calibration, marks, scale)
-    return _svg(scale.width_px, scale.height_px, parts, "The ground seen from above")
+    return svg_element(scale.width_px, scale.height_px, parts, "The ground seen from above")
 
 
 def residual_bar(sigmas: float) -> str:
@@ -190,11 +189,13 @@ def residual_bar(sigmas: float) -> str:
         f'<rect x="{middle - NOISE_SIGMAS * per_sigma:.2f}" y="1" width="{2 * NOISE_SIGMAS * per_sigma:.2f}" '
         'height="10" fill="currentColor" fill-opacity="0.12"/>',
         f'<rect x="{min(middle, end):.2f}" y="3" width="{abs(end - middle):.2f}" height="6" fill="{color}"/>',
-        _line(middle, 0, middle, height, 0.8),
+        line(middle, 0, middle, height, 0.8),
     ]
     if size > BAR_SIGMAS:
         tip = end + math.copysign(5, sigmas)
-        parts.append(f'<polygon points="{_points([(end, 1.0), (tip, 6.0), (end, 11.0)])}" fill="{color}"/>')
+        parts.append(
+            f'<polygon points="{points_text([(end, 1.0), (tip, 6.0), (end, 11.0)])}" fill="{color}"/>'
+        )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '
         f'height="{height:g}" role="img"><title>{sigmas:+.1f} times the error of a click</title>'
@@ -244,7 +245,7 @@ def _wedge(calibration: Calibration, scale: GroundScale, color: str) -> Iterator
         scale.place(scale.ahead_m, sides[1]),
     ]
     yield (
-        f'<polygon points="{_points(corners)}" fill="{color}" fill-opacity="0.07" stroke="{color}" '
+        f'<polygon points="{points_text(corners)}" fill="{color}" fill-opacity="0.07" stroke="{color}" '
         'stroke-opacity="0.45" stroke-dasharray="4 3"/>'
     )
 
@@ -286,7 +287,7 @@ def _row_lines(rows: Sequence[DistanceRow], scale: GroundScale, color: str, impe
                 f'stroke-width="{thickness:g}"/>'
             )
         interval = interval_text(row.low_m, row.high_m, imperial)
-        yield _text(4, y - 3, f"{row_distance_text(row.distance_m, imperial)}  {interval}")
+        yield words(4, y - 3, f"{row_distance_text(row.distance_m, imperial)}  {interval}")
 
 
 def _ground_marks(calibration: Calibration, marks: Sequence[Mark], scale: GroundScale) -> Iterator[str]:
@@ -300,33 +301,4 @@ def _ground_marks(calibration: Calibration, marks: Sequence[Mark], scale: Ground
             f'<circle data-mark="{mark.id}" cx="{x:.6f}" cy="{y:.6f}" r="4" fill="{fill}" '
             'stroke="currentColor" stroke-width="1"/>'
         )
-        yield _text(x + 7, y + 4, mark.name)
-
-
-def _svg(width: float, height: float, parts: Iterable[str], title: str) -> str:
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" {FONT} role="img" '
-        'style="display: block; width: 100%; max-width: 26rem; height: auto">'
-        f"<title>{escape(title)}</title>{''.join(parts)}</svg>"
-    )
-
-
-def _text(
-    x: float, y: float, text: str, anchor: str = "start", opacity: float = 1.0, size: float | None = None
-) -> str:
-    font = "" if size is None else f' font-size="{size:g}"'
-    return (
-        f'<text x="{x:.2f}" y="{y:.2f}" text-anchor="{anchor}" fill="currentColor" '
-        f'fill-opacity="{opacity:g}"{font}>{escape(text).replace("  ", EN_SPACE)}</text>'
-    )
-
-
-def _line(x1: float, y1: float, x2: float, y2: float, opacity: float) -> str:
-    return (
-        f'<line x1="{x1:.2f}" y1="{y1:.2f}" x2="{x2:.2f}" y2="{y2:.2f}" stroke="currentColor" '
-        f'stroke-opacity="{opacity:g}"/>'
-    )
-
-
-def _points(points: Iterable[tuple[float, float]]) -> str:
-    return " ".join(f"{x:.2f},{y:.2f}" for x, y in points)
+        yield words(x + 7, y + 4, mark.name)

@@ -165,6 +165,14 @@ def test_a_result_that_is_not_current_is_grey_and_says_so() -> None:
     assert STALE_COLOR not in {stroke.color for stroke in current.strokes}
 
 
+def test_words_on_a_stale_result_find_a_corner_that_is_free() -> None:
+    last_good = shown(state_of(good_document()))
+    ends = (Line((70.0, 700.0), (400.0, 420.0)), Line((1200.0, 700.0), (760.0, 420.0)))
+    state = state_of(replace(good_document((4.0, 4.0, 7.0)), lane_lines=ends), last_good)
+    drawing = draw(state, None, 0, WHOLE, handles=True)
+    assert any(label.text == STALE_WORDS for label in drawing.labels)
+
+
 def test_a_residual_leads_from_the_mark_to_the_row_of_the_solution() -> None:
     marks = marks_at((5.0, 10.0, 15.0, 20.0), errors_px=(0.0, 6.0, 0.0, -4.0))
     state = state_of(document_of(marks))
