@@ -14,7 +14,7 @@ TYPING_PAUSE_S = 0.6
 """A number counts as typed after this long without a key: the "1" on the way to "15" is none."""
 REFUSED_S = 4.0
 """What was refused stays so long, to be corrected; then the field says again what counts."""
-SHOWN_DIGITS = 6
+SHOWN_DIGITS = 5
 """Significant digits of a number that was not typed here."""
 
 

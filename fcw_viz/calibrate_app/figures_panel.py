@@ -39,4 +39,5 @@ class AbovePanel:
             return
         document = state.document
         marks = [mark for mark in document.marks if mark.enabled and state.current]
-        set_html(self._picture, text_block(birds_eye(state.shown, marks, document.imperial, state.current)))
+        picture = birds_eye(state.shown, marks, document.imperial, state.current)
+        set_html(self._picture, text_block(f'<div class="fcw-above">{picture}</div>'))

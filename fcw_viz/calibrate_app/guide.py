@@ -6,17 +6,14 @@ from typing import TYPE_CHECKING
 import viser
 
 from fcw_viz.calibrate_app.page_style import STYLE, set_html, text_block
+from fcw_viz.calibrate_app.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.state import SessionState, Status
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
-BANNER_KINDS = {
-    Status.GOOD: "good",
-    Status.IMPLAUSIBLE: "trouble",
-    Status.DEGENERATE: "trouble",
-    Status.INCOMPLETE: "",
-}
+GOOD_ERROR = 0.1
+"""An error of a tenth at the distance of the quality sentence may be called good."""
 
 
 class Guide:
@@ -32,7 +29,7 @@ class Guide:
     def show(self, state: SessionState) -> None:
         """Say what to do next at a moment of the session."""
         words = self._tab.tool_words or _words(state)
-        kind = "" if self._tab.tool_words else BANNER_KINDS[state.solution.status]
+        kind = "" if self._tab.tool_words else _kind(state)
         set_html(self._banner, f'<div class="fcw-banner {kind}">{escape(words)}</div>')
         notices = [state.notice] if state.notice else []
         if len(state.people) > 1:
@@ -48,3 +45,14 @@ def _words(state: SessionState) -> str:
     if state.current and state.shown is not None and not state.solution.height_assumed:
         return f"{state.shown.quality} {state.solution.hint}"
     return state.solution.hint
+
+
+def _kind(state: SessionState) -> str:
+    """The line's colour: plain, good, or trouble."""
+    if state.solution.status in (Status.IMPLAUSIBLE, Status.DEGENERATE):
+        return "trouble"
+    if state.solution.status is not Status.GOOD or state.shown is None:
+        return ""
+    calibration = state.shown.calibration
+    low_m, high_m = calibration.distance_interval(calibration.row_at(EFFECT_DISTANCE_M))
+    return "good" if (high_m - low_m) / 2 <= GOOD_ERROR * EFFECT_DISTANCE_M else ""

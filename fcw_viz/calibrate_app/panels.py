@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
 STEPS_WIDTH_PX = 340
-SIDE_LEFT_PX, SIDE_TOP_PX, SIDE_WIDTH_PX = 12, 72, 340
+SIDE_LEFT_PX, SIDE_TOP_PX, SIDE_WIDTH_PX = 12, 72, 356
 """Over the sky, where nobody clicks, and under the line that says what to do next."""
 
 

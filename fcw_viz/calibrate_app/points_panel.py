@@ -15,6 +15,7 @@ from fcw_viz.calibrate_app.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.page_script import focus
 from fcw_viz.calibrate_app.page_style import set_html, step_heading, text_block
 from fcw_viz.calibrate_app.preset_panel import PresetPanel
+from fcw_viz.calibrate_app.result_panel import rounded
 from fcw_viz.calibrate_app.state import MarkResidual, SessionState
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ class PointsPanel:
             DELETE: tab.delete_selected,
             GO_TO: tab.go_to_selected,
         }
-        on_press(gui.add_button_group("", tuple(actions)), tab.run, actions)
+        self._actions = gui.add_button_group("", tuple(actions), visible=False)
+        on_press(self._actions, tab.run, actions)
 
     def show(self, state: SessionState) -> None:
         """Bring table and fields to a moment of the session."""
@@ -54,6 +56,7 @@ class PointsPanel:
         set_html(self._heading, step_heading(2, "Points on the road", done, f"{counted} of at least 3"))
         self._preset.show(state)
         set_html(self._table, text_block(self._table_html(state)) if document.marks else "")
+        self._actions.visible = bool(document.marks) or state.can_undo or state.can_redo
         self._show_fields(state)
 
     def focus_on(self, mark_id: int) -> None:
@@ -124,6 +127,6 @@ def _residual_cells(residual: MarkResidual | None, row_sigma_px: float, imperial
     if residual is None:
         return "<td></td><td></td><td></td>"
     distance = in_units(residual.distance_m, imperial)
-    distance_text = f"{distance:+.2f}" if math.isfinite(distance) else "∞"
+    distance_text = f"{rounded(distance, 2):+.2f}" if math.isfinite(distance) else "∞"
     bar = residual_bar(residual.row_px / row_sigma_px)
-    return f"<td>{residual.row_px:+.2f}</td><td>{distance_text}</td><td>{bar}</td>"
+    return f"<td>{rounded(residual.row_px, 2):+.2f}</td><td>{distance_text}</td><td>{bar}</td>"

@@ -69,4 +69,9 @@ def _numbers_html(state: SessionState, result: Result) -> str:
 def plus_minus(value: float, sigma: float) -> str:
     """A value with its standard deviation, and no digit that that does not carry."""
     decimals = 0 if sigma >= 10 else 1 if sigma >= 1 else 2
-    return f"{value:.{decimals}f} ± {sigma:.{decimals}f}"
+    return f"{rounded(value, decimals):.{decimals}f} ± {sigma:.{decimals}f}"
+
+
+def rounded(value: float, decimals: int) -> float:
+    """Rounded, and never to a zero with a minus."""
+    return round(value, decimals) + 0.0

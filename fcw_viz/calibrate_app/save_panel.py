@@ -1,5 +1,6 @@
 """Step 5 of the job: the calibration file, what to type next, and the other forms of it."""
 
+from datetime import datetime
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -11,15 +12,17 @@ import viser
 from fcw.camera.export import ExportFormat, export_text
 from fcw.camera.file import calibration_text, default_path
 from fcw.errors import UserError
+from fcw.versions import versions
 from fcw_viz.calibrate_app.controls import on_button, on_press
 from fcw_viz.calibrate_app.page_style import card, set_html, step_heading, text_block
+from fcw_viz.calibrate_app.report import report_html
 from fcw_viz.calibrate_app.state import SessionState, Status
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
 SAVE_COLOR = (47, 158, 68)
-FILE, REPORT, ROS, KALIBR = "⭳ YAML", "⭳ Report", "⭳ camera_info", "⭳ Kalibr"
+FILE, REPORT, ROS, KALIBR = "↓ YAML", "↓ Report", "↓ camera_info", "↓ Kalibr"
 EXPORT_FORMATS: dict[str, ExportFormat] = {ROS: "camera_info", KALIBR: "kalibr"}
 ANEW = "Start anew"
 
@@ -74,11 +77,18 @@ class SavePanel:
         if kind == FILE:
             name, text = tab.state.save_path.name, calibration_text(result.calibration)
         elif kind == REPORT:
-            name, text = f"{stem}.calibration.html", tab.report()
+            name, text = f"{stem}.calibration.html", self._report()
         else:
             export_format = EXPORT_FORMATS[kind]
             name, text = f"{stem}.{export_format}.yaml", export_text(result.calibration, export_format)
         tab.client.send_file_download(name, text.encode(), save_immediately=True)
+
+    def _report(self) -> str:
+        """The report, with the picture of this tab."""
+        tab = self._tab
+        image = tab.pictures.read(tab.frame_index).image
+        today = datetime.now().astimezone().date()
+        return report_html(tab.state, image, tab.frame_index, str(tab.source), today, versions())
 
 
 def _flag(source: Path, save_path: Path) -> str:
