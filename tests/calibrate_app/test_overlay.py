@@ -168,7 +168,9 @@ def test_a_result_that_is_not_current_is_grey_and_says_so() -> None:
 def test_words_on_a_stale_result_find_a_corner_that_is_free() -> None:
     last_good = shown(state_of(good_document()))
     ends = (Line((70.0, 700.0), (400.0, 420.0)), Line((1200.0, 700.0), (760.0, 420.0)))
-    state = state_of(replace(good_document((4.0, 4.0, 7.0)), lane_lines=ends), last_good)
+    document = replace(good_document((4.0, 4.0, 7.0)), lane_lines=ends, lane_lines_enabled=False)
+    state = state_of(document, last_good)
+    assert not state.current
     drawing = draw(state, None, 0, WHOLE, handles=True)
     assert any(label.text == STALE_WORDS for label in drawing.labels)
 
