@@ -53,8 +53,8 @@ HEIGHT, BUMPER = SetHeight(1.3), SetReference(True, 1.6)
 NEAR_ONLY = tuple(
     AddMark(640, row_px, 0, distance_m) for row_px, distance_m in ((560.6, 4), (525.8, 5), (480.4, 7))
 )
-FOURTH = AddMark(850, 437.9, 0, 10.0)
-"""The near end of the second dash of the lane line, a pixel and a half too low."""
+FOURTH = AddMark(494, 437.5, 0, 10.6)
+"""The near end of a dash of the lane line, clicked a pixel too low."""
 LENS = Gaussian(math.radians(65), math.radians(3))
 
 
@@ -90,7 +90,7 @@ SCENES = (
     ),
     Scene(
         "calibrate-dark",
-        (NEAR, MIDDLE, FAR, replace(FAR, row_px=376.9, distance_m=26.0), HEIGHT, BUMPER),
+        (NEAR, MIDDLE, FAR, FOURTH, HEIGHT, BUMPER),
         dark=True,
     ),
 )
