@@ -30,10 +30,11 @@ _FIELD_OF_VIEW_RAD = math.radians(30)
 _FIT_MARGIN = 1.02
 _FARTHEST_FITS = 2.0  # zoomed out at most until the picture fills half the window
 _CLOSEST_PIXEL = 64.0  # zoomed in at most until an image pixel covers that many screen pixels
+_LEVEL_COSINE = 1 - 1e-12  # of half the angle between two orientations
 _REMEMBERED_FITS = 16  # of a window that is being resized, on their way to the browser and back
 
 FACING_WXYZ = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
-"""Orientation of an image node that faces the eye (viser's image: x right, y down)."""
+"""Orientation of an image node that faces the eye (viser's image: x right, y down), as of a level camera."""
 
 _log = logging.getLogger(__name__)
 
@@ -276,7 +277,11 @@ class PictureView:
         if seen == self._seen:
             return
         resized, self._seen = seen[3:] != self._seen[3:], seen
-        if resized and any(np.allclose(camera.position, fit, atol=1e-3) for fit in self._fits):
+        if abs(np.dot(camera.wxyz, FACING_WXYZ)) < _LEVEL_COSINE:
+            # Nothing on the picture tilts the view, but viser's own panel has buttons that do.
+            camera.up_direction = (0.0, 0.0, 1.0)
+            self.run_in_order(self.fit)
+        elif resized and any(np.allclose(camera.position, fit, atol=1e-3) for fit in self._fits):
             self.run_in_order(self.fit)
         if not self._view_change_waits:
             self._view_change_waits = True
