@@ -27,6 +27,7 @@ from fcw_viz.calibrate_app.numbers_text import (
     unit_name,
 )
 from fcw_viz.calibrate_app.picture_svg import picture_overlay_svg
+from fcw_viz.calibrate_app.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.state import Result, SessionState
 
 PICTURE_WIDTH_CSS_PX = 1000.0
@@ -237,7 +238,8 @@ def _priors(state: SessionState) -> str:
         words = "" if effect is None else f"{_error(effect.error_without)} → {_error(effect.error_with)}"
         value = f"{prior.value * unit:.1f} ± {prior.sigma * unit:.1f}{unit_text}"
         rows.append([name, value, words if enabled else f"{words} (off)"])
-    return _table(("known besides the points", "", "error at 40 m"), rows)
+    at = row_distance_text(EFFECT_DISTANCE_M, document.imperial)
+    return _table(("known besides the points", "", f"error at {at}"), rows)
 
 
 def _error(relative: float) -> str:
