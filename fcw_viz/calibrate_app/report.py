@@ -66,7 +66,7 @@ def report_html(
         state: the moment to report.
         image_bgr: (height, width, 3), the picture to show with the rows on it.
         frame: its index in the source.
-        source: name of the source, as `fcw run` takes it.
+        source: path of the source, as `fcw run` takes it.
         made_on: today.
         versions: of the program and its libraries, by name.
 
@@ -81,7 +81,7 @@ def report_html(
     size = document.image_size
     window = Window(-0.5, -0.5, size.width - 0.5, size.height - 0.5, scale)
     picture = picture_overlay_svg(image_bgr, draw(state, None, frame, window), scale)
-    title = f"Camera calibration of {source}"
+    title = f"Camera calibration of {Path(source).name}"
     body = [
         f"<h1>{escape(title)}</h1>",
         f'<p class="dim">{made_on.isoformat()}, pictures of {size}, picture {frame} shown</p>',
