@@ -106,6 +106,7 @@ class Handle:
         """Puts it elsewhere."""
         self._column_px, self._row_px = column_px, row_px
         self._target.position = self._view.world(column_px, row_px, layer=-1)
+        self._view.handle_moved(self)
 
     def set_colour(self, colour: tuple[int, int, int]) -> None:
         """Draws it in another RGB colour."""
@@ -149,5 +150,5 @@ class Handle:
 
     def _follow(self, phase: Phase, column_px: float, row_px: float) -> None:
         self.move(column_px, row_px)
-        self._view.magnify_drag(None if phase == "end" else (column_px, row_px))
+        self._view.magnify_handle(None if phase == "end" else self)
         self._on_drag(phase, column_px, row_px)

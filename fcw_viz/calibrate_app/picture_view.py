@@ -56,8 +56,7 @@ class PictureView:
         self._seen: tuple[float, ...] = ()
         self._view_change_waits = False
         self._image_bgr: NDArray[np.uint8] | None = None
-        self._magnified_px: tuple[float, float] | None = None
-        self._dragged_px: tuple[float, float] | None = None
+        self._magnified: Handle | None = None
         self._in_order = ThreadPoolExecutor(max_workers=1, thread_name_prefix="picture")
 
         width, height = image_size.width * self._scale, image_size.height * self._scale
@@ -173,16 +172,25 @@ class PictureView:
     def forget_handle(self, handle: Handle) -> None:
         """Called by a handle that removes itself."""
         self._handles.pop(handle.name, None)
+        if handle is self._magnified:
+            self.magnify_handle(None)
 
-    def magnify(self, at_px: tuple[float, float] | None) -> None:
-        """Holds a magnifier beside a (column, row), or beside none; a handle has it while it is dragged."""
-        self._magnified_px = at_px
+    def magnify(self, name: str | None) -> None:
+        """Holds the magnifier beside the handle of that name until the next click; None puts it away.
+
+        A handle that is dragged or clicked has it without asking.
+        """
+        self.magnify_handle(None if name is None else self._handles.get(name))
+
+    def magnify_handle(self, handle: Handle | None) -> None:
+        """The same for a handle itself."""
+        self._magnified = handle
         self._place_magnifier()
 
-    def magnify_drag(self, at_px: tuple[float, float] | None) -> None:
-        """Called by the handle that is dragged, and with None when it is let go."""
-        self._dragged_px = at_px
-        self._place_magnifier()
+    def handle_moved(self, handle: Handle) -> None:
+        """Called by a handle that has moved: the magnifier goes with it."""
+        if handle is self._magnified:
+            self._place_magnifier()
 
     def fit(self) -> None:
         """Shows the whole picture; it stays whole when the window changes, until somebody zooms or slides."""
@@ -266,11 +274,10 @@ class PictureView:
             self._client.camera.look_at = (x, 0.0, z)
 
     def _place_magnifier(self) -> None:
-        at_px = self._dragged_px or self._magnified_px
-        if at_px is None or self._image_bgr is None:
+        if self._magnified is None or self._image_bgr is None:
             self._magnifier.hide()
         else:
-            self._magnifier.show(self._image_bgr, *at_px)
+            self._magnifier.show(self._image_bgr, *self._magnified.position_px)
 
     async def _camera_moved(self, camera: viser.CameraHandle) -> None:
         seen = (*camera.position, camera.image_width, camera.image_height)
@@ -304,8 +311,13 @@ class PictureView:
             if (distance_px := handle.distance_px(column_px, row_px)) <= handle.reach_px
         ]
         if reached:
-            self.run_in_order(min(reached, key=lambda near: near[0])[1].on_click)
-        elif self._is_inside(column_px, row_px) and not self._magnifier.covers(column_px, row_px):
+            _, clicked = min(reached, key=lambda near: near[0])
+            self.run_in_order(self.magnify_handle, clicked)
+            self.run_in_order(clicked.on_click)
+            return
+        on_glass = self._magnifier.covers(column_px, row_px)
+        self.run_in_order(self.magnify_handle, None)
+        if self._is_inside(column_px, row_px) and not on_glass:
             for callback in self._on_click:
                 self.run_in_order(callback, column_px, row_px)
 

@@ -178,7 +178,7 @@ def test_the_view_is_zoomed_panned_and_boxed(server, open_page):
     assert server.clicks == []
 
 
-def test_the_magnifier_shows_what_is_under_the_handle_while_it_is_dragged(server, open_page, wait_for):
+def test_the_magnifier_shows_what_is_under_the_handle_that_is_dragged_or_clicked(server, open_page, wait_for):
     tab = open_page(server.url)
     tab.page.mouse.move(*tab.mouse_position(*HANDLE))
     tab.page.mouse.down()
@@ -186,6 +186,13 @@ def test_the_magnifier_shows_what_is_under_the_handle_while_it_is_dragged(server
     wait_for(lambda: count_of_patch_color(tab) > (8 * MAGNIFICATION) ** 2)
     tab.page.mouse.up()
     wait_for(lambda: count_of_patch_color(tab) < 20**2)
+
+    tab.click(*PATCH)
+    wait_for(lambda: count_of_patch_color(tab) > (8 * MAGNIFICATION) ** 2)
+    x, y = tab.mouse_position(*PATCH)
+    tab.page.mouse.click(x + 150, y + 30)  # on the glass
+    wait_for(lambda: count_of_patch_color(tab) < 20**2)
+    assert server.clicks == []
 
 
 def test_the_glass_has_the_position_itself_under_its_cross():
