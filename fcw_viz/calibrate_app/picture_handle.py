@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import viser
 
+from fcw_viz.calibrate_app.picture_plane import layer_offset
+
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.picture_view import PictureView
 
@@ -75,7 +77,7 @@ class Handle:
             _HALO,
             thickness=_HALO_THICKNESS,
             thickness_units="screen",
-            position=view.layer_offset(HANDLE_LAYER + 1),
+            position=layer_offset(HANDLE_LAYER + 1),
         )
         self._lines = scene.add_line_segments(
             f"/handles/{name}/lines",
@@ -83,7 +85,7 @@ class Handle:
             colour,
             thickness=_COLOUR_THICKNESS,
             thickness_units="screen",
-            position=view.layer_offset(HANDLE_LAYER + 2),
+            position=layer_offset(HANDLE_LAYER + 2),
         )
         self._target.on_drag("left")(self._dragged)
         self.resize()
@@ -118,7 +120,7 @@ class Handle:
 
     def resize(self) -> None:
         """Keeps its size on the screen after a change of zoom; the view calls it."""
-        scale = self._view.pixels_per_screen_pixel * self._view.scene_units_per_pixel
+        scale = self._view.pixels_per_screen_pixel * self._view.plane.scale
         self._target.scale = self._halo.scale = self._lines.scale = scale
 
     def remove(self) -> None:
@@ -132,7 +134,7 @@ class Handle:
             self._view.run_in_order(self._on_drag, "start", *self.position_px)
             return
         eye = event.client.camera.position
-        at_px = self._view.pixel_under(eye, np.array(event.end_position) - eye)
+        at_px = self._view.plane.pixel_under(eye, np.array(event.end_position) - eye)
         if event.phase == "end":
             self._dragged_to = None
             self._view.run_in_order(self._follow, "end", *at_px)

@@ -9,6 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from fcw_viz.calibrate_app.picture_handle import HANDLE_LAYER
+from fcw_viz.calibrate_app.picture_plane import FACING_WXYZ
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.picture_view import PictureView
@@ -60,7 +61,7 @@ def magnified(image_bgr: NDArray[np.uint8], column_px: float, row_px: float) -> 
 class Magnifier:
     """The glass of one view."""
 
-    def __init__(self, view: "PictureView", scene: viser.SceneApi, facing_wxyz: tuple[float, ...]) -> None:
+    def __init__(self, view: "PictureView", scene: viser.SceneApi) -> None:
         self._view = view
         self._middle_px = (0.0, 0.0)
         self._node = scene.add_image(
@@ -71,7 +72,7 @@ class Magnifier:
             format="png",
             cast_shadow=False,
             receive_shadow=False,
-            wxyz=np.array(facing_wxyz),
+            wxyz=FACING_WXYZ,
             visible=False,
         )
 
@@ -88,7 +89,7 @@ class Magnifier:
         middle_column_px = column_px + beside_px if to_the_right else column_px - beside_px
         middle_row_px = min(max(row_px, top + room_px), bottom - room_px)
         self._middle_px = (middle_column_px, middle_row_px)
-        size = _DIAMETER * pixels_per_screen_pixel * self._view.scene_units_per_pixel
+        size = _DIAMETER * pixels_per_screen_pixel * self._view.plane.scale
         self._node.position = self._view.world(middle_column_px, middle_row_px, _LAYER)
         self._node.render_width = self._node.render_height = size
         self._node.image = magnified(image_bgr, column_px, row_px)

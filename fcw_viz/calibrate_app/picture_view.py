@@ -7,7 +7,6 @@ project's pixels: the centre of the top-left one is (0, 0).
 
 import contextlib
 import logging
-import math
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -22,19 +21,14 @@ from viser import _messages
 from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app.picture_handle import Handle, OnClick, OnDrag
 from fcw_viz.calibrate_app.picture_magnifier import Magnifier
+from fcw_viz.calibrate_app.picture_plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
 
 _BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
-_PICTURE_EXTENT = 10.0  # scene units along the picture's longer side; the depth's resolution goes with it
-_LAYER_SPACING = 2e-5  # scene units: resolved by depth, yet no visible parallax
-_FIELD_OF_VIEW_RAD = math.radians(30)
 _FIT_MARGIN = 1.02
 _FARTHEST_FITS = 2.0  # zoomed out at most until the picture fills half the window
 _CLOSEST_PIXEL = 64.0  # zoomed in at most until an image pixel covers that many screen pixels
 _LEVEL_COSINE = 1 - 1e-12  # of half the angle between two orientations
 _REMEMBERED_FITS = 16  # of a window that is being resized, on their way to the browser and back
-
-FACING_WXYZ = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
-"""Orientation of an image node that faces the eye (viser's image: x right, y down), as of a level camera."""
 
 _log = logging.getLogger(__name__)
 
@@ -43,12 +37,14 @@ class PictureView:
     """One tab's picture, what happens on it and how it is looked at.
 
     Callbacks run one after the other in a thread of the view, in the order of what happened in the browser.
+
+    Attributes:
+        plane: where its pixels are in the scene.
     """
 
     def __init__(self, client: viser.ClientHandle, image_size: ImageSize) -> None:
         self._client = client
-        self._size = image_size
-        self._scale = _PICTURE_EXTENT / max(image_size.width, image_size.height)
+        self.plane = PicturePlane(image_size)
         self._on_click: list[Callable[[float, float], None]] = []
         self._on_view_change: list[Callable[[], None]] = []
         self._handles: dict[str, Handle] = {}
@@ -59,7 +55,7 @@ class PictureView:
         self._magnified: Handle | None = None
         self._in_order = ThreadPoolExecutor(max_workers=1, thread_name_prefix="picture")
 
-        width, height = image_size.width * self._scale, image_size.height * self._scale
+        width, height = self.plane.extent
         self._picture = client.scene.add_image(
             "/picture",
             np.zeros((1, 1, 3), np.uint8),
@@ -70,8 +66,8 @@ class PictureView:
             receive_shadow=False,
             wxyz=FACING_WXYZ,
         )
-        self._magnifier = Magnifier(self, client.scene, FACING_WXYZ)
-        client.camera.fov = _FIELD_OF_VIEW_RAD
+        self._magnifier = Magnifier(self, client.scene)
+        client.camera.fov = FIELD_OF_VIEW_RAD
         self.fit()
         client.gui._websock_interface.queue_message(
             _messages.RunJavascriptMessage(
@@ -107,32 +103,19 @@ class PictureView:
 
     def world(self, column_px: float, row_px: float, layer: int = 0) -> tuple[float, float, float]:
         """The scene position of a pixel; higher layers are nearer to the eye."""
-        return (
-            (column_px + 0.5 - self._size.width / 2) * self._scale,
-            -layer * _LAYER_SPACING,
-            (self._size.height / 2 - row_px - 0.5) * self._scale,
-        )
-
-    def layer_offset(self, layers: int) -> tuple[float, float, float]:
-        """What moves a node of the scene that many layers nearer to the eye."""
-        return (0.0, -layers * _LAYER_SPACING, 0.0)
-
-    @property
-    def scene_units_per_pixel(self) -> float:
-        """Length of an image pixel in the scene."""
-        return self._scale
+        return self.plane.world(column_px, row_px, layer)
 
     @property
     def pixels_per_screen_pixel(self) -> float:
         """Image pixels that a CSS pixel covers now."""
         camera = self._client.camera
-        return self._pixels_per_screen_pixel_at(-float(camera.position[1]), camera.image_height)
+        return self.plane.pixels_per_screen_pixel(-float(camera.position[1]), camera.image_height)
 
     @property
     def window_px(self) -> tuple[float, float, float, float]:
         """The part of the image plane in view: left, top, right, bottom in pixels; may exceed the picture."""
         camera = self._client.camera
-        column_px, row_px = self._pixel(camera.position)
+        column_px, row_px = self.plane.pixel(camera.position)
         half_height = self.pixels_per_screen_pixel * camera.image_height / 2
         half_width = half_height * camera.aspect
         return column_px - half_width, row_px - half_height, column_px + half_width, row_px + half_height
@@ -195,19 +178,19 @@ class PictureView:
     def fit(self) -> None:
         """Shows the whole picture; it stays whole when the window changes, until somebody zooms or slides."""
         camera = self._client.camera
-        width_px = self._size.width / camera.image_width
-        height_px = self._size.height / camera.image_height
-        pixels_per_screen_pixel = max(width_px, height_px) * _FIT_MARGIN
+        size = self.plane.size
+        across = max(size.width / camera.image_width, size.height / camera.image_height)
+        pixels_per_screen_pixel = across * _FIT_MARGIN
         distance = self._distance(pixels_per_screen_pixel)
         self._fits.append((0.0, -distance, 0.0))
         with self._client.atomic():
             camera.min_orbit_distance = self._distance(1 / _CLOSEST_PIXEL)
             camera.max_orbit_distance = distance * _FARTHEST_FITS
-            self._look_at((self._size.width - 1) / 2, (self._size.height - 1) / 2, pixels_per_screen_pixel)
+            self._look_at(*self.plane.middle_px, pixels_per_screen_pixel)
 
     def zoom(self, factor: float, centre_px: tuple[float, float] | None = None) -> None:
         """Zooms in by a factor (out, below 1) about a (column, row) that stays where it is on the screen."""
-        column_px, row_px = self._pixel(self._client.camera.position)
+        column_px, row_px = self.plane.pixel(self._client.camera.position)
         fixed_column_px, fixed_row_px = (column_px, row_px) if centre_px is None else centre_px
         before = self.pixels_per_screen_pixel
         after = self._limited(before / factor)
@@ -224,7 +207,7 @@ class PictureView:
 
     def pan(self, columns_px: float, rows_px: float) -> None:
         """Moves the view to the right and down over the picture."""
-        column_px, row_px = self._pixel(self._client.camera.position)
+        column_px, row_px = self.plane.pixel(self._client.camera.position)
         self._look_at(column_px + columns_px, row_px + rows_px, self.pixels_per_screen_pixel)
 
     def run_in_order(self, work: Callable[..., None], *arguments: object) -> None:
@@ -240,34 +223,20 @@ class PictureView:
         with contextlib.suppress(RuntimeError):
             self._in_order.submit(run)
 
-    def pixel_under(
-        self, ray_origin: NDArray[np.float64], ray_direction: NDArray[np.float64]
-    ) -> tuple[float, float]:
-        """The (column, row) where a ray of the scene meets the picture's plane."""
-        return self._pixel(ray_origin - ray_origin[1] / ray_direction[1] * ray_direction)
-
-    def _pixel(self, position: NDArray[np.float64]) -> tuple[float, float]:
-        column_px = position[0] / self._scale + self._size.width / 2 - 0.5
-        row_px = self._size.height / 2 - 0.5 - position[2] / self._scale
-        return float(column_px), float(row_px)
-
-    def _pixels_per_screen_pixel_at(self, distance: float, screen_height_px: int) -> float:
-        return 2 * distance * math.tan(_FIELD_OF_VIEW_RAD / 2) / self._scale / screen_height_px
-
     def _distance(self, pixels_per_screen_pixel: float) -> float:
-        return pixels_per_screen_pixel / self._pixels_per_screen_pixel_at(
-            1.0, self._client.camera.image_height
+        return pixels_per_screen_pixel / self.plane.pixels_per_screen_pixel(
+            1, self._client.camera.image_height
         )
 
     def _limited(self, pixels_per_screen_pixel: float) -> float:
         camera = self._client.camera
         distance = self._distance(pixels_per_screen_pixel)
         limited = min(max(distance, camera.min_orbit_distance), camera.max_orbit_distance)
-        return self._pixels_per_screen_pixel_at(limited, camera.image_height)
+        return self.plane.pixels_per_screen_pixel(limited, camera.image_height)
 
     def _look_at(self, column_px: float, row_px: float, pixels_per_screen_pixel: float) -> None:
-        column_px = min(max(column_px, -0.5), self._size.width - 0.5)
-        row_px = min(max(row_px, -0.5), self._size.height - 0.5)
+        column_px = min(max(column_px, -0.5), self.plane.size.width - 0.5)
+        row_px = min(max(row_px, -0.5), self.plane.size.height - 0.5)
         x, _, z = self.world(column_px, row_px)
         with self._client.atomic():
             self._client.camera.position = (x, -self._distance(pixels_per_screen_pixel), z)
@@ -304,7 +273,7 @@ class PictureView:
             callback()
 
     async def _clicked(self, event: viser.SceneClickEvent) -> None:
-        column_px, row_px = self.pixel_under(np.array(event.ray_origin), np.array(event.ray_direction))
+        column_px, row_px = self.plane.pixel_under(np.array(event.ray_origin), np.array(event.ray_direction))
         reached = [
             (distance_px, handle)
             for handle in list(self._handles.values())
@@ -317,12 +286,9 @@ class PictureView:
             return
         on_glass = self._magnifier.covers(column_px, row_px)
         self.run_in_order(self.magnify_handle, None)
-        if self._is_inside(column_px, row_px) and not on_glass:
+        if self.plane.is_inside(column_px, row_px) and not on_glass:
             for callback in self._on_click:
                 self.run_in_order(callback, column_px, row_px)
-
-    def _is_inside(self, column_px: float, row_px: float) -> bool:
-        return -0.5 <= column_px <= self._size.width - 0.5 and -0.5 <= row_px <= self._size.height - 0.5
 
     async def _box_drawn(self, event: viser.SceneRectSelectEvent) -> None:
         left, top, right, bottom = self.window_px
