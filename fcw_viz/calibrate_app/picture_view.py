@@ -224,9 +224,7 @@ class PictureView:
             self._in_order.submit(run)
 
     def _distance(self, pixels_per_screen_pixel: float) -> float:
-        return pixels_per_screen_pixel / self.plane.pixels_per_screen_pixel(
-            1, self._client.camera.image_height
-        )
+        return self.plane.distance(pixels_per_screen_pixel, self._client.camera.image_height)
 
     def _limited(self, pixels_per_screen_pixel: float) -> float:
         camera = self._client.camera
