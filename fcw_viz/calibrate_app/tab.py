@@ -227,6 +227,8 @@ class Tab:
         with self.client.atomic():
             self.overlay.show(self.state, self.selected, self.frame_index, self.horizon_grip)
             self._handles.show(self.state)
+        self.client.flush()  # the eye is on the picture: it does not wait for the panels
+        with self.client.atomic():
             self.panels.show(self.state)
 
     def _hear(self, state: SessionState) -> None:
