@@ -11,6 +11,8 @@ controls.minAzimuthAngle = controls.maxAzimuthAngle = controls.azimuthAngle;
 // Dragging slides the picture, the wheel zooms to the mouse.
 controls.mouseButtons.left = TRUCK;
 controls.touches.one = TOUCH_TRUCK;
+// camera-controls hears one movement a frame: where frames are slow, the picture would be left behind by the mouse.
+Object.defineProperty(controls, "_dragNeedsUpdate", { get: () => true, set: () => {}, configurable: true });
 controls.dollyToCursor = true;
 controls.dollySpeed = 2.0; // 1.4 times a notch of the wheel
 // The middle of the view stays on the picture, so that it is never lost.
