@@ -33,7 +33,7 @@ from fcw_viz.commands.calibrate import FIELD_OF_VIEW_SIGMA_DEG, PRINCIPAL_ROW_SI
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
-DRAG_HORIZON, DRAW_LINES, CLEAR = "Drag it", "Draw them", "Remove"
+DRAG_HORIZON, DRAW_LINES, CLEAR = "Drag the horizon", "Draw two lane lines", "Remove them"
 FIRST_WORDS = '<p class="dim">Each of these makes far distances better, or stands in for a point.</p>'
 HORIZON_WORDS = "Drag the horizon to where a flat, straight road would end, or click there. Esc when done."
 LINE_WORDS = (
@@ -106,8 +106,8 @@ class KnowledgePanel:
             )
         ]
         self._horizon = gui.add_button_group("", (DRAG_HORIZON,))
-        self._lines_used = gui.add_checkbox("Lane lines", False, visible=False)
-        self._lines = gui.add_button_group("Lane lines", (DRAW_LINES, CLEAR))
+        self._lines = gui.add_button_group("", (DRAW_LINES, CLEAR))
+        self._lines_used = gui.add_checkbox("Use them", False, visible=False)
         self._lines_words = gui.add_html("")
         self._sigma = tab.number_field(
             gui,

@@ -33,7 +33,7 @@ class CalibrationPage:
         """Open the source and the work so far, and serve them.
 
         Raises:
-            UserError: the source cannot be read, the work is open in another page, or no port is free.
+            UserError: the source cannot be read, the work is open in another page, or the port is none.
         """
         if not 1 <= port <= LAST_PORT:
             raise UserError(f"--port {port}: expected a number from 1 to {LAST_PORT}")

@@ -185,6 +185,10 @@ def test_keys(tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitF
 
     person.press("n", ".")
     wait_for(lambda: person.words(".fcw-step").endswith("0.1 s"))
+    person.press("1")
+    wait_for(lambda: person.browser.page.locator(".fcw tr.selected").count() == 1)
+    person.button("Its picture").click()
+    wait_for(lambda: person.words(".fcw-step").endswith("0.0 s"))
     camera = person.browser.camera()
     person.press("=")
     wait_for(lambda: person.browser.camera() != camera)

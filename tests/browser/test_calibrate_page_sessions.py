@@ -71,11 +71,14 @@ def test_fifty_clicks_drags_and_undos_from_two_tabs_are_what_the_journal_replays
     replayed.journal.close()
 
 
-def start(source: Path) -> tuple["subprocess.Popen[str]", str]:
+def start(source: Path, *options: str) -> tuple["subprocess.Popen[str]", str]:
     """The program by itself; its process and the page's address."""
     command = [sys.executable, "-m", "fcw_viz.cli", "calibrate", str(source), "--no-open"]
     process = subprocess.Popen(
-        [*command, "--port", str(FIRST_PORT + 50)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*command, "--port", str(FIRST_PORT + 50), *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout is not None
     for line in process.stdout:
@@ -86,14 +89,14 @@ def start(source: Path) -> tuple["subprocess.Popen[str]", str]:
 
 def test_a_killed_server_comes_back_with_every_point(tmp_path: Path, open_page: OpenPage, wait_for: WaitFor):
     source = copy_of_demo_drive(tmp_path)
-    process, url = start(source)
+    process, url = start(source, "--height", "1.3", "--reference-offset", "1.6")
     person = Person(open_page(url))
-    for count, (place, distance) in enumerate(zip(DEMO_MARKS_PX, ("7.6", "16.6", "31.6"), strict=True)):
+    for count, (place, distance) in enumerate(zip(DEMO_MARKS_PX, ("6", "15", "30"), strict=True)):
         person.browser.click(*place)
         label = f"{'ABC'[count]}, metres"
         wait_for(lambda label=label: person.field(label).count() > 0 and person.cursor_is_in(label))
         person.type(distance)
-    wait_for(lambda: "camera's height" in person.banner)
+    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
     before = person.table
     os.kill(process.pid, signal.SIGKILL)
     process.communicate()
@@ -101,6 +104,8 @@ def test_a_killed_server_comes_back_with_every_point(tmp_path: Path, open_page: 
     process, url = start(source)
     person = Person(open_page(url))
     wait_for(lambda: person.table == before)
+    assert person.field("Camera height").input_value() == "1.3"
+    assert person.field("Bumper ahead").input_value() == "1.6"
     assert "Your work goes on where it was" in person.words(".fcw:has-text('Your work')")
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
