@@ -1,13 +1,13 @@
-// Runs in each tab, after `halfWidth` and `halfHeight` (of the picture, in scene units) and with the camera
-// square to the picture: turns viser's orbiting camera into one that slides over it. Uses what viser shows to
-// its own browser tests (`__viserMutable`, `__viserTestpoints`) and camera-controls' documented properties.
+// Runs in each tab, after `halfWidth` and `halfHeight` (of the picture, in scene units): turns viser's orbiting
+// camera into one that slides over a picture. It uses what viser shows to its own browser tests
+// (`__viserMutable`, `__viserTestpoints`) and camera-controls' documented properties.
 const viewer = window.__viserMutable;
 const { cameraControl: controls, camera, canvas } = viewer;
 const TRUCK = 2, TOUCH_TRUCK = 128; // camera-controls' ACTION, which viser does not export
 
 // The view never tilts or rolls, whatever is dragged, touched or pressed.
 controls.minPolarAngle = controls.maxPolarAngle = Math.PI / 2;
-controls.minAzimuthAngle = controls.maxAzimuthAngle = controls.azimuthAngle;
+controls.minAzimuthAngle = controls.maxAzimuthAngle = Math.PI / 2; // viser's -y is three's x
 // Dragging slides the picture, the wheel zooms to the mouse.
 controls.mouseButtons.left = TRUCK;
 controls.touches.one = TOUCH_TRUCK;
@@ -16,9 +16,10 @@ Object.defineProperty(controls, "_dragNeedsUpdate", { get: () => true, set: () =
 controls.dollyToCursor = true;
 controls.dollySpeed = 2.0; // 1.4 times a notch of the wheel
 // The middle of the view stays on the picture, so that it is never lost.
-const x = halfWidth * Math.abs(Math.cos(controls.azimuthAngle));
-const z = halfWidth * Math.abs(Math.sin(controls.azimuthAngle));
-controls.setBoundary({ min: { x: -x, y: -halfHeight, z: -z }, max: { x, y: halfHeight, z } });
+controls.setBoundary({
+  min: { x: 0, y: -halfHeight, z: -halfWidth },
+  max: { x: 0, y: halfHeight, z: halfWidth },
+});
 
 // Layers lie very close to the picture, so that they do not shift against it towards the edges of the view:
 // depth must be resolved around the picture at every zoom.

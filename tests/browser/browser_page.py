@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from playwright.sync_api import ConsoleMessage, Error, Page
 
-STILL_MS = 250  # of rest; longer than a slow machine takes for a frame
+STILL_MS = 250  # for what the server has still to say
 WHEEL_NOTCH = 100
 READY_TIMEOUT_MS = 60_000  # software rendering on a busy machine
 
@@ -37,6 +37,11 @@ _SCREEN_POSITION = f"""([column, row]) => {{
 _DRAW = """async () => {
   window.__viserMutable.requestRender();
   for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame);
+}"""
+_COUNT_WHEEL = """() => {
+  if (window.wheelTurned === undefined)
+    window.addEventListener("wheel", (event) => (window.wheelTurned += event.deltaY), { capture: true });
+  window.wheelTurned = 0;
 }"""
 _CAMERA = """() => {
   const { position, quaternion } = window.__viserMutable.camera;
@@ -100,8 +105,12 @@ class BrowserPage:
     def wheel(self, column_px: float, row_px: float, notches: int) -> None:
         """Turns the wheel over an image pixel, to zoom in (out, below 0), and waits until the view rests."""
         self.page.mouse.move(*self.mouse_position(column_px, row_px))
+        self.page.evaluate(_COUNT_WHEEL)
         for _ in range(abs(notches)):
             self.page.mouse.wheel(0, math.copysign(WHEEL_NOTCH, -notches))
+        # The wheel is the one input that playwright does not wait for, and Chromium may sum it up.
+        arrived = f"Math.abs(window.wheelTurned) >= {abs(notches) * WHEEL_NOTCH}"
+        self.page.wait_for_function(arrived, timeout=READY_TIMEOUT_MS)
         self.wait_until_still()
 
     def camera(self) -> list[float]:
@@ -113,4 +122,4 @@ class BrowserPage:
         before = None
         while before != (before := self.camera()):
             self.page.wait_for_timeout(STILL_MS)
-        self.page.evaluate(_DRAW)
+            self.page.evaluate(_DRAW)

@@ -61,7 +61,7 @@ def test_click_lands_on_the_dot_at_fit_zoomed_and_panned(dots, open_page, wait_f
     for color in ZOOMED_TO:
         dots.view.fit()
         tab.wait_until_still()
-        tab.wheel(*DOTS[color], notches=6)
+        tab.wheel(*DOTS[color], notches=7)
         assert pixels_per_screen_pixel(tab) <= 1 / ZOOM
         if color == INNER:
             assert click_error_px(color)[1] <= TOLERANCE_PX
