@@ -163,7 +163,10 @@ def _cause(calibration: Calibration) -> Finding:
         "The distances of the rows are the same whatever the parameters; "
         "pitch, focal length, lateral positions and box sizes are not."
     )
-    proposal = offset_proposal(calibration)
+    sigmas = camera_sigmas(calibration)
+    noise = noise_explains(calibration, sigmas)
+    # Whoever measured an offset is not told another one that only the noise of the clicks speaks for.
+    proposal = None if noise and calibration.reference_offset_m else offset_proposal(calibration)
     if proposal is not None:
         measured_from = (
             "the reference offset is not what was given"
@@ -178,8 +181,7 @@ def _cause(calibration: Calibration) -> Finding:
             f"with that reference offset. {distances_hold}",
             proposal,
         )
-    sigmas = camera_sigmas(calibration)
-    if noise_explains(calibration, sigmas):
+    if noise:
         reason = (
             f"the clicks leave the parameters open, the principal row by {sigmas.principal_row_px:.0f} px; "
             "add a point far away, or say the lens's field of view"
