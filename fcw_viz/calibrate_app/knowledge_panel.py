@@ -33,6 +33,8 @@ from fcw_viz.commands.calibrate import FIELD_OF_VIEW_SIGMA_DEG, PRINCIPAL_ROW_SI
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
+UNMOVED = 0.0005
+"""A smaller relative change would be shown as 0.0 %."""
 DRAG_HORIZON, DRAW_LINES, CLEAR = "Drag the horizon", "Draw two lane lines", "Remove them"
 FIRST_WORDS = '<p class="dim">Each of these makes far distances better, or stands in for a point.</p>'
 HORIZON_WORDS = "Drag the horizon to where a flat, straight road would end, or click there. Esc when done."
@@ -214,7 +216,12 @@ def effect_words(effect: BeliefEffect | None, document: Document) -> str:
     at = f"At {row_distance_text(EFFECT_DISTANCE_M, document.imperial)}"
     if not math.isfinite(effect.error_without):
         return f"{at}: ± {percent_text(effect.error_with)} with it; without it nothing is determined."
+    moves = (
+        "leaves that distance where it is"
+        if abs(effect.shift) < UNMOVED
+        else f"moves that distance by {effect.shift:+.1%}"
+    )
     return (
         f"{at}: ± {percent_text(effect.error_with)} with it, ± {percent_text(effect.error_without)} without; "
-        f"it moves that distance by {effect.shift:+.1%}."
+        f"it {moves}."
     )

@@ -6,11 +6,8 @@ Periods of lane dashes, from the near end of one to the near end of the next:
   A recommendation: states and cities differ.
 - California, motorways: 48 ft, as found on the Udacity drives (14.63 m).
 - Germany, motorways: 6 m and 12 m, 18 m. Richtlinien fuer die Markierung von Strassen (RMS).
-- Austria, motorways: 6 m and 12 m, 18 m, and 6 m and 9 m, 15 m, on other roads outside towns.
-  Bodenmarkierungsverordnung.
 - United Kingdom, lane lines where the limit is above 40 mph: 2 m and 7 m, 9 m. Traffic Signs Manual,
   chapter 5, table 4-2, diagram 1005.1.
-- China, motorways and fast roads: 6 m and 9 m, 15 m. GB 5768.3.
 """
 
 import math
@@ -110,10 +107,8 @@ PRESETS = (
 SPACED_PRESETS = (
     _dashes("USA", 40 / FEET_PER_METRE),
     _dashes("California motorways", 48 / FEET_PER_METRE),
-    _dashes("Germany and Austria, motorways", 18.0),
-    _dashes("Austria, other roads", 15.0),
+    _dashes("Germany, motorways", 18.0),
     _dashes("United Kingdom, above 40 mph", 9.0),
-    _dashes("China, fast roads", 15.0),
     SpacedPreset(
         "Parking bay, 5.0 m deep",
         "Stop square in front of an empty bay and measure to its near line. Click its near and its far line, "

@@ -37,9 +37,7 @@ def test_known_distances_determine_a_camera_and_are_in_the_order_of_clicking(pre
         ("USA", 10 / FEET_PER_METRE + 30 / FEET_PER_METRE),
         ("California", 12 / FEET_PER_METRE + 36 / FEET_PER_METRE),
         ("Germany", 6 + 12),
-        ("Austria, other", 6 + 9),
         ("United Kingdom", 2 + 7),
-        ("China", 6 + 9),
     ],
 )
 def test_lane_dashes_repeat_after_a_line_and_a_gap(place, line_and_gap_m):
