@@ -13,7 +13,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from playwright.sync_api import Browser, ViewportSize, sync_playwright
+from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path
@@ -36,8 +36,9 @@ BROWSER_ARGUMENTS = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 )
-READY_MS, STEADY_MS = 60_000, 2_500
-"""Software rendering is slow."""
+READY_MS = 60_000
+STEADY_MS, STEADY_LOOKS = 1_500, 20
+"""The page counts as drawn once it has stayed the same this long: software rendering is slow."""
 WITHOUT_WARNING = """
   const ask = WebGL2RenderingContext.prototype.getParameter;
   WebGL2RenderingContext.prototype.getParameter = function (name) {
@@ -53,8 +54,8 @@ HEIGHT, BUMPER = SetHeight(1.3), SetReference(True, 1.6)
 NEAR_ONLY = tuple(
     AddMark(640, row_px, 0, distance_m) for row_px, distance_m in ((560.6, 4), (525.8, 5), (480.4, 7))
 )
-FOURTH = AddMark(494, 437.5, 0, 10.6)
-"""The near end of a dash of the lane line, clicked a pixel too low."""
+FOURTH = AddMark(494, 436.4, 0, 10.6)
+"""The near end of a dash of the lane line."""
 LENS = Gaussian(math.radians(65), math.radians(3))
 
 
@@ -133,14 +134,24 @@ def take(scene: Scene, browser: Browser, window: ViewportSize, file: Path) -> No
             page.goto(f"{served.url}/?fixedDpr=1")
             page.wait_for_function("window.__viserMutable?.cameraControl", timeout=READY_MS)
             page.get_by_text(scene.tab, exact=True).click(timeout=READY_MS)
-            page.wait_for_timeout(STEADY_MS)
             if scene.mend:
                 page.get_by_role("button", name="measured from the bumper").click()
-                page.wait_for_timeout(STEADY_MS)
-            page.screenshot(path=file)
+            file.write_bytes(steady_screenshot(page))
             context.close()
         finally:
             served.stop()
+
+
+def steady_screenshot(page: Page) -> bytes:
+    """The page as a PNG, once two looks at it are the same."""
+    before = b""
+    for _ in range(STEADY_LOOKS):
+        page.wait_for_timeout(STEADY_MS)
+        seen = page.screenshot()
+        if seen == before:
+            return seen
+        before = seen
+    raise SystemExit("the page does not come to rest")
 
 
 if __name__ == "__main__":
