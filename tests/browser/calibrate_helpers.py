@@ -17,6 +17,7 @@ DEMO_MARKS_PX = ((640.0, 502.0), (640.0, 409.0), (640.0, 372.0))
 """The white marks 6, 15 and 30 m ahead of the bumper, about."""
 FIRST_PORT = 8400
 Serve = Callable[[Path], CalibrationPage]
+OpenPage = Callable[..., BrowserPage]
 WaitFor = Callable[[Callable[[], bool]], None]
 
 

@@ -7,13 +7,13 @@ import yaml
 from calibrate_helpers import (
     DEMO_MARKS_PX,
     FIRST_PORT,
+    OpenPage,
     Person,
     Serve,
     WaitFor,
     copy_of_demo_drive,
     pictures_of_demo_drive,
 )
-from conftest import OpenPage
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.document import AddMark, SetHeight

@@ -7,8 +7,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-from calibrate_helpers import DEMO_MARKS_PX, FIRST_PORT, Person, Serve, WaitFor, copy_of_demo_drive
-from conftest import OpenPage
+from calibrate_helpers import (
+    DEMO_MARKS_PX,
+    FIRST_PORT,
+    OpenPage,
+    Person,
+    Serve,
+    WaitFor,
+    copy_of_demo_drive,
+)
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.resume import begin
