@@ -19,7 +19,11 @@ _FIND_PICTURE = """
 """
 _IS_READY = f"""() => {{
   {_FIND_PICTURE}
-  return Boolean(viewer?.cameraControl?.dollyToCursor && picture?.material.map.image?.width > 1);
+  if (!viewer?.cameraControl?.dollyToCursor || !(picture?.material.map.image?.width > 1)) return false;
+  // Seen squarely: three's z axes of the two are in line.
+  const axis = (node) => node.matrixWorld.elements.slice(8, 11);
+  const [eye, normal] = [axis(viewer.camera), axis(picture)];
+  return Math.abs(eye[0] * normal[0] + eye[1] * normal[1] + eye[2] * normal[2]) > 1 - 1e-9;
 }}"""
 # From the texture to the screen, all by three.js: nothing here knows how the program places its picture.
 _SCREEN_POSITION = f"""([column, row]) => {{
