@@ -19,6 +19,11 @@ HORIZON_SIGMA_PX = 2.0
 """How well a horizon is dragged by eye."""
 
 
+def mark_handle(mark_id: int) -> str:
+    """The name of a mark's handle in the view."""
+    return f"mark_{mark_id}"
+
+
 @dataclass(frozen=True, slots=True)
 class _Wish:
     """A handle that there should be: where, its colour, what a drag and a click do."""
@@ -76,7 +81,7 @@ class PictureHandles:
 
     def _wished(self, state: SessionState) -> "list[tuple[str, _Wish]]":
         document = state.document
-        wishes = [(f"mark_{mark.id}", self._mark_wish(document, mark.id)) for mark in document.marks]
+        wishes = [(mark_handle(mark.id), self._mark_wish(document, mark.id)) for mark in document.marks]
         if self._tab.horizon_grip:
             wishes.append((HORIZON, self._horizon_wish(state)))
         if self._tab.lane_line_grips:

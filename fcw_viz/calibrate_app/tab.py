@@ -14,7 +14,7 @@ from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.keys import add_keys
 from fcw_viz.calibrate_app.page_script import install
 from fcw_viz.calibrate_app.panels import Panels
-from fcw_viz.calibrate_app.picture_handles import PictureHandles
+from fcw_viz.calibrate_app.picture_handles import PictureHandles, mark_handle
 from fcw_viz.calibrate_app.picture_overlay import PictureOverlay
 from fcw_viz.calibrate_app.picture_view import PictureView
 from fcw_viz.calibrate_app.pictures import Pictures
@@ -158,6 +158,7 @@ class Tab:
     def escape(self) -> None:
         """Put the tool away, and unselect."""
         self.selected = None
+        self.view.magnify(None)
         self.use(Tool.POINTS)
 
     def go_to(self, frame_index: int) -> None:
@@ -178,6 +179,7 @@ class Tab:
         """Move the selected mark a little."""
         mark = self._told_mark()
         self.apply(MoveMark(mark.id, mark.column_px + columns_px, mark.row_px + rows_px))
+        self.view.magnify(mark_handle(mark.id))
 
     def switch_selected(self) -> None:
         """Switch the selected mark on or off."""
