@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document import Document, Edit
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import Edit
 
 
 class Action(Enum):

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document import Document, Edit
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import Edit
 from fcw_viz.calibrate_app.history import Action, Event, History
 from fcw_viz.calibrate_app.json_form import edit_from_json, edit_to_json, from_json, to_json
 from fcw_viz.calibrate_app.locked_file import open_locked

@@ -5,7 +5,7 @@ import functools
 import types
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from fcw_viz.calibrate_app.document import Edit
+from fcw_viz.calibrate_app.edits import Edit
 
 T = TypeVar("T")
 

@@ -10,12 +10,10 @@ import viser
 
 from fcw.camera.calibration import Gaussian
 from fcw_viz.calibrate_app.controls import on_choice, on_press
-from fcw_viz.calibrate_app.document import (
-    Belief,
-    Document,
+from fcw_viz.calibrate_app.document import Belief, Document, Line
+from fcw_viz.calibrate_app.edits import (
     Edit,
     EnableLaneLines,
-    Line,
     SetFieldOfView,
     SetHorizon,
     SetLaneLine,

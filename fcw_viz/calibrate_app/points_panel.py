@@ -8,7 +8,8 @@ import viser
 
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.controls import on_press
-from fcw_viz.calibrate_app.document import Mark, SetDistance
+from fcw_viz.calibrate_app.document import Mark
+from fcw_viz.calibrate_app.edits import SetDistance
 from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.figures import residual_bar
 from fcw_viz.calibrate_app.numbers_text import in_units, unit_name

@@ -6,7 +6,7 @@ import viser
 
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.controls import on_choice
-from fcw_viz.calibrate_app.document import PlanDistances
+from fcw_viz.calibrate_app.edits import PlanDistances
 from fcw_viz.calibrate_app.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.page_style import set_html, text_block
 from fcw_viz.calibrate_app.presets import PRESETS, SPACED_PRESETS, Preset, SpacedPreset

@@ -7,7 +7,8 @@ from pathlib import Path
 from fcw.camera.calibration import Calibration
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import Belief, Document, Load, Mark
+from fcw_viz.calibrate_app.document import Belief, Document, Mark
+from fcw_viz.calibrate_app.edits import Load
 from fcw_viz.calibrate_app.history import Action, Event, History
 from fcw_viz.calibrate_app.journal import Journal, file_digest, journal_path
 from fcw_viz.calibrate_app.solution import calibration_of

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import Document, Edit, Load
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import Edit, Load
 from fcw_viz.calibrate_app.history import Action, Event
 from fcw_viz.calibrate_app.journal import file_digest
 from fcw_viz.calibrate_app.json_form import edit_from_json, edit_to_json

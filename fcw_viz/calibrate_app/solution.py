@@ -20,7 +20,8 @@ from fcw.errors import UserError
 from fcw.logs.overlay import ROW_DISTANCES_M
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app import words
-from fcw_viz.calibrate_app.document import Document, Mark, SetHorizon
+from fcw_viz.calibrate_app.document import Document, Mark
+from fcw_viz.calibrate_app.edits import SetHorizon
 from fcw_viz.calibrate_app.state import (
     BeliefEffect,
     DistanceRow,

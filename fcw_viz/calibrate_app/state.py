@@ -7,7 +7,8 @@ from pathlib import Path
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.plausibility import Finding
 from fcw.camera.uncertainty import CameraSigmas, NextClick
-from fcw_viz.calibrate_app.document import Document, Edit
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import Edit
 
 
 class Status(Enum):

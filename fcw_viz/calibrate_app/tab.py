@@ -9,7 +9,8 @@ from pathlib import Path
 import viser
 
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document import AddMark, DeleteMark, Edit, EnableMark, Mark, MoveMark
+from fcw_viz.calibrate_app.document import Mark
+from fcw_viz.calibrate_app.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.keys import add_keys
 from fcw_viz.calibrate_app.page_script import install

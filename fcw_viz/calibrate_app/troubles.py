@@ -10,13 +10,11 @@ from fcw.camera.points import PARAMETER_COUNT, PointsError, PointsFault
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app import words
-from fcw_viz.calibrate_app.document import (
-    Belief,
-    Document,
+from fcw_viz.calibrate_app.document import Belief, Document, Mark
+from fcw_viz.calibrate_app.edits import (
     Edit,
     EnableLaneLines,
     EnableMark,
-    Mark,
     SetDistance,
     SetFieldOfView,
     SetHeight,

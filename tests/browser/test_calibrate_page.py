@@ -16,7 +16,7 @@ from calibrate_helpers import (
 )
 
 from fcw.camera.file import default_path
-from fcw_viz.calibrate_app.document import AddMark, SetHeight
+from fcw_viz.calibrate_app.edits import AddMark, SetHeight
 from fcw_viz.calibrate_app.session import Person as SessionPerson
 from fcw_viz.calibrate_app.state import Status
 from fcw_viz.cli import main

@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page
 
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import AddMark, SetHeight
 from fcw_viz.calibrate_app.drawing import STALE_WORDS, draw
+from fcw_viz.calibrate_app.edits import AddMark, SetHeight
 from fcw_viz.calibrate_app.label_layout import (
     FONT_CSS_PX,
     LABEL_HEIGHT_CSS_PX,

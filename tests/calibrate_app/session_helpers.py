@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app import document as d
-from fcw_viz.calibrate_app.document import AddMark, Document, Edit
+from fcw_viz.calibrate_app import edits as e
+from fcw_viz.calibrate_app.document import Belief, Document, Line
+from fcw_viz.calibrate_app.edits import AddMark, Edit
 from fcw_viz.calibrate_app.session import CalibrationSession
 
 SIZE = ImageSize(1280, 720)
@@ -20,27 +21,27 @@ finite = st.floats(-1e4, 1e4)
 positive = st.floats(1e-3, 500)
 ids = st.integers(1, 8)
 columns, rows = st.floats(-0.5, SIZE.width - 0.5), st.floats(-0.5, SIZE.height - 0.5)
-beliefs = st.none() | st.builds(d.Belief, st.builds(Gaussian, st.floats(1, 700), positive), st.booleans())
+beliefs = st.none() | st.builds(Belief, st.builds(Gaussian, st.floats(1, 700), positive), st.booleans())
 angles = st.none() | st.builds(
-    d.Belief, st.builds(Gaussian, st.floats(0.1, 3), st.floats(1e-3, 1)), st.booleans()
+    Belief, st.builds(Gaussian, st.floats(0.1, 3), st.floats(1e-3, 1)), st.booleans()
 )
-lines = st.none() | st.builds(d.Line, st.tuples(columns, rows), st.tuples(columns, rows))
+lines = st.none() | st.builds(Line, st.tuples(columns, rows), st.tuples(columns, rows))
 edits: st.SearchStrategy[Edit] = st.one_of(
-    st.builds(d.AddMark, columns, rows, st.none() | st.integers(0, 99), st.none() | positive),
-    st.builds(d.MoveMark, ids, finite, finite),
-    st.builds(d.SetDistance, ids, st.none() | positive),
-    st.builds(d.EnableMark, ids, st.booleans()),
-    st.builds(d.DeleteMark, ids),
-    st.builds(d.PlanDistances, st.lists(positive, max_size=4).map(tuple)),
-    st.builds(d.SetHeight, st.none() | positive),
-    st.builds(d.SetReference, st.booleans(), st.none() | st.floats(0, 4)),
-    st.builds(d.SetRowSigma, positive),
-    st.builds(d.SetFieldOfView, angles),
-    st.builds(d.SetPrincipalRow, beliefs),
-    st.builds(d.SetHorizon, beliefs),
-    st.builds(d.SetLaneLine, st.integers(0, 1), lines),
-    st.builds(d.EnableLaneLines, st.booleans()),
-    st.builds(d.SetUnits, st.booleans()),
+    st.builds(e.AddMark, columns, rows, st.none() | st.integers(0, 99), st.none() | positive),
+    st.builds(e.MoveMark, ids, finite, finite),
+    st.builds(e.SetDistance, ids, st.none() | positive),
+    st.builds(e.EnableMark, ids, st.booleans()),
+    st.builds(e.DeleteMark, ids),
+    st.builds(e.PlanDistances, st.lists(positive, max_size=4).map(tuple)),
+    st.builds(e.SetHeight, st.none() | positive),
+    st.builds(e.SetReference, st.booleans(), st.none() | st.floats(0, 4)),
+    st.builds(e.SetRowSigma, positive),
+    st.builds(e.SetFieldOfView, angles),
+    st.builds(e.SetPrincipalRow, beliefs),
+    st.builds(e.SetHorizon, beliefs),
+    st.builds(e.SetLaneLine, st.integers(0, 1), lines),
+    st.builds(e.EnableLaneLines, st.booleans()),
+    st.builds(e.SetUnits, st.booleans()),
 )
 
 

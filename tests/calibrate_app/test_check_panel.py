@@ -22,8 +22,8 @@ from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app import check_panel
 from fcw_viz.calibrate_app.box_overlay import BoxOverlay, vehicle_lines, vehicle_words
 from fcw_viz.calibrate_app.check_panel import CheckPanel
-from fcw_viz.calibrate_app.document import MoveMark, SetHeight, SetUnits
 from fcw_viz.calibrate_app.drawing import Measured
+from fcw_viz.calibrate_app.edits import MoveMark, SetHeight, SetUnits
 from fcw_viz.calibrate_app.frame_detector import RangedVehicle, range_vehicle
 from fcw_viz.calibrate_app.label_layout import Area
 from fcw_viz.calibrate_app.measure import measure_length, measure_point, point_words

@@ -11,15 +11,12 @@ from session_helpers import SIZE, edits, said
 from fcw.camera.calibration import Gaussian
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import (
+from fcw_viz.calibrate_app.document import Belief, Document, Line, Mark
+from fcw_viz.calibrate_app.edits import (
     AddMark,
-    Belief,
     DeleteMark,
-    Document,
     EnableMark,
-    Line,
     Load,
-    Mark,
     MoveMark,
     PlanDistances,
     SetDistance,

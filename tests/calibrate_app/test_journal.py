@@ -14,7 +14,8 @@ from session_helpers import SIZE, edits, open_session, said, save_path
 
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import AddMark, Document, SetHeight
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import AddMark, SetHeight
 from fcw_viz.calibrate_app.history import Action, Event, History
 from fcw_viz.calibrate_app.journal import Journal, journal_path, read_journal
 
@@ -187,7 +188,7 @@ def test_a_killed_server_loses_no_click(tmp_path):
 import os, signal, sys
 from pathlib import Path
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import AddMark
+from fcw_viz.calibrate_app.edits import AddMark
 from fcw_viz.calibrate_app.session import CalibrationSession
 folder = Path(sys.argv[1])
 save_path = folder / "drive.calibration.yaml"

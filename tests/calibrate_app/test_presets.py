@@ -8,7 +8,8 @@ from session_helpers import SIZE
 from fcw.camera.points import PARAMETER_COUNT
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
-from fcw_viz.calibrate_app.document import Document, PlanDistances
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import PlanDistances
 from fcw_viz.calibrate_app.presets import PRESETS, SPACED_PRESETS
 
 BY_PLACE = {preset.name: preset for preset in SPACED_PRESETS}

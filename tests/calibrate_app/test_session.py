@@ -15,9 +15,9 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import (
+from fcw_viz.calibrate_app.document import Belief
+from fcw_viz.calibrate_app.edits import (
     AddMark,
-    Belief,
     DeleteMark,
     EnableMark,
     MoveMark,

@@ -12,16 +12,8 @@ from session_helpers import CAMERA, PAPER_POINTS, SIZE, edits, said, seen
 from fcw.camera.calibration import Gaussian
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document import (
-    AddMark,
-    Belief,
-    Document,
-    EnableMark,
-    Line,
-    SetDistance,
-    SetHeight,
-    SetReference,
-)
+from fcw_viz.calibrate_app.document import Belief, Document, Line
+from fcw_viz.calibrate_app.edits import AddMark, EnableMark, SetDistance, SetHeight, SetReference
 from fcw_viz.calibrate_app.solution import solve
 from fcw_viz.calibrate_app.state import Mend, Solution, Status
 
