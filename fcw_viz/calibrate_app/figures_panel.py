@@ -38,6 +38,6 @@ class AbovePanel:
             set_html(self._picture, text_block(FIRST_WORDS))
             return
         document = state.document
-        marks = [mark for mark in document.marks if mark.enabled and state.current]
+        marks = document.marks if state.current else ()
         picture = birds_eye(state.shown, marks, document.imperial, state.current)
         set_html(self._picture, text_block(f'<div class="fcw-above">{picture}</div>'))

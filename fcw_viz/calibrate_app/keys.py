@@ -87,7 +87,7 @@ def add_keys(gui: viser.GuiApi, tab: "Tab") -> None:
 
 HELP_ROWS = (
     ("Click", "add a point; drag it to move it"),
-    ("1 … 9", "select a point"),
+    ("1 … 9", "select a point, as a click on it or its row does"),
     ("Arrows", "move it by 0.1 px, with Shift by 1 px"),
     ("D", "type its distance; Enter leaves the field"),
     ("O, Delete", "switch it on or off; delete it"),
@@ -97,6 +97,7 @@ HELP_ROWS = (
     ("Shift drag", "zoom to a box"),
     ("F", "whole picture"),
     ("N P, . ,", "next, previous picture"),
+    ("Space", "play the drive, stop"),
     ("Ctrl S", "save"),
     ("Ctrl K", "every command"),
 )

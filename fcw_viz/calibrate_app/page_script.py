@@ -19,13 +19,19 @@ if (!window.fcwFocus) {
     const leaves = event.key === 'Enter' || event.key === 'Escape';
     if (leaves && event.target.matches('input[type=text], input:not([type])')) event.target.blur();
   });
+  document.addEventListener('click', event => {
+    const row = event.target.closest?.('tr[data-key]');
+    if (row) document.documentElement.dispatchEvent(
+      new KeyboardEvent('keydown', {key: row.dataset.key, code: `Digit${row.dataset.key}`, bubbles: true}));
+  });
   document.addEventListener('pointerup', () => setTimeout(() => {
     const active = document.activeElement;
     if (active && active.matches('[role=slider], input[type=checkbox]')) active.blur();
   }));
 }
 """
-"""Enter and Escape leave a field, and a slider or a box let go of is left: keys are the page's again."""
+"""Enter and Escape leave a field, and a slider or a box let go of is left: keys are the page's again. A click
+on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
 FOCUS_TRIES = 20
 """The browser builds a new field a moment after it was told to."""
 

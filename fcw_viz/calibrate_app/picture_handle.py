@@ -33,12 +33,15 @@ def _ring(radius: float, count: int = 40) -> np.ndarray:
     return radius * np.stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)], axis=1)
 
 
-def _shape() -> np.ndarray:
+def _shape(hollow: bool) -> np.ndarray:
     ring = _ring(_RING_RADIUS)
     circle = np.stack([ring[:-1], ring[1:]], axis=1)
     directions = np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 1], [0, 0, -1]], float)
     ticks = np.stack([directions * _TICKS[0], directions * _TICKS[1]], axis=1)
-    return np.concatenate([circle, ticks]).astype(np.float32)
+    return (circle if hollow else np.concatenate([circle, ticks])).astype(np.float32)
+
+
+_SHAPES = {hollow: _shape(hollow) for hollow in (False, True)}
 
 
 class Handle:
@@ -59,6 +62,7 @@ class Handle:
         self._on_drag = on_drag
         self._column_px = self._row_px = 0.0
         self._dragged_to: tuple[float, float] | None = None
+        self._hollow = False
         rim = _ring(_REACH, 16)[:-1]
         corners = np.arange(len(rim))
         # Behind the picture it is hit all the same, and hides nothing drawn on it.
@@ -73,7 +77,7 @@ class Handle:
         )
         self._halo = scene.add_line_segments(
             f"/handles/{name}/halo",
-            _shape(),
+            _SHAPES[False],
             _HALO,
             thickness=_HALO_THICKNESS,
             thickness_units="screen",
@@ -81,7 +85,7 @@ class Handle:
         )
         self._lines = scene.add_line_segments(
             f"/handles/{name}/lines",
-            _shape(),
+            _SHAPES[False],
             colour,
             thickness=_COLOUR_THICKNESS,
             thickness_units="screen",
@@ -113,6 +117,12 @@ class Handle:
     def set_colour(self, colour: tuple[int, int, int]) -> None:
         """Draws it in another RGB colour."""
         self._lines.colors = np.array(colour, np.uint8)
+
+    def set_hollow(self, hollow: bool) -> None:
+        """Draws it as a ring without its cross-hair: it is there, and does not count."""
+        if hollow != self._hollow:
+            self._hollow = hollow
+            self._halo.points = self._lines.points = _SHAPES[hollow]
 
     def set_visible(self, visible: bool) -> None:
         """Shows or hides it; hidden, it is neither clicked nor dragged."""

@@ -27,13 +27,14 @@ def mark_handle(mark_id: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Wish:
-    """A handle that there should be: where, its colour, what a drag and a click do."""
+    """A handle that there should be: where, its colour, what a drag and a click do, whether it counts."""
 
     column_px: float
     row_px: float
     color: Rgb
     edit: Callable[[float, float], Edit]
     click: Callable[[], None]
+    enabled: bool = True
 
 
 class PictureHandles:
@@ -56,6 +57,7 @@ class PictureHandles:
             elif name != self._dragged:
                 self._handles[name].move(wish.column_px, wish.row_px)
             self._handles[name].set_colour(wish.color)
+            self._handles[name].set_hollow(not wish.enabled)
 
     def _new_handle(self, name: str, wish: _Wish) -> Handle:
         def drag(phase: Phase, column_px: float, row_px: float) -> None:
@@ -103,6 +105,7 @@ class PictureHandles:
             color,
             lambda column_px, row_px: MoveMark(mark_id, column_px, row_px),
             lambda: tab.select(mark_id),
+            mark.enabled,
         )
 
     def _horizon_wish(self, state: SessionState) -> _Wish:

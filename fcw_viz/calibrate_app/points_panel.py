@@ -12,6 +12,7 @@ from fcw_viz.calibrate_app.document import Mark
 from fcw_viz.calibrate_app.edits import SetDistance
 from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.figures import residual_bar
+from fcw_viz.calibrate_app.keys import NUMBER_KEYS
 from fcw_viz.calibrate_app.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.page_script import focus
 from fcw_viz.calibrate_app.page_style import set_html, step_heading, text_block
@@ -97,7 +98,7 @@ class PointsPanel:
             f"<tr><th></th><th>{unit}</th><th>row</th><th>column</th>"
             f"<th colspan=3>error, px and {unit}</th></tr>"
         ]
-        for mark in state.document.marks:
+        for number, mark in enumerate(state.document.marks, 1):
             classes = {
                 "selected": mark.id == self._tab.selected,
                 "off": not mark.enabled,
@@ -105,7 +106,7 @@ class PointsPanel:
             }
             residual = None if exact else residuals.get(mark.id)
             lines.append(
-                f'<tr class="{" ".join(name for name, holds in classes.items() if holds)}">'
+                f'<tr class="{" ".join(name for name, holds in classes.items() if holds)}"{_key(number)}>'
                 f"<td>{'⚠ ' if mark.id in troubled else ''}{escape(mark.name)}</td>"
                 f"<td>{_length(mark.distance_m, state.document.imperial)}</td>"
                 f"<td>{mark.row_px:.1f}</td><td>{mark.column_px:.1f}</td>"
@@ -114,6 +115,11 @@ class PointsPanel:
             )
         words = f'<p class="dim">{EXACT_WORDS}</p>' if exact else ""
         return f"<table>{''.join(lines)}</table>{words}"
+
+
+def _key(number: int) -> str:
+    """What makes a click on a point's row the key that selects the point."""
+    return f' data-key="{number}"' if number <= NUMBER_KEYS else ""
 
 
 def _length(distance_m: float | None, imperial: bool) -> str:
