@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.file import calibration_text
 from fcw.errors import UserError
-from fcw.files import write_whole
 from fcw_viz.calibrate_app.document import Document
 from fcw_viz.calibrate_app.drawing import draw
 from fcw_viz.calibrate_app.figures import birds_eye, interval_plot, residual_bar
@@ -33,23 +32,6 @@ from fcw_viz.calibrate_app.state import Result, SessionState
 PICTURE_WIDTH_CSS_PX = 1000.0
 """Width of the page, and so of the picture in it."""
 STYLE = Path(__file__).with_suffix(".css")
-
-
-def write_report(
-    path: Path,
-    state: SessionState,
-    image_bgr: NDArray[np.uint8],
-    frame: int,
-    source: str,
-    made_on: date,
-    versions: Mapping[str, str],
-) -> None:
-    """Write the report, whole or not at all; see `report_html`.
-
-    Raises:
-        UserError: there is no camera to report, or the file cannot be written.
-    """
-    write_whole(path, report_html(state, image_bgr, frame, source, made_on, versions))
 
 
 def report_html(

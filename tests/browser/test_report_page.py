@@ -17,7 +17,7 @@ from fcw_viz.calibrate_app.label_layout import (
     Window,
     text_width_css_px,
 )
-from fcw_viz.calibrate_app.report import write_report
+from fcw_viz.calibrate_app.report import report_html
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.state import SessionState
 
@@ -59,7 +59,7 @@ def test_the_report_opens_without_a_network_and_without_complaint(
 ) -> None:
     path = tmp_path / "report.html"
     picture = np.full((SIZE.height, SIZE.width, 3), 90, np.uint8)
-    write_report(path, state, picture, 0, "drive.mp4", date(2026, 11, 20), {"fcw": "0.1.0"})
+    path.write_text(report_html(state, picture, 0, "drive.mp4", date(2026, 11, 20), {"fcw": "0.1.0"}))
     page = chromium.new_page(color_scheme="dark" if color_scheme == "dark" else "light")
     complaints: list[str] = []
     requests: list[str] = []

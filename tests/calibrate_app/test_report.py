@@ -17,7 +17,7 @@ from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document import Belief, Document
 from fcw_viz.calibrate_app.numbers_text import interval_text
-from fcw_viz.calibrate_app.report import report_html, write_report
+from fcw_viz.calibrate_app.report import report_html
 from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.commands.calibrate import calibration_summary
 
@@ -137,12 +137,3 @@ def test_a_report_in_feet_has_feet_in_its_tables() -> None:
     rows = Tables(report(state_of(replace(FOUR_POINTS, imperial=True)))).rows
     assert any(row and row[0] == "100 ft" for row in rows)
     assert not any(re.search(r"\d m\b", cell) for row in rows for cell in row)
-
-
-def test_the_report_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
-    state = state_of(good_document())
-    path = tmp_path / "report.html"
-    write_report(path, state, PICTURE, 0, "drive.mp4", date(2026, 11, 20), {})
-    assert path.read_text(encoding="utf-8").endswith("</html>\n")
-    with pytest.raises(UserError, match="cannot write"):
-        write_report(tmp_path / "gone" / "report.html", state, PICTURE, 0, "drive.mp4", date.today(), {})
