@@ -31,6 +31,8 @@ NEAREST_M, FARTHEST_M = 3.0, 80.0
 CURVE_POINTS = 90
 TICKS_M = (3.0, 5.0, 10.0, 20.0, 40.0, 80.0)
 TICKS_FT = (10.0, 25.0, 50.0, 100.0, 250.0)
+INTERVAL_LINES_PX = (38, 27)
+"""Below the plot, in turn, so that neighbours do not run into each other."""
 PLOT_HEIGHTS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 """What the relative error's axis may reach; of these the first that holds the plot up to `FULL_TO_M`."""
 FULL_TO_M = 50.0
@@ -54,7 +56,7 @@ def interval_plot(result: Result, imperial: bool) -> str:
 
     Dots are the points, as the camera sees them. Where the upper end is unbounded, words say so.
     """
-    width, height, left, right, top, bottom = 340, 230, 46, 24, 20, 64
+    width, height, left, right, top, bottom = 340, 240, 46, 24, 20, 74
     unit_m = 1 / in_units(1.0, imperial)
     calibration = result.calibration
     distances_m = [
@@ -83,14 +85,15 @@ def interval_plot(result: Result, imperial: bool) -> str:
         f'stroke="{TEAL}" stroke-width="1.2"/>'
     )
     parts.append(line(left, y(0.0), width - right, y(0.0), 0.8))
-    for tick in TICKS_FT if imperial else TICKS_M:
+    for number, tick in enumerate(TICKS_FT if imperial else TICKS_M):
         distance_m = tick * unit_m
         parts.append(line(x(distance_m), y(reach), x(distance_m), y(-reach) + 4, GRID_OPACITY))
         parts.append(words(x(distance_m), height - bottom + 15, f"{tick:g}", "middle"))
         low_m, high_m = calibration.distance_interval(calibration.row_at(distance_m))
         short = interval_text(low_m, high_m, imperial) if math.isfinite(high_m) else "open"
-        if tick >= (TICKS_FT if imperial else TICKS_M)[1]:
-            parts.append(words(x(distance_m), height - bottom + 28, short, "middle", 0.75, size=9.5))
+        if number > 0:  # the first one would run into the axis of the errors
+            base = height - bottom + INTERVAL_LINES_PX[number % 2]
+            parts.append(words(x(distance_m), base, short, "middle", 0.75, size=9.5))
     for point in calibration.points:
         if NEAREST_M <= point.distance_m <= FARTHEST_M:
             seen_m = calibration.distance_at(point.row_px)

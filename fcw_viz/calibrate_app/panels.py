@@ -23,6 +23,9 @@ STEPS_WIDTH_PX = 340
 SIDE_LEFT_PX, SIDE_TOP_PX, SIDE_WIDTH_PX = 12, 72, 356
 """Over the sky, where nobody clicks, and under the line that says what to do next."""
 
+LOW_WINDOW_PX = 680
+"""In a lower window it would reach down to the road: it begins folded."""
+
 
 class Panel(Protocol):
     """A part of the page that shows a session."""
@@ -65,6 +68,8 @@ class Panels:
         with side.add_tab("Keys"):
             PagePanel(gui, tab, dark)
         side.float(x=SIDE_LEFT_PX, y=SIDE_TOP_PX, width=SIDE_WIDTH_PX)
+        if tab.client.camera.image_height < LOW_WINDOW_PX:
+            side.minimize()
         self._all: list[Panel] = [*steps, interval, above, knowledge, self._check]
 
     def show(self, state: SessionState) -> None:

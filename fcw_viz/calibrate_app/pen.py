@@ -146,18 +146,19 @@ class Pen:
         self.obstacles.append(Area.around(center, self.css(radius_css_px)))
 
     def words_beside(self, text: str, center: Point, radius_css_px: float) -> None:
-        """Words to the right, to the left, above, below or at a corner of a ring."""
+        """Words to the right of a ring, above or below it or, last of all, to its left."""
         width_px = self.css(text_width_css_px(text))
         gap_px = self.css(radius_css_px + LABEL_GAP_CSS_PX)
         above_px = gap_px + self.css(LABEL_HEIGHT_CSS_PX / 2)
         right_px, left_px, middle_px = gap_px, -gap_px - width_px, -width_px / 2
         shifts = (
+            # The page's own panels lie over the left.
             (right_px, 0.0),
-            (left_px, 0.0),
-            (middle_px, -above_px),
-            (middle_px, above_px),
             (right_px, -above_px),
             (right_px, above_px),
+            (middle_px, -above_px),
+            (middle_px, above_px),
+            (left_px, 0.0),
             (left_px, -above_px),
             (left_px, above_px),
         )
