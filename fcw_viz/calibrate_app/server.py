@@ -3,6 +3,7 @@
 import contextlib
 import io
 import threading
+import warnings
 from pathlib import Path
 
 import viser
@@ -41,6 +42,8 @@ class CalibrationPage:
         self.pictures = Pictures(open_source(source))
         self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
         self._tabs: dict[int, Tab] = {}
+        # A tab that is closed while it plays or draws is nothing to tell anybody.
+        warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
         with _viser_quiet():
             self._server = viser.ViserServer(host=HOST, port=port, verbose=False)
         self.port = self._server.get_port()

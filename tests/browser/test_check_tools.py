@@ -108,3 +108,17 @@ def test_a_server_that_ends_while_a_tab_plays_leaves_nothing_running(drive_page,
     tab.page.get_by_role("button", name="Stop").wait_for()
     drive_page.stop()
     assert all(thread.name not in ("playback", "detect") for thread in threading.enumerate())
+
+
+def test_a_tab_closed_while_it_plays_ends_its_playback_without_a_word(
+    recwarn: pytest.WarningsRecorder, drive_page, open_page, wait_for
+):
+    tab = check_tools(open_page(drive_page.url))
+    tab.page.get_by_role("button", name="Play").click()
+    wait_until_picture(tab, "n > 5")
+    (served,) = drive_page._tabs.values()
+    tab.page.close()
+    wait_for(lambda: drive_page.session.state.people == ())
+    wait_for(lambda: all(thread.name != "playback" for thread in threading.enumerate()))
+    served.view.pan(1.0, 0.0)  # as a picture that was on its way
+    assert [str(warning.message) for warning in recwarn] == []
