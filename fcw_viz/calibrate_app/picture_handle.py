@@ -75,22 +75,21 @@ class Handle:
             cast_shadow=False,
             receive_shadow=False,
         )
-        self._halo = scene.add_line_segments(
-            f"/handles/{name}/halo",
-            _SHAPES[False],
-            _HALO,
-            thickness=_HALO_THICKNESS,
-            thickness_units="screen",
-            position=layer_offset(HANDLE_LAYER + 1),
-        )
-        self._lines = scene.add_line_segments(
-            f"/handles/{name}/lines",
-            _SHAPES[False],
-            colour,
-            thickness=_COLOUR_THICKNESS,
-            thickness_units="screen",
-            position=layer_offset(HANDLE_LAYER + 2),
-        )
+
+        def lines(
+            part: str, colour: tuple[int, int, int], thickness: float, layer: int
+        ) -> viser.LineSegmentsHandle:
+            return scene.add_line_segments(
+                f"/handles/{name}/{part}",
+                _SHAPES[False],
+                colour,
+                thickness=thickness,
+                thickness_units="screen",
+                position=layer_offset(layer),
+            )
+
+        self._halo = lines("halo", _HALO, _HALO_THICKNESS, HANDLE_LAYER + 1)
+        self._lines = lines("lines", colour, _COLOUR_THICKNESS, HANDLE_LAYER + 2)
         self._target.on_drag("left")(self._dragged)
         self.resize()
 

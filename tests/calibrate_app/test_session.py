@@ -49,6 +49,13 @@ def tell(session, person, points, height_m=None) -> None:
         session.apply(person, SetHeight(height_m))
 
 
+def calibrated(session):
+    """Somebody who has said all that a good calibration needs."""
+    anna = session.join(nobody)
+    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    return anna
+
+
 def kept(folder: Path):
     """The document that the journal says."""
     content = read_journal(journal_path(save_path(folder)))
@@ -189,8 +196,7 @@ def test_a_listener_may_make_a_step_itself_and_all_hear_both_in_order(session):
 
 
 def test_the_last_good_result_stays_and_is_not_current(session, tmp_path):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    anna = calibrated(session)
     good = session.state
     assert good.current
     assert good.shown is good.solution.result
@@ -207,8 +213,7 @@ def test_the_last_good_result_stays_and_is_not_current(session, tmp_path):
 
 
 def test_a_drag_into_nonsense_shows_what_was_kept_last(session):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    anna = calibrated(session)
     good = session.state.shown
     session.preview(anna, MoveMark(2, 600, 400))
     assert session.state.current
@@ -220,8 +225,7 @@ def test_a_drag_into_nonsense_shows_what_was_kept_last(session):
 
 
 def test_starting_anew_empties_everything_and_can_be_undone(session):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    anna = calibrated(session)
     before = session.state.document
     session.start_anew(anna)
     assert session.state.document == said()
@@ -261,8 +265,7 @@ def test_the_file_is_what_the_headless_calibration_of_the_same_pixels_gives(sess
 
 
 def test_saved_tells_whether_the_file_is_this_document(session):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    anna = calibrated(session)
     assert not session.state.saved
     session.save()
     assert session.state.saved
@@ -300,8 +303,7 @@ def test_nothing_is_saved_from_an_unfinished_or_degenerate_state(
 
 
 def test_a_degenerate_state_leaves_the_old_file_as_it_was(session, tmp_path):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    anna = calibrated(session)
     text = session.save().read_text()
     session.apply(anna, SetDistance(2, 40.0))
     with pytest.raises(UserError, match="not saved"):
@@ -313,8 +315,7 @@ def test_a_degenerate_state_leaves_the_old_file_as_it_was(session, tmp_path):
 
 
 def test_a_resumed_session_goes_on_where_it_was(session, tmp_path):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    anna = calibrated(session)
     session.save()
     session.apply(anna, EnableMark(2, False))
     session.undo(anna)
@@ -398,8 +399,7 @@ def test_a_calibration_that_cannot_be_read_is_told_and_not_in_the_way(tmp_path, 
 
 
 def test_a_file_written_by_another_hand_becomes_a_step_that_can_be_undone(session, tmp_path):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    calibrated(session)
     session.save()
     own = session.state.document
     session.close()
@@ -418,8 +418,7 @@ def test_a_file_written_by_another_hand_becomes_a_step_that_can_be_undone(sessio
 
 
 def test_the_own_file_of_a_changed_document_is_not_taken_for_another_hands(session, tmp_path):
-    anna = session.join(nobody)
-    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    anna = calibrated(session)
     session.save()
     session.apply(anna, SetHeight(1.4))
     session.close()
