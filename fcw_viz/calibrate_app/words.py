@@ -8,7 +8,7 @@ from fcw.camera.plausibility import Finding, FindingKind, OffsetProposal
 from fcw.camera.points import PointsError, PointsFault
 from fcw.camera.uncertainty import NextClick
 from fcw_viz.calibrate_app.document import Document, Mark
-from fcw_viz.calibrate_app.numbers_text import gain_text, in_units, interval_text, typed_text
+from fcw_viz.calibrate_app.numbers_text import about_text, gain_text, in_units, interval_text, typed_text
 
 NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
@@ -49,8 +49,8 @@ def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:
     if next_click is None:
         return "Save it."
     return (
-        f"Save it, or click one more mark near {in_units(next_click.distance_m, imperial):.2g} "
-        f"{'ft' if imperial else 'm'}: that {gain_text(next_click.error_before, next_click.error_after)}."
+        f"Save it, or click one more mark {about_text(next_click.distance_m, imperial)}: "
+        f"that {gain_text(next_click.error_before, next_click.error_after)}."
     )
 
 

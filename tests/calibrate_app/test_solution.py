@@ -111,6 +111,15 @@ def test_rows_carry_their_error_and_their_interval():
             assert (row.high_m - row.low_m) / 2 == pytest.approx(row.row_sigma_px / -slope, rel=0.03)
 
 
+@pytest.mark.parametrize(("imperial", "place"), [(False, "at about 40 m: "), (True, "at about 131 ft: ")])
+def test_the_next_point_is_proposed_in_whole_metres_or_feet(imperial, place):
+    solution = solve(said(*seen(5, 10, 20), height_m=1.3, imperial=imperial))
+    assert solution.result is not None
+    assert solution.result.next_click is not None
+    assert solution.result.next_click.distance_m == pytest.approx(40.0)
+    assert place in solution.hint
+
+
 def test_imperial_rows_are_round_in_feet():
     result = solve(said(*seen(5, 10, 20), height_m=1.3, imperial=True)).result
     assert result is not None
