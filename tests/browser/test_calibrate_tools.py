@@ -115,7 +115,7 @@ def test_a_tape_measure_over_two_pictures_needs_no_typing(
     person.field("A, feet").fill("16.5")
     person.field("Camera height, ft").fill("4.25")
     wait_for(lambda: page.session.state.document.height_m == pytest.approx(4.25 * 0.3048))
-    assert marks()[0][0] == pytest.approx(16.5 * 0.3048)
+    wait_for(lambda: marks()[0][0] == pytest.approx(16.5 * 0.3048))
     wait_for(lambda: [row[1] for row in person.table] == ["16.5", "32.808", "65.617"])
     wait_for(lambda: person.banner.count(" ft") > 0)
 
@@ -127,7 +127,7 @@ def test_a_tape_measure_over_two_pictures_needs_no_typing(
     wait_for(lambda: handle_segments(person, "mark_2") == CIRCLE_SEGMENTS)
     side_tab(person, "From above")
     above = person.browser.page.locator(".fcw-above circle[data-mark='2']")
-    assert above.count() == 0  # two points alone give no current result
+    wait_for(lambda: above.count() == 0)  # two points alone give no current result
     person.press("o")
     wait_for(lambda: handle_segments(person, "mark_2") == CIRCLE_SEGMENTS + CROSS_SEGMENTS)
     wait_for(lambda: above.count() == 1)
