@@ -73,3 +73,25 @@ def measures_width(calibration: Calibration, box: Box) -> bool:
     """Whether both sides of the box are the vehicle's own, not the picture's border."""
     right_limit_px = calibration.image_size.width - 0.5 - CUT_MARGIN_PX
     return box.x > -0.5 + CUT_MARGIN_PX and box.right < right_limit_px
+
+
+def distance_with_interval(
+    calibration: Calibration, camera_distance_m: float, log_sigma: float
+) -> tuple[float, float, float]:
+    """What a distance with its own uncertainty is worth, the calibration's uncertainty added.
+
+    Args:
+        calibration: of the pictures.
+        camera_distance_m: from the camera.
+        log_sigma: standard deviation of its logarithm, without what the calibration contributes.
+
+    Returns:
+        (distance, 16th percentile, 84th percentile) from the reference, at least 0; inf where unbounded.
+    """
+    offset_m = calibration.reference_offset_m
+    distance_m = max(camera_distance_m - offset_m, 0.0)
+    row_px = calibration.row_at(distance_m)
+    nearer_px = calibration.row_at(camera_distance_m / math.exp(log_sigma) - offset_m)
+    # As a row noise, so that the calibration adds its own part of the interval.
+    low_m, high_m = calibration.distance_interval(row_px, nearer_px - row_px)
+    return distance_m, max(low_m, 0.0), high_m

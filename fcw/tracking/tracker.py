@@ -11,7 +11,7 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.types import Box, Detection
 from fcw.tracking.lead import Corridor, select_lead
 from fcw.tracking.range_filter import MotionNoise, RangeFilter
-from fcw.tracking.ranging import BoxNoise, measure_row, measures_width
+from fcw.tracking.ranging import BoxNoise, distance_with_interval, measure_row, measures_width
 from fcw.tracking.types import Track
 
 NEVER = 1e6
@@ -221,16 +221,12 @@ class _Followed:
     def track(self, time_ns: int) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
         calibration, filter_ = self._calibration, self._range
-        camera_distance_m = filter_.distance_m
-        distance_m = max(camera_distance_m - calibration.reference_offset_m, 0.0)
-        row_px = calibration.row_at(distance_m)
-        spread = math.exp(filter_.log_distance_sigma)
-        nearer_px = calibration.row_at(camera_distance_m / spread - calibration.reference_offset_m)
-        # The filter's sigma as a row noise, so that the calibration adds its own part of the interval.
-        low_m, high_m = calibration.distance_interval(row_px, nearer_px - row_px)
+        distance_m, low_m, high_m = distance_with_interval(
+            calibration, filter_.distance_m, filter_.log_distance_sigma
+        )
         relative = max(filter_.log_distance_sigma, math.log(distance_m / low_m) if low_m > 0 else 0.0)
         closing_mps = filter_.closing_speed_mps
-        lateral_m = calibration.lateral_at(self.box.center_x, row_px)
+        lateral_m = calibration.lateral_at(self.box.center_x, calibration.row_at(distance_m))
         coasting = self.last_ns != time_ns
         if not coasting:
             # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
@@ -240,7 +236,7 @@ class _Followed:
             box=self.box,
             score=self._score,
             distance_m=distance_m,
-            distance_low_m=max(low_m, 0.0),
+            distance_low_m=low_m,
             distance_high_m=high_m,
             lateral_m=lateral_m,
             closing_speed_mps=closing_mps,
