@@ -5,18 +5,27 @@ VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: demo test lint bench format clean
+.PHONY: demo test lint chromium bench format clean
 
 demo: $(VENV)/.runtime-installed
 	$(BIN)/fcw demo $(ARGS)
 
-test: lint
+test: lint chromium
 	$(BIN)/pytest $(ARGS)
 
 lint: $(VENV)/.dev-installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+
+# The tests of the pages drive a real Chromium; on a new machine root gets Debian's, others are told.
+chromium:
+	@if [ -n "$$FCW_CHROMIUM" ] || command -v chromium >/dev/null || command -v chromium-browser >/dev/null; then :; \
+	elif [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		echo "Installing Chromium for the browser tests (once)"; \
+		apt-get update -qq && \
+		DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null; \
+	else echo "No Chromium, so the browser tests are skipped. For them: sudo apt-get install chromium"; fi
 
 bench: $(VENV)/.runtime-installed
 	$(BIN)/fcw bench $(ARGS)

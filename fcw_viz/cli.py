@@ -5,7 +5,6 @@ Exit codes: 0 done; 2 the user's input is wrong (one message on stderr); 1 a fau
 """
 
 import sys
-from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
@@ -14,8 +13,7 @@ from fcw.errors import UserError
 from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
 from fcw_viz.commands.demo import DemoCommand, run_demo
-from fcw_viz.commands.evaluate_distance import EvaluateDistanceCommand, run_evaluate_distance
-from fcw_viz.commands.evaluate_warning import EvaluateWarningCommand, run_evaluate_warning
+from fcw_viz.commands.evaluate import EvaluateCommand, run_evaluate
 from fcw_viz.commands.run import RunCommand, run_run
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
@@ -24,31 +22,13 @@ EXIT_WRONG_INPUT = 2
 EXIT_INTERRUPTED = 130
 
 
-@dataclass(frozen=True, slots=True)
-class EvaluateCommand:
-    """Measure what the program is worth."""
-
-    what: Annotated[
-        Annotated[EvaluateDistanceCommand, tyro.conf.subcommand("distance")]
-        | Annotated[EvaluateWarningCommand, tyro.conf.subcommand("warning")],
-        tyro.conf.arg(name=""),
-    ]
-
-
-def run_evaluate(command: EvaluateCommand) -> int:
-    """Run `fcw evaluate ...`; returns the exit code."""
-    if isinstance(command.what, EvaluateDistanceCommand):
-        return run_evaluate_distance(command.what)
-    return run_evaluate_warning(command.what)
-
-
 Command = (
     Annotated[DemoCommand, tyro.conf.subcommand("demo")]
     | Annotated[CalibrateCommand, tyro.conf.subcommand("calibrate")]
     | Annotated[RunCommand, tyro.conf.subcommand("run")]
+    | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[TrainCommand, tyro.conf.subcommand("train")]
     | Annotated[SimulateCommand, tyro.conf.subcommand("simulate")]
-    | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
 )
 
@@ -57,9 +37,9 @@ RUNNERS = {
     DemoCommand: run_demo,
     CalibrateCommand: run_calibrate,
     RunCommand: run_run,
+    EvaluateCommand: run_evaluate,
     TrainCommand: run_train,
     SimulateCommand: run_simulate,
-    EvaluateCommand: run_evaluate,
     BenchCommand: run_bench,
 }
 

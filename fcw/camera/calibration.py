@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradient
+from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradients
 from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
@@ -182,7 +182,12 @@ class Calibration:
 
     def row_gradient(self, distance_m: float) -> Vector3:
         """Derivative of the row at a distance by the rows at the three support distances."""
-        return row_gradient(self._row_map, distance_m + self.reference_offset_m)
+        near, middle, far = self.row_gradients(np.array([distance_m]))[0].tolist()
+        return near, middle, far
+
+    def row_gradients(self, distances_m: FloatArray) -> FloatArray:
+        """(N, 3): derivatives of the rows at N distances by the rows at the three support distances."""
+        return row_gradients(self._row_map, distances_m + self.reference_offset_m)
 
     def for_image_size(self, size: ImageSize) -> "Calibration":
         """This calibration for the same camera's pictures in another size.

@@ -9,6 +9,7 @@ import yaml
 
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Matrix3, Priors, Vector3
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.plausibility import plausibility
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.sources.frame import ImageSize
@@ -43,6 +44,8 @@ def calibration_text(calibration: Calibration) -> str:
         f"{math.degrees(calibration.field_of_view_rad):.1f} degrees, "
         f"horizon at row {camera.horizon_row_px:.1f}.\n"
     )
+    # Whoever opens an implausible calibration later is told as whoever made it was.
+    comment += "".join(f"# Warning: {finding.text}\n" for finding in plausibility(calibration))
     document = {
         VERSION_FIELD: FORMAT_VERSION,
         "image_size": {"width": calibration.image_size.width, "height": calibration.image_size.height},

@@ -107,13 +107,13 @@ def distance_interval(row_map: UncertainRowMap, row_px: float, row_sigma_px: flo
     return -pole_m, math.inf
 
 
-def row_gradient(row_map: UncertainRowMap, distance_m: float) -> Vector3:
-    """Derivatives of the row at a distance from the camera by the rows at the three support distances."""
-    depth_m = distance_m + row_map.pole_m
-    below_px = row_map.row_scale_m_px / depth_m
+def row_gradients(row_map: UncertainRowMap, distances_m: FloatArray) -> FloatArray:
+    """(N, 3): derivatives of the rows at N distances from the camera by the rows at the support distances."""
+    depths_m = distances_m + row_map.pole_m
+    below_px = row_map.row_scale_m_px / depths_m
     # Implicit differentiation of g = 0, where g falls by x + C for each row downwards.
-    rates = row_map.gradient @ np.array([1.0, distance_m, below_px, distance_m * below_px]) / depth_m
-    return float(rates[0]), float(rates[1]), float(rates[2])
+    pairs = np.array([np.ones_like(depths_m), distances_m, below_px, distances_m * below_px])
+    return (row_map.gradient @ pairs / depths_m).T
 
 
 def _cofactors(pairs: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
 from fcw.sources.frame import ImageSize
@@ -64,11 +64,15 @@ class Finding:
         kind: what it is about.
         text: one paragraph.
         offset: the reference offset that would explain it, where one does.
+        point: the point it is about, where it is about one.
+        prior: the field of `Priors` it is about, where it is about one.
     """
 
     kind: FindingKind
     text: str
     offset: OffsetProposal | None = None
+    point: GroundPoint | None = None
+    prior: str | None = None
 
 
 def plausibility(calibration: Calibration) -> tuple[Finding, ...]:
@@ -159,7 +163,10 @@ def _cause(calibration: Calibration) -> Finding:
         "The distances of the rows are the same whatever the parameters; "
         "pitch, focal length, lateral positions and box sizes are not."
     )
-    proposal = offset_proposal(calibration)
+    sigmas = camera_sigmas(calibration)
+    noise = noise_explains(calibration, sigmas)
+    # Whoever measured an offset is not told another one that only the noise of the clicks speaks for.
+    proposal = None if noise and calibration.reference_offset_m else offset_proposal(calibration)
     if proposal is not None:
         measured_from = (
             "the reference offset is not what was given"
@@ -174,8 +181,7 @@ def _cause(calibration: Calibration) -> Finding:
             f"with that reference offset. {distances_hold}",
             proposal,
         )
-    sigmas = camera_sigmas(calibration)
-    if _noise_explains(calibration, sigmas):
+    if noise:
         reason = (
             f"the clicks leave the parameters open, the principal row by {sigmas.principal_row_px:.0f} px; "
             "add a point far away, or say the lens's field of view"
@@ -188,7 +194,7 @@ def _cause(calibration: Calibration) -> Finding:
     return Finding(FindingKind.CAUSE, f"likely cause: {reason}. {distances_hold}")
 
 
-def _noise_explains(calibration: Calibration, sigmas: CameraSigmas) -> bool:
+def noise_explains(calibration: Calibration, sigmas: CameraSigmas) -> bool:
     """Whether every implausible value is within the noise of the clicks of a plausible one."""
     camera, size = calibration.camera, calibration.image_size
     longest_px, shortest_px = (size.width / 2 / math.tan(angle / 2) for angle in FIELD_OF_VIEW_RANGE_RAD)
@@ -207,7 +213,11 @@ def _point_findings(calibration: Calibration) -> Iterator[Finding]:
     for point in calibration.points:
         column_px = 0.0 if point.column_px is None else point.column_px
         if not (-0.5 <= point.row_px <= size.height - 0.5 and -0.5 <= column_px <= size.width - 0.5):
-            yield Finding(FindingKind.POINT_OUTSIDE, f"the point {point} lies outside the picture of {size}")
+            yield Finding(
+                FindingKind.POINT_OUTSIDE,
+                f"the point {point} lies outside the picture of {size}",
+                point=point,
+            )
     # A wrong point pulls its neighbours off the curve too: the worst is the one to mend first.
     residual_px, worst = max(
         zip(calibration.residuals_px, calibration.points, strict=True),
@@ -221,6 +231,7 @@ def _point_findings(calibration: Calibration) -> Iterator[Finding]:
             "the row that all points and priors together give it, "
             f"{abs(residual_px) / calibration.row_sigma_px:.1f} times the error of a click; "
             "check its distance and click it again",
+            point=worst,
         )
 
 
@@ -228,20 +239,22 @@ def _prior_findings(calibration: Calibration) -> Iterator[Finding]:
     priors, camera = calibration.priors, calibration.camera
     beliefs = (
         (
+            "field_of_view_rad",
             "field of view",
             " degrees",
             math.degrees(1),
             priors.field_of_view_rad,
             calibration.field_of_view_rad,
         ),
-        ("principal row", "", 1.0, priors.principal_row_px, camera.principal_row_px),
-        ("horizon row", "", 1.0, priors.horizon_row_px, camera.horizon_row_px),
+        ("principal_row_px", "principal row", "", 1.0, priors.principal_row_px, camera.principal_row_px),
+        ("horizon_row_px", "horizon row", "", 1.0, priors.horizon_row_px, camera.horizon_row_px),
     )
-    for name, unit_name, unit, prior, value in beliefs:
+    for field, name, unit_name, unit, prior, value in beliefs:
         if prior is not None and abs(value - prior.value) > OUTLIER_SIGMAS * prior.sigma:
             yield Finding(
                 FindingKind.PRIOR,
                 f"the {name} of {prior.value * unit:g} ± {prior.sigma * unit:g}{unit_name} contradicts "
                 f"the rest, with which it comes out as {value * unit:.1f}; "
                 "check it, the distances and the camera height",
+                prior=field,
             )

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from enum import Enum
 from itertools import pairwise
 
 from fcw.camera.calibration import GroundPoint, Priors
@@ -21,6 +22,32 @@ DISTANCE_RESOLUTION_M = 1e-4
 """Distances that agree to this are the same mark."""
 ROW_RESOLUTION_PX = 1e-4
 """Rows that agree to this are the same row; no click is finer."""
+
+
+class PointsFault(Enum):
+    """What is wrong with points that determine no camera."""
+
+    NOT_A_POINT = "not_a_point"
+    TOO_FEW = "too_few"
+    SAME_DISTANCE = "same_distance"
+    SAME_ROW = "same_row"
+    ORDER = "order"
+    ROWS_TOGETHER = "rows_together"
+    HORIZON_BELOW_ROAD = "horizon_below_road"
+
+
+class PointsError(UserError):
+    """Points that determine no camera, with the cause for programs.
+
+    Attributes:
+        fault: what is wrong.
+        points: with which of them, the nearest first.
+    """
+
+    def __init__(self, message: str, fault: PointsFault, points: Sequence[GroundPoint]) -> None:
+        super().__init__(message)
+        self.fault = fault
+        self.points = tuple(points)
 
 
 def check_setup(
@@ -84,36 +111,32 @@ def check_points(
     """Refuse points that determine no camera.
 
     Raises:
-        UserError: naming the points and the mend.
+        PointsError: naming the points and the mend.
     """
     for point in points:
         _check_point(point, image_size)
     ordered = sorted(points, key=lambda point: point.distance_m)
     distinct = len(distinct_distances([point.distance_m for point in points]))
     enough = distinct + prior_count >= PARAMETER_COUNT
-    for near, far in pairwise(ordered):
-        apart_px = abs(near.row_px - far.row_px)
-        contradictory = apart_px > REPEAT_SIGMAS * row_sigma_px
-        same = far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M
-        if same and (contradictory or not enough):
-            raise UserError(
-                f"points {near} and {far} have the same distance, {near.distance_m:g} m; "
-                "mark points at different distances, or correct one of the two"
-            )
+    check_repeats(points, row_sigma_px if enough else 0.0)
     if not enough:
         given = ", ".join(map(str, points)) or "none"
         missing = PARAMETER_COUNT - distinct - prior_count
-        raise UserError(
+        raise PointsError(
             f"{len(points)} points given ({given}), expected at least {PARAMETER_COUNT} at different "
             f"distances; add {missing} more, best far away, or as many of the priors field of view, "
-            "principal row and horizon row"
+            "principal row and horizon row",
+            PointsFault.TOO_FEW,
+            ordered,
         )
     rows_px = [point.row_px for point in points]
     if prior_count == 0 and max(rows_px) - min(rows_px) < row_sigma_px:
-        raise UserError(
+        raise PointsError(
             f"the rows of all points ({', '.join(map(str, points))}) lie within "
             f"{max(rows_px) - min(rows_px):g} px, less than the error of a click, {row_sigma_px:g} px; "
-            "mark points whose distances differ more, or state a smaller row sigma"
+            "mark points whose distances differ more, or state a smaller row sigma",
+            PointsFault.ROWS_TOGETHER,
+            ordered,
         )
     if distinct + prior_count == PARAMETER_COUNT:
         check_order(points)
@@ -133,17 +156,47 @@ def distinct_distances(distances_m: Sequence[float]) -> list[float]:
 def _check_point(point: GroundPoint, size: ImageSize) -> None:
     column_px = 0.0 if point.column_px is None else point.column_px
     if not all(map(math.isfinite, (point.distance_m, point.row_px, column_px))):
-        raise UserError(f"point {point}: expected finite numbers DISTANCE:ROW or DISTANCE:ROW:COLUMN")
+        raise PointsError(
+            f"point {point}: expected finite numbers DISTANCE:ROW or DISTANCE:ROW:COLUMN",
+            PointsFault.NOT_A_POINT,
+            (point,),
+        )
     if point.distance_m <= 0:
-        raise UserError(
+        raise PointsError(
             f"point {point}: distance {point.distance_m:g} m, expected more than 0: "
-            "metres along the road from the reference forward to the mark"
+            "metres along the road from the reference forward to the mark",
+            PointsFault.NOT_A_POINT,
+            (point,),
         )
     for name, value, length in (("row", point.row_px, size.height), ("column", column_px, size.width)):
         if not -OUTSIDE_LIMIT * length <= value <= (1 + OUTSIDE_LIMIT) * length:
-            raise UserError(
+            raise PointsError(
                 f"point {point}: {name} {value:g} lies far outside the picture of {size}; "
-                "check the point, and that the image size is that of the picture it was clicked in"
+                "check the point, and that the image size is that of the picture it was clicked in",
+                PointsFault.NOT_A_POINT,
+                (point,),
+            )
+
+
+def check_repeats(points: Sequence[GroundPoint], row_sigma_px: float) -> None:
+    """Refuse points of one distance in rows that clicks of this error cannot both give.
+
+    Args:
+        points: in any order.
+        row_sigma_px: 0 refuses every second point of a distance.
+
+    Raises:
+        PointsError: naming the two points.
+    """
+    for near, far in pairwise(sorted(points, key=lambda point: point.distance_m)):
+        same = far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M
+        contradictory = abs(near.row_px - far.row_px) > REPEAT_SIGMAS * row_sigma_px
+        if same and (contradictory or row_sigma_px == 0):
+            raise PointsError(
+                f"points {near} and {far} have the same distance, {near.distance_m:g} m; "
+                "mark points at different distances, or correct one of the two",
+                PointsFault.SAME_DISTANCE,
+                (near, far),
             )
 
 
@@ -151,7 +204,7 @@ def check_order(points: Sequence[GroundPoint]) -> None:
     """Refuse points of which a farther one is not higher in the picture.
 
     Raises:
-        UserError: naming the two points.
+        PointsError: naming the two points.
     """
     for near, far in pairwise(sorted(points, key=lambda point: point.distance_m)):
         if far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M:
@@ -159,13 +212,17 @@ def check_order(points: Sequence[GroundPoint]) -> None:
         if near.row_px - far.row_px > ROW_RESOLUTION_PX:
             continue
         if near.row_px - far.row_px >= -ROW_RESOLUTION_PX:
-            raise UserError(
+            raise PointsError(
                 f"points {near} and {far} have the same row, {near.row_px:g}, at different distances; "
-                "a farther mark stands higher in the picture: click one of them again"
+                "a farther mark stands higher in the picture: click one of them again",
+                PointsFault.SAME_ROW,
+                (near, far),
             )
-        raise UserError(
+        raise PointsError(
             f"point {far} is farther than {near} but lower in the picture (rows count downwards); "
-            "swap their distances or click them again"
+            "swap their distances or click them again",
+            PointsFault.ORDER,
+            (near, far),
         )
 
 
@@ -181,9 +238,11 @@ def _check_convex(near: GroundPoint, middle: GroundPoint, far: GroundPoint) -> N
     )
 
 
-def horizon_below_road(points: Sequence[GroundPoint], detail: str) -> UserError:
+def horizon_below_road(points: Sequence[GroundPoint], detail: str) -> PointsError:
     """The error for points whose rows do not crowd together with distance."""
-    return UserError(
+    return PointsError(
         f"points {', '.join(map(str, points))}: the horizon would come out below the road, because the rows "
-        f"do not crowd together with distance ({detail}); check the distances and click the points again"
+        f"do not crowd together with distance ({detail}); check the distances and click the points again",
+        PointsFault.HORIZON_BELOW_ROAD,
+        points,
     )

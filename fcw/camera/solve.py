@@ -268,32 +268,35 @@ class _Fit:
 
         A field of view leaves the sign of the pitch open where nothing else decides it: two minima.
         """
-        d, height_m, priors = self._distances_m, self._height_m, self._priors
+        d, priors = self._distances_m, self._priors
         half_width = self._size.width / 2
-        # Unknowns f_y and B; each measurement is (coefficients, value) in sigmas.
-        fixed = []
+        tangents = np.tan(START_PITCHES_RAD)
+        tangents = tangents[d.min(initial=math.inf) + self._height_m * tangents > 0]
+        # Unknowns f_y and B; each measurement is (coefficients, value) in sigmas, for each pitch.
+        systems = np.empty((len(tangents), len(d) + priors.count, 3))
+        systems[:, : len(d), 0] = (
+            self._height_m * (1 + tangents**2)[:, None] / (d + self._height_m * tangents[:, None])
+        )
+        systems[:, : len(d), 1] = 1.0
+        systems[:, : len(d), 2] = self._rows_px
+        systems[:, : len(d)] /= self._row_sigma_px
+        row = len(d)
         if belief := priors.field_of_view_rad:
             focal_px = half_width / math.tan(belief.value / 2)
             sigma_px = belief.sigma * (focal_px**2 + half_width**2) / (2 * half_width)
-            fixed.append((1 / sigma_px, 0.0, focal_px / sigma_px))
+            systems[:, row] = (1 / sigma_px, 0.0, focal_px / sigma_px)
+            row += 1
         if belief := priors.horizon_row_px:
-            fixed.append((0.0, 1 / belief.sigma, belief.value / belief.sigma))
-        costs, starts = [math.inf], []
-        for tangent in np.tan(START_PITCHES_RAD):
-            depths_m = d + height_m * tangent
-            if np.any(depths_m <= 0):
-                continue
-            measurements = list(fixed)
-            if belief := priors.principal_row_px:
-                measurements.append((tangent / belief.sigma, 1 / belief.sigma, belief.value / belief.sigma))
-            shape = height_m * (1 + tangent**2) / depths_m
-            rows = np.column_stack((shape, np.ones_like(d), self._rows_px)) / self._row_sigma_px
-            system = np.vstack((rows, *measurements))
-            (focal_px, horizon_px), *_ = np.linalg.lstsq(system[:, :2], system[:, 2], rcond=None)
-            if focal_px <= 0:
-                continue
-            costs.append(float(np.sum((system @ [focal_px, horizon_px, -1.0]) ** 2)))
-            starts.append(np.array([tangent, math.log(focal_px), horizon_px]))
-        costs.append(math.inf)
+            systems[:, row] = (0.0, 1 / belief.sigma, belief.value / belief.sigma)
+            row += 1
+        if belief := priors.principal_row_px:
+            systems[:, row, 0] = tangents / belief.sigma
+            systems[:, row, 1:] = (1 / belief.sigma, belief.value / belief.sigma)
+        coefficients, values = systems[..., :2], systems[..., 2]
+        solutions = (np.linalg.pinv(coefficients) @ values[..., None])[..., 0]
+        misfits = (coefficients @ solutions[..., None])[..., 0] - values
+        ahead = solutions[:, 0] > 0
+        costs = [math.inf, *np.sum(misfits[ahead] ** 2, axis=1).tolist(), math.inf]
+        starts = np.column_stack((tangents[ahead], np.log(solutions[ahead, 0]), solutions[ahead, 1]))
         minima = [k for k in range(1, len(costs) - 1) if costs[k - 1] >= costs[k] <= costs[k + 1]]
         return [starts[k - 1] for k in sorted(minima, key=lambda k: costs[k])[:START_COUNT]]

@@ -79,32 +79,44 @@ def best_next_click(
         None where no distance between the two is inside the picture, or nothing is uncertain.
     """
     covariance = np.array(calibration.covariance)
+    targets_m = np.array(TARGET_DISTANCES_M)
+    before = relative_errors(calibration, targets_m)
     candidates_m = np.geomspace(nearest_m, farthest_m, CANDIDATE_COUNT)
     rows_px = calibration.row_at(candidates_m)
     candidates_m = candidates_m[(rows_px >= -0.5) & (rows_px <= calibration.image_size.height - 0.5)]
-    before = _relative_error(calibration, covariance)
-    if not len(candidates_m) or before == 0:
+    if not len(candidates_m) or not before.any():
         return None
-
-    def error_with_click(distance_m: float) -> float:
-        # One more row measured is a rank-one update of the covariance, as in a Kalman filter.
-        gradient = np.array(calibration.row_gradient(distance_m))
-        spread = covariance @ gradient
-        gain = np.outer(spread, spread) / (calibration.row_sigma_px**2 + gradient @ spread)
-        return _relative_error(calibration, covariance - gain)
-
-    errors = [error_with_click(float(distance_m)) for distance_m in candidates_m]
+    # One more row measured is a rank-one update of the covariance, as in a Kalman filter.
+    gradients = calibration.row_gradients(candidates_m)
+    spreads = covariance @ gradients.T
+    innovations = calibration.row_sigma_px**2 + np.einsum("ij,ji->i", gradients, spreads)
+    shared = calibration.row_gradients(targets_m) @ spreads
+    gains = (_relative_per_row(calibration, targets_m)[:, None] * shared) ** 2 / innovations
+    errors = np.sqrt(np.mean(np.maximum(before[:, None] ** 2 - gains, 0.0), axis=0))
     best = int(np.argmin(errors))
     distance_m = float(candidates_m[best])
-    return NextClick(distance_m, calibration.row_at(distance_m), before, errors[best])
+    return NextClick(
+        distance_m,
+        calibration.row_at(distance_m),
+        math.sqrt(float(np.mean(before**2))),
+        float(errors[best]),
+    )
 
 
-def _relative_error(calibration: Calibration, covariance: FloatArray) -> float:
-    """Relative standard deviation of the distance, root mean square over the target distances."""
-    camera, total = calibration.camera, 0.0
-    for distance_m in TARGET_DISTANCES_M:
-        gradient = np.array(calibration.row_gradient(distance_m))
-        depth_m = distance_m + calibration.reference_offset_m + camera.pole_m
-        metres_per_row = depth_m**2 / camera.row_scale_m_px
-        total += float(gradient @ covariance @ gradient) * (metres_per_row / distance_m) ** 2
-    return math.sqrt(max(total, 0.0) / len(TARGET_DISTANCES_M))
+def row_sigmas(calibration: Calibration, distances_m: FloatArray) -> FloatArray:
+    """(N,): standard deviations of the rows at N distances from the reference, in pixels."""
+    gradients = calibration.row_gradients(distances_m)
+    variances = np.einsum("ij,jk,ik->i", gradients, np.array(calibration.covariance), gradients)
+    return np.sqrt(np.maximum(variances, 0.0))
+
+
+def relative_errors(calibration: Calibration, distances_m: FloatArray) -> FloatArray:
+    """(N,): standard deviations of N distances to first order, as parts of them."""
+    return row_sigmas(calibration, distances_m) * _relative_per_row(calibration, distances_m)
+
+
+def _relative_per_row(calibration: Calibration, distances_m: FloatArray) -> FloatArray:
+    """(N,): by what part of it a distance changes from one row to the next."""
+    camera = calibration.camera
+    depths_m = distances_m + calibration.reference_offset_m + camera.pole_m
+    return depths_m**2 / camera.row_scale_m_px / distances_m

@@ -10,20 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
+from fcw.detection.later_stages import LaterStages, Vehicles
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, Scanner
-from fcw.detection.suppression import merge, suppress
 from fcw.detection.types import Box, Detection
 from fcw.detection.windows import DistancePrior, full_levels, prior_levels
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
-
-UNDECIDED_SCORE = 0.0
-"""Where the trees find vehicle and background alike: windows above it have a say in the box."""
-LONE_WEIGHT = 1e-9
-"""A kept window that is not above it stands for itself."""
-AGREEING_IOU = 0.5
-"""A window this near to the best one shows the same vehicle in the same place."""
 
 __all__ = ["AcfDetector", "AcfSettings", "FullAcfDetector", "FullAcfSettings", "Proposals"]
 
@@ -46,7 +39,7 @@ class AcfSettings:
     farthest_m: float = 80.0
     pitch_tolerance_rad: float = math.radians(1.0)
     scales_per_octave: int = 4
-    largest_scale: float = 2.4
+    largest_scale: float = 2.0
     largest_overlap: float = 0.5
     score_threshold: float | None = None
 
@@ -68,6 +61,7 @@ class AcfDetector:
         settings: AcfSettings = AcfSettings(),
     ) -> None:
         self._model, self._settings = model, settings
+        self._stages = LaterStages(model)
         self._prior = DistancePrior(
             calibration.camera,
             model.statistics,
@@ -107,8 +101,9 @@ class AcfDetector:
             ValueError: the picture has another size than the calibration.
         """
         threshold = _score_threshold(self._settings.score_threshold, self._model)
-        proposals = self.scan(image, min(threshold, UNDECIDED_SCORE))
-        return _detections(proposals, threshold, self._settings.largest_overlap)
+        proposals = self.scan(image, self._stages.gate(threshold), self._stages.need_features)
+        vehicles = self._stages.vehicles(proposals, self._settings.largest_overlap, _size(image))
+        return _detections(vehicles, threshold)
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool = False) -> Proposals:
         """All windows that pass the cascade with a score of at least `threshold`, as training mines them.
@@ -142,6 +137,7 @@ class FullAcfDetector:
 
     def __init__(self, model: Model, settings: FullAcfSettings = FullAcfSettings()) -> None:
         self._model, self._settings = model, settings
+        self._stages = LaterStages(model)
         self._aspect_ratio = float(np.median(model.statistics.aspect_ratios))
         self._scanner: Scanner | None = None
 
@@ -158,12 +154,13 @@ class FullAcfDetector:
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first."""
         threshold = _score_threshold(self._settings.score_threshold, self._model)
-        proposals = self.scan(image, min(threshold, UNDECIDED_SCORE))
-        return _detections(proposals, threshold, self._settings.largest_overlap)
+        proposals = self.scan(image, self._stages.gate(threshold), self._stages.need_features)
+        vehicles = self._stages.vehicles(proposals, self._settings.largest_overlap, _size(image))
+        return _detections(vehicles, threshold)
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool = False) -> Proposals:
         """All windows that pass the cascade with a score of at least `threshold`."""
-        size = ImageSize(image.shape[1], image.shape[0])
+        size = _size(image)
         if self._scanner is None or self._scanner.size != size:
             levels = full_levels(
                 size, self._model.window, self._settings.scales_per_octave, self._settings.largest_scale
@@ -186,14 +183,13 @@ def _check(image: NDArray[np.uint8], size: ImageSize) -> None:
         )
 
 
-def _detections(proposals: Proposals, threshold: float, largest_overlap: float) -> tuple[Detection, ...]:
-    boxes, scores = proposals.boxes, proposals.scores.astype(np.float64)
-    kept = suppress(boxes, scores, largest_overlap)
-    kept = kept[scores[kept] >= threshold]
-    weights = np.maximum(scores - UNDECIDED_SCORE, 0.0) ** 2  # squares: the surest windows stand best
-    weights[kept] = np.maximum(weights[kept], LONE_WEIGHT)
-    merged = merge(boxes, weights, kept, AGREEING_IOU)
+def _size(image: NDArray[np.uint8]) -> ImageSize:
+    return ImageSize(image.shape[1], image.shape[0])
+
+
+def _detections(vehicles: Vehicles, threshold: float) -> tuple[Detection, ...]:
     return tuple(
         Detection(Box(*map(float, box)), float(score))
-        for box, score in zip(merged, scores[kept], strict=True)
+        for box, score in zip(vehicles.boxes, vehicles.scores, strict=True)
+        if score >= threshold
     )

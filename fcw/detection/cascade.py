@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fcw.detection.jit import kernel
 from fcw.detection.model import BoostedTrees, Window
 
-ROW_TREES = 32
+ROW_TREES = 64
 """Trees that run over whole rows of windows."""
 _LARGEST = np.float32(np.finfo(np.float32).max)
 

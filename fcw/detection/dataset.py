@@ -32,6 +32,9 @@ NON_COMMERCIAL_CLIPS = frozenset({"kitti_object_first31"})
 # A window is background only where it shows little of what is known or may be a vehicle.
 NEGATIVE_MAX_IOU = 0.3
 NEGATIVE_MAX_IGNORED_PART = 0.3
+# A window is misplaced where every label that it shows stands in it with an IoU below this, none of them an
+# ignored one of at least this part of the window's size: such a one may hold a vehicle in the right place.
+MISPLACED_MAX_IOU = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,6 +149,27 @@ def background(
     near = intersection_over_union(boxes, labels) >= NEGATIVE_MAX_IOU
     covered = intersection_areas(boxes, labels[ignored]) / np.prod(boxes[:, 2:], axis=1)[:, None]
     return ~(near.any(axis=1) | (covered >= NEGATIVE_MAX_IGNORED_PART).any(axis=1))
+
+
+def without_vehicle_in_place(
+    boxes: NDArray[np.float64], labels: NDArray[np.float64], ignored: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Which boxes are background or show vehicles out of place, too small above all: what training rejects.
+
+    Args:
+        boxes: (N, 4) boxes of windows.
+        labels: (M, 4) labelled boxes of the same picture.
+        ignored: (M,) the labelled boxes that are ignored.
+
+    Returns:
+        (N,) False for boxes with IoU >= 0.45 with any label, or covered by 30 % by an ignored one that has
+        at least 45 % of their area.
+    """
+    areas = np.prod(boxes[:, 2:], axis=1)[:, None]
+    near = intersection_over_union(boxes, labels) >= MISPLACED_MAX_IOU
+    covered = intersection_areas(boxes, labels[ignored]) / areas >= NEGATIVE_MAX_IGNORED_PART
+    covered &= np.prod(labels[ignored, 2:], axis=1) >= MISPLACED_MAX_IOU * areas
+    return ~(near.any(axis=1) | covered.any(axis=1))
 
 
 def load_training_set(directory: Path, include_non_commercial: bool = False) -> tuple[TrainingImage, ...]:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, Proposals
-from fcw.detection.dataset import TrainingImage, background
+from fcw.detection.dataset import TrainingImage, without_vehicle_in_place
 from fcw.detection.model import Model
 from fcw.detection.suppression import suppress
 
@@ -44,5 +44,5 @@ def false_positives(
     if proposals.features is None:
         raise ValueError("mining needs proposals with features")
     kept = suppress(proposals.boxes, proposals.scores, AcfSettings().largest_overlap)
-    kept = kept[background(proposals.boxes[kept], labels, ignored)]
+    kept = kept[without_vehicle_in_place(proposals.boxes[kept], labels, ignored)]
     return [(float(proposals.scores[i]), proposals.features[i].copy()) for i in kept[:count]]

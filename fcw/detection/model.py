@@ -1,10 +1,12 @@
-"""A trained detector: window, boosted trees, soft cascade, statistics of vehicles; and its file."""
+"""A trained detector: window, cascade, second stage, box regressor, statistics of vehicles; and its file."""
 
 import hashlib
 import json
 import zipfile
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +14,12 @@ from numpy.typing import NDArray
 from fcw.errors import UserError
 from fcw.files import whole_file
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 CELL_PX = 4
 CHANNEL_COUNT = 10
+FILTER_CELLS = 5
+FILTERS_PER_CHANNEL = 4
+_FILTER_ARRAYS = ("weights", "means", "shifts")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,19 +97,64 @@ class VehicleStatistics:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SecondStage:
+    """Trees over locally decorrelated channels (`fcw.detection.decorrelation`).
+
+    Attributes:
+        weights: (10, 4, 5, 5) int8, the filters.
+        means: (10, 4) int32, their mean responses.
+        shifts: (10, 4) uint8, powers of two that responses are divided by.
+        trees: over the responses in 256 steps; their sum is added to the cascade's score.
+    """
+
+    weights: NDArray[np.int8]
+    means: NDArray[np.int32]
+    shifts: NDArray[np.uint8]
+    trees: BoostedTrees
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BoxRegressor:
+    """A linear map from a window's channels to where its vehicle stands (`fcw.detection.box_regression`).
+
+    Attributes:
+        weights: (F, 3) float32: to the offset of the middle and the logarithms of width and height.
+        constant: (3,) float32.
+        bottom: how much lower vehicles' bottom edges are than windows have them, in sizes sqrt(w h).
+    """
+
+    weights: NDArray[np.float32]
+    constant: NDArray[np.float32]
+    bottom: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """Everything a detector needs that was learnt.
 
     Attributes:
+        window: what the trees look at.
+        trees: of the cascade, the first stage.
+        second: scores what passes the cascade; None in plain ACF.
+        regressor: places the boxes; None in plain ACF.
+        statistics: of vehicles.
         rejection_threshold: constant soft cascade: a window whose running score falls below it is dropped.
-        score_threshold: score from which a window counts as a vehicle by default.
+        score_threshold: score, of both stages, from which a window counts as a vehicle by default.
+        first_stage_threshold: the same for the score of the cascade alone.
     """
 
     window: Window
     trees: BoostedTrees
+    second: SecondStage | None
+    regressor: BoxRegressor | None
     statistics: VehicleStatistics
     rejection_threshold: float
     score_threshold: float
+    first_stage_threshold: float
+
+    def plain(self) -> "Model":
+        """The cascade alone, ACF as the paper has it, with its own score threshold."""
+        return replace(self, second=None, regressor=None, score_threshold=self.first_stage_threshold)
 
     def save(self, path: Path) -> None:
         """Write the model file (a NumPy .npz archive) whole or not at all.
@@ -118,15 +168,19 @@ class Model:
             "statistics": asdict(self.statistics),
             "rejection_threshold": self.rejection_threshold,
             "score_threshold": self.score_threshold,
+            "first_stage_threshold": self.first_stage_threshold,
         }
+        arrays: dict[str, NDArray[Any]] = tree_arrays(self.trees, "first")
+        if self.second:
+            arrays |= tree_arrays(self.second.trees, "second")
+            arrays |= {f"filter_{name}": getattr(self.second, name) for name in _FILTER_ARRAYS}
+        if self.regressor:
+            arrays["regressor_weights"] = self.regressor.weights
+            arrays["regressor_constant"] = self.regressor.constant
+            header["regressor_bottom"] = self.regressor.bottom
         with whole_file(path) as partial, partial.open("wb") as file:
-            np.savez_compressed(
-                file,
-                header=np.frombuffer(json.dumps(header).encode(), np.uint8),
-                feature=self.trees.feature,
-                threshold=self.trees.threshold,
-                leaf=self.trees.leaf,
-            )
+            arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+            np.savez_compressed(file, allow_pickle=False, **arrays)
 
     @classmethod
     def load(cls, path: Path) -> "Model":
@@ -138,22 +192,33 @@ class Model:
         try:
             with np.load(path, allow_pickle=False) as archive:
                 header = json.loads(archive["header"].tobytes())
-                trees = BoostedTrees(archive["feature"], archive["threshold"], archive["leaf"])
+                version = header["format_version"]
+                arrays = {name: archive[name] for name in archive.files}
         except FileNotFoundError:
             raise UserError(f"{path}: no such model file; train one with `fcw train`") from None
         except (KeyError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
             raise UserError(
                 f"{path}: not a detector model of fcw ({error}); expected a file written by `fcw train`"
             ) from error
-        if header["format_version"] != FORMAT_VERSION:
+        if version != FORMAT_VERSION:
             raise UserError(
-                f"{path}: model format version {header['format_version']}, expected {FORMAT_VERSION}; "
+                f"{path}: model format version {version}, expected {FORMAT_VERSION}; "
                 "train it again with `fcw train`"
             )
         statistics = header["statistics"]
         return cls(
             Window(**header["window"]),
-            trees,
+            trees_of(arrays, "first"),
+            SecondStage(
+                *(arrays[f"filter_{name}"] for name in _FILTER_ARRAYS), trees=trees_of(arrays, "second")
+            )
+            if "second_feature" in arrays
+            else None,
+            BoxRegressor(
+                arrays["regressor_weights"], arrays["regressor_constant"], header["regressor_bottom"]
+            )
+            if "regressor_weights" in arrays
+            else None,
             VehicleStatistics(
                 statistics["size_low_m"],
                 statistics["size_median_m"],
@@ -163,7 +228,18 @@ class Model:
             ),
             header["rejection_threshold"],
             header["score_threshold"],
+            header["first_stage_threshold"],
         )
+
+
+def tree_arrays(trees: BoostedTrees, stage: str) -> dict[str, NDArray[Any]]:
+    """The trees of a stage as arrays of a file."""
+    return {f"{stage}_{name}": getattr(trees, name) for name in ("feature", "threshold", "leaf")}
+
+
+def trees_of(arrays: Mapping[str, NDArray[Any]], stage: str) -> BoostedTrees:
+    """The trees of a stage from a file's arrays."""
+    return BoostedTrees(*(arrays[f"{stage}_{name}"] for name in ("feature", "threshold", "leaf")))
 
 
 SHIPPED_MODEL_PATH = Path(__file__).with_name("weights") / "rear.npz"

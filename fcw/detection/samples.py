@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.box_regression import box_offsets
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
 from fcw.detection.model import CELL_PX, Window
 from fcw.detection.windows import LARGEST_ENLARGEMENT
@@ -47,15 +48,50 @@ class Augmentation:
 NO_AUGMENTATION = Augmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Where a window takes its vehicle to stand.
+
+    Attributes:
+        middle_px: column of the vehicle's middle.
+        bottom_px: row of its bottom edge.
+        size_px: sqrt(width * height).
+        stretch: how much more of the picture the window spans in width than in height.
+    """
+
+    middle_px: float
+    bottom_px: float
+    size_px: float
+    stretch: float
+
+    def offsets(self, box: NDArray[np.float64], mirrored: bool) -> NDArray[np.float64]:
+        """(3,) how a box x, y, w, h truly stands, as `fcw.detection.box_regression` learns it."""
+        x, _, w, h = box
+        unstretched = np.array([[(x - self.middle_px) / self.stretch, 0.0, w / self.stretch, h]])
+        offsets = box_offsets(unstretched, np.zeros(1), np.array([self.size_px]))[0]
+        return offsets * [-1 if mirrored else 1, 1, 1]
+
+
+def place(box: NDArray[np.float64], augmentation: Augmentation, generator: np.random.Generator) -> Placement:
+    """A window on a vehicle's box, jittered."""
+    size_px = math.sqrt(box[2] * box[3])
+    shift_x, shift_y = generator.uniform(-augmentation.shift, augmentation.shift, 2) * size_px
+    scale = math.exp(generator.uniform(-augmentation.scale, augmentation.scale))
+    stretch = math.exp(generator.uniform(-augmentation.stretch, augmentation.stretch))
+    return Placement(
+        float(box[0] + box[2] / 2 + shift_x), float(box[1] + box[3] + shift_y), size_px * scale, stretch
+    )
+
+
 def window_features(
     image: NDArray[np.uint8],
-    box: NDArray[np.float64],
+    placement: Placement,
     window: Window,
     augmentation: Augmentation,
     generator: np.random.Generator,
     mirrored: bool,
 ) -> NDArray[np.uint8]:
-    """Features of the window in which a box stands as a vehicle should, jittered and augmented.
+    """Features of a window, augmented.
 
     A scanned picture's channels are computed at octaves of its scale and resized between them, and the
     smallest vehicles are seen in fine cells of the picture itself. Here the place in the octave is drawn at
@@ -63,26 +99,19 @@ def window_features(
 
     Args:
         image: (height, width, 3) BGR.
-        box: (4,) x, y, w, h.
+        placement: where the window is.
         window: where the vehicle stands in it.
-        augmentation: limits of the random changes.
+        augmentation: limits of the random changes of its pixels.
         generator: source of the randomness.
         mirrored: whether left and right are exchanged.
 
     Returns:
         (2560,) uint8 for the default window, in the order channel, row, column.
     """
-    size_px = math.sqrt(box[2] * box[3])
-    shift_x, shift_y = generator.uniform(-augmentation.shift, augmentation.shift, 2) * size_px
-    scale = (
-        size_px
-        / window.vehicle_size_px
-        * math.exp(generator.uniform(-augmentation.scale, augmentation.scale))
-    )
-    stretch = math.exp(generator.uniform(-augmentation.stretch, augmentation.stretch))
+    scale, stretch = placement.size_px / window.vehicle_size_px, placement.stretch
     # Image coordinates have their origin in the middle of the first pixel, crops at its edge.
-    middle_x = box[0] + box[2] / 2 + shift_x + 0.5
-    top = box[1] + box[3] + shift_y - window.vehicle_bottom_px * scale + 0.5
+    middle_x = placement.middle_px + 0.5
+    top = placement.bottom_px - window.vehicle_bottom_px * scale + 0.5
     cells = window.cells + 2 * MARGIN_CELLS
     side = cells * CELL_PX * scale
     left, top = middle_x - side * stretch / 2, top - MARGIN_CELLS * CELL_PX * scale

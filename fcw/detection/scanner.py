@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fcw.detection.cascade import feature_offsets, score_windows
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
+from fcw.detection.jit import kernel
 from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model, Window
 from fcw.detection.windows import PAD_CELLS, Level
 from fcw.sources.frame import ImageSize
@@ -24,11 +25,13 @@ class Proposals:
 
     Attributes:
         boxes: (N, 4) float64, x, y, w, h of the vehicles, cut to the picture.
+        placements: (N, 3) float64, where each window expects its vehicle: middle, bottom, sqrt(w h).
         scores: (N,) float32.
         features: (N, 2560) uint8, what the trees saw: channel, row, column; None unless asked for.
     """
 
     boxes: NDArray[np.float64]
+    placements: NDArray[np.float64]
     scores: NDArray[np.float32]
     features: NDArray[np.uint8] | None
 
@@ -149,10 +152,9 @@ class _LevelGrid:
         self, window: Window, rows: NDArray[np.int32], columns: NDArray[np.int32]
     ) -> NDArray[np.uint8]:
         """(N, 2560) features of windows with these top-left cells in `channels`."""
-        windows = np.lib.stride_tricks.sliding_window_view(
-            self.channels, (window.cells, window.cells), (1, 2)
-        )
-        return windows[:, rows, columns].transpose(1, 0, 2, 3).reshape(len(rows), -1)
+        out = np.empty((len(rows), window.feature_count), np.uint8)
+        _gather(self.channels, rows, columns, out.reshape(-1, CHANNEL_COUNT, window.cells, window.cells))
+        return out
 
 
 class Scanner:
@@ -191,6 +193,7 @@ class Scanner:
     ) -> Proposals:
         """All windows scored at least `threshold`; `aspect_ratios` are asked for by their bottom rows."""
         boxes: list[NDArray[np.float64]] = []
+        placements: list[NDArray[np.float64]] = []
         scores: list[NDArray[np.float32]] = []
         features: list[NDArray[np.uint8]] = []
         self._compute_channels(image)
@@ -206,14 +209,16 @@ class Scanner:
             root = np.sqrt(aspect_ratios(bottom))
             w, h = size_px * root, size_px / root
             boxes.append(np.column_stack([middle - w / 2, bottom - h, w, h]))
+            placements.append(np.column_stack([middle, bottom, size_px]))
             scores.append(self._scores[:count].copy())
         if not scores:
             none = np.empty((0, self._model.window.feature_count), np.uint8) if with_features else None
-            return Proposals(np.empty((0, 4)), np.empty(0, np.float32), none)
+            return Proposals(np.empty((0, 4)), np.empty((0, 3)), np.empty(0, np.float32), none)
         all_scores = np.concatenate(scores)
         order = np.argsort(-all_scores, kind="stable")
         return Proposals(
-            _cut_to_picture(np.concatenate(boxes)[order], self.size),
+            cut_to_picture(np.concatenate(boxes)[order], self.size),
+            np.concatenate(placements)[order],
             all_scores[order],
             np.concatenate(features)[order] if with_features else None,
         )
@@ -247,12 +252,24 @@ class Scanner:
             self._scores = np.empty(2 * count, np.float32)
 
 
+@kernel()
+def _gather(
+    channels: NDArray[np.uint8], rows: NDArray[np.int32], columns: NDArray[np.int32], out: NDArray[np.uint8]
+) -> None:
+    for index in range(len(out)):
+        top, left = rows[index], columns[index]
+        for channel in range(out.shape[1]):
+            for row in range(out.shape[2]):
+                for column in range(out.shape[3]):
+                    out[index, channel, row, column] = channels[channel, top + row, left + column]
+
+
 def _shaped(memory: NDArray[np.uint8], rows: int, columns: int) -> NDArray[np.uint8]:
     """The first bytes of a buffer as channels (10, rows, columns)."""
     return memory[: CHANNEL_COUNT * rows * columns].reshape(CHANNEL_COUNT, rows, columns)
 
 
-def _cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.float64]:
+def cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.float64]:
     """The parts of boxes that lie in the picture, whose edges are half a pixel outside its outer pixels."""
     limit = np.array([size.width, size.height]) - 0.5
     near = np.maximum(boxes[:, :2], -0.5)

@@ -41,7 +41,11 @@ def suppress(
 
 
 def merge(
-    boxes: NDArray[np.float64], weights: NDArray[np.floating], kept: NDArray[np.int64], smallest_iou: float
+    boxes: NDArray[np.float64],
+    windows: NDArray[np.float64],
+    weights: NDArray[np.floating],
+    kept: NDArray[np.int64],
+    smallest_iou: float,
 ) -> NDArray[np.float64]:
     """Boxes of the kept windows, each the weighted mean of the windows that agree with it.
 
@@ -49,7 +53,8 @@ def merge(
     (box voting, Gidaris & Komodakis 2015).
 
     Args:
-        boxes: (N, 4) x, y, w, h.
+        boxes: (N, 4) x, y, w, h that each window votes for.
+        windows: (N, 4) where the windows themselves are.
         weights: (N,), positive.
         kept: (K,) indices of the kept windows.
         smallest_iou: with a kept window, from which a window agrees with it.
@@ -57,6 +62,6 @@ def merge(
     Returns:
         (K, 4) x, y, w, h.
     """
-    agreeing = np.where(intersection_over_union(boxes[kept], boxes) >= smallest_iou, weights, 0.0)
+    agreeing = np.where(intersection_over_union(windows[kept], windows) >= smallest_iou, weights, 0.0)
     # A mean of x, y, w, h is the box of the mean edges: right and bottom are sums of them.
     return agreeing @ boxes / agreeing.sum(axis=1, keepdims=True)

@@ -135,9 +135,6 @@ def tracker_settings(box_noise_px: float) -> TrackerSettings:
             edge_fraction=0.0,
             bottom_ratio=BOTTOM_NOISE_RATIO,
             correlation_s=0.0,
-            free_height=True,
-            shows_side=True,
-            width_ratio=1.0,
         )
     )
 

@@ -1,4 +1,4 @@
-"""Folders of pictures as drives."""
+"""Pictures as drives: a folder of them, or a single one."""
 
 import math
 import re
@@ -22,7 +22,7 @@ NANOSECONDS = 1_000_000_000
 
 
 class ImageFolderSource:
-    """Pictures of one folder in the natural order of their names (`2.png` before `10.png`).
+    """Pictures of one folder in the natural order of their names (`2.png` before `10.png`), or one picture.
 
     Times come from `timestamps.txt` in the folder, or beside it where the folder is called `data`, as in
     KITTI raw. It has a line for each picture: seconds (`0.1034`), or a date and time
@@ -31,15 +31,13 @@ class ImageFolderSource:
     """
 
     def __init__(self, path: Path, frame_rate_hz: float | None = None) -> None:
-        """List the folder and read its first picture.
+        """List the folder, or take the picture file itself, and read the first picture.
 
         Raises:
             UserError: no pictures, none that can be read, or times that do not fit them.
         """
         self.path = path
-        self._pictures = sorted(
-            (file for file in path.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES), key=_natural_key
-        )
+        self._pictures = [path] if path.is_file() else _listed(path)
         if not self._pictures:
             raise UserError(
                 f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files"
@@ -48,14 +46,13 @@ class ImageFolderSource:
             raise UserError(f"frame rate {frame_rate_hz}: expected a number of pictures a second above 0")
         first = next((image for image in map(_read, self._pictures) if image is not None), None)
         if first is None:
-            raise UserError(
-                f"{path}: none of its {len(self._pictures)} pictures can be read; expected whole files"
-            )
+            what = "this picture" if path.is_file() else f"none of its {len(self._pictures)} pictures"
+            can = "cannot" if path.is_file() else "can"
+            raise UserError(f"{path}: {what} {can} be read; expected whole files")
         self._image_size = ImageSize(first.shape[1], first.shape[0])
         self._opening_notes: tuple[str, ...] = ()
         self._notes: tuple[str, ...] = ()
-        places = (path, path.parent) if path.name == KITTI_FOLDER_NAME else (path,)
-        times_file = next((place / TIMES_NAME for place in places if (place / TIMES_NAME).is_file()), None)
+        times_file = _times_file(path)
         if frame_rate_hz is None and times_file is not None:
             self._times_ns = _read_times(times_file, len(self._pictures))
             steps_ns = np.diff(self._times_ns)
@@ -67,7 +64,7 @@ class ImageFolderSource:
             self._times_ns = [
                 round(i * NANOSECONDS / self._frame_rate_hz) for i in range(len(self._pictures))
             ]
-            if frame_rate_hz is None:
+            if frame_rate_hz is None and len(self._pictures) > 1:
                 self._opening_notes = (
                     f"{self.name}: no {TIMES_NAME}, so {DEFAULT_FRAME_RATE_HZ:g} pictures a second assumed; "
                     "speeds and times to collision depend on it",
@@ -75,7 +72,7 @@ class ImageFolderSource:
 
     @property
     def name(self) -> str:
-        """The folder's name."""
+        """The folder's name, or the picture file's."""
         return self.path.resolve().name
 
     @property
@@ -87,6 +84,11 @@ class ImageFolderSource:
     def frame_count(self) -> int:
         """Number of picture files."""
         return len(self._pictures)
+
+    @property
+    def times_ns(self) -> NDArray[np.int64]:
+        """Times of all picture files, ascending."""
+        return np.array(self._times_ns, np.int64)
 
     @property
     def frame_rate_hz(self) -> float:
@@ -136,6 +138,20 @@ def _read(file: Path) -> NDArray[np.uint8] | None:
         return None
     image = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
     return None if image is None else np.asarray(image, np.uint8)
+
+
+def _listed(folder: Path) -> list[Path]:
+    """The pictures of a folder in natural order."""
+    files = (file for file in folder.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES)
+    return sorted(files, key=_natural_key)
+
+
+def _times_file(path: Path) -> Path | None:
+    """The file with the times of a folder's pictures, where there is one."""
+    if path.is_file():
+        return None
+    places = (path, path.parent) if path.name == KITTI_FOLDER_NAME else (path,)
+    return next((place / TIMES_NAME for place in places if (place / TIMES_NAME).is_file()), None)
 
 
 def _natural_key(file: Path) -> list[tuple[int, int, str]]:

@@ -44,11 +44,13 @@ class _PacketTable:
         relayable: every packet is one H.264 picture without B slices, they stand in the order of their times,
             and wherever decoding can start the packet brings its parameter sets.
         seekable: the clock never steps back, so that a time is found by going to it.
+        complete: every packet meant to be shown has a time of its own.
     """
 
     times_ns: NDArray[np.int64]
     relayable: bool
     seekable: bool
+    complete: bool
 
 
 class _Clock:
@@ -126,6 +128,16 @@ class VideoSource:
     def frame_count(self) -> int | None:
         """Number of packets to be shown, found in one pass over the file; None where they have no times."""
         return len(self._packet_table.times_ns) or None
+
+    @property
+    def times_ns(self) -> NDArray[np.int64] | None:
+        """Times of all frames, ascending, found in one pass over the file without decoding.
+
+        None where only decoding tells: pictures without a time of their own, or a clock that steps back. In a
+        damaged file some of the frames may turn out not to decode.
+        """
+        table = self._packet_table
+        return table.times_ns if table.seekable and table.complete else None
 
     @property
     def frame_rate_hz(self) -> float:
@@ -214,11 +226,14 @@ class VideoSource:
     def _packet_table(self) -> _PacketTable:
         times_ns: list[int] = []
         relayable, last_ns, stepped_back = self._upright_h264, None, False
+        complete = intra = True
         with opened(self.path) as (container, stream):
             annex_b = annex_b_filter(stream) if relayable else None
             relayable = annex_b is not None
             for packet in Decoding(container, stream).packets():
                 time_ns = None if packet.pts is None else to_ns(packet.pts, stream)
+                complete &= time_ns is not None or packet.is_discard
+                intra &= packet.is_keyframe and packet.pts == packet.dts
                 if time_ns is not None and not packet.is_discard:
                     times_ns.append(time_ns)
                 rises = time_ns is not None and (last_ns is None or time_ns > last_ns)
@@ -228,8 +243,11 @@ class VideoSource:
                 if time_ns is not None and last_ns is not None:
                     stepped_back |= time_ns < last_ns - REORDERING_NS
                 last_ns = time_ns
-        seekable = bool(times_ns) and not stepped_back and (relayable or not self._avi)
-        return _PacketTable(np.sort(np.array(times_ns, np.int64)), relayable, seekable)
+        # In AVI, times are sure where nothing can stand out of order.
+        seekable = bool(times_ns) and not stepped_back and (relayable or intra or not self._avi)
+        table_ns = np.sort(np.array(times_ns, np.int64))
+        complete &= bool(np.all(np.diff(table_ns) > 0))
+        return _PacketTable(table_ns, relayable, seekable, complete)
 
 
 def _stated_end_ns(container: InputContainer) -> int | None:

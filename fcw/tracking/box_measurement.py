@@ -102,7 +102,7 @@ class BoxGeometry:
                 height_sigma = math.hypot(noise.bottom_sigma_px(box), noise.edge_sigma_px(box)) / box.h
                 by_height = math.log(focal_px / box.h), height_sigma
         if measures_width(box, size, noise):
-            by_width = math.log(focal_px * noise.width_ratio / box.w), noise.log_width_sigma(box)
+            by_width = math.log(focal_px / box.w), noise.log_width_sigma(box)
         if by_width is None and by_height is None:
             if row is None or row[0] <= row[1]:
                 return None
@@ -180,7 +180,7 @@ class BoxGeometry:
                 row[SCALE], row[POLE] = 1.0, focal_by_pole - 1 / depth_m
                 row[at + DISTANCE] = -distance_m / depth_m
                 row[at + WIDTH] = row[at + ASPECT] = 1.0
-                expected = log_focal + math.log(noise.width_ratio * (width_m + side_m) / depth_m) + aspect
+                expected = log_focal + math.log((width_m + side_m) / depth_m) + aspect
                 residuals.append(math.log(box.w) - expected)
                 variances.append(noise.log_width_sigma(box) ** 2 * white)
             common += [view.lateral_m <= self._model.common_path_m] * (len(residuals) - before)

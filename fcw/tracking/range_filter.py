@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
+from fcw.camera.interval import PERCENTILE_84_SIGMAS
 from fcw.detection.types import Box
 from fcw.tracking.box_measurement import (
     ASPECT,
@@ -89,6 +90,19 @@ class RangeState:
     closing_acceleration_mps2: float
     closing_acceleration_sigma_mps2: float
     width_m: float
+
+    def distance_with_interval(self, reference_offset_m: float) -> tuple[float, float, float]:
+        """(distance, 16th percentile, 84th percentile) from the calibration's reference, at least 0.
+
+        Args:
+            reference_offset_m: how far the reference is ahead of the camera.
+        """
+        spread = math.exp(PERCENTILE_84_SIGMAS * self.log_distance_sigma)
+        median, low, high = (
+            max(camera_m - reference_offset_m, 0.0)
+            for camera_m in (self.distance_m, self.distance_m / spread, self.distance_m * spread)
+        )
+        return median, low, high
 
 
 class RangeFilter:

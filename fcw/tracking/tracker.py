@@ -8,7 +8,6 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fcw.camera.calibration import Calibration
-from fcw.camera.interval import PERCENTILE_84_SIGMAS
 from fcw.detection.types import Box, Detection
 from fcw.tracking.horizon import MountWatch, MountWatchSettings
 from fcw.tracking.lead import Corridor, path_curvature_per_m, select_lead
@@ -251,9 +250,8 @@ class _Followed:
 
     def track(self, time_ns: int, curvature_per_m: float) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
-        state, offset_m = self.state, self._calibration.reference_offset_m
-        distance_m = max(state.distance_m - offset_m, 0.0)
-        spread = math.exp(PERCENTILE_84_SIGMAS * state.log_distance_sigma)
+        state = self.state
+        distance_m, low_m, high_m = state.distance_with_interval(self._calibration.reference_offset_m)
         lateral_m, lateral_mps = self._lateral()
         coasting = self.last_ns != time_ns
         if not coasting:
@@ -265,8 +263,8 @@ class _Followed:
             box=self.box,
             score=self._score,
             distance_m=distance_m,
-            distance_low_m=max(state.distance_m / spread - offset_m, 0.0),
-            distance_high_m=max(state.distance_m * spread - offset_m, 0.0),
+            distance_low_m=low_m,
+            distance_high_m=high_m,
             lateral_m=lateral_m,
             closing_speed_mps=state.closing_speed_mps,
             closing_speed_sigma_mps=state.closing_speed_sigma_mps,

@@ -7,7 +7,8 @@ from pathlib import Path
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.plausibility import Finding
 from fcw.camera.uncertainty import CameraSigmas, NextClick
-from fcw_viz.calibrate_app.document import Document, Edit
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import Edit
 
 
 class Status(Enum):
@@ -117,7 +118,8 @@ class BeliefEffect:
         error_without: relative 1-sigma error of the distance at `EFFECT_DISTANCE_M` without it; inf where
             the camera is undetermined without it.
         error_with: the same with it.
-        shift: relative change of that distance's row's distance when it is switched on.
+        shift: relative change of the distance seen at that distance's row when it is switched on; 0 where
+            the camera is undetermined without it.
     """
 
     error_without: float
@@ -131,11 +133,12 @@ class Solution:
 
     Attributes:
         status: how far it determines a camera.
-        result: the camera; None unless implausible or good.
+        result: the camera; None unless implausible or good, or all that is missing was assumed.
         hint: what to do next, one sentence ("Two more points: click them and type their distances").
         troubles: what is wrong.
         lane_horizon: row where the two lane lines meet, with its standard deviation; None without them.
-        height_assumed: whether the height has still to be said, so that one was assumed for the preview.
+        height_assumed: whether the height has still to be said, so that one was assumed for the preview
+            (`fcw_viz.calibrate_app.solution.ASSUMED_HEIGHT_M`); the status is incomplete then.
         effects: of the beliefs, by the name of the document's field ("field_of_view", "principal_row",
             "horizon", "lane_lines"); only of those that are stated.
     """
@@ -151,7 +154,7 @@ class Solution:
     @property
     def can_save(self) -> bool:
         """Whether this state may be saved: it determines a camera, and nothing in it was assumed."""
-        return self.result is not None and not self.height_assumed
+        return self.status in (Status.GOOD, Status.IMPLAUSIBLE)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,7 @@
-"""`fcw calibrate`: from points of the road at known distances to a calibration, without a browser."""
+"""`fcw calibrate`: from points of the road at known distances to a calibration.
+
+Without `--points` it opens the page that they are clicked on; the rest of this module needs no browser.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,12 +28,13 @@ HORIZON_ROW_SIGMA_PX = 2.0
 class CalibrateCommand:
     """Calibrate the camera from points of the road at known distances.
 
-    Three points are solved exactly; more points, and what else is known of the camera, make it better. One
-    point should be far away: three near ones leave the far distances open.
+    With a source alone it opens a page in the browser, where the points are clicked. Three points are solved
+    exactly; more points, and what else is known of the camera, make it better. One point should be far away:
+    three near ones leave the far distances open.
     """
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
-    """Video file or folder of pictures: gives the image size, and the calibration is saved beside it."""
+    """Video file, picture, or folder of pictures to click in; the calibration is saved beside it."""
     points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()
     """Points of the road: distance in metres from the reference, row, and column where known."""
     image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
@@ -57,10 +61,16 @@ class CalibrateCommand:
     """Units of the distances shown; input is in metres always."""
     json: bool = False
     """Print the result as JSON on stdout, alone."""
+    port: int = 8080
+    """Port of the page; the next free one where it is taken."""
+    no_open: bool = False
+    """Do not open the page in the browser, only print its address."""
+    dark: bool = False
+    """Begin with the page's dark colours."""
 
 
 def run_calibrate(command: CalibrateCommand) -> int:
-    """Run `fcw calibrate`; returns the exit code.
+    """Run `fcw calibrate`, with points, or as a page until it is interrupted; returns the exit code.
 
     Raises:
         UserError: the input is wrong or determines no camera; nothing is saved then.
@@ -74,6 +84,10 @@ def run_calibrate(command: CalibrateCommand) -> int:
     from fcw.camera.file import default_path
     from fcw.files import write_whole
 
+    if command.source is not None and not command.points:
+        from fcw_viz.commands.calibrate_page import run_calibrate_page
+
+        return run_calibrate_page(command, command.source)
     calibration = _calibration(command)
     summary = calibration_summary(calibration)
     save = command.save
@@ -153,14 +167,9 @@ def _calibration(command: CalibrateCommand) -> "Calibration":
     from fcw.errors import UserError
 
     if not command.points:
-        if command.source is None:
-            raise UserError(
-                "no points: give at least three as --points DISTANCE:ROW ..., "
-                "for example --points 8:594 15:513 40:455 --image-size 1280x720 --height 1.2"
-            )
         raise UserError(
-            f"{command.source}: clicking in the browser is not there yet; read the rows of three marks off a "
-            "picture and give them as --points DISTANCE:ROW ... --height METRES"
+            "no points: name a video or a picture to click them in, or give at least three as --points "
+            "DISTANCE:ROW ..., for example --points 8:594 15:513 40:455 --image-size 1280x720 --height 1.2"
         )
     if command.height is None:
         raise UserError("--height is missing: the height of the camera's lens above the road, in metres")

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 
 @dataclass(frozen=True)
@@ -13,7 +14,8 @@ class TrainCommand:
     for all pictures or calibration/<clip>.yaml for each clip; or the project's own data."""
 
     out: Path
-    """Model file to write (.npz)."""
+    """Model file to write (.npz). The log is beside it (OUT.log.jsonl), and until the end the finished stages
+    (OUT.parts): the same command given again after a stop goes on from there."""
 
     seed: int = 0
     """Of everything random: the same data and seed give the same model."""
@@ -23,11 +25,16 @@ class TrainCommand:
 
 
 def run_train(command: TrainCommand) -> int:
-    """Train, write the model, and log each round on stderr."""
+    """Train, write the model, and log each round on stderr and beside the model."""
+    import json
+    import shutil
+    from datetime import UTC, datetime
+
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from fcw.detection.dataset import load_training_set
+    from fcw.detection.model import model_sha256
     from fcw.detection.training import TrainingSettings, train
     from fcw.errors import UserError
 
@@ -41,7 +48,13 @@ def run_train(command: TrainCommand) -> int:
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bars:
+    parts = command.out.with_name(command.out.name + ".parts")
+    log_path = command.out.with_name(command.out.name + ".log.jsonl")
+    # A training that goes on from kept stages goes on with its log too.
+    with (
+        _opened(log_path, "a" if parts.is_dir() else "w") as log,
+        Progress(*columns, console=console, disable=not console.is_terminal) as bars,
+    ):
 
         class _Bars:
             """One bar, set anew for each stage; the log's lines go above it."""
@@ -54,10 +67,29 @@ def run_train(command: TrainCommand) -> int:
             def advance(self) -> None:
                 bars.advance(self.task)
 
-            def note(self, text: str) -> None:
+            def note(self, text: str, **figures: float) -> None:
                 console.print(text, highlight=False, soft_wrap=True)
+                line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "text": text} | figures
+                log.write(json.dumps(line) + "\n")
+                log.flush()
 
-        result = train(images, TrainingSettings(seed=command.seed), _Bars())
+        bars_and_log = _Bars()
+        bars_and_log.note(f"training on {len(images)} pictures of {command.data}, seed {command.seed}")
+        result = train(images, TrainingSettings(seed=command.seed), bars_and_log, parts)
     result.model.save(command.out)
-    console.print(f"{command.out}: {len(result.model.trees)} trees", highlight=False, soft_wrap=True)
+    shutil.rmtree(parts)
+    console.print(f"{command.out}: {model_sha256(command.out)}", highlight=False, soft_wrap=True)
     return 0
+
+
+def _opened(path: Path, mode: str) -> IO[str]:
+    """The log, to write to."""
+    from fcw.errors import UserError
+
+    try:
+        return path.open(mode, encoding="utf-8")
+    except OSError as error:
+        raise UserError(
+            f"{path}: cannot write the log there ({error.strerror}); "
+            "give --out in a folder that can be written"
+        ) from error

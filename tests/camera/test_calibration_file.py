@@ -42,6 +42,15 @@ def three_point_calibration() -> Calibration:
     return calibrate([GroundPoint(6, 560.3), GroundPoint(15, 430), GroundPoint(40, 405.1)], SIZE, 1.2)
 
 
+def test_an_implausible_calibration_carries_its_warning_in_the_file():
+    paper = calibrate([GroundPoint(4, 461), GroundPoint(5, 428), GroundPoint(7, 383)], SIZE, 1.225)
+    warnings = [line for line in calibration_text(paper).splitlines() if line.startswith("# Warning: ")]
+    assert any("reference offset of 2.29 m" in line for line in warnings)
+    assert parse_calibration(calibration_text(paper), "paper.yaml") == paper
+    plausible = calibrate(paper.points, SIZE, 1.225, reference_offset_m=2.29)
+    assert "Warning" not in calibration_text(plausible)
+
+
 @given(st.floats(-0.1, 0.3), st.floats(400, 2000), st.floats(0.8, 3), st.floats(0, 3), st.floats(0.1, 3))
 def test_file_gives_back_every_bit(pitch_rad, focal_px, height_m, offset_m, sigma_px):
     truth = GroundPlaneCamera(pitch_rad, focal_px, 359.5, height_m, 639.5)

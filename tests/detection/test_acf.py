@@ -88,14 +88,14 @@ def model() -> Model:
     rng = np.random.default_rng(1)
     positives = np.array([example(rng, True) for _ in range(250)])
     negatives = np.array([example(rng, False) for _ in range(1000)])
-    return Model(WINDOW, train_trees(positives, negatives, 64), STATISTICS, -3.0, 3.0)
+    return Model(WINDOW, train_trees(positives, negatives, 64), None, None, STATISTICS, -3.0, 3.0, 3.0)
 
 
 @pytest.fixture(scope="module")
 def open_model(model: Model) -> Model:
     """The same with few trees and no rejection: every window passes."""
     trees = BoostedTrees(model.trees.feature[:40], model.trees.threshold[:40], model.trees.leaf[:40])
-    return Model(WINDOW, trees, STATISTICS, -1e6, -1e6)
+    return Model(WINDOW, trees, None, None, STATISTICS, -1e6, -1e6, -1e6)
 
 
 def overlap(detection: Detection, box: NDArray[np.float64]) -> float:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -17,9 +18,10 @@ from fcw.detection.dataset import (
     load_training_set,
     read_calibration_table,
     read_labels,
+    without_vehicle_in_place,
 )
 from fcw.detection.model import CHANNEL_COUNT, Window
-from fcw.detection.samples import NO_AUGMENTATION, Augmentation, random_boxes, window_features
+from fcw.detection.samples import NO_AUGMENTATION, Augmentation, place, random_boxes, window_features
 from fcw.detection.statistics import vehicle_statistics
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
@@ -225,7 +227,31 @@ def test_statistics_of_nothing_are_refused():
         vehicle_statistics([vehicles((0, 0, 50, 50))])
 
 
+def test_training_rejects_background_and_vehicles_out_of_place_but_nothing_that_may_be_in_place():
+    labels = np.array([[100, 100, 60, 40], [300, 100, 20, 10], [400, 100, 300, 150]], float)
+    ignored = np.array([False, True, True])
+    rejected = {
+        "the vehicle itself": ([100, 100, 60, 40], False),
+        "a little beside it": ([110, 105, 60, 40], False),
+        "half of it": ([130, 100, 60, 40], True),
+        "around it, twice as large": ([70, 80, 120, 80], True),
+        "mere road": ([0, 300, 60, 40], True),
+        "around a far ignored vehicle": ([295, 97, 30, 16], True),
+        "that far one itself": ([299, 99, 22, 12], False),
+        "within a large ignored side view": ([450, 150, 60, 40], False),
+    }
+    boxes = np.array([box for box, _ in rejected.values()], float)
+    found = without_vehicle_in_place(boxes, labels, ignored).tolist()
+    assert dict(zip(rejected, found, strict=True)) == {name: wanted for name, (_, wanted) in rejected.items()}
+
+
 # Cutting windows
+
+
+def on_box(picture, box, augmentation, seed, mirrored):
+    generator = np.random.default_rng(seed)
+    placement = place(box, augmentation, generator)
+    return window_features(picture, placement, Window(), augmentation, generator, mirrored)
 
 
 def lightness(features):
@@ -238,9 +264,7 @@ def test_a_vehicle_stands_in_its_window_at_its_size_centred_above_the_bottom_mar
     picture = np.zeros((720, 1280, 3), np.uint8)
     picture[500 - size_px : 500, 600 : 600 + size_px] = 255
     box = np.array([600 - 0.5, 500 - 0.5 - size_px, size_px, size_px])
-    seen = lightness(
-        window_features(picture, box, Window(), NO_AUGMENTATION, np.random.default_rng(0), mirrored=False)
-    )
+    seen = lightness(on_box(picture, box, NO_AUGMENTATION, 0, mirrored=False))
     # 40 of the window's 64 px both ways: columns 12 to 52, rows 12 to 52, which is cells 3 to 13.
     inside = np.zeros((16, 16), bool)
     inside[3:13, 3:13] = True
@@ -256,20 +280,40 @@ def test_a_vehicle_stands_in_its_window_at_its_size_centred_above_the_bottom_mar
 def test_a_mirrored_window_is_the_window_with_left_and_right_exchanged():
     picture = np.random.default_rng(1).integers(0, 256, (360, 640, 3), np.uint8)
     box = np.array([300.0, 150.0, 60.0, 40.0])
-    plain, mirrored = (
-        lightness(window_features(picture, box, Window(), Augmentation(), np.random.default_rng(2), mirror))
-        for mirror in (False, True)
-    )
+    plain, mirrored = (lightness(on_box(picture, box, Augmentation(), 2, mirror)) for mirror in (False, True))
     assert np.abs(mirrored[:, ::-1] - plain).max() <= 1
 
 
 def test_windows_reach_beyond_the_picture():
     picture = np.full((100, 100, 3), 200, np.uint8)
     box = np.array([-20.0, 60.0, 60.0, 60.0])
-    seen = lightness(
-        window_features(picture, box, Window(), NO_AUGMENTATION, np.random.default_rng(0), False)
-    )
+    seen = lightness(on_box(picture, box, NO_AUGMENTATION, 0, False))
     assert np.ptp(seen) <= 1
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_offsets_say_where_in_a_displaced_window_the_vehicle_is_seen(mirrored):
+    # A bright box on black, in windows shifted, scaled and stretched at random.
+    picture = np.zeros((720, 1280, 3), np.uint8)
+    picture[420:500, 600:690] = 255
+    box = np.array([599.5, 419.5, 90, 80])
+    window, generator = Window(), np.random.default_rng(3)
+    displacement = replace(NO_AUGMENTATION, shift=0.1, scale=0.15, stretch=0.12)
+    for _ in range(20):
+        placement = place(box, displacement, generator)
+        features = window_features(picture, placement, window, NO_AUGMENTATION, generator, mirrored)
+        seen = lightness(features) / lightness(features).max()
+        dx, log_w, log_h = placement.offsets(box, mirrored)
+        size = window.vehicle_size_px
+        w, h = size * np.exp(log_w), size * np.exp(log_h)
+        # Extents by area, place by centre of gravity, in px of the window; a cell is 4 px.
+        bottom = window.vehicle_bottom_px + (box[1] + box[3] - placement.bottom_px) / placement.size_px * size
+        assert 4 * seen.sum(axis=1).max() == pytest.approx(w, abs=2)
+        assert 4 * seen.sum(axis=0).max() == pytest.approx(h, abs=2)
+        columns = 4 * np.arange(16) + 2
+        middle, centre = seen.sum(axis=0) @ columns / seen.sum(), seen.sum(axis=1) @ columns / seen.sum()
+        assert middle == pytest.approx(32 + dx * size, abs=1)
+        assert centre == pytest.approx(bottom - h / 2, abs=1)
 
 
 def test_random_boxes_stand_on_the_road_with_sizes_in_the_range():

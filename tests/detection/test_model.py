@@ -1,38 +1,70 @@
 """The model file: comes back as it was saved; anything else is refused in one clear message."""
 
 import json
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from fcw.detection.model import SHIPPED_MODEL_PATH, BoostedTrees, Model, VehicleStatistics, Window
+from fcw.detection.model import (
+    SHIPPED_MODEL_PATH,
+    BoostedTrees,
+    BoxRegressor,
+    Model,
+    SecondStage,
+    VehicleStatistics,
+    Window,
+)
 from fcw.errors import UserError
 
 STATISTICS = VehicleStatistics(1.2, 2.1, 3.6, (5.0, 20.0, 80.0), (1.5, 1.25, 1.0))
 
 
-def model() -> Model:
-    rng = np.random.default_rng(0)
-    trees = BoostedTrees(
-        rng.integers(0, 2560, (7, 3)).astype(np.uint16),
+def random_trees(rng: np.random.Generator, features: int) -> BoostedTrees:
+    return BoostedTrees(
+        rng.integers(0, features, (7, 3)).astype(np.uint16),
         rng.integers(0, 256, (7, 3)).astype(np.uint8),
         rng.normal(size=(7, 4)).astype(np.float32),
     )
-    return Model(Window(), trees, STATISTICS, -2.5, 6.0)
 
 
-def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path):
-    saved = model()
+def model() -> Model:
+    rng = np.random.default_rng(0)
+    second = SecondStage(
+        rng.integers(-100, 101, (10, 4, 5, 5)).astype(np.int8),
+        rng.integers(-9999, 9999, (10, 4)).astype(np.int32),
+        rng.integers(0, 9, (10, 4)).astype(np.uint8),
+        random_trees(rng, 5760),
+    )
+    regressor = BoxRegressor(
+        rng.normal(size=(2560, 3)).astype(np.float32), rng.normal(size=3).astype(np.float32), 0.0125
+    )
+    return Model(Window(), random_trees(rng, 2560), second, regressor, STATISTICS, -2.5, 6.0, 4.0)
+
+
+def arrays_of(model: Model) -> list[NDArray[Any]]:
+    parts = [model.trees, model.second, model.second and model.second.trees, model.regressor]
+    values = [getattr(part, field.name) for part in parts if part for field in fields(part)]
+    return [value for value in values if isinstance(value, np.ndarray)]
+
+
+@pytest.mark.parametrize("plain", [False, True])
+def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path, plain: bool):
+    saved = model().plain() if plain else model()
     saved.save(tmp_path / "model.npz")
     loaded = Model.load(tmp_path / "model.npz")
-    for name in ("feature", "threshold", "leaf"):
-        before, after = getattr(saved.trees, name), getattr(loaded.trees, name)
+    assert len(arrays_of(saved)) == (3 if plain else 3 + 6 + 2)
+    for before, after in zip(arrays_of(saved), arrays_of(loaded), strict=True):
         assert before.dtype == after.dtype
         np.testing.assert_array_equal(before, after)
     assert loaded.window == saved.window
     assert loaded.statistics == saved.statistics
-    assert (loaded.rejection_threshold, loaded.score_threshold) == (-2.5, 6.0)
+    assert (loaded.regressor and loaded.regressor.bottom) == (None if plain else 0.0125)
+    thresholds = (loaded.rejection_threshold, loaded.score_threshold, loaded.first_stage_threshold)
+    assert thresholds == (-2.5, 4.0 if plain else 6.0, 4.0)
     assert [path.name for path in tmp_path.iterdir()] == ["model.npz"]
 
 
@@ -79,5 +111,5 @@ def test_another_format_version_is_named(tmp_path: Path):
     header = json.loads(arrays["header"].tobytes()) | {"format_version": 99}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
     np.savez(path, **arrays)
-    with pytest.raises(UserError, match=r"later\.npz: model format version 99, expected 1"):
+    with pytest.raises(UserError, match=r"later\.npz: model format version 99, expected 2"):
         Model.load(path)

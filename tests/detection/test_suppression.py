@@ -57,15 +57,22 @@ def test_of_equal_scores_the_first_stays():
 
 def test_a_lone_box_stays_and_agreeing_ones_meet_at_their_weighted_mean():
     boxes = np.array([[0, 0, 10, 10], [2, 1, 10, 10], [50, 50, 8, 8]], np.float64)
-    merged = merge(boxes, np.array([3.0, 1.0, 5.0]), np.array([0, 2]), smallest_iou=0.5)
+    merged = merge(boxes, boxes, np.array([3.0, 1.0, 5.0]), np.array([0, 2]), smallest_iou=0.5)
     np.testing.assert_allclose(merged, [[0.5, 0.25, 10, 10], [50, 50, 8, 8]])
+
+
+def test_windows_agree_by_where_they_are_and_vote_for_other_boxes():
+    windows = np.array([[0, 0, 10, 10], [1, 0, 10, 10], [50, 50, 8, 8]], np.float64)
+    votes = np.array([[4, 4, 12, 12], [4, 4, 8, 8], [60, 60, 8, 8]], np.float64)
+    merged = merge(votes, windows, np.array([1.0, 1.0, 5.0]), np.array([0, 2]), smallest_iou=0.5)
+    np.testing.assert_allclose(merged, [[4, 4, 10, 10], [60, 60, 8, 8]])
 
 
 @given(boxes_and_scores)
 def test_merged_edges_lie_within_those_of_the_windows(data: tuple[NDArray[np.float64], NDArray[np.float32]]):
     boxes, scores = data
     kept = suppress(boxes, scores, 0.5)
-    merged = merge(boxes, np.exp(scores.astype(np.float64)), kept, smallest_iou=0.5)
+    merged = merge(boxes, boxes, np.exp(scores.astype(np.float64)), kept, smallest_iou=0.5)
     assert merged.shape == (len(kept), 4)
     if len(kept):
         assert (merged >= boxes.min(axis=0) - 1e-9).all()

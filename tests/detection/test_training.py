@@ -1,6 +1,7 @@
 """Training from end to end: on drawn cars in seconds, and what the shipped weights do on a real drive."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -21,21 +22,42 @@ from fcw_viz.commands.train import TrainCommand, run_train
 SIZE = ImageSize(480, 270)
 CAMERA = GroundPlaneCamera(0.0, 400.0, 120.0, 1.3, 239.5)
 SETTINGS = TrainingSettings(
-    tree_counts=(16, 32), random_per_image=30, mined_per_image=10, whole_image_every=2, folds=2, seed=3
+    tree_counts=(16, 32),
+    second_tree_count=32,
+    second_runs=1,
+    random_per_image=30,
+    mined_per_image=10,
+    whole_image_every=2,
+    folds=2,
+    seed=3,
+)
+TINY = TrainingSettings(
+    tree_counts=(4, 8),
+    second_tree_count=4,
+    second_runs=2,
+    folds=2,
+    crops_per_vehicle=2,
+    displaced_per_vehicle=2,
+    random_per_image=10,
+    mined_per_image=5,
 )
 
 
 class Log:
-    def __init__(self):
+    """Keeps the lines; stops the training at a stage of a given name, as a kill would."""
+
+    def __init__(self, killed_at=None):
         self.lines: list[str] = []
+        self.killed_at = killed_at
 
     def stage(self, name, steps):
-        pass
+        if name == self.killed_at:
+            raise KeyboardInterrupt
 
     def advance(self):
         pass
 
-    def note(self, text):
+    def note(self, text, **figures):
         self.lines.append(text)
 
 
@@ -100,8 +122,6 @@ def test_a_model_trained_on_drawn_cars_finds_other_drawn_cars(drawn_set, tmp_pat
     result = train(load_training_set(drawn_set), SETTINGS, log)
     assert len(result.model.trees) == 32
     assert result.held_out.frames == 16
-    # Two rounds and the mining between, for two folds and for the whole; and the two thresholds.
-    assert len(log.lines) == 3 * 3 + 2
     others = load_training_set(write_drawn_set(tmp_path / "test", 12, seed=2))
     detector = AcfDetector(
         result.model, others[0].calibration, AcfSettings(score_threshold=result.model.rejection_threshold)
@@ -110,14 +130,33 @@ def test_a_model_trained_on_drawn_cars_finds_other_drawn_cars(drawn_set, tmp_pat
     assert point.detection_rate >= 0.9
 
 
-def test_the_same_seed_gives_the_same_model_whatever_the_order_of_the_pictures(drawn_set):
-    settings = TrainingSettings(tree_counts=(4, 8), folds=2, random_per_image=10, mined_per_image=5)
+def file_of(model: Model, path: Path) -> bytes:
+    model.save(path)
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def whole(drawn_set, tmp_path_factory):
+    """The file of an uninterrupted training."""
+    model = train(load_training_set(drawn_set), TINY, Log()).model
+    return file_of(model, tmp_path_factory.mktemp("whole") / "m.npz")
+
+
+def test_the_same_seed_gives_the_same_file_whatever_the_order_of_the_pictures(drawn_set, whole, tmp_path):
+    images = load_training_set(drawn_set)[::-1]
+    assert file_of(train(images, TINY, Log()).model, tmp_path / "m.npz") == whole
+
+
+@pytest.mark.parametrize("killed_at", ["fold 1: mining for round 3", "all pictures: second stage"])
+def test_a_killed_training_goes_on_and_ends_as_an_uninterrupted_one(drawn_set, whole, tmp_path, killed_at):
     images = load_training_set(drawn_set)
-    first, second = (train(order, settings, Log()).model for order in (images, images[::-1]))
-    assert np.array_equal(first.trees.feature, second.trees.feature)
-    assert np.array_equal(first.trees.leaf, second.trees.leaf)
-    assert first.score_threshold == second.score_threshold
-    assert first.rejection_threshold == second.rejection_threshold
+    parts = tmp_path / "parts"
+    with pytest.raises(KeyboardInterrupt):
+        train(images, TINY, Log(killed_at), parts)
+    finished = {path: path.stat().st_mtime_ns for path in parts.glob("*.npz")}
+    assert parts / "fold-1-round2.npz" in finished
+    assert file_of(train(images, TINY, Log(), parts).model, tmp_path / "resumed.npz") == whole
+    assert finished == {path: path.stat().st_mtime_ns for path in finished}
 
 
 def test_too_few_pictures_are_refused(drawn_set):
@@ -148,13 +187,28 @@ def test_wrong_paths_of_the_command_are_named(tmp_path, data, out, message):
         run_train(TrainCommand(tmp_path / data, tmp_path / out))
 
 
-def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp_path, capsys):
-    assert run_train(TrainCommand(drawn_set, tmp_path / "model.npz")) == 0
-    assert len(Model.load(tmp_path / "model.npz").trees) == 512
+def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp_path, capsys, monkeypatch):
+    seeds = []
+
+    def tiny(seed):
+        seeds.append(seed)
+        return replace(TINY, seed=seed)
+
+    monkeypatch.setattr("fcw.detection.training.TrainingSettings", tiny)
+    assert run_train(TrainCommand(drawn_set, tmp_path / "model.npz", seed=5)) == 0
+    assert seeds == [5]
+    model = Model.load(tmp_path / "model.npz")
+    assert len(model.trees) == 8
+    assert model.second is not None
+    assert model.regressor is not None
     output = capsys.readouterr()
     assert output.out == ""
-    assert "all pictures, round 3: 512 trees" in output.err
-    assert "held out: detection rate" in output.err
+    assert "all pictures, round 2: 8 trees" in output.err
+    lines = [json.loads(line) for line in (tmp_path / "model.npz.log.jsonl").read_text().splitlines()]
+    assert all(line["text"] in output.err for line in lines)
+    assert any(line["text"].startswith("held out") and 0 <= line["detection_rate"] <= 1 for line in lines)
+    assert sum("round" in line for line in lines) == 3 * 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["model.npz", "model.npz.log.jsonl"]
 
 
 def test_the_shipped_model_is_small():
@@ -163,10 +217,10 @@ def test_the_shipped_model_is_small():
 
 
 def test_the_shipped_weights_find_the_vehicles_of_a_real_motorway(data_dir: Path):
-    # 0.946 with the shipped seed, 0.935 with another; the noise of a seed is 3 points.
+    # 0.989 with the shipped seed; the noise of a seed is 1 to 2 points.
     labelled = read_labels(data_dir / "tusimple/validation.json", data_dir / "tusimple/images")
     calibration = read_calibration_table(data_dir / "calibrations.txt")["tusimple"]
     model = Model.load(SHIPPED_MODEL_PATH)
     detector = AcfDetector(model, calibration, AcfSettings(score_threshold=model.rejection_threshold))
     point = curve_of(lambda image: detector, list(labelled)).at_fppi(0.1)
-    assert point.detection_rate >= 0.9
+    assert point.detection_rate >= 0.95

@@ -26,6 +26,14 @@ def test_names_are_sorted_by_their_numbers(tmp_path):
     assert levels(tmp_path / "drive") == [0, 1, 2, 3, 4, 5]
 
 
+def test_one_picture_is_a_drive_of_one_frame(tmp_path):
+    write_pictures(tmp_path, ["0.png", "1.PNG", "2.png"])
+    (tmp_path / "timestamps.txt").write_text("0.0\n0.1\n0.2\n")
+    source = open_source(tmp_path / "1.PNG")
+    assert [(frame.index, int(frame.image[0, 0, 0])) for frame in source.frames()] == [(0, 10)]
+    assert (source.name, source.frame_count, source.notes) == ("1.PNG", 1, ())
+
+
 def test_without_times_ten_a_second_are_assumed_and_said(tmp_path):
     write_pictures(tmp_path / "drive", ["0.jpg", "1.jpg", "2.jpg"])
     source = open_source(tmp_path / "drive")

@@ -18,8 +18,8 @@ from fcw.tracking.ranging import BoxNoise
 CAMERA_MODEL = GroundPlaneCamera(0.02, 740.0, 359.5, 1.4, 639.5)
 SIZE = ImageSize(1280, 720)
 EXACT = Calibration.from_camera(CAMERA_MODEL, SIZE)
-NOISE = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, free_height=True, shows_side=True, width_ratio=1.0)
-WIDTH_ONLY = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, width_ratio=1.0)
+NOISE = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0)
+WIDTH_ONLY = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, free_height=False, shows_side=False)
 
 
 def seen(distance_m, lateral_m=0.0, width_m=1.7, height_m=1.5, lower_px=0.0):

@@ -170,7 +170,7 @@ def test_mistakes_exit_2_with_one_message_and_save_nothing(arguments, message, a
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "no points: give at least three as --points DISTANCE:ROW"),
+        ([], "no points: name a video or a picture to click them in, or give at least three as --points"),
         (["--points", "4:461", "5:428", "7:383", "--height", "1.2"], "--image-size is missing"),
         (["--points", "4:461", "5:428", "7:383", "--image-size", "1280x720"], "--height is missing"),
     ],
@@ -203,15 +203,24 @@ def test_source_gives_the_image_size_and_the_place_to_save(picture_folder, capsy
     assert "--image-size 640x360" in capsys.readouterr().err
 
 
-def test_source_without_points_says_what_to_do_instead(picture_folder, capsys):
-    assert main(["calibrate", str(picture_folder)]) == 2
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--json"], "--json: only with --points; the page has a button for it"),
+        (["--export", "kalibr", "k.yaml"], "--export: only with --points"),
+        (["--port", "0"], "--port 0: expected a number from 1 to 65535"),
+    ],
+)
+def test_what_the_page_refuses_before_it_starts(arguments, message, picture_folder, capsys):
+    assert main(["calibrate", str(picture_folder), "--no-open", *arguments]) == 2
     captured = capsys.readouterr()
-    assert "not there yet" in captured.err
-    assert "--points DISTANCE:ROW" in captured.err
+    assert message in captured.err
     assert captured.out == ""
+    assert list(picture_folder.parent.iterdir()) == [picture_folder]
 
 
 def test_missing_source_is_named(tmp_path, capsys):
-    assert main(["calibrate", str(tmp_path / "no.mp4"), *PAPER[1:]]) == 2
-    assert "no.mp4" in capsys.readouterr().err
+    for arguments in (PAPER[1:], []):
+        assert main(["calibrate", str(tmp_path / "no.mp4"), *arguments]) == 2
+        assert "no.mp4" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,194 @@
+"""The detector on the picture that is shown, in a thread of its own, so that the page never waits for it."""
+
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.acf import AcfDetector
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model
+from fcw.detection.types import Box, Detection, Detector
+from fcw.errors import UserError
+from fcw.sources.frame import Frame
+from fcw.tracking.range_filter import RangeFilter
+from fcw.tracking.range_model import RangeModel
+from fcw.tracking.ranging import BoxNoise
+
+SETTLING_S = 0.15
+"""While a point is dragged the calibration changes many times a second; the detector waits for its rest."""
+
+MakeDetector = Callable[[Calibration], Detector]
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class RangedVehicle:
+    """A vehicle found in one picture.
+
+    Attributes:
+        box: where.
+        score: of the detection.
+        distance_m: from the calibration's reference; None where the picture cuts the box off below and
+            at a side, so that neither its row nor its width says anything.
+        low_m: 16th percentile.
+        high_m: 84th percentile; inf where unbounded.
+    """
+
+    box: Box
+    score: float
+    distance_m: float | None
+    low_m: float
+    high_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What the detector says of one picture under one calibration.
+
+    Attributes:
+        frame_index: of the picture.
+        calibration: by which it looked and ranged.
+        vehicles: nearest first; those without a distance before all.
+        trouble: why there are none, where the calibration or the detector is the cause; else empty.
+    """
+
+    frame_index: int
+    calibration: Calibration
+    vehicles: tuple[RangedVehicle, ...]
+    trouble: str = ""
+
+
+def range_vehicles(calibration: Calibration, detections: Sequence[Detection]) -> tuple[RangedVehicle, ...]:
+    """The distances that the pipeline's tracker gives vehicles in the first picture that shows them."""
+    filter_ = RangeFilter(calibration, BoxNoise(), RangeModel())
+    ranged: list[Detection] = []
+    cut_off: list[Detection] = []
+    for found in detections:
+        (ranged if filter_.add(found.box, ego_speed_mps=None) else cut_off).append(found)
+    # Read only now: each box says something of the pitch, which all vehicles have in common.
+    intervals = [
+        filter_.state(slot).distance_with_interval(calibration.reference_offset_m)
+        for slot in range(filter_.count)
+    ]
+    return (
+        *(RangedVehicle(found.box, found.score, None, 0.0, 0.0) for found in cut_off),
+        *(
+            RangedVehicle(found.box, found.score, *interval)
+            for found, interval in zip(ranged, intervals, strict=True)
+        ),
+    )
+
+
+def make_acf(calibration: Calibration) -> Detector:
+    """The pipeline's default detector.
+
+    Raises:
+        UserError: by the calibration the road is not in the picture.
+    """
+    return AcfDetector(Model.load(SHIPPED_MODEL_PATH), calibration)
+
+
+class FrameDetector:
+    """Looks at the latest picture asked for, and forgets those asked for before."""
+
+    def __init__(
+        self,
+        on_found: Callable[[Found], None],
+        make_detector: MakeDetector = make_acf,
+        settling_s: float = SETTLING_S,
+    ) -> None:
+        """Nothing is started before the first question.
+
+        Args:
+            on_found: called in the detector's thread, only for what was asked last; what `detect_now` finds
+                it gives to its caller.
+            make_detector: for a calibration.
+            settling_s: a question waits so long for a later one to replace it.
+        """
+        self._on_found = on_found
+        self._make_detector = make_detector
+        self._settling_s = settling_s
+        self._changed = threading.Condition()
+        self._asked: tuple[Frame, Calibration] | None = None
+        self._question = 0
+        self._closed = False
+        self._thread: threading.Thread | None = None
+        self._detecting = threading.Lock()
+        self._detector: tuple[Calibration, Detector] | None = None
+        self._ready = False
+
+    @property
+    def ready(self) -> bool:
+        """Whether it has looked at a picture already; the first time its kernels may have to be compiled."""
+        return self._ready
+
+    def ask(self, frame: Frame, calibration: Calibration) -> None:
+        """Look at a picture soon; replaces what was asked before."""
+        with self._changed:
+            if self._closed:
+                return
+            self._asked = frame, calibration
+            self._question += 1
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._answer, name="detect", daemon=True)
+                self._thread.start()
+            self._changed.notify_all()
+
+    def forget(self) -> None:
+        """What was asked before is not answered any more."""
+        with self._changed:
+            self._asked = None
+            self._question += 1
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """End the thread; an answer under way is dropped."""
+        with self._changed:
+            self._closed = True
+        self.forget()
+
+    def detect_now(self, frame: Frame, calibration: Calibration) -> Found:
+        """Look at a picture at once, in the caller's thread; a fault is logged and said in the answer."""
+        with self._detecting:
+            try:
+                vehicles = self._vehicles(frame.image, calibration)
+            except UserError as error:
+                return Found(frame.index, calibration, (), str(error))
+            except Exception:
+                _log.exception("the detector failed on picture %d", frame.index)
+                return Found(frame.index, calibration, (), "the detector failed; the server's log says why")
+            self._ready = True
+            return Found(frame.index, calibration, vehicles)
+
+    def _vehicles(self, image: NDArray[np.uint8], calibration: Calibration) -> tuple[RangedVehicle, ...]:
+        if self._detector is None or self._detector[0] is not calibration:
+            self._detector = calibration, self._make_detector(calibration)
+        found = range_vehicles(calibration, self._detector[1].detect(image))
+        return tuple(sorted(found, key=lambda vehicle: vehicle.distance_m or 0.0))
+
+    def _answer(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or self._asked is not None)
+                question = self._question
+                # Every later question starts the wait anew.
+                while (
+                    not self._closed and self._changed.wait(self._settling_s) and question != self._question
+                ):
+                    question = self._question
+                if self._closed:
+                    return
+                asked, self._asked = self._asked, None
+                question = self._question
+            if asked is None:
+                continue
+            found = self.detect_now(*asked)
+            with self._changed:
+                latest = question == self._question
+            if latest:
+                self._on_found(found)

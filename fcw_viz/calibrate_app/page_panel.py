@@ -1,0 +1,25 @@
+"""The keys, and how the page looks."""
+
+from typing import TYPE_CHECKING
+
+import viser
+
+from fcw_viz.calibrate_app.controls import on_choice
+from fcw_viz.calibrate_app.keys import help_html
+from fcw_viz.calibrate_app.page_style import text_block
+
+if TYPE_CHECKING:
+    from fcw_viz.calibrate_app.tab import Tab
+
+
+class PagePanel:
+    """A table of the keys, and the switch between dark and light."""
+
+    def __init__(self, gui: viser.GuiApi, tab: "Tab", dark: bool) -> None:
+        gui.add_html(text_block(help_html()))
+        on_choice(gui.add_checkbox("Dark colours", dark), tab.run, lambda chosen: set_colours(gui, chosen))
+
+
+def set_colours(gui: viser.GuiApi, dark: bool) -> None:
+    """Dark or light, and none of viser's own advertising."""
+    gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=dark)

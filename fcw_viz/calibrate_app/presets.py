@@ -1,0 +1,121 @@
+"""What people have beside a camera: a tape measure, lane dashes of a known period, a parking bay.
+
+Periods of lane dashes, from the near end of one to the near end of the next:
+
+- USA: 10 ft of line and 30 ft of gap, 40 ft. Manual on Uniform Traffic Control Devices (FHWA), section 3A.06.
+  A recommendation: states and cities differ.
+- California, motorways: 48 ft, as found on the Udacity drives (14.63 m).
+- Germany, motorways: 6 m and 12 m, 18 m. Richtlinien fuer die Markierung von Strassen (RMS).
+- United Kingdom, lane lines where the limit is above 40 mph: 2 m and 7 m, 9 m. Traffic Signs Manual,
+  chapter 5, table 4-2, diagram 1005.1.
+"""
+
+import math
+from dataclasses import dataclass
+
+from fcw.errors import UserError
+from fcw.units import FEET_PER_METRE
+
+FARTHEST_DASH_M = 45.0
+"""Beyond the first one: farther ends are blurred, and a warning comes from nearer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """Marks at known distances.
+
+    Attributes:
+        name: what a list calls it.
+        instruction: what to do, in one or two sentences.
+        distances_m: from the reference, in the order of clicking.
+    """
+
+    name: str
+    instruction: str
+    distances_m: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SpacedPreset:
+    """Marks a known way apart, of which the first one's distance has still to be measured.
+
+    Attributes:
+        name: what a list calls it.
+        instruction: what to do, in one or two sentences.
+        spacing_m: from one mark to the next.
+        count: how many marks.
+    """
+
+    name: str
+    instruction: str
+    spacing_m: float
+    count: int
+
+    def starting_at(self, first_m: float) -> Preset:
+        """The preset with the first mark at a distance from the reference.
+
+        Raises:
+            UserError: it is not a distance.
+        """
+        if not (math.isfinite(first_m) and first_m > 0):
+            raise UserError(
+                f"distance of the first mark {first_m:g}: expected a number above 0, "
+                "metres along the road to its near end"
+            )
+        distances_m = tuple(round(first_m + k * self.spacing_m, 4) for k in range(self.count))
+        return Preset(self.name, self.instruction, distances_m)
+
+
+def _tape(*distances_m: float, advice: str) -> Preset:
+    numbers = ", ".join(f"{distance_m:g}" for distance_m in distances_m)
+    return Preset(
+        f"Tape measure: {numbers} m",
+        f"Lay the tape straight ahead and put something flat on the road at {numbers} m. "
+        f"Click the near edge of each, the nearest first. {advice}",
+        distances_m,
+    )
+
+
+def _tape_feet(*distances_ft: float) -> Preset:
+    numbers = ", ".join(f"{distance_ft:g}" for distance_ft in distances_ft)
+    return Preset(
+        f"Tape measure: {numbers} ft",
+        f"Lay the tape straight ahead and put something flat on the road at {numbers} ft. "
+        "Click the near edge of each, the nearest first.",
+        tuple(round(distance_ft / FEET_PER_METRE, 4) for distance_ft in distances_ft),
+    )
+
+
+def _dashes(where: str, period_m: float) -> SpacedPreset:
+    count = math.floor(FARTHEST_DASH_M / period_m + 1e-9) + 1
+    return SpacedPreset(
+        f"Lane dashes, {where}: every {period_m:.4g} m",
+        "Stop on a straight road and measure to the near end of the first dash you see. "
+        f"Click the near ends of {count} dashes beside your lane, the nearest first.",
+        period_m,
+        count,
+    )
+
+
+PRESETS = (
+    _tape(4.0, 5.0, 7.0, advice="Far distances stay uncertain: add a far mark if you can."),
+    _tape(5.0, 10.0, 20.0, advice="Good to about 40 m."),
+    _tape_feet(15.0, 30.0, 65.0),
+)
+"""Marks whose distances are known."""
+
+SPACED_PRESETS = (
+    _dashes("USA", 40 / FEET_PER_METRE),
+    _dashes("California motorways", 48 / FEET_PER_METRE),
+    _dashes("Germany, motorways", 18.0),
+    _dashes("United Kingdom, above 40 mph", 9.0),
+    SpacedPreset(
+        "Parking bay, 5.0 m deep",
+        "Stop square in front of an empty bay and measure to its near line. Click its near and its far line, "
+        "then add one more mark or say the lens's field of view. Bays differ: measure its depth, and correct "
+        "the second distance where it is not 5.0 m.",
+        5.0,
+        2,
+    ),
+)
+"""Marks a known way apart, the first of which has to be measured."""

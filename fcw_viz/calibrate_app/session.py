@@ -1,0 +1,297 @@
+"""One calibration worked on by all tabs: who does what, what it makes of the document, and who is told."""
+
+import functools
+import logging
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edits import Edit, Load
+from fcw_viz.calibrate_app.history import Action, Event
+from fcw_viz.calibrate_app.journal import file_digest
+from fcw_viz.calibrate_app.json_form import edit_from_json, edit_to_json
+from fcw_viz.calibrate_app.resume import Beginning, begin, now
+from fcw_viz.calibrate_app.solution import solve
+from fcw_viz.calibrate_app.state import Result, SessionState, Solution, Status
+
+LOGGER = logging.getLogger(__name__)
+
+SOLUTIONS_KEPT = 256
+"""Undo and redo over as many steps find their solutions ready."""
+RESULTS_KEPT = 4096
+"""So far back the last good result is looked for without solving again, for each event of a drag."""
+
+Listener = Callable[[SessionState], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """Somebody at a tab.
+
+    Attributes:
+        name: what the others are shown, e.g. "tab 1".
+    """
+
+    name: str
+
+
+@dataclass(slots=True)
+class _Seat:
+    """A listener and the last revision it has seen."""
+
+    listener: Listener
+    revision: int
+
+
+class CalibrationSession:
+    """The one document of a server; every method may be called from any thread.
+
+    Each event is on the disk before it counts, so the state always equals a replay of the journal. Previews
+    are the one exception: while somebody drags, the drag is shown and not kept.
+    """
+
+    def __init__(self, beginning: Beginning, save_path: Path) -> None:
+        """Use `open`."""
+        self._save_path = save_path
+        self._journal = beginning.journal
+        self._history = beginning.history
+        self._saved = beginning.saved
+        self._notice = beginning.notice
+        self._previews: dict[Person, Edit] = {}
+        self._people: list[Person] = []
+        self._seats: dict[Person, _Seat] = {}
+        self._tabs = 0
+        self._solve = functools.lru_cache(SOLUTIONS_KEPT)(solve)
+        self._result = functools.lru_cache(RESULTS_KEPT)(lambda document: solve(document, False).result)
+        self._lock = threading.RLock()
+        self._publishing = False
+        self._state = self._next_state(0)
+
+    @classmethod
+    def open(cls, source: Path, image_size: ImageSize, save_path: Path) -> "CalibrationSession":
+        """Resume the journal beside `save_path`, else take the points of the calibration there, else none.
+
+        Args:
+            source: what the pictures come from.
+            image_size: of the pictures.
+            save_path: where the calibration is saved.
+
+        Raises:
+            UserError: the journal is in use by another page, damaged, for pictures of another size, or cannot
+                be written.
+        """
+        return cls(begin(source, image_size, save_path), save_path)
+
+    @property
+    def state(self) -> SessionState:
+        """The present moment."""
+        with self._lock:
+            return self._state
+
+    def join(self, listener: Listener) -> Person:
+        """Somebody comes; the listener gets the present state before this returns, and each later one.
+
+        Listeners are called in the order of the states, from whatever thread made the change; several
+        changes at once may come as one state, the last. What a listener raises is logged.
+        """
+        with self._lock:
+            self._tabs += 1
+            person = Person(f"tab {self._tabs}")
+            self._people.append(person)
+            state = self._change()
+        _call(listener, state)
+        with self._lock:
+            self._seats[person] = _Seat(listener, state.revision)
+        self._publish()
+        return person
+
+    def leave(self, person: Person) -> None:
+        """Somebody goes; what they were dragging stays where it was."""
+        with self._lock:
+            if person not in self._people:
+                return
+            self._people.remove(person)
+            self._seats.pop(person, None)
+            self._previews.pop(person, None)
+            self._change()
+        self._publish()
+
+    def apply(self, person: Person, *edits: Edit) -> None:
+        """Make edits, as one step of undo; ends this person's preview.
+
+        Raises:
+            UserError: one of them cannot be applied, or the step cannot be kept; nothing changes then, but
+                that the preview ends.
+        """
+        # Through their form on the disk, so that the state is what a replay gives, to the last bit.
+        self._do(person, Action.STEP, lambda: tuple(edit_from_json(edit_to_json(edit)) for edit in edits))
+
+    def preview(self, person: Person, edit: Edit | None) -> None:
+        """Show an edit to all without keeping it, while somebody drags.
+
+        It holds until the person's next preview, step, undo or redo; those of others go on beside it. None
+        takes it back.
+        """
+        with self._lock:
+            # The last to move is on top.
+            self._previews.pop(person, None)
+            if edit is not None and person in self._people:
+                self._previews[person] = edit
+            self._change()
+        self._publish()
+
+    def undo(self, person: Person) -> None:
+        """Take back the last step, whoever made it.
+
+        Raises:
+            UserError: there is none, or this cannot be kept.
+        """
+        self._do(person, Action.UNDO)
+
+    def redo(self, person: Person) -> None:
+        """Make the last undone step again.
+
+        Raises:
+            UserError: there is none, or this cannot be kept.
+        """
+        self._do(person, Action.REDO)
+
+    def start_anew(self, person: Person) -> None:
+        """Empty the document; can be undone.
+
+        Raises:
+            UserError: this cannot be kept.
+        """
+        with self._lock:
+            document = self._history.document
+            self.apply(person, Load(Document(document.image_size, imperial=document.imperial)))
+
+    def save(self) -> Path:
+        """Write the calibration file; an implausible calibration is written too.
+
+        Returns:
+            The file.
+
+        Raises:
+            UserError: something has still to be said, the points determine no camera, or the file cannot be
+                written.
+        """
+        with self._lock:
+            solution = self._solve(self._history.document)
+            if not solution.can_save or solution.result is None:
+                raise UserError(f"not saved: {_why_not(solution)}")
+            calibration = solution.result.calibration
+            calibration.save(self._save_path)
+            self._saved = calibration
+            # Without this line a resumed session compares what the file holds, which tells as well.
+            with suppress(UserError):
+                self._journal.add_saved(file_digest(self._save_path))
+            self._change()
+        self._publish()
+        return self._save_path
+
+    def announce(self, address: str) -> None:
+        """Keep the page's address, which whoever starts a second page on this work is told.
+
+        Raises:
+            UserError: it cannot be written.
+        """
+        with self._lock:
+            self._journal.add_page(address)
+
+    def close(self) -> None:
+        """Let go of the journal; one in which nothing ever happened is removed."""
+        with self._lock:
+            self._journal.close()
+
+    def _do(self, person: Person, action: Action, edits: Callable[[], tuple[Edit, ...]] = tuple) -> None:
+        try:
+            with self._lock:
+                ended = self._previews.pop(person, None)
+                try:
+                    event = Event(now(), person.name, action, edits())
+                    history = self._history.after(event)
+                    self._journal.add(event)
+                except BaseException:
+                    if ended is not None:
+                        self._change()
+                    raise
+                self._history = history
+                self._notice = ""
+                self._change()
+        finally:
+            self._publish()
+
+    def _change(self) -> SessionState:
+        """Make the next state; the caller holds the lock, and publishes after."""
+        self._state = self._next_state(self._state.revision + 1)
+        return self._state
+
+    def _next_state(self, revision: int) -> SessionState:
+        committed = self._solve(self._history.document)
+        document, solution = self._history.document, committed
+        for edit in self._previews.values():
+            try:
+                document = edit.apply(document)
+            except UserError:
+                # What is being dragged was deleted in the meantime.
+                continue
+        if document != self._history.document:
+            solution = replace(solve(document, effects=False), effects=committed.effects)
+        calibration = None if committed.result is None else committed.result.calibration
+        return SessionState(
+            revision=revision,
+            document=document,
+            solution=solution,
+            shown=solution.result or self._last_good(),
+            current=solution.result is not None,
+            can_undo=self._history.can_undo,
+            can_redo=self._history.can_redo,
+            save_path=self._save_path,
+            saved=committed.can_save and calibration is not None and calibration == self._saved,
+            people=tuple(person.name for person in self._people),
+            notice=self._notice,
+        )
+
+    def _last_good(self) -> Result | None:
+        """The result of the last step that had one, since there was no mark at all."""
+        for document in reversed(self._history.documents[: self._history.position + 1]):
+            result = self._result(document)
+            if result is not None or not document.marks:
+                return result
+        return None
+
+    def _publish(self) -> None:
+        """Tell everybody; one thread at a time does so for all, hence in order."""
+        while True:
+            with self._lock:
+                state = self._state
+                seats = [seat for seat in self._seats.values() if seat.revision < state.revision]
+                if self._publishing or not seats:
+                    return
+                self._publishing = True
+            try:
+                for seat in seats:
+                    seat.revision = state.revision
+                    _call(seat.listener, state)
+            finally:
+                with self._lock:
+                    self._publishing = False
+
+
+def _call(listener: Listener, state: SessionState) -> None:
+    try:
+        listener(state)
+    except Exception:
+        LOGGER.exception("a tab could not show revision %d", state.revision)
+
+
+def _why_not(solution: Solution) -> str:
+    if solution.status is Status.DEGENERATE:
+        return " ".join(trouble.text for trouble in solution.troubles)
+    return f"something is still missing. {solution.hint}"

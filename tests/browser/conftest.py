@@ -1,0 +1,134 @@
+"""A real Chromium for all browser tests: one for each test process, a fresh profile for each test."""
+
+import logging
+import os
+import shutil
+import sys
+import time
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+from browser_page import BrowserPage
+from calibrate_helpers import FIRST_PORT
+from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
+
+from fcw.camera.file import default_path
+from fcw_viz.calibrate_app.server import CalibrationPage
+
+WINDOW_PX = (1400, 900)
+PATIENCE_S = 20
+# WebGL without a graphics card, the same on every machine.
+CHROMIUM_FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
+# viser warns of software rendering with a notification that lies over the picture.
+# 37446 is UNMASKED_RENDERER_WEBGL.
+_HIDE_SOFTWARE_RENDERING = """
+  const ask = WebGL2RenderingContext.prototype.getParameter;
+  WebGL2RenderingContext.prototype.getParameter = function (name) {
+    return name === 37446 ? "test" : ask.call(this, name);
+  };
+"""
+
+
+class OpenPage(Protocol):
+    """What the fixture `open_page` is."""
+
+    def __call__(self, url: str, window_px: tuple[int, int] = WINDOW_PX) -> BrowserPage: ...
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Generator[Browser]:
+    """The browser; FCW_CHROMIUM names it where it is not on the path."""
+    path = os.environ.get("FCW_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    if path is None or not Path(path).is_file():
+        reason = "needs Chromium: install it (Debian: apt-get install chromium) or name it in FCW_CHROMIUM"
+        if os.environ.get("CI"):
+            pytest.fail(reason)
+        pytest.skip(reason)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
+    """Opens a URL of the program and waits for its picture; several calls are several people.
+
+    At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
+    """
+    pages: list[BrowserPage] = []
+
+    def open_one(url: str, window_px: tuple[int, int] = WINDOW_PX) -> BrowserPage:
+        width, height = window_px
+        context = chromium.new_context(viewport=ViewportSize(width=width, height=height))
+        context.add_init_script(_HIDE_SOFTWARE_RENDERING)
+        opened = BrowserPage(context.new_page())
+        pages.append(opened)
+        opened.listen()
+        opened.page.goto(f"{url}/?fixedDpr=1")
+        opened.wait_until_ready()
+        return opened
+
+    yield open_one
+    report = request.node.stash.get(_CALL, None)
+    for index, opened in enumerate(pages):
+        if report is None or report.failed:
+            _save_screenshot(opened, tmp_path / f"failed-{index}.png")
+        opened.page.context.close()
+    exceptions = [error for opened in pages for error in opened.exceptions]
+    assert not exceptions, f"the page raised: {exceptions}"
+
+
+_CALL = pytest.StashKey[pytest.TestReport]()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    if report.when == "call":
+        item.stash[_CALL] = report
+    return report
+
+
+def _save_screenshot(opened: BrowserPage, path: Path) -> None:
+    try:
+        opened.page.screenshot(path=path)
+    except Error as error:  # a page that crashed must not hide why the test failed
+        sys.stderr.write(f"no screenshot: {error}\n")
+    else:
+        sys.stderr.write(f"what the page looked like: {path}\n")
+
+
+@pytest.fixture
+def wait_for() -> Callable[[Callable[[], bool]], None]:
+    """Waits until a condition holds in the test's own process, while the browser goes on."""
+
+    def wait(condition: Callable[[], bool]) -> None:
+        end_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < end_s, f"waited {PATIENCE_S} s in vain"
+            time.sleep(0.02)
+
+    return wait
+
+
+@pytest.fixture
+def serve(
+    capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> Generator[Callable[[Path], CalibrationPage]]:
+    """Serves the calibration page of a source; at the end the server's log must hold no exception."""
+    pages: list[CalibrationPage] = []
+
+    def start(source: Path) -> CalibrationPage:
+        pages.append(CalibrationPage(source, default_path(source), FIRST_PORT))
+        return pages[-1]
+
+    yield start
+    for page in pages:
+        page.stop()
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR] == []
+    assert "Traceback" not in capfd.readouterr().err
