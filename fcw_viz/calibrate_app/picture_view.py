@@ -170,8 +170,9 @@ class PictureView:
 
     def magnify_handle(self, handle: Handle | None) -> None:
         """The same for a handle itself."""
-        self._magnified = handle
-        self._place_magnifier()
+        if handle is not self._magnified:
+            self._magnified = handle
+            self._place_magnifier()
 
     def handle_moved(self, handle: Handle) -> None:
         """Called by a handle that has moved: the magnifier goes with it."""
