@@ -2,17 +2,21 @@
 
     python benchmarks/calibrate_page_latency.py
 
-The page serves a copy of the shipped drive. The clock starts with the mouse event in the browser and stops
-with the first frame whose lines over the picture have moved. The server's own share is the processor time of
-all its threads, and so no less than the time that it adds.
+The page serves a copy of the shipped drive. The clock starts when the browser gets the mouse event (its own
+time stamp, not when the page hears of it) and stops at the end of the first frame that shows the rows moved:
+when the graphics process has drawn it and the browser begins the next one. Measured for a mouse that was at
+rest before, and for one that moves without a pause. The server's own share is the processor time of all its
+threads, and so no less than the time that it adds.
 """
 
 import argparse
+import random
 import shutil
 import statistics
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -35,47 +39,74 @@ BROWSER_ARGUMENTS = (
 WINDOW = ViewportSize(width=1400, height=900)
 MARKS = ((640.0, 500.2, 6.0), (640.0, 408.0, 15.0), (640.0, 371.1, 30.0))
 READY_MS = 60_000
-FRAMES = 20
-PAUSE_MS = 250
-"""Between two events: each is measured by itself."""
-MEASURE = """async ([x, y]) => {
-  const lines = () => {
-    let seen = "";
-    const nodes = window.__viserMutable.nodeRefFromName;
-    for (const name in nodes) if (name.startsWith("/overlay/lines")) nodes[name]?.traverse(node => {
-      const points = node.geometry?.attributes?.instanceStart?.data?.array;
-      if (points) for (let i = 2; i < points.length; i += 6) seen += points[i].toFixed(5) + ",";
-    });
-    return seen;
+JUMP_PX = 8
+"""Of the mouse; a row moves by more than half of it, and by less for the trembling of one pixel between."""
+REST_MS = 600
+"""Longer than the frames that follow every change by themselves."""
+MOTION_MS = 400
+"""Of trembling before a jump, and up to as much again so that jumps come at any time of a frame."""
+PROBE = """() => {
+  const viewer = window.__viserMutable;
+  const rows = () => {
+    const heights = [];
+    for (const name in viewer.nodeRefFromName) {
+      if (!name.startsWith("/overlay/") || !viewer.nodeRefFromName[name]?.visible) continue;
+      for (const child of viewer.nodeRefFromName[name].children) child.traverse(node => {
+        const ends = node.geometry?.attributes?.instanceStart?.data?.array;
+        if (!ends) return;
+        for (let i = 0; i < ends.length; i += 6)
+          if (ends[i + 2] === ends[i + 5] && Math.abs(ends[i + 3] - ends[i]) > 9.9) {
+            const [x, y, z] = ends.slice(i, i + 3), m = node.matrixWorld.elements;
+            heights.push(m[1] * x + m[5] * y + m[9] * z + m[13]);
+          }
+      });
+    }
+    return heights.sort((a, b) => a - b);
   };
-  const before = lines();
-  let start = null;
-  const moved = () => { start = performance.now(); };
-  window.addEventListener("pointermove", moved, { capture: true, once: true });
-  window.__measured = new Promise(resolve => {
-    const look = () => {
-      if (start !== null && lines() !== before) resolve(performance.now() - start);
-      else requestAnimationFrame(look);
-    };
-    requestAnimationFrame(look);
-  });
+  const pixel = 2 * viewer.cameraControl.distance * Math.tan(viewer.camera.fov * Math.PI / 360)
+    / viewer.canvas.clientHeight;
+  let base = [], jumpedAt = null, done = null, last = null, intervals = [], drawings = [];
+  window.addEventListener("pointermove", event => {
+    if (done && jumpedAt === null && event.clientY === window.__jumpTo) jumpedAt = event.timeStamp;
+  }, { capture: true });
+  viewer.scene.onAfterRender = renderer => {
+    const now = performance.now();
+    if (last !== null && now - last < 400) intervals.push(now - last);
+    last = now;
+    if (jumpedAt === null || !done) return;
+    const present = rows();
+    const moved = Math.max(0, ...present.map(
+      row => Math.min(...base.map(other => Math.abs(row - other)))));
+    if (moved < window.__enough * pixel) return;
+    const gl = renderer.getContext(), fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const resolve = done, start = jumpedAt;
+    done = jumpedAt = null;
+    const drawn = new Promise(finish => {
+      const look = () => {
+        if (gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED) finish();
+        else setTimeout(look, 1);
+      };
+      look();
+    });
+    const next = new Promise(requestAnimationFrame);
+    Promise.all([drawn, next]).then(() => resolve(performance.now() - start));
+  };
+  window.__arm = (jumpTo, enough) => {
+    base = rows();
+    window.__jumpTo = jumpTo;
+    window.__enough = enough;
+    window.__measured = new Promise(resolve => { done = resolve; });
+  };
+  window.__frames = () => { const seen = intervals; intervals = []; return seen; };
 }"""
-"""Lines are pairs of points, three numbers each."""
-FRAME = """async () => {
-  const next = () => new Promise(requestAnimationFrame);
-  window.__viserMutable.requestRender();
-  await next();
-  const start = performance.now();
-  window.__viserMutable.requestRender();
-  await next();
-  return performance.now() - start;
-}"""
+"""Lines are pairs of points, three numbers each; a row is one over the whole picture, 10 units long."""
 
 
 def main() -> None:
     """Measure, and print what was measured."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
-    parser.add_argument("--events", type=int, default=100, help="how many moves of the mouse")
+    parser.add_argument("--events", type=int, default=40, help="how many jumps of the mouse in each case")
     parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -88,45 +119,88 @@ def main() -> None:
         page.goto(f"{served.url}/?fixedDpr=1")
         page.wait_for_function("window.__viserMutable?.cameraControl?.dollyToCursor", timeout=READY_MS)
         page.wait_for_timeout(3000)
-        latencies_ms, server_ms = drag(page, options.events)
-        frame_ms = statistics.median(page.evaluate(FRAME) for _ in range(FRAMES))
+        page.evaluate(PROBE)
+        x, y = take_hold(page)
+        rest_ms, server_ms = jump_from_rest(page, x, y, options.events)
+        page.evaluate("window.__frames()")
+        motion_ms = jump_in_motion(page, x, y, options.events)
+        frames_ms = page.evaluate("window.__frames()")
+        page.mouse.up()
         browser.close()
         served.stop()
-    p95_ms = statistics.quantiles(latencies_ms, n=20)[-1]
     lines = (
         f"{datetime.now(UTC):%Y-%m-%d}, {machine()}, viser {version('viser')}",
         f"Chromium with software rendering, {WINDOW['width']}x{WINDOW['height']}, {options.events} events",
-        f"mouse event to rows drawn: median {statistics.median(latencies_ms):.0f} ms, p95 {p95_ms:.0f} ms",
-        f"of it one frame of software rendering: {frame_ms:.0f} ms; a graphics card takes a few",
-        f"of it the server: mean {statistics.mean(server_ms):.1f} ms of processor time an event",
+        f"mouse event to the end of the frame with the moved rows: {summary(rest_ms)} from rest",
+        f"the same in motion: {summary(motion_ms)}",
+        f"of it a frame of software rendering: {summary(frames_ms)}; a graphics card takes a few",
+        f"of it the server: median {statistics.median(server_ms):.1f} ms, mean "
+        f"{statistics.mean(server_ms):.1f} ms of processor time an event",
     )
     sys.stdout.write("\n".join(lines) + "\n")
 
 
-def drag(page: Page, events: int) -> tuple[list[float], list[float]]:
-    """Drag the middle point up and down; latency and processor time of each move, in ms."""
+def summary(times_ms: Sequence[float]) -> str:
+    """Median and 95th percentile."""
+    p95_ms = statistics.quantiles(times_ms, n=20)[-1]
+    return f"median {statistics.median(times_ms):.0f} ms, p95 {p95_ms:.0f} ms"
+
+
+def take_hold(page: Page) -> tuple[float, float]:
+    """Begin to drag the middle point; where the mouse is then."""
     canvas = max(
         (box for box in (one.bounding_box() for one in page.locator("canvas").all()) if box),
         key=lambda box: box["width"] * box["height"],
     )
     scale = min(canvas["width"] / 1280, canvas["height"] / 720) / 1.02
-    x = canvas["x"] + canvas["width"] / 2
-    y = canvas["y"] + canvas["height"] / 2 + (MARKS[1][1] - 359.5) * scale
+    x = round(canvas["x"] + canvas["width"] / 2)
+    y = round(canvas["y"] + canvas["height"] / 2 + (MARKS[1][1] - 359.5) * scale)
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x, y + 5, steps=5)
-    page.wait_for_timeout(PAUSE_MS)
+    page.wait_for_timeout(REST_MS)
+    return x, y
+
+
+def jump_from_rest(page: Page, x: float, y: float, events: int) -> tuple[list[float], list[float]]:
+    """Latency and the server's processor time of each jump, in ms."""
     latencies_ms: list[float] = []
     server_ms: list[float] = []
     for event in range(events):
-        page.evaluate(MEASURE, [x, y])
+        there = y + (event % 2) * JUMP_PX
+        page.mouse.move(x, there + (-JUMP_PX if event % 2 else JUMP_PX))
+        page.wait_for_timeout(REST_MS)
+        page.evaluate("([y, enough]) => window.__arm(y, enough)", [there, JUMP_PX / 2])
         before_s = server_time_s()
-        page.mouse.move(x, y + (5 if event % 2 else 9))
+        page.mouse.move(x, there)
         latencies_ms.append(page.evaluate("() => window.__measured"))
-        page.wait_for_timeout(PAUSE_MS)
+        page.wait_for_timeout(REST_MS / 2)
         server_ms.append((server_time_s() - before_s) * 1000)
-    page.mouse.up()
     return latencies_ms, server_ms
+
+
+def jump_in_motion(page: Page, x: float, y: float, events: int) -> list[float]:
+    """Latency of each jump of a mouse that trembles by a pixel all the time, in ms."""
+    latencies_ms: list[float] = []
+    phase = random.Random(0)
+    here, there = y, y + JUMP_PX
+    for _ in range(events):
+        tremble(page, x, here, MOTION_MS * (1 + phase.random()))
+        page.evaluate("([y, enough]) => window.__arm(y, enough)", [there, JUMP_PX / 2])
+        page.mouse.move(x, there)
+        tremble(page, x, there, MOTION_MS)
+        latencies_ms.append(page.evaluate("() => window.__measured"))
+        here, there = there, here
+    return latencies_ms
+
+
+def tremble(page: Page, x: float, y: float, duration_ms: float) -> None:
+    """Move the mouse sideways by a pixel and back."""
+    end_s = time.monotonic() + duration_ms / 1000
+    step = 0
+    while time.monotonic() < end_s:
+        step += 1
+        page.mouse.move(x + step % 2, y)
 
 
 def server_time_s() -> float:

@@ -20,7 +20,7 @@ import cv2
 from rich.console import Console
 from rich.progress import Progress
 
-from fcw.detection.acf import FullAcfSettings
+from fcw.detection.acf import AcfSettings, FullAcfSettings
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.detection.windows import full_levels
 from fcw.evaluation.bottom_rows import bottom_rows
@@ -42,7 +42,7 @@ from fcw_viz.detection_report import write_detection_report
 from fcw_viz.svg_curve import PlottedCurve
 
 FPPI = (0.046, 0.1, 1.0)
-ENLARGED = 2.4
+ENLARGED = AcfSettings().largest_scale
 PRIOR, PRIOR_PLAIN = "distance prior, all stages", "distance prior, cascade alone"
 WHOLE, PLAIN = "whole picture, all stages", "plain ACF (whole picture, cascade alone)"
 WHOLE_ENLARGED = f"whole picture enlarged {ENLARGED:g} times, all stages"
@@ -53,7 +53,7 @@ DETECTORS: dict[str, tuple[str, bool, float | None]] = {
     PRIOR_PLAIN: ("acf", True, None),
     PLAIN: ("acf-full", True, None),
 }
-"""Detector, whether the cascade alone, how far pictures are enlarged (None: acf 2.4 times, acf-full not)."""
+"""Detector, whether the cascade alone, how far pictures are enlarged (None: acf as shipped, acf-full not)."""
 COMPARISONS = ((PRIOR, PLAIN), (PRIOR, WHOLE), (PRIOR, WHOLE_ENLARGED), (PRIOR_PLAIN, PLAIN))
 CURVE_COLORS = {WHOLE: "#c2571a", WHOLE_ENLARGED: "#8a6bbd", PLAIN: "#5a6675"}
 PAPER_TABLE_4 = (

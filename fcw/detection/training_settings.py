@@ -5,6 +5,9 @@ from typing import Protocol
 
 from fcw.detection.samples import Augmentation
 
+PAPERS_FPPI = 0.046
+"""Where the paper works (Table 4)."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrainingSettings:
@@ -44,7 +47,7 @@ class TrainingSettings:
     rejection_threshold: float = -3.0
     lowest_rejection_threshold: float = -6.0
     folds: int = 3
-    fppi: float = 0.1
+    fppi: float = PAPERS_FPPI
     augmentation: Augmentation = Augmentation()  # noqa: RUF009 - frozen
     displacement: Augmentation = Augmentation(shift=0.12, scale=0.18, stretch=0.12)  # noqa: RUF009 - frozen
     ridge: float = 1.0

@@ -45,10 +45,12 @@ window.__viserTestpoints.devSettings.set({ enableOrbitCrosshair: false });
 
 // The server is told the view's size in CSS pixels: marks keep their size for the eye, not for the graphics card.
 const send = viewer.sendMessage;
-viewer.sendMessage = (message) =>
+viewer.sendMessage = (message) => {
+  if (message.type === "SceneNodeDragMessage") viewer.dragged?.(message.phase);
   send(
     message.type === "ViewerCameraMessage"
       ? { ...message, image_width: canvas.clientWidth, image_height: canvas.clientHeight }
       : message,
   );
+};
 viewer.sendCamera();

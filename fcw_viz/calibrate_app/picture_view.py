@@ -23,7 +23,9 @@ from fcw_viz.calibrate_app.picture_handle import Handle, OnClick, OnDrag
 from fcw_viz.calibrate_app.picture_magnifier import Magnifier
 from fcw_viz.calibrate_app.picture_plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
 
-_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+_BROWSER_SIDE = "\n".join(
+    Path(__file__).with_name(f"picture_{topic}.js").read_text() for topic in ("view", "frames")
+)
 _FIT_MARGIN = 1.02
 _FARTHEST_FITS = 2.0  # zoomed out at most until the picture fills half the window
 _CLOSEST_PIXEL = 64.0  # zoomed in at most until an image pixel covers that many screen pixels
@@ -55,6 +57,7 @@ class PictureView:
         self._magnified: Handle | None = None
         self._in_order = ThreadPoolExecutor(max_workers=1, thread_name_prefix="picture")
 
+        client.scene.configure_default_lights(cast_shadow=False)  # drawn anew in each frame, for nothing
         width, height = self.plane.extent
         self._picture = client.scene.add_image(
             "/picture",
@@ -167,8 +170,9 @@ class PictureView:
 
     def magnify_handle(self, handle: Handle | None) -> None:
         """The same for a handle itself."""
-        self._magnified = handle
-        self._place_magnifier()
+        if handle is not self._magnified:
+            self._magnified = handle
+            self._place_magnifier()
 
     def handle_moved(self, handle: Handle) -> None:
         """Called by a handle that has moved: the magnifier goes with it."""
