@@ -156,7 +156,8 @@ class Handle:
 
     def _catch_up(self) -> None:
         at_px, self._dragged_to = self._dragged_to, None
-        if at_px is not None:
+        # The browser tells one move of the mouse more than once.
+        if at_px is not None and at_px != self.position_px:
             self._follow("update", *at_px)
 
     def _follow(self, phase: Phase, column_px: float, row_px: float) -> None:

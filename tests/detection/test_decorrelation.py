@@ -49,10 +49,10 @@ def test_filters_are_orthonormal_and_explain_the_most_variance(windows: NDArray[
     weights, _, _ = filters
     patches = np.lib.stride_tricks.sliding_window_view(windows.reshape(-1, 10, 16, 16), (5, 5), (2, 3))
     for channel in range(10):
-        bank = weights[channel].reshape(4, 25) / WEIGHT_STEPS
-        np.testing.assert_allclose(bank @ bank.T, np.eye(4), atol=0.03)  # hundredths are rounded
+        kernels = weights[channel].reshape(4, 25) / WEIGHT_STEPS
+        np.testing.assert_allclose(kernels @ kernels.T, np.eye(4), atol=0.03)  # hundredths are rounded
         covariance = np.cov(patches[:, channel].reshape(-1, 25).T.astype(float))
-        explained = np.trace(bank @ covariance @ bank.T)
+        explained = np.trace(kernels @ covariance @ kernels.T)
         assert explained == pytest.approx(np.sort(np.linalg.eigvalsh(covariance))[-4:].sum(), rel=0.01)
 
 
