@@ -11,7 +11,7 @@ demo: $(VENV)/.runtime-installed
 	$(BIN)/fcw demo $(ARGS)
 
 test: lint chromium
-	$(BIN)/pytest $(ARGS)
+	$(BIN)/pytest -n 2 --dist loadfile $(ARGS)
 
 lint: $(VENV)/.dev-installed
 	$(BIN)/ruff check .
