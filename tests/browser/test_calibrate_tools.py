@@ -193,6 +193,7 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
     person.button("Drag the horizon").click()
     grip_row_px = result().calibration.horizon_row_px
     wait_for(lambda: handle_segments(person, "horizon") > 0)
+    person.browser.wait_until_still()  # a slow browser puts it in its place a frame later
     grip = ((SIZE.width - 1) / 2, grip_row_px)
     mouse = person.browser.page.mouse
     mouse.move(*person.browser.mouse_position(*grip))
