@@ -27,6 +27,10 @@ ZOOMED_TO = (INNER, CORNER)
 """The one in the corner is well inside the window only after panning."""
 
 
+SCREENSHOTS = 20
+"""A slow browser draws the picture some time after the page is ready."""
+
+
 @pytest.fixture
 def dots() -> Generator[PictureServer]:
     picture = np.zeros((SIZE.height, SIZE.width, 3), np.uint8)
@@ -88,14 +92,18 @@ def pixels_per_screen_pixel(tab: BrowserPage) -> float:
 
 def seen_at(tab: BrowserPage, color: tuple[int, int, int]) -> tuple[float, float]:
     """Where a dot's middle is in a screenshot: CSS pixels, a pixel's middle at one half."""
-    png = cv2.imdecode(np.frombuffer(tab.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-    assert png is not None
-    # Blended in linear light: only there is the middle of a blurred dot its middle.
-    shot = (cv2.cvtColor(png, cv2.COLOR_BGR2RGB) / 255) ** 2.2
-    shot[: PANEL_PX[1], -PANEL_PX[0] :] = 0
     lit = np.array(color) > 0
-    is_color = shot[..., ~lit].max(axis=2) < 0.002
-    rows, columns = np.nonzero(is_color & (shot[..., lit].min(axis=2) > 0.002))
+    for _ in range(SCREENSHOTS):
+        png = cv2.imdecode(np.frombuffer(tab.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+        assert png is not None
+        # Blended in linear light: only there is the middle of a blurred dot its middle.
+        shot = (cv2.cvtColor(png, cv2.COLOR_BGR2RGB) / 255) ** 2.2
+        shot[: PANEL_PX[1], -PANEL_PX[0] :] = 0
+        is_color = shot[..., ~lit].max(axis=2) < 0.002
+        rows, columns = np.nonzero(is_color & (shot[..., lit].min(axis=2) > 0.002))
+        if len(rows) > 0:
+            break
+        tab.wait_until_still()
     assert len(rows) > 0, f"the dot {color} is not to be seen"
     weights = shot[rows, columns].max(axis=1)
     return float(np.average(columns, weights=weights)) + 0.5, float(np.average(rows, weights=weights)) + 0.5
