@@ -114,4 +114,4 @@ def dot(tab: BrowserPage, color: tuple[int, int, int]) -> NDArray[np.float64]:
     lit = np.array(color) > 0
     is_color = shot[..., ~lit].max(axis=2) < 0.002
     rows, columns = np.nonzero(is_color & (shot[..., lit].min(axis=2) > 0.002))
-    return np.column_stack((columns, rows, shot[rows, columns].max(axis=1)))
+    return np.column_stack((columns, rows, shot[rows, columns].max(axis=1))).astype(np.float64)
