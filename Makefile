@@ -11,7 +11,8 @@ demo: $(VENV)/.runtime-installed
 	$(BIN)/fcw demo $(ARGS)
 
 test: lint chromium
-	$(BIN)/pytest $(ARGS)
+	$(BIN)/pytest -n 2 --ignore tests/browser $(ARGS)
+	$(BIN)/pytest tests/browser $(ARGS)  # a browser without a graphics card needs both cores
 
 lint: $(VENV)/.dev-installed
 	$(BIN)/ruff check .

@@ -139,8 +139,7 @@ def calibration_source(path: Path) -> Callable[[LabelledImage], Calibration]:
     elif path.suffix == ".txt":
         find = _in_table(path)
     else:
-        shared = Calibration.load(path)
-        find = lambda image: (shared, path)  # noqa: E731
+        find = _one_for_all(path)
     scaled: dict[tuple[str, Any], Calibration] = {}
 
     def calibration(image: LabelledImage) -> Calibration:
@@ -154,6 +153,11 @@ def calibration_source(path: Path) -> Callable[[LabelledImage], Calibration]:
         return scaled[key]
 
     return calibration
+
+
+def _one_for_all(path: Path) -> Callable[[LabelledImage], tuple[Calibration, Path]]:
+    calibration = Calibration.load(path)
+    return lambda _: (calibration, path)
 
 
 def _in_folder(folder: Path) -> Callable[[LabelledImage], tuple[Calibration, Path]]:

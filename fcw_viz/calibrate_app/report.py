@@ -66,7 +66,7 @@ def report_html(
     title = f"Camera calibration of {Path(source).name}"
     body = [
         f"<h1>{escape(title)}</h1>",
-        f'<p class="dim">{made_on.isoformat()}, pictures of {size}, picture {frame} shown</p>',
+        f'<p class="dim">{made_on.isoformat()}, pictures of {size}, picture {frame + 1} shown</p>',
         f'<p class="quality">{escape(result.quality)}</p>',
         *_warnings(state),
         picture,
@@ -143,7 +143,7 @@ def _points_table(document: Document, result: Result) -> str:
                 _signed(metres) if math.isfinite(metres) else "beyond the horizon",
                 "" if result.exact else residual_bar(residual.row_px / document.row_sigma_px),
             ]
-        picture = "" if mark.frame is None else str(mark.frame)
+        picture = "" if mark.frame is None else str(mark.frame + 1)
         rows.append([mark.name, distance, f"{mark.column_px:.2f}", f"{mark.row_px:.2f}", *errors, picture])
         classes.append("" if residual else "off")
     heads = ("point", "distance", "column", "row", "residual, px", f"residual, {unit}", "", "picture")

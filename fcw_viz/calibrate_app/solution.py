@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian, Priors
-from fcw.camera.plausibility import OUTLIER_SIGMAS, plausibility
+from fcw.camera.plausibility import OUTLIER_SIGMAS, FindingKind, plausibility
 from fcw.camera.points import (
     PARAMETER_COUNT,
     check_order,
@@ -40,6 +40,8 @@ ASSUMED_OFFSET_M = 1.8
 """From there to the front bumper of an ordinary car, for the preview."""
 EFFECT_DISTANCE_M = 40.0
 """Where the effect of a belief is told, and the quality: a warning at 90 km/h comes from there."""
+CONTRADICTIONS = frozenset((FindingKind.RESIDUAL, FindingKind.PRIOR))
+"""What was said disagrees by more than its noise, and the intervals follow from that noise alone."""
 ROW_DISTANCES_FT = (15.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 250.0)
 QUALITY_DISTANCE_FT = 130.0
 
@@ -173,6 +175,7 @@ def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, .
 
 
 def _result(document: Document, facts: _Facts, calibration: Calibration) -> Result:
+    findings = plausibility(calibration)
     residuals = {
         mark.id: MarkResidual(residual_px, calibration.distance_at(mark.row_px) - (mark.distance_m or 0.0))
         for mark, residual_px in zip(facts.marks, calibration.residuals_px, strict=True)
@@ -193,11 +196,13 @@ def _result(document: Document, facts: _Facts, calibration: Calibration) -> Resu
             DistanceRow(distance_m, row_px, sigma_px, *calibration.distance_interval(row_px))
             for distance_m, row_px, sigma_px in zip(shown_m.tolist(), rows_px, sigmas_px, strict=True)
         ),
-        words.quality(quality_m, low_m, high_m, document.imperial),
+        words.CONTRADICTION
+        if any(finding.kind in CONTRADICTIONS for finding in findings)
+        else words.quality(quality_m, low_m, high_m, document.imperial),
         best_next_click(calibration),
         residuals,
         len(facts.marks) + facts.priors.count <= PARAMETER_COUNT,
-        plausibility(calibration),
+        findings,
     )
 
 

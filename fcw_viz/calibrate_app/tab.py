@@ -288,6 +288,9 @@ class Tab:
             work()
         except UserError as error:
             self._refuse(error)
+        except Exception:
+            self.notify("That failed by a fault of the program; its terminal says which", trouble=True)
+            raise
 
     def _refuse(self, error: UserError) -> None:
         self.notify(str(error), trouble=True)

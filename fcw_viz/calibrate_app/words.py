@@ -191,6 +191,7 @@ def horizons_disagree(dragged: Gaussian, lanes: Gaussian) -> str:
     )
 
 
+CONTRADICTION = "What was said contradicts itself, so no interval here can be trusted."
 MIDDLE_LABEL = "Take the lens's axis to be at the picture's middle"
 SORT_LABEL = "Give the distances by row, the lowest point the nearest"
 UNKNOWN_CAUSE = "Likely cause: a wrong distance or camera height, or a road that is not flat. Measure again."

@@ -127,3 +127,4 @@ class BrowserPage:
         while before != (before := self.camera()):
             self.page.wait_for_timeout(STILL_MS)
             self.page.evaluate(_DRAW)
+        self.page.wait_for_timeout(STILL_MS)  # where drawing is slow, frames come after their request

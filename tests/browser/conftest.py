@@ -18,7 +18,7 @@ from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.server import CalibrationPage
 
 WINDOW_PX = (1400, 900)
-PATIENCE_S = 20
+PATIENCE_S = 60
 # WebGL without a graphics card, the same on every machine.
 CHROMIUM_FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
 # viser warns of software rendering with a notification that lies over the picture.

@@ -1,12 +1,14 @@
 """A click lands where the mouse points, measured on what the browser has drawn."""
 
 import math
+import time
 from collections.abc import Generator
 
 import cv2
 import numpy as np
 import pytest
 from browser_page import BrowserPage
+from numpy.typing import NDArray
 from picture_server import SIZE, PictureServer
 
 TOLERANCE_PX = 0.1
@@ -25,6 +27,10 @@ DOTS = {
 INNER, CORNER = (255, 0, 255), (0, 0, 255)
 ZOOMED_TO = (INNER, CORNER)
 """The one in the corner is well inside the window only after panning."""
+
+
+PATIENCE_S = 30
+"""A slow browser draws the picture some time after the page is ready."""
 
 
 @pytest.fixture
@@ -88,6 +94,18 @@ def pixels_per_screen_pixel(tab: BrowserPage) -> float:
 
 def seen_at(tab: BrowserPage, color: tuple[int, int, int]) -> tuple[float, float]:
     """Where a dot's middle is in a screenshot: CSS pixels, a pixel's middle at one half."""
+    seen = dot(tab, color)
+    end_s = time.monotonic() + PATIENCE_S
+    while not len(seen) and time.monotonic() < end_s:
+        tab.wait_until_still()
+        seen = dot(tab, color)
+    assert len(seen) > 0, f"the dot {color} is not to be seen"
+    column, row = np.average(seen[:, :2], axis=0, weights=seen[:, 2])
+    return float(column) + 0.5, float(row) + 0.5
+
+
+def dot(tab: BrowserPage, color: tuple[int, int, int]) -> NDArray[np.float64]:
+    """(N, 3): column, row and brightness of the pixels of that colour in a screenshot."""
     png = cv2.imdecode(np.frombuffer(tab.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     assert png is not None
     # Blended in linear light: only there is the middle of a blurred dot its middle.
@@ -96,6 +114,4 @@ def seen_at(tab: BrowserPage, color: tuple[int, int, int]) -> tuple[float, float
     lit = np.array(color) > 0
     is_color = shot[..., ~lit].max(axis=2) < 0.002
     rows, columns = np.nonzero(is_color & (shot[..., lit].min(axis=2) > 0.002))
-    assert len(rows) > 0, f"the dot {color} is not to be seen"
-    weights = shot[rows, columns].max(axis=1)
-    return float(np.average(columns, weights=weights)) + 0.5, float(np.average(rows, weights=weights)) + 0.5
+    return np.column_stack((columns, rows, shot[rows, columns].max(axis=1))).astype(np.float64)

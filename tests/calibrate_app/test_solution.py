@@ -290,6 +290,9 @@ def test_a_contradicting_prior_is_switched_off_not_forgotten():
     document = said(*seen(5, 12, 30, 45), height_m=1.3, row_sigma_px=0.01, field_of_view=belief)
     troubles = [t for t in solve(document).troubles if "field of view of 100 ± 3° contradicts" in t.text]
     assert len(troubles) == 1
+    contradictory = solve(document).result
+    assert contradictory is not None
+    assert "no interval here can be trusted" in contradictory.quality
     right = mended(document, troubles[0].mend)
     assert right.field_of_view == replace(belief, enabled=False)
     assert solve(right).status is Status.GOOD
