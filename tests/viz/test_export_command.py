@@ -410,6 +410,32 @@ def test_an_out_folder_that_cannot_be_made_is_told(drives, tmp_path, capsys):
     assert "cannot make this folder" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("form", ["csv", "mp4", "mcap", "rrd"])
+def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
+    resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
+    out = tmp_path / f"out.{form}"
+    arguments = ["export", str(drives / "monday"), "--format", form, "--out", str(out)]
+    process = subprocess.run(
+        [sys.executable, "-m", "fcw_viz.cli", *arguments],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4_000, 4_000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert process.returncode == 2, process.stderr
+    assert f"fcw: {out}: cannot " in process.stderr
+    assert "Traceback" not in process.stderr
+    assert process.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("form", ["csv", "kitti", "mp4", "mcap", "rrd"])
+def test_a_folder_that_is_not_there_is_told(drives, tmp_path, capsys, form: str):
+    out = tmp_path / "nowhere" / f"out.{form}"
+    assert export(drives / "monday", "--format", form, "--out", out) == 2
+    assert f"{out}: cannot write this file" in capsys.readouterr().err
+
+
 def test_distances_in_feet_where_the_drive_is_imperial(entries, header, tmp_path):
     """Words in the picture only: tables stay in metres."""
     sink = McapSink(tmp_path / "drive.mcap")
