@@ -1,4 +1,4 @@
-"""The drive log for the rerun viewer: `drive.rrd`, with everything the MCAP log holds.
+"""The drive log for the rerun viewer: `drive.rrd`, with what the MCAP log holds of the pictures and vehicles.
 
 Frames are kept back and sent a batch at a time, column by column: that costs a fraction of logging frame
 by frame, in time and in bytes. Two time lines: `drive_time` is the source's own clock in nanoseconds,
@@ -37,8 +37,8 @@ from fcw_viz.rerun_columns import (
 )
 from fcw_viz.rerun_scene import log_static_scene
 
-FRAMES_PER_BATCH = 128
-"""About four seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
+FRAMES_PER_BATCH = 256
+"""About nine seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
 log, from which this file can be made again, loses half a second."""
 WRITE_TIMEOUT_S = 20.0
 """Far longer than a batch takes. Without a limit rerun may wait for ever for a writer that has failed."""

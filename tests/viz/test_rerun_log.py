@@ -289,7 +289,6 @@ def test_each_frame_shows_its_own_vehicles_and_no_older_ones(tmp_path):
         (scene.IMAGE_VEHICLES, "fcw.Track:values"),
         (scene.IMAGE_DETECTIONS, "Boxes2D:centers"),
         (scene.VEHICLES, "Boxes3D:half_sizes"),
-        (scene.VEHICLES, "LineStrips3D:strips"),
     ):
         assert [len(row[column]) for row in rows(path, entity)] == counts  # pyright: ignore[reportArgumentType]
 
