@@ -37,13 +37,32 @@ TEXT_LOG_LEVELS = {
     WarningLevel.CAUTION: rr.TextLogLevel.WARN,
     WarningLevel.WARNING: rr.TextLogLevel.ERROR,
 }
+CALENDAR_NS = 10 * 365 * 86_400 * 1_000_000_000
+"""Ten years: no drive lasts so long, and no log was stamped before 1980."""
 NO_VALUES = (math.nan, math.nan, math.nan)
 
 
-def time_columns(times_ns: Sequence[int], indexes: Sequence[int] | None = None) -> list[rr.TimeColumn]:
-    """The time lines of some rows; without `indexes` the rows have no place on the frame time line."""
-    durations = np.array(times_ns, np.int64).astype("timedelta64[ns]")
-    columns = [rr.TimeColumn(scene.TIME_TIMELINE, duration=durations)]
+def is_calendar_time(time_ns: int) -> bool:
+    """Whether a drive's first time counts from 1970, as recorders stamp, and not from its own beginning."""
+    return time_ns >= CALENDAR_NS
+
+
+def time_columns(
+    times_ns: Sequence[int], indexes: Sequence[int] | None = None, calendar: bool = False
+) -> list[rr.TimeColumn]:
+    """The time lines of some rows.
+
+    Args:
+        times_ns: on the source's clock.
+        indexes: of the frames; without them the rows have no place on the frame time line.
+        calendar: the clock counts from 1970, and is shown as day and hour.
+    """
+    clock_ns = np.array(times_ns, np.int64)
+    columns = [
+        rr.TimeColumn(scene.TIME_TIMELINE, timestamp=clock_ns.astype("datetime64[ns]"))
+        if calendar
+        else rr.TimeColumn(scene.TIME_TIMELINE, duration=clock_ns.astype("timedelta64[ns]"))
+    ]
     return columns if indexes is None else [rr.TimeColumn(scene.FRAME_TIMELINE, sequence=indexes), *columns]
 
 
