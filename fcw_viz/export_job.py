@@ -115,8 +115,8 @@ def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None])
         clips.append(clip)
         if not clip.log.complete:
             note(
-                f"{path}: its writer was stopped before the end: exported up to where it is torn; "
-                "`fcw recover` makes a whole log of it"
+                f"{path}: its writer was stopped before the end: exported up to where it is torn, at "
+                f"{clip.log.series().duration_s:.1f} s; `fcw recover` makes a whole log of it"
             )
     if not clips:
         raise errors[0]

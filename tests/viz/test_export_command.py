@@ -220,12 +220,11 @@ def test_boxes_in_the_video_are_within_a_pixel_of_the_drawn_marks(drives, tmp_pa
     pictures, bare = read_video(tmp_path / "out.mp4"), read_video(tmp_path / "own.mp4")
     assert len(pictures) == len(bare) == FRAMES
     for index in (0, 13, 25, 40):
-        color = np.array(LEVEL_COLORS[result_of(index).warning.level][::-1])
-        differences: NDArray[np.float64] = np.abs(pictures[index].astype(float) - color).max(axis=2)
+        color = np.ptp(pictures[index].astype(float), axis=2)  # picture and marks have none
         marks = edges_in(GREY - bare[index].astype(float).mean(axis=2).clip(0, GREY), box_of(index))
         box = box_of(index)
         assert marks == pytest.approx([box.x, box.right, box.y, box.bottom], abs=0.5)
-        assert edges_in(np.where(differences < 60, 1.0, 0.0), box) == pytest.approx(marks, abs=1)
+        assert edges_in(color, box) == pytest.approx(marks, abs=1)
     banner = pictures[30][4, 100:1200].mean(axis=0)
     assert banner == pytest.approx(LEVEL_COLORS[WarningLevel.WARNING][::-1], abs=12)
 
@@ -410,7 +409,7 @@ def test_an_out_folder_that_cannot_be_made_is_told(drives, tmp_path, capsys):
     assert "cannot make this folder" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("form", ["csv", "mp4", "mcap", "rrd"])
+@pytest.mark.parametrize("form", ["csv", "mp4", "mcap"])  # test_rerun_log has a full disk of its own
 def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
     resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
     out = tmp_path / f"out.{form}"
@@ -421,6 +420,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
         capture_output=True,
         text=True,
         check=False,
+        timeout=120,
     )
     assert process.returncode == 2, process.stderr
     assert f"fcw: {out}: cannot " in process.stderr
