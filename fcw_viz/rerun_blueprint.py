@@ -70,16 +70,18 @@ def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
             position=(36.0, 0.0, 105.0), look_target=(36.0, 0.0, 0.0), eye_up=(1.0, 0.0, 0.0)
         ),
     )
-    style = {"plot_legend": rrb.PlotLegend(visible=False)}
+    legend = rrb.PlotLegend(visible=False)
     plots = [
-        rrb.TimeSeriesView(origin=PLOT_DISTANCE, name=f"Distance of the lead [{distance_unit}]", **style),
+        rrb.TimeSeriesView(
+            origin=PLOT_DISTANCE, name=f"Distance of the lead [{distance_unit}]", plot_legend=legend
+        ),
         rrb.TimeSeriesView(
             origin=PLOT_TTC,
             name="Time to collision [s]",
             axis_y=rrb.ScalarAxis(range=TTC_AXIS_S, zoom_lock=True),
-            **style,
+            plot_legend=legend,
         ),
-        rrb.TimeSeriesView(origin=PLOT_SPEED, name=f"Closing speed [{speed_unit}]", **style),
+        rrb.TimeSeriesView(origin=PLOT_SPEED, name=f"Closing speed [{speed_unit}]", plot_legend=legend),
     ]
     level = rrb.StateTimelineView(origin=LEVEL, name="Warning level")
     log = rrb.TextLogView(
