@@ -89,16 +89,16 @@ def kitti_episodes(
     frames = 0
     for name in names:
         sequence = read_sequence(folder, name)
-        speeds_mps, _ = read_own_motion(folder, name)
+        own_motion = read_own_motion(folder, name)
         rng = np.random.default_rng([seed, *name.encode()])
-        episodes += _episodes(sequence, speeds_mps, make_policy, box_noise_px, rng, level)
+        episodes += _episodes(sequence, own_motion, make_policy, box_noise_px, rng, level)
         frames += len(sequence.frames)
     return tuple(episodes), time_ns(frames) / 3.6e12
 
 
 def _episodes(
     sequence: KittiSequence,
-    speeds_mps: FloatArray,
+    own_motion: tuple[FloatArray, FloatArray],
     make_policy: PolicyMaker,
     box_noise_px: float,
     rng: np.random.Generator,
@@ -106,12 +106,15 @@ def _episodes(
 ) -> list[Episode]:
     tracker = Tracker(sequence.calibration(rng), tracker_settings(box_noise_px))
     policy = make_policy()
+    speeds_mps, yaw_rates_radps = own_motion
     episodes: list[Episode] = []
     shown = False
     for frame, vehicles in enumerate(sequence.frames):
-        own_mps = float(speeds_mps[frame]) if frame < len(speeds_mps) else None
+        own_mps = yaw_rate_radps = None
+        if frame < len(speeds_mps):
+            own_mps, yaw_rate_radps = float(speeds_mps[frame]), float(yaw_rates_radps[frame])
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
-        tracks = tracker.update(time_ns(frame), detections, own_mps)
+        tracks = tracker.update(time_ns(frame), detections, own_mps, yaw_rate_radps)
         lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
         state = policy.update(time_ns(frame), lead, own_mps)
         time_s = time_ns(frame) / 1e9
