@@ -76,8 +76,18 @@ def kitti_episodes(
     box_noise_px: float,
     seed: int,
     level: WarningLevel = WarningLevel.WARNING,
+    with_yaw_rate: bool = False,
 ) -> tuple[tuple[Episode, ...], float]:
     """Run tracker and policy over sequences of KITTI tracking, as `fcw evaluate distance` does.
+
+    Args:
+        folder: of KITTI tracking.
+        names: of the sequences.
+        make_policy: makes the policy of each.
+        box_noise_px: sigma of the boxes' sides.
+        seed: of all noise.
+        level: that counts.
+        with_yaw_rate: whether the tracker is told how fast we turn, as the poses have it.
 
     Returns:
         The episodes that showed the level or a higher one, and how many hours were driven.
@@ -89,7 +99,8 @@ def kitti_episodes(
     frames = 0
     for name in names:
         sequence = read_sequence(folder, name)
-        own_motion = read_own_motion(folder, name)
+        speeds_mps, yaw_rates_radps = read_own_motion(folder, name)
+        own_motion = speeds_mps, yaw_rates_radps if with_yaw_rate else None
         rng = np.random.default_rng([seed, *name.encode()])
         episodes += _episodes(sequence, own_motion, make_policy, box_noise_px, rng, level)
         frames += len(sequence.frames)
@@ -98,7 +109,7 @@ def kitti_episodes(
 
 def _episodes(
     sequence: KittiSequence,
-    own_motion: tuple[FloatArray, FloatArray],
+    own_motion: tuple[FloatArray, FloatArray | None],
     make_policy: PolicyMaker,
     box_noise_px: float,
     rng: np.random.Generator,
@@ -112,7 +123,8 @@ def _episodes(
     for frame, vehicles in enumerate(sequence.frames):
         own_mps = yaw_rate_radps = None
         if frame < len(speeds_mps):
-            own_mps, yaw_rate_radps = float(speeds_mps[frame]), float(yaw_rates_radps[frame])
+            own_mps = float(speeds_mps[frame])
+            yaw_rate_radps = None if yaw_rates_radps is None else float(yaw_rates_radps[frame])
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
         tracks = tracker.update(time_ns(frame), detections, own_mps, yaw_rate_radps)
         lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)

@@ -85,6 +85,7 @@ class BoxGeometry:
         self._noise, self._model, self._image_size = noise, model, image_size
         self._height_m, self._focal_px = camera.height_m, camera.focal_y_px
         self._axis_px = camera.principal_column_px
+        self._calibrated = camera
 
     def first_sight(self, box: Box, x: FloatArray, covariance: FloatArray) -> tuple[int, float] | None:
         """Kind and distance by one box; None where it has neither width nor height, nor a row to go by."""
@@ -131,6 +132,34 @@ class BoxGeometry:
             math.hypot(model.aspect_sigma, model.side_sigma * side_m / (width_m + side_m)),
             self._focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),
             lateral_m,
+        )
+
+    def ruler(self, sighting: Sighting, distance_m: float) -> tuple[float, float, float, float] | None:
+        """Where a vehicle puts the horizon if it is as wide as its kind; see `fcw.tracking.horizon`.
+
+        Returns:
+            Pitch against the calibration, angle of its lower edge below the horizon, sigma of its log width,
+            and sigma of the pitch by the box's noise; None where it is cut, or far aside.
+        """
+        _, kind, box = sighting
+        noise, size, camera = self._noise, self._image_size, self._calibrated
+        if not (measures_row(box, size, noise) and measures_width(box, size, noise)):
+            return None
+        width_m = math.exp(self.prior.log_sizes[kind][0])
+        view = self.view(box, distance_m, width_m)
+        if view.lateral_m > self._model.common_path_m:
+            return None
+        shown_m = width_m
+        if kind < self.prior.rear_count and noise.shows_side:
+            shown_m += self._side_m(box, distance_m, width_m)
+        focal_px = camera.row_scale_m_px / math.hypot(self._height_m, camera.pole_m)
+        below_px = camera.row_scale_m_px * box.w / (focal_px * shown_m)
+        noise_px = math.hypot(noise.bottom_sigma_px(box), below_px * noise.log_width_sigma(box))
+        return (
+            (camera.horizon_row_px + below_px - box.bottom) / self._focal_px,
+            below_px / self._focal_px,
+            math.hypot(self.prior.sigmas[kind][0], view.aspect_sigma),
+            noise_px / self._focal_px,
         )
 
     def measure(self, sightings: Sequence[Sighting], x: FloatArray, dt_s: float) -> Measurements:

@@ -256,6 +256,15 @@ class RangeFilter:
         for slot in range(self._frame % KIND_INTERVAL, self.count, KIND_INTERVAL):
             self._judge_kind(slot)
 
+    def kind(self, slot: int) -> int:
+        """Index of the kind a vehicle is believed to be of."""
+        return self._kinds[slot]
+
+    def ruler(self, slot: int, box: Box) -> tuple[float, float, float, float] | None:
+        """Where the box of a vehicle puts the horizon by its usual width, see `BoxGeometry.ruler`."""
+        distance_m = math.exp(self._x[CAMERA + VEHICLE * slot + DISTANCE])
+        return self._geometry.ruler(Sighting(slot, self._kinds[slot], box), distance_m)
+
     def state(self, slot: int) -> RangeState:
         """What is believed of a vehicle now."""
         at = CAMERA + VEHICLE * slot

@@ -71,6 +71,16 @@ def measures_width(box: Box, image_size: ImageSize, noise: BoxNoise) -> bool:
     return box.x > -0.5 + margin_px and box.right < image_size.width - 0.5 - margin_px
 
 
+def inner_edge_px(box: Box, image_size: ImageSize, noise: BoxNoise) -> float | None:
+    """Column of the vehicle's own side where the picture's border cuts the other one; else None."""
+    margin_px = max(CUT_MARGIN_PX, CUT_MARGIN_SIGMAS * noise.edge_sigma_px(box))
+    left_cut = box.x <= -0.5 + margin_px
+    right_cut = box.right >= image_size.width - 0.5 - margin_px
+    if left_cut == right_cut:
+        return None
+    return box.right if left_cut else box.x
+
+
 def measures_height(box: Box, image_size: ImageSize, noise: BoxNoise) -> bool:
     """Whether the upper edge of the box is the vehicle's own, and free."""
     margin_px = max(CUT_MARGIN_PX, CUT_MARGIN_SIGMAS * noise.edge_sigma_px(box))

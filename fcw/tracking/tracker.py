@@ -9,11 +9,11 @@ from scipy.optimize import linear_sum_assignment
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.types import Box, Detection
-from fcw.tracking.horizon import MountWatch, MountWatchSettings
+from fcw.tracking.horizon import MountWatch, MountWatchSettings, RulerReading
 from fcw.tracking.lead import Corridor, path_curvature_per_m, select_lead
 from fcw.tracking.range_filter import RangeFilter, RangeState
 from fcw.tracking.range_model import RangeModel
-from fcw.tracking.ranging import BoxNoise
+from fcw.tracking.ranging import BoxNoise, inner_edge_px
 from fcw.tracking.types import Track
 
 NEVER = 1e6
@@ -117,8 +117,7 @@ class Tracker:
         pairs = self._associate(detections)
         step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
-        if pairs:
-            self._mount.update(self._range.pitch_rad, dt_s)
+        self._mount.update(self._rulers(pairs, detections), dt_s)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)
@@ -134,6 +133,18 @@ class Tracker:
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
+
+    def _rulers(
+        self, pairs: Sequence[tuple[int, int]], detections: Sequence[Detection]
+    ) -> list[RulerReading]:
+        """What the vehicles that are believed say of the mount."""
+        readings = []
+        for slot, index in pairs:
+            followed = self._followed[slot]
+            ruler = self._range.ruler(slot, detections[index].box) if followed.confirmed else None
+            if ruler is not None:
+                readings.append(RulerReading((followed.track_id, self._range.kind(slot)), *ruler))
+        return readings
 
     def _keep(self, worth: Sequence[bool]) -> None:
         """Forget the vehicles that are not worth it; slots of the range filter are places in the list."""
@@ -199,7 +210,7 @@ class _Followed:
         self.box = detection.box
         self.last_ns = time_ns
         self.confirmed = False
-        self._track_id = track_id
+        self.track_id = track_id
         self._first_ns = time_ns
         self._score = detection.score
         self.state = state
@@ -256,10 +267,12 @@ class _Followed:
         coasting = self.last_ns != time_ns
         if not coasting:
             # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
+            # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
             from_path_m = lateral_m - curvature_per_m * state.distance_m**2 / 2
-            self._in_path = self._settings.corridor.holds(from_path_m, lateral_mps, self._in_path)
+            from_path_mps = lateral_mps + curvature_per_m * state.distance_m * state.closing_speed_mps
+            self._in_path = self._settings.corridor.holds(from_path_m, from_path_mps, self._in_path)
         return Track(
-            track_id=self._track_id,
+            track_id=self.track_id,
             box=self.box,
             score=self._score,
             distance_m=distance_m,
@@ -282,7 +295,14 @@ class _Followed:
         camera, distance_m = self._calibration.camera, self.state.distance_m
         metres_per_px = distance_m / camera.focal_y_px
         lateral_m = (camera.principal_column_px - self.box.center_x) * metres_per_px
-        if self._settings.box_noise.shows_side:
+        inner_px = inner_edge_px(self.box, self._calibration.image_size, self._settings.box_noise)
+        if inner_px is not None:
+            # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
+            # edge is whole: that of the far end of its inner side, where the box takes that in.
+            side_m = self._settings.model.vehicle_length_m if self._settings.box_noise.shows_side else 0.0
+            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / camera.focal_y_px
+            lateral_m = edge_m + math.copysign(self.state.width_m / 2, lateral_m)
+        elif self._settings.box_noise.shows_side:
             # What shows beyond the rear's own width is the side that is turned to us.
             side_m = max(self.box.w * metres_per_px - self.state.width_m, 0.0)
             lateral_m += math.copysign(min(side_m / 2, abs(lateral_m)), lateral_m)

@@ -1,4 +1,4 @@
-"""The own speed over the time of a drive: a number, a CSV file, or a GPX track; a CSV may hold the yaw rate too."""
+"""The own speed over the time of a drive: a number, a GPX track, or a CSV file, also with the yaw rate."""
 
 import csv
 import math
