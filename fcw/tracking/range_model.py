@@ -105,3 +105,8 @@ class RangeModel:
     common_path_m: float = 6.0
     principal_row_sigma: float = 0.05
     switch_log_odds: float = 3.0
+
+    @property
+    def single_picture_pitch_sigma_rad(self) -> float:
+        """1-sigma of the camera's pitch against the road below a vehicle, where nothing but one box is known."""
+        return math.hypot(self.slow_pitch_sigma_rad, self.fast_pitch_sigma_rad, self.bump_sigma_rad)
