@@ -149,8 +149,8 @@ def test_the_distance_is_the_calibrations_own_whatever_the_size_of_the_vehicle(b
     calibration = Calibration.load(DEMO / "drive.calibration.yaml")
     vehicle = range_vehicle(calibration, Detection(box, 10.0))
     assert vehicle.distance_m == pytest.approx(calibration.distance_at(box.bottom))
-    # By the road it stands on pitched up and down by 0.3 degrees, and no nearer to the truth than that.
-    moved_px = calibration.camera.focal_y_px * math.radians(0.3)
+    # By the road it stands on pitched up and down by 0.2 degrees, and no nearer to the truth than that.
+    moved_px = calibration.camera.focal_y_px * math.radians(0.2)
     nearer_m, farther_m = (calibration.distance_at(box.bottom + px) for px in (moved_px, -moved_px))
     assert vehicle.low_m < nearer_m < vehicle.distance_m < farther_m < vehicle.high_m
 
