@@ -11,8 +11,6 @@ UNKNOWN_SIZE = VehicleKind(share=1.0, width_m=1.7, width_sigma=1.0, height_m=1.5
 """A vehicle of any size: a factor of 2.7 either way."""
 ROW_NOISE_RATIO = 1e4
 """An edge with so much noise may always be the picture's border, and is never measured."""
-NO_RULER_PER_SQRT_S = 0.1
-"""In a second its size drifts by more than cars differ in theirs: it is no ruler for its own distance."""
 
 
 def without_cues(settings: TrackerSettings, cues: Iterable[Cue]) -> TrackerSettings:
@@ -21,9 +19,8 @@ def without_cues(settings: TrackerSettings, cues: Iterable[Cue]) -> TrackerSetti
     Args:
         settings: of the whole tracker.
         cues: `pitch`: no vehicle tells of the camera, so that its pitch stays as calibrated; `width`: no
-            belief in usual widths and heights; `row`: no lower edge is measured; `scale`: sizes of one
-            vehicle in two frames have nothing to do with each other. `ego-speed` is no setting: the
-            tracker is not told it.
+            belief in usual widths and heights; `row`: no lower edge is measured. `ego-speed` is no setting:
+            the tracker is not told it.
     """
     model, noise = settings.model, settings.box_noise
     for cue in cues:
@@ -33,6 +30,4 @@ def without_cues(settings: TrackerSettings, cues: Iterable[Cue]) -> TrackerSetti
             model = replace(model, rears=(UNKNOWN_SIZE,), turned=())
         elif cue == "row":
             noise = replace(noise, bottom_ratio=ROW_NOISE_RATIO)
-        elif cue == "scale":
-            model = replace(model, size_drift_per_sqrt_s=NO_RULER_PER_SQRT_S)
     return replace(settings, model=model, box_noise=noise)

@@ -2,5 +2,5 @@
 
 from typing import Literal, get_args
 
-Cue = Literal["pitch", "width", "row", "scale", "ego-speed"]
+Cue = Literal["pitch", "width", "row", "ego-speed"]
 CUES: tuple[Cue, ...] = get_args(Cue)

@@ -83,7 +83,6 @@ class RangeModel:
             is another road, and of many of them that are parked we see a corner.
         principal_row_sigma: the lens's axis is this near the middle of the picture, as a part of its height:
             off by 4 % in KITTI's cameras, 2 % in TuSimple's, 4 % in Udacity's.
-        switch_log_odds: a vehicle's kind is changed once another is likelier by this.
     """
 
     rears: tuple[VehicleKind, ...] = REARS
@@ -108,7 +107,6 @@ class RangeModel:
     cross_slope: float = 0.03
     common_path_m: float = 4.0
     principal_row_sigma: float = 0.05
-    switch_log_odds: float = 3.0
 
     @property
     def single_picture_pitch_sigma_rad(self) -> float:
