@@ -22,7 +22,7 @@ NEAREST_START_M = 1.0
 SMALLEST_DEPTH_M = 0.1
 """Keeps the equations finite for a vehicle believed to be at the camera."""
 
-HORIZON, SCALE, POLE, SLOW, FAST, CAMERA = 0, 1, 2, 3, 4, 5
+HORIZON, SCALE, POLE, SLOW, FAST, WIDER, CAMERA = 0, 1, 2, 3, 4, 5, 6
 DISTANCE, RATE, GROWTH, WIDTH, HEIGHT, ASPECT, BUMP, VEHICLE = 0, 1, 2, 3, 4, 5, 6, 7
 """Places in the state; the vehicles' follow the camera's."""
 
@@ -90,7 +90,7 @@ class BoxGeometry:
     def first_sight(self, box: Box, x: FloatArray, covariance: FloatArray) -> tuple[int, float] | None:
         """Kind and distance by one box; None where it has neither width nor height, nor a row to go by."""
         noise, size = self._noise, self._image_size
-        horizon_px, log_scale, pole_m, slow_px, fast_px = x[:CAMERA].tolist()
+        horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)
         focal_px = scale / math.hypot(self._height_m, pole_m)
         row = by_width = by_height = None
@@ -103,7 +103,8 @@ class BoxGeometry:
                 height_sigma = math.hypot(noise.bottom_sigma_px(box), noise.edge_sigma_px(box)) / box.h
                 by_height = math.log(focal_px / box.h), height_sigma
         if measures_width(box, size, noise):
-            by_width = math.log(focal_px / box.w), noise.log_width_sigma(box)
+            one_metre = math.log(focal_px / box.w) + wider
+            by_width = one_metre, math.sqrt(noise.log_width_sigma(box) ** 2 + covariance[WIDER, WIDER])
         if by_width is None and by_height is None:
             if row is None or row[0] <= row[1]:
                 return None
@@ -166,7 +167,7 @@ class BoxGeometry:
         """Measurements of one frame, dt after the one before, against the (N,) state x."""
         height_m, noise, size = self._height_m, self._noise, self._image_size
         white = noise.white(dt_s)
-        horizon_px, log_scale, pole_m, slow_px, fast_px = x[:CAMERA].tolist()
+        horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)
         pitched_px = horizon_px + slow_px + fast_px
         log_focal = log_scale - math.log(math.hypot(height_m, pole_m))
@@ -208,8 +209,8 @@ class BoxGeometry:
                 row = rows[len(residuals)]
                 row[SCALE], row[POLE] = 1.0, focal_by_pole - 1 / depth_m
                 row[at + DISTANCE] = -distance_m / depth_m
-                row[at + WIDTH] = row[at + ASPECT] = 1.0
-                expected = log_focal + math.log((width_m + side_m) / depth_m) + aspect
+                row[WIDER] = row[at + WIDTH] = row[at + ASPECT] = 1.0
+                expected = log_focal + math.log((width_m + side_m) / depth_m) + wider + aspect
                 residuals.append(math.log(box.w) - expected)
                 variances.append(noise.log_width_sigma(box) ** 2 * white)
             common += [view.lateral_m <= self._model.common_path_m] * (len(residuals) - before)

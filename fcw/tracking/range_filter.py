@@ -7,6 +7,8 @@ simultaneous localisation and mapping (Smith, Self & Cheeseman 1990). The state 
     B, log K, C   the row map v = B + K / (D + C), see `fcw.camera.ground_plane`
     p             pitch by load and slopes, px of rows, slow
     q             pitch of the body on its springs, px of rows, fast
+    b             how much wider all boxes are, of the logarithm, by the detector or because vehicles
+                  are wider here; constant
 
 and that of each vehicle, in modified polar coordinates (Aidala & Hammel 1983; here size stands for angle)
 
@@ -23,7 +25,7 @@ and the logarithm of the width, with tan(a) = C / h:
 
     v_bottom = B + K / (D + C) + p + q + u
     v_top    = B + K / (D + C) (1 - H / h) + p + q + u
-    log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e
+    log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e + b
 """
 
 import math
@@ -49,6 +51,7 @@ from fcw.tracking.box_measurement import (
     RATE,
     SLOW,
     VEHICLE,
+    WIDER,
     WIDTH,
     BoxGeometry,
     Sighting,
@@ -80,7 +83,7 @@ class RangeState:
         closing_speed_sigma_mps: 1-sigma.
         closing_acceleration_mps2: rate at which that grows.
         closing_acceleration_sigma_mps2: 1-sigma.
-        width_m: of its rear.
+        width_m: of its rear, as the detector's boxes show it.
     """
 
     distance_m: float
@@ -128,11 +131,12 @@ class RangeFilter:
         depths_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m + camera.pole_m
         rows_by_camera = np.column_stack((np.ones(3), scale / depths_m, -scale / depths_m**2))
         camera_by_rows = np.linalg.inv(rows_by_camera)
-        self._x = np.array([camera.horizon_row_px, math.log(scale), camera.pole_m, 0.0, 0.0])
+        self._x = np.array([camera.horizon_row_px, math.log(scale), camera.pole_m, 0.0, 0.0, 0.0])
         self._p = np.zeros((CAMERA, CAMERA))
         self._p[:SLOW, :SLOW] = camera_by_rows @ np.array(calibration.covariance) @ camera_by_rows.T
         self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
         self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
+        self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
         self._calibrated_row_px = camera.horizon_row_px
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
 
@@ -280,7 +284,7 @@ class RangeFilter:
             distance_m * math.sqrt(max(closing_variance, 0.0)),
             growth * distance_m,
             distance_m * math.sqrt(max(growth_variance, 0.0)),
-            math.exp(log_width),
+            math.exp(log_width + float(self._x[WIDER])),
         )
 
     def _take(
