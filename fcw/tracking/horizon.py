@@ -81,9 +81,8 @@ class MountWatchSettings:
         onset_step_s: the mount may have moved at each multiple of this.
         onsets: so many moments, the latest ones, are held possible; and the start of the drive.
         jump_sigma_rad: how far a mount moves that moves.
-        evidence: it has moved once that is likelier by this logarithm of odds. Of two hypotheses that are
-            told apart in ten hours by 3600 tests e^12 leaves a false one in fifty times ten hours; the
-            largest seen in ten simulated hours was 10.
+        evidence: it has moved once that is likelier by this logarithm of odds. With these settings it stayed
+            below 6.2 in three simulated hours without a turn.
         said_rad: a change by more than this is said.
         withdrawn_rad: and it is said until it has come back to less than this.
         drift_rad_per_sqrt_s: of the mount, by warmth and load.
