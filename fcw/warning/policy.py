@@ -66,10 +66,6 @@ class Evidence:
         closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
             noise, and of a vehicle just found the tracker believes something between standing and as fast as
             we are, which is 1.7 sigmas of closing speed before anything is measured.
-        early_closing_sigmas: the same for the levels below `warning`, which cost less when they are wrong, so
-            that `caution` comes first where a lead begins to brake, and not at once with `warning`;
-        settled_age_s: but only of a track at least this old, whose closing speed is no longer what was
-            believed before anything was measured.
         upper_sigmas: a level is raised when the gap may be too small: when it is smaller than what is needed
             and so many sigmas of the difference. A warning that goes by the mean comes too late every second
             time; with 1.65 sigmas it does so in 5 of 100.
@@ -89,8 +85,6 @@ class Evidence:
     minimum_age_s: float = 0.75
     minimum_lead_s: float = 0.5
     closing_sigmas: float = 3.0
-    early_closing_sigmas: float = 2.0
-    settled_age_s: float = 2.0
     upper_sigmas: float = 1.65
     braking_mps2: float = 1.0
     latest_ttc_s: float = 7.0
@@ -113,14 +107,12 @@ class Evidence:
         creeps = own_mps is not None and own_mps < self.minimum_own_mps
         return not lead.coasting and lead_s >= self.minimum_lead_s and not creeps
 
-    def surely_closes(self, lead: Track, level: WarningLevel) -> bool:
-        """Whether it may raise a level that goes by the closing speed."""
+    def surely_closes(self, lead: Track) -> bool:
+        """Whether it may raise what goes by the closing speed."""
         closing_mps = lead.closing_speed_mps
-        early = level < WarningLevel.WARNING and lead.age_s >= self.settled_age_s
-        sigmas = self.early_closing_sigmas if early else self.closing_sigmas
         return (
             lead.age_s >= self.minimum_age_s
-            and closing_mps > sigmas * lead.closing_speed_sigma_mps
+            and closing_mps > self.closing_sigmas * lead.closing_speed_sigma_mps
             and lead.distance_m <= closing_mps * self.latest_ttc_s
         )
 
@@ -213,10 +205,11 @@ class RulePolicy:
         evidence = self._evidence
         off_course = lead.closing_speed_mps <= 0 or will_miss(lead)
         seen = evidence.is_seen(lead, (time_ns - self._lead_since_ns) / 1e9, own_mps)
+        closes = seen and evidence.surely_closes(lead)
         for rule in self._rules:
             if rule.by_closing and off_course:
                 continue
-            may_be_raised = seen and (not rule.by_closing or evidence.surely_closes(lead, rule.level))
+            may_be_raised = closes if rule.by_closing else seen
             for holding, allowed in ((True, rule.level <= shown), (False, may_be_raised)):
                 if allowed and lead.distance_m <= evidence.due_below_m(rule, lead, own_mps, holding):
                     return rule
