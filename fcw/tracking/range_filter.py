@@ -14,7 +14,7 @@ and that of each vehicle, in modified polar coordinates (Aidala & Hammel 1983; h
 
     l = log D     D: distance from the camera, m
     r = V / D     V: closing speed; r is one over the time to contact (Dagan et al. 2004)
-    s = A / D     A: rate at which the closing speed grows
+    s = A / D     A: rate at which the closing speed grows, our own known part of it aside
     o = log W     W: width of its rear, m; constant, so that the vehicle becomes its own ruler
     t = log H     H: its height, m, likewise
     e             how much wider its box is, of the logarithm, as it turns
@@ -81,7 +81,7 @@ class RangeState:
         log_distance_sigma: 1-sigma of its logarithm.
         closing_speed_mps: rate at which it shrinks.
         closing_speed_sigma_mps: 1-sigma.
-        closing_acceleration_mps2: rate at which that grows.
+        closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
         closing_acceleration_sigma_mps2: 1-sigma.
         width_m: of its rear, as the detector's boxes show it.
     """
@@ -198,8 +198,16 @@ class RangeFilter:
         self._kinds = [self._kinds[slot] for slot in slots]
         self._views = [self._views[slot] for slot in slots]
 
-    def predict(self, dt_s: float) -> list[float]:
-        """Move on by dt; returns for each vehicle the factor by which the picture of it grew."""
+    def predict(self, dt_s: float, own_gain_mps: float = 0.0) -> list[float]:
+        """Move on by dt.
+
+        Args:
+            dt_s: since the frame before.
+            own_gain_mps: by how much we became faster in it; every closing speed grows by as much.
+
+        Returns:
+            For each vehicle the factor by which the picture of it grew.
+        """
         model, x, n = self._model, self._x, len(self._x)
         focal_px = self._focal_px
         at: NDArray[np.int64] = np.arange(CAMERA, n, VEHICLE)
@@ -229,6 +237,11 @@ class RangeFilter:
         moved[at + RATE, at + GROWTH] = dt_s / shrink - new_rate * by_growth
         moved[at + GROWTH, at + RATE] = -new_growth * by_rate
         moved[at + GROWTH, at + GROWTH] = lasting / shrink - new_growth * by_growth
+        gained = own_gain_mps * np.exp(-x[at + DISTANCE])
+        x[at + RATE] += gained
+        moved[at + RATE, at + RATE] -= gained * by_rate
+        moved[at + RATE, at + GROWTH] -= gained * by_growth
+        moved[at + RATE, at + DISTANCE] = -gained
         added[at + GROWTH] = (
             model.acceleration_sigma_mps2**2 * (1 - lasting**2) * np.exp(-2 * x[at + DISTANCE])
         )

@@ -11,6 +11,7 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.types import Box, Detection
 from fcw.tracking.horizon import MountWatch, MountWatchSettings, RulerReading
 from fcw.tracking.lead import Corridor, path_curvature_per_m, select_lead
+from fcw.tracking.lead_speed import SpeedPrior, with_own_speed
 from fcw.tracking.range_filter import RangeFilter, RangeState
 from fcw.tracking.range_model import RangeModel
 from fcw.tracking.ranging import BoxNoise, inner_edge_px
@@ -41,6 +42,7 @@ class TrackerSettings:
         padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
             smallest are as large as their noise.
         mount: when a moved mount is said.
+        speed_prior: of other vehicles, where the own speed is known.
     """
 
     box_noise: BoxNoise = field(default_factory=BoxNoise)
@@ -53,6 +55,7 @@ class TrackerSettings:
     box_smoothing_s: float = 0.1
     padding_sigmas: float = 2.0
     mount: MountWatchSettings = field(default_factory=MountWatchSettings)
+    speed_prior: SpeedPrior = field(default_factory=SpeedPrior)
 
 
 class Tracker:
@@ -70,6 +73,7 @@ class Tracker:
         self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
         self._followed: list[_Followed] = []
         self._time_ns: int | None = None
+        self._ego_speed_mps: float | None = None
         self._next_id = 1
         self._lead_id: int | None = None
 
@@ -95,7 +99,7 @@ class Tracker:
         Args:
             time_ns: of the frame; intervals between frames may vary.
             detections: of the frame.
-            ego_speed_mps: own speed, which tells oncoming vehicles; None when unknown.
+            ego_speed_mps: own speed, which tells oncoming and standing vehicles; None when unknown.
             yaw_rate_radps: how fast we turn, positive to the left, which bends the own path; None when
                 unknown, then it is straight.
 
@@ -111,7 +115,12 @@ class Tracker:
         self._time_ns = time_ns
         oldest_ns = time_ns - round(self._settings.coast_s * 1e9)
         self._keep([followed.last_ns >= oldest_ns for followed in self._followed])
-        for followed, growth in zip(self._followed, self._range.predict(dt_s), strict=True):
+        own_gain_mps = 0.0
+        if ego_speed_mps is not None and self._ego_speed_mps is not None:
+            own_gain_mps = ego_speed_mps - self._ego_speed_mps
+        self._ego_speed_mps = ego_speed_mps
+        growths = self._range.predict(dt_s, own_gain_mps)
+        for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(dt_s, growth)
         unused = set(range(len(detections)))
         pairs = self._associate(detections)
@@ -122,7 +131,7 @@ class Tracker:
             self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)
         for slot, followed in enumerate(self._followed):
-            followed.state = self._range.state(slot)
+            followed.state = self._state(slot)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps)
@@ -185,10 +194,17 @@ class Tracker:
             return NEVER
         return 1 - iou + log_scale
 
+    def _state(self, slot: int) -> RangeState:
+        """What is believed of a vehicle, with what the own speed says of it."""
+        state, prior = self._range.state(slot), self._settings.speed_prior
+        if self._ego_speed_mps is None:
+            return state
+        return with_own_speed(state, self._ego_speed_mps, prior)
+
     def _start(self, time_ns: int, detection: Detection, ego_speed_mps: float | None) -> None:
         """Begin a track, where the box gives a first distance."""
         if self._range.add(detection.box, ego_speed_mps):
-            state = self._range.state(self._range.count - 1)
+            state = self._state(self._range.count - 1)
             self._followed.append(
                 _Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
             )

@@ -205,3 +205,24 @@ def test_the_jacobian_is_the_derivative_of_the_residuals(distance_m):
             geometry.measure(sightings, down, 0.1).residuals - geometry.measure(sightings, up, 0.1).residuals
         )
         assert rows[:, k] == pytest.approx(change / (2 * step), rel=1e-4, abs=1e-6)
+
+
+def test_own_braking_is_known_and_no_doing_of_the_lead():
+    # We brake at 3 m/s^2 behind a lead that goes on at 12 m/s.
+    dt_s, own_mps = 0.1, np.maximum(20.0 - 3.0 * np.arange(0.0, 3.0, 0.1), 12.0)
+    distances_m = 40.0 - np.concatenate(([0.0], np.cumsum((own_mps - 12.0)[:-1] * dt_s)))
+    told, untold = (RangeFilter(EXACT, NOISE, RangeModel()) for _ in range(2))
+    for range_filter in (told, untold):
+        assert range_filter.add(seen(distances_m[0]), own_mps[0])
+    growths_mps2 = []
+    for before_mps, now_mps, distance_m in zip(own_mps, own_mps[1:], distances_m[1:], strict=False):
+        told.predict(dt_s, now_mps - before_mps)
+        untold.predict(dt_s)
+        for range_filter in (told, untold):
+            range_filter.update([(0, seen(distance_m))], dt_s)
+        growths_mps2.append(
+            [range_filter.state(0).closing_acceleration_mps2 for range_filter in (told, untold)]
+        )
+    told_mps2, untold_mps2 = np.abs(growths_mps2).max(axis=0)
+    assert told_mps2 < 0.5 < 1.0 < untold_mps2
+    assert told.state(0).closing_speed_mps == pytest.approx(0.0, abs=0.4)
