@@ -31,7 +31,7 @@ class Stages:
         detectors: alike, one for each detection thread.
         tracker: follows the vehicles.
         policy: decides the warning.
-        ego_speed: own speed over time; None when unknown.
+        ego_speed: own speed over time, and the yaw rate where it is known; None when unknown.
         sinks: where the drive is written.
     """
 
@@ -71,7 +71,9 @@ def run_pipeline(
 
 def _follow(frame: Frame, detections: tuple[Detection, ...], stages: Stages) -> FrameResult:
     ego_speed_mps = stages.ego_speed.at(frame.time_ns) if stages.ego_speed else None
-    tracks = tuple(map(in_single_precision, stages.tracker.update(frame.time_ns, detections, ego_speed_mps)))
+    yaw_rate_radps = stages.ego_speed.yaw_rate_at(frame.time_ns) if stages.ego_speed else None
+    tracks = stages.tracker.update(frame.time_ns, detections, ego_speed_mps, yaw_rate_radps)
+    tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
     lead = next((track for track in tracks if track.track_id == lead_id), None)
     return FrameResult(

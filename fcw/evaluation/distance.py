@@ -18,6 +18,8 @@ import numpy as np
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
 from fcw.detection.types import Box, Detection
+from fcw.evaluation.ablation import without_cues
+from fcw.evaluation.cues import Cue
 from fcw.evaluation.kitti_tracking import (
     KittiSequence,
     KittiVehicle,
@@ -135,6 +137,7 @@ def tracker_settings(box_noise_px: float) -> TrackerSettings:
             edge_fraction=0.0,
             bottom_ratio=BOTTOM_NOISE_RATIO,
             correlation_s=0.0,
+            width_bias_sigma=0.0,
         )
     )
 
@@ -144,7 +147,7 @@ def sample_sequence(
     speeds_mps: FloatArray,
     rng: np.random.Generator,
     box_noise_px: float,
-    settings: TrackerSettings | None = None,
+    without: Sequence[Cue] = (),
 ) -> tuple[list[DistanceSample], list[tuple[str, int, int]]]:
     """Calibrate, run the tracker over a sequence, and compare it with the truth.
 
@@ -153,7 +156,7 @@ def sample_sequence(
         speeds_mps: own speed at each frame.
         rng: of the clicks and the boxes.
         box_noise_px: 1-sigma of the edges, 1.5 times that of the lower one.
-        settings: of the tracker; by default its own, told of the noise.
+        without: cues that the tracker does without.
 
     Returns:
         The samples; and sequence, frame and true track of each frame with a `warning` by the default policy
@@ -161,15 +164,16 @@ def sample_sequence(
     """
     policy, warnings = make_policy(), []
     calibration = sequence.calibration(rng)
-    tracker = Tracker(calibration, settings or tracker_settings(box_noise_px))
+    tracker = Tracker(calibration, without_cues(tracker_settings(box_noise_px), without))
     closing = _true_closing_speeds(sequence.frames)
     samples = []
     for frame, vehicles in enumerate(sequence.frames):
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
         own_mps = float(speeds_mps[frame]) if frame < len(speeds_mps) else None
-        tracks = tracker.update(time_ns(frame), detections, own_mps)
+        told_mps = None if "ego-speed" in without else own_mps
+        tracks = tracker.update(time_ns(frame), detections, told_mps)
         lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
-        warning = policy.update(time_ns(frame), lead, own_mps)
+        warning = policy.update(time_ns(frame), lead, told_mps)
         for vehicle, detection in zip(vehicles, detections, strict=True):
             track = _track_of(vehicle, tracks) if vehicle.is_measured else None
             if track is None:
@@ -258,9 +262,9 @@ class DistanceEvaluation:
 
 
 def evaluate_distance(
-    folder: Path, names: Sequence[str], box_noise_px: float, seed: int
+    folder: Path, names: Sequence[str], box_noise_px: float, seed: int, without: Sequence[Cue] = ()
 ) -> DistanceEvaluation:
-    """Run the tracker over sequences of KITTI tracking.
+    """Run the tracker over sequences of KITTI tracking, also without some of its cues.
 
     Raises:
         UserError: a file is missing or not as expected.
@@ -273,7 +277,7 @@ def evaluate_distance(
         speeds_mps, _ = read_own_motion(folder, name)
         # A stream of its own for each sequence: leaving one out changes nothing in the others.
         rng = np.random.default_rng([seed, *name.encode()])
-        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px)
+        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px, without)
         samples += found
         warnings += warned
         measured += measured_vehicles(sequence)

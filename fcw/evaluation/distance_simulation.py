@@ -31,6 +31,7 @@ class SimulatedRoad:
         slow_pitch_rad: pitch by slopes and load, sigma, and for how long.
         fast_pitch_rad: pitch of the body, sigma, and for how long.
         bump_rad: road below the vehicle, sigma, and for how long.
+        fleet_sigma: of the logarithm by which all vehicles of the place are wider.
         width_m: median width of a car's rear.
         width_sigma: of its logarithm.
         rear_height_m: median height of it.
@@ -46,7 +47,8 @@ class SimulatedRoad:
     click_sigma_px: float = 1.0
     slow_pitch_rad: tuple[float, float] = (math.radians(0.05), 20.0)
     fast_pitch_rad: tuple[float, float] = (math.radians(0.2), 0.5)
-    bump_rad: tuple[float, float] = (math.radians(0.25), 1.0)
+    bump_rad: tuple[float, float] = (math.radians(0.1), 0.5)
+    fleet_sigma: float = 0.05
     width_m: float = 1.70
     width_sigma: float = 0.08
     rear_height_m: float = 1.50
@@ -153,7 +155,8 @@ def _follow_one(
     slow, fast = _Wandering(rng, road.slow_pitch_rad), _Wandering(rng, road.fast_pitch_rad)
     bump, turned = _Wandering(rng, road.bump_rad), _Wandering(rng, road.turned)
     acceleration = _Wandering(rng, road.acceleration_mps2)
-    width_m = road.width_m * math.exp(road.width_sigma * rng.standard_normal())
+    log_width = road.width_sigma * rng.standard_normal() + road.fleet_sigma * rng.standard_normal()
+    width_m = road.width_m * math.exp(log_width)
     rear_height_m = road.rear_height_m * math.exp(road.rear_height_sigma * rng.standard_normal())
     distance_m, closing_mps = rng.uniform(*START_M), CLOSING_SIGMA_MPS * rng.standard_normal()
     tracker, tracks = Tracker(calibration, settings), ()

@@ -48,6 +48,7 @@ def evaluate_single_boxes(path: Path, seed: int) -> SingleBoxEvaluation:
     noise = BoxNoise(
         edge_floor_px=DRAWN_EDGE_SIGMA_PX,
         edge_fraction=0.0,
+        width_bias_sigma=0.0,
     )
     relative: dict[str, list[float]] = {"tracker": [], "row": [], "width": []}
     for box, distance_m in _vehicles(path):

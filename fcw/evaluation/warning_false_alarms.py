@@ -76,8 +76,18 @@ def kitti_episodes(
     box_noise_px: float,
     seed: int,
     level: WarningLevel = WarningLevel.WARNING,
+    with_yaw_rate: bool = False,
 ) -> tuple[tuple[Episode, ...], float]:
     """Run tracker and policy over sequences of KITTI tracking, as `fcw evaluate distance` does.
+
+    Args:
+        folder: of KITTI tracking.
+        names: of the sequences.
+        make_policy: makes the policy of each.
+        box_noise_px: sigma of the boxes' sides.
+        seed: of all noise.
+        level: that counts.
+        with_yaw_rate: whether the tracker is told how fast we turn, as the poses have it.
 
     Returns:
         The episodes that showed the level or a higher one, and how many hours were driven.
@@ -89,16 +99,17 @@ def kitti_episodes(
     frames = 0
     for name in names:
         sequence = read_sequence(folder, name)
-        speeds_mps, _ = read_own_motion(folder, name)
+        speeds_mps, yaw_rates_radps = read_own_motion(folder, name)
+        own_motion = speeds_mps, yaw_rates_radps if with_yaw_rate else None
         rng = np.random.default_rng([seed, *name.encode()])
-        episodes += _episodes(sequence, speeds_mps, make_policy, box_noise_px, rng, level)
+        episodes += _episodes(sequence, own_motion, make_policy, box_noise_px, rng, level)
         frames += len(sequence.frames)
     return tuple(episodes), time_ns(frames) / 3.6e12
 
 
 def _episodes(
     sequence: KittiSequence,
-    speeds_mps: FloatArray,
+    own_motion: tuple[FloatArray, FloatArray | None],
     make_policy: PolicyMaker,
     box_noise_px: float,
     rng: np.random.Generator,
@@ -106,12 +117,16 @@ def _episodes(
 ) -> list[Episode]:
     tracker = Tracker(sequence.calibration(rng), tracker_settings(box_noise_px))
     policy = make_policy()
+    speeds_mps, yaw_rates_radps = own_motion
     episodes: list[Episode] = []
     shown = False
     for frame, vehicles in enumerate(sequence.frames):
-        own_mps = float(speeds_mps[frame]) if frame < len(speeds_mps) else None
+        own_mps = yaw_rate_radps = None
+        if frame < len(speeds_mps):
+            own_mps = float(speeds_mps[frame])
+            yaw_rate_radps = None if yaw_rates_radps is None else float(yaw_rates_radps[frame])
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
-        tracks = tracker.update(time_ns(frame), detections, own_mps)
+        tracks = tracker.update(time_ns(frame), detections, own_mps, yaw_rate_radps)
         lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
         state = policy.update(time_ns(frame), lead, own_mps)
         time_s = time_ns(frame) / 1e9

@@ -22,7 +22,7 @@ NEAREST_START_M = 1.0
 SMALLEST_DEPTH_M = 0.1
 """Keeps the equations finite for a vehicle believed to be at the camera."""
 
-HORIZON, SCALE, POLE, SLOW, FAST, CAMERA = 0, 1, 2, 3, 4, 5
+HORIZON, SCALE, POLE, SLOW, FAST, WIDER, CAMERA = 0, 1, 2, 3, 4, 5, 6
 DISTANCE, RATE, GROWTH, WIDTH, HEIGHT, ASPECT, BUMP, VEHICLE = 0, 1, 2, 3, 4, 5, 6, 7
 """Places in the state; the vehicles' follow the camera's."""
 
@@ -85,11 +85,12 @@ class BoxGeometry:
         self._noise, self._model, self._image_size = noise, model, image_size
         self._height_m, self._focal_px = camera.height_m, camera.focal_y_px
         self._axis_px = camera.principal_column_px
+        self._calibrated = camera
 
     def first_sight(self, box: Box, x: FloatArray, covariance: FloatArray) -> tuple[int, float] | None:
         """Kind and distance by one box; None where it has neither width nor height, nor a row to go by."""
         noise, size = self._noise, self._image_size
-        horizon_px, log_scale, pole_m, slow_px, fast_px = x[:CAMERA].tolist()
+        horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)
         focal_px = scale / math.hypot(self._height_m, pole_m)
         row = by_width = by_height = None
@@ -102,7 +103,8 @@ class BoxGeometry:
                 height_sigma = math.hypot(noise.bottom_sigma_px(box), noise.edge_sigma_px(box)) / box.h
                 by_height = math.log(focal_px / box.h), height_sigma
         if measures_width(box, size, noise):
-            by_width = math.log(focal_px / box.w), noise.log_width_sigma(box)
+            one_metre = math.log(focal_px / box.w) + wider
+            by_width = one_metre, math.sqrt(noise.log_width_sigma(box) ** 2 + covariance[WIDER, WIDER])
         if by_width is None and by_height is None:
             if row is None or row[0] <= row[1]:
                 return None
@@ -133,11 +135,39 @@ class BoxGeometry:
             lateral_m,
         )
 
+    def ruler(self, sighting: Sighting, distance_m: float) -> tuple[float, float, float, float] | None:
+        """Where a vehicle puts the horizon if it is as wide as its kind; see `fcw.tracking.horizon`.
+
+        Returns:
+            Pitch against the calibration, angle of its lower edge below the horizon, sigma of its log width,
+            and sigma of the pitch by the box's noise; None where it is cut, or far aside.
+        """
+        _, kind, box = sighting
+        noise, size, camera = self._noise, self._image_size, self._calibrated
+        if not (measures_row(box, size, noise) and measures_width(box, size, noise)):
+            return None
+        width_m = math.exp(self.prior.log_sizes[kind][0])
+        view = self.view(box, distance_m, width_m)
+        if view.lateral_m > self._model.common_path_m:
+            return None
+        shown_m = width_m
+        if kind < self.prior.rear_count and noise.shows_side:
+            shown_m += self._side_m(box, distance_m, width_m)
+        focal_px = camera.row_scale_m_px / math.hypot(self._height_m, camera.pole_m)
+        below_px = camera.row_scale_m_px * box.w / (focal_px * shown_m)
+        noise_px = math.hypot(noise.bottom_sigma_px(box), below_px * noise.log_width_sigma(box))
+        return (
+            (camera.horizon_row_px + below_px - box.bottom) / self._focal_px,
+            below_px / self._focal_px,
+            math.hypot(self.prior.sigmas[kind][0], view.aspect_sigma),
+            noise_px / self._focal_px,
+        )
+
     def measure(self, sightings: Sequence[Sighting], x: FloatArray, dt_s: float) -> Measurements:
         """Measurements of one frame, dt after the one before, against the (N,) state x."""
         height_m, noise, size = self._height_m, self._noise, self._image_size
         white = noise.white(dt_s)
-        horizon_px, log_scale, pole_m, slow_px, fast_px = x[:CAMERA].tolist()
+        horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)
         pitched_px = horizon_px + slow_px + fast_px
         log_focal = log_scale - math.log(math.hypot(height_m, pole_m))
@@ -179,8 +209,8 @@ class BoxGeometry:
                 row = rows[len(residuals)]
                 row[SCALE], row[POLE] = 1.0, focal_by_pole - 1 / depth_m
                 row[at + DISTANCE] = -distance_m / depth_m
-                row[at + WIDTH] = row[at + ASPECT] = 1.0
-                expected = log_focal + math.log((width_m + side_m) / depth_m) + aspect
+                row[WIDER] = row[at + WIDTH] = row[at + ASPECT] = 1.0
+                expected = log_focal + math.log((width_m + side_m) / depth_m) + wider + aspect
                 residuals.append(math.log(box.w) - expected)
                 variances.append(noise.log_width_sigma(box) ** 2 * white)
             common += [view.lateral_m <= self._model.common_path_m] * (len(residuals) - before)

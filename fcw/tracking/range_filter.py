@@ -7,12 +7,14 @@ simultaneous localisation and mapping (Smith, Self & Cheeseman 1990). The state 
     B, log K, C   the row map v = B + K / (D + C), see `fcw.camera.ground_plane`
     p             pitch by load and slopes, px of rows, slow
     q             pitch of the body on its springs, px of rows, fast
+    b             how much wider all boxes are, of the logarithm, by the detector or because vehicles
+                  are wider here; constant
 
 and that of each vehicle, in modified polar coordinates (Aidala & Hammel 1983; here size stands for angle)
 
     l = log D     D: distance from the camera, m
     r = V / D     V: closing speed; r is one over the time to contact (Dagan et al. 2004)
-    s = A / D     A: rate at which the closing speed grows
+    s = A / D     A: rate at which the closing speed grows, our own known part of it aside
     o = log W     W: width of its rear, m; constant, so that the vehicle becomes its own ruler
     t = log H     H: its height, m, likewise
     e             how much wider its box is, of the logarithm, as it turns
@@ -23,7 +25,7 @@ and the logarithm of the width, with tan(a) = C / h:
 
     v_bottom = B + K / (D + C) + p + q + u
     v_top    = B + K / (D + C) (1 - H / h) + p + q + u
-    log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e
+    log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e + b
 """
 
 import math
@@ -49,6 +51,7 @@ from fcw.tracking.box_measurement import (
     RATE,
     SLOW,
     VEHICLE,
+    WIDER,
     WIDTH,
     BoxGeometry,
     Sighting,
@@ -78,9 +81,9 @@ class RangeState:
         log_distance_sigma: 1-sigma of its logarithm.
         closing_speed_mps: rate at which it shrinks.
         closing_speed_sigma_mps: 1-sigma.
-        closing_acceleration_mps2: rate at which that grows.
+        closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
         closing_acceleration_sigma_mps2: 1-sigma.
-        width_m: of its rear.
+        width_m: of its rear, as the detector's boxes show it.
     """
 
     distance_m: float
@@ -128,11 +131,12 @@ class RangeFilter:
         depths_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m + camera.pole_m
         rows_by_camera = np.column_stack((np.ones(3), scale / depths_m, -scale / depths_m**2))
         camera_by_rows = np.linalg.inv(rows_by_camera)
-        self._x = np.array([camera.horizon_row_px, math.log(scale), camera.pole_m, 0.0, 0.0])
+        self._x = np.array([camera.horizon_row_px, math.log(scale), camera.pole_m, 0.0, 0.0, 0.0])
         self._p = np.zeros((CAMERA, CAMERA))
         self._p[:SLOW, :SLOW] = camera_by_rows @ np.array(calibration.covariance) @ camera_by_rows.T
         self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
         self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
+        self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
         self._calibrated_row_px = camera.horizon_row_px
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
 
@@ -194,8 +198,16 @@ class RangeFilter:
         self._kinds = [self._kinds[slot] for slot in slots]
         self._views = [self._views[slot] for slot in slots]
 
-    def predict(self, dt_s: float) -> list[float]:
-        """Move on by dt; returns for each vehicle the factor by which the picture of it grew."""
+    def predict(self, dt_s: float, own_gain_mps: float = 0.0) -> list[float]:
+        """Move on by dt.
+
+        Args:
+            dt_s: since the frame before.
+            own_gain_mps: by how much we became faster in it; every closing speed grows by as much.
+
+        Returns:
+            For each vehicle the factor by which the picture of it grew.
+        """
         model, x, n = self._model, self._x, len(self._x)
         focal_px = self._focal_px
         at: NDArray[np.int64] = np.arange(CAMERA, n, VEHICLE)
@@ -225,6 +237,11 @@ class RangeFilter:
         moved[at + RATE, at + GROWTH] = dt_s / shrink - new_rate * by_growth
         moved[at + GROWTH, at + RATE] = -new_growth * by_rate
         moved[at + GROWTH, at + GROWTH] = lasting / shrink - new_growth * by_growth
+        gained = own_gain_mps * np.exp(-x[at + DISTANCE])
+        x[at + RATE] += gained
+        moved[at + RATE, at + RATE] -= gained * by_rate
+        moved[at + RATE, at + GROWTH] -= gained * by_growth
+        moved[at + RATE, at + DISTANCE] = -gained
         added[at + GROWTH] = (
             model.acceleration_sigma_mps2**2 * (1 - lasting**2) * np.exp(-2 * x[at + DISTANCE])
         )
@@ -256,6 +273,15 @@ class RangeFilter:
         for slot in range(self._frame % KIND_INTERVAL, self.count, KIND_INTERVAL):
             self._judge_kind(slot)
 
+    def kind(self, slot: int) -> int:
+        """Index of the kind a vehicle is believed to be of."""
+        return self._kinds[slot]
+
+    def ruler(self, slot: int, box: Box) -> tuple[float, float, float, float] | None:
+        """Where the box of a vehicle puts the horizon by its usual width, see `BoxGeometry.ruler`."""
+        distance_m = math.exp(self._x[CAMERA + VEHICLE * slot + DISTANCE])
+        return self._geometry.ruler(Sighting(slot, self._kinds[slot], box), distance_m)
+
     def state(self, slot: int) -> RangeState:
         """What is believed of a vehicle now."""
         at = CAMERA + VEHICLE * slot
@@ -271,7 +297,7 @@ class RangeFilter:
             distance_m * math.sqrt(max(closing_variance, 0.0)),
             growth * distance_m,
             distance_m * math.sqrt(max(growth_variance, 0.0)),
-            math.exp(log_width),
+            math.exp(log_width + float(self._x[WIDER])),
         )
 
     def _take(

@@ -9,11 +9,12 @@ from scipy.optimize import linear_sum_assignment
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.types import Box, Detection
-from fcw.tracking.horizon import MountWatch, MountWatchSettings
+from fcw.tracking.horizon import MountWatch, MountWatchSettings, RulerReading
 from fcw.tracking.lead import Corridor, path_curvature_per_m, select_lead
+from fcw.tracking.lead_speed import SpeedPrior, with_own_speed
 from fcw.tracking.range_filter import RangeFilter, RangeState
 from fcw.tracking.range_model import RangeModel
-from fcw.tracking.ranging import BoxNoise
+from fcw.tracking.ranging import BoxNoise, inner_edge_px
 from fcw.tracking.types import Track
 
 NEVER = 1e6
@@ -41,6 +42,7 @@ class TrackerSettings:
         padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
             smallest are as large as their noise.
         mount: when a moved mount is said.
+        speed_prior: of other vehicles, where the own speed is known.
     """
 
     box_noise: BoxNoise = field(default_factory=BoxNoise)
@@ -53,6 +55,7 @@ class TrackerSettings:
     box_smoothing_s: float = 0.1
     padding_sigmas: float = 2.0
     mount: MountWatchSettings = field(default_factory=MountWatchSettings)
+    speed_prior: SpeedPrior = field(default_factory=SpeedPrior)
 
 
 class Tracker:
@@ -70,6 +73,7 @@ class Tracker:
         self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
         self._followed: list[_Followed] = []
         self._time_ns: int | None = None
+        self._ego_speed_mps: float | None = None
         self._next_id = 1
         self._lead_id: int | None = None
 
@@ -95,7 +99,7 @@ class Tracker:
         Args:
             time_ns: of the frame; intervals between frames may vary.
             detections: of the frame.
-            ego_speed_mps: own speed, which tells oncoming vehicles; None when unknown.
+            ego_speed_mps: own speed, which tells oncoming and standing vehicles; None when unknown.
             yaw_rate_radps: how fast we turn, positive to the left, which bends the own path; None when
                 unknown, then it is straight.
 
@@ -111,19 +115,23 @@ class Tracker:
         self._time_ns = time_ns
         oldest_ns = time_ns - round(self._settings.coast_s * 1e9)
         self._keep([followed.last_ns >= oldest_ns for followed in self._followed])
-        for followed, growth in zip(self._followed, self._range.predict(dt_s), strict=True):
+        own_gain_mps = 0.0
+        if ego_speed_mps is not None and self._ego_speed_mps is not None:
+            own_gain_mps = ego_speed_mps - self._ego_speed_mps
+        self._ego_speed_mps = ego_speed_mps
+        growths = self._range.predict(dt_s, own_gain_mps)
+        for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(dt_s, growth)
         unused = set(range(len(detections)))
         pairs = self._associate(detections)
         step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
-        if pairs:
-            self._mount.update(self._range.pitch_rad, dt_s)
+        self._mount.update(self._rulers(pairs, detections), dt_s)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)
         for slot, followed in enumerate(self._followed):
-            followed.state = self._range.state(slot)
+            followed.state = self._state(slot)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps)
@@ -134,6 +142,18 @@ class Tracker:
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
+
+    def _rulers(
+        self, pairs: Sequence[tuple[int, int]], detections: Sequence[Detection]
+    ) -> list[RulerReading]:
+        """What the vehicles that are believed say of the mount."""
+        readings = []
+        for slot, index in pairs:
+            followed = self._followed[slot]
+            ruler = self._range.ruler(slot, detections[index].box) if followed.confirmed else None
+            if ruler is not None:
+                readings.append(RulerReading((followed.track_id, self._range.kind(slot)), *ruler))
+        return readings
 
     def _keep(self, worth: Sequence[bool]) -> None:
         """Forget the vehicles that are not worth it; slots of the range filter are places in the list."""
@@ -174,10 +194,17 @@ class Tracker:
             return NEVER
         return 1 - iou + log_scale
 
+    def _state(self, slot: int) -> RangeState:
+        """What is believed of a vehicle, with what the own speed says of it."""
+        state, prior = self._range.state(slot), self._settings.speed_prior
+        if self._ego_speed_mps is None:
+            return state
+        return with_own_speed(state, self._ego_speed_mps, prior)
+
     def _start(self, time_ns: int, detection: Detection, ego_speed_mps: float | None) -> None:
         """Begin a track, where the box gives a first distance."""
         if self._range.add(detection.box, ego_speed_mps):
-            state = self._range.state(self._range.count - 1)
+            state = self._state(self._range.count - 1)
             self._followed.append(
                 _Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
             )
@@ -199,7 +226,7 @@ class _Followed:
         self.box = detection.box
         self.last_ns = time_ns
         self.confirmed = False
-        self._track_id = track_id
+        self.track_id = track_id
         self._first_ns = time_ns
         self._score = detection.score
         self.state = state
@@ -256,10 +283,12 @@ class _Followed:
         coasting = self.last_ns != time_ns
         if not coasting:
             # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
+            # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
             from_path_m = lateral_m - curvature_per_m * state.distance_m**2 / 2
-            self._in_path = self._settings.corridor.holds(from_path_m, lateral_mps, self._in_path)
+            from_path_mps = lateral_mps + curvature_per_m * state.distance_m * state.closing_speed_mps
+            self._in_path = self._settings.corridor.holds(from_path_m, from_path_mps, self._in_path)
         return Track(
-            track_id=self._track_id,
+            track_id=self.track_id,
             box=self.box,
             score=self._score,
             distance_m=distance_m,
@@ -282,7 +311,14 @@ class _Followed:
         camera, distance_m = self._calibration.camera, self.state.distance_m
         metres_per_px = distance_m / camera.focal_y_px
         lateral_m = (camera.principal_column_px - self.box.center_x) * metres_per_px
-        if self._settings.box_noise.shows_side:
+        inner_px = inner_edge_px(self.box, self._calibration.image_size, self._settings.box_noise)
+        if inner_px is not None:
+            # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
+            # edge is whole: that of the far end of its inner side, where the box takes that in.
+            side_m = self._settings.model.vehicle_length_m if self._settings.box_noise.shows_side else 0.0
+            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / camera.focal_y_px
+            lateral_m = edge_m + math.copysign(self.state.width_m / 2, lateral_m)
+        elif self._settings.box_noise.shows_side:
             # What shows beyond the rear's own width is the side that is turned to us.
             side_m = max(self.box.w * metres_per_px - self.state.width_m, 0.0)
             lateral_m += math.copysign(min(side_m / 2, abs(lateral_m)), lateral_m)

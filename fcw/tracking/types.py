@@ -23,8 +23,8 @@ class Track:
         age_s: time since its first detection.
         coasting: True when this frame had no detection for it.
         in_path: whether it stands in the own path ahead.
-        closing_acceleration_mps2: rate at which the closing speed grows: a lead that brakes, or we who
-            accelerate; 0 where it is not estimated.
+        closing_acceleration_mps2: rate at which the closing speed grows: a lead that brakes, and, where the
+            own speed is unknown, we who accelerate; 0 where it is not estimated.
         closing_acceleration_sigma_mps2: its standard deviation.
         lateral_speed_mps: rate at which it moves to the left as we see it, our own turning included; 0 where
             it is not estimated.

@@ -45,7 +45,6 @@ class SizePrior:
         self.sigmas: list[Vector2] = [(k.width_sigma, k.height_sigma) for k in kinds]
         self._log_shares = [math.log(kind.share) for kind in kinds]
         self._with_height = with_height
-        self._switch_log_odds = model.switch_log_odds
         self._precisions: list[Vector2] = [(w**-2, h**-2) for w, h in self.sigmas]
 
     def first_sight(
@@ -95,7 +94,9 @@ class SizePrior:
         return best[1], best[2]
 
     def likelier(self, kind: int, mean: Vector2, covariance: tuple[Vector2, Vector2]) -> Swap | None:
-        """Another kind where it is much likelier than the present one.
+        """Another kind where it is likelier than the present one.
+
+        There is no hysteresis: a wrong kind misleads all vehicles, by the pitch they have in common.
 
         Args:
             kind: the present one, whose prior is in the estimate.
@@ -121,11 +122,15 @@ class SizePrior:
                 q_h, m_h = now_h, size_h
             j_w, j_h = i_w - now_w + q_w, i_h - now_h + q_h
             y_w, y_h = seen_w + q_w * m_w, seen_h + q_h * m_h
-            d = max(j_w * j_h - i_wh**2, 1e-12)
+            d = j_w * j_h - i_wh**2
+            if j_w <= 0 or d <= 0:
+                # The estimate has drifted wider than its own prior: there is nothing to swap.
+                evidence.append(-math.inf)
+                continue
             fit = (j_h * y_w**2 - 2 * i_wh * y_w * y_h + j_w * y_h**2) / d - q_w * m_w**2 - q_h * m_h**2
             evidence.append(share + 0.5 * (math.log(q_w * q_h / d) + fit))
         best = max(range(len(evidence)), key=evidence.__getitem__)
-        if evidence[best] - evidence[kind] <= self._switch_log_odds:
+        if best == kind:
             return None
         (new_w, new_h), (to_w, to_h) = self._precisions[best], self.log_sizes[best]
         return Swap(

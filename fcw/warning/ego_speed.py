@@ -1,4 +1,4 @@
-"""The own speed over the time of a drive: a number, a CSV file, or a GPX track."""
+"""The own speed over the time of a drive: a number, a GPX track, or a CSV file, also with the yaw rate."""
 
 import csv
 import math
@@ -11,9 +11,12 @@ from fcw.warning.gpx import read_gpx
 
 TIME_COLUMN = "time_s"
 SPEED_COLUMN = "speed_mps"
+YAW_COLUMN = "yaw_rate_radps"
 EXPECTED = f"expected a CSV with the header {TIME_COLUMN},{SPEED_COLUMN}"
 HIGHEST_SPEED_MPS = 150.0
 """A larger number is surely not metres per second (540 km/h)."""
+FASTEST_YAW_RADPS = 3.0
+"""A larger number is surely not radians per second (172 degrees per second): cars spin more slowly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +26,12 @@ class EgoSpeed:
     Attributes:
         times_s: sample times on the source's clock, ascending; empty for a constant speed.
         speeds_mps: speed at each time, or the one constant speed.
+        yaw_rates_radps: how fast we turn at each time, positive to the left; empty where unknown.
     """
 
     times_s: tuple[float, ...]
     speeds_mps: tuple[float, ...]
+    yaw_rates_radps: tuple[float, ...] = ()
 
     @classmethod
     def parse(cls, text: str) -> "EgoSpeed":
@@ -75,6 +80,8 @@ class EgoSpeed:
     def read_csv(cls, path: Path) -> "EgoSpeed":
         """From a CSV file with the columns `time_s` (seconds on the source's clock) and `speed_mps`.
 
+        A column `yaw_rate_radps`, positive to the left (ISO 8855), is read where there is one.
+
         Raises:
             UserError: the file cannot be read, lacks a column, or holds a line that is no sample.
         """
@@ -92,8 +99,10 @@ class EgoSpeed:
             if name not in header:
                 raise UserError(f"ego speed {path}: no column {name} in the first line; {EXPECTED}")
         time_index, speed_index = header.index(TIME_COLUMN), header.index(SPEED_COLUMN)
+        yaw_index = header.index(YAW_COLUMN) if YAW_COLUMN in header else None
         times_s: list[float] = []
         speeds_mps: list[float] = []
+        yaw_rates_radps: list[float] = []
         for row in rows:
             if not row:
                 continue
@@ -110,24 +119,37 @@ class EgoSpeed:
                     f"{line}: {TIME_COLUMN} {time_s:g} is not after {times_s[-1]:g} of the line before; "
                     "sort the lines by time"
                 )
+            if yaw_index is not None:
+                yaw_rate_radps = _number(row, yaw_index, YAW_COLUMN, line)
+                if abs(yaw_rate_radps) > FASTEST_YAW_RADPS:
+                    raise UserError(
+                        f"{line}: {YAW_COLUMN} is {yaw_rate_radps:g}, expected radians per second between "
+                        f"-{FASTEST_YAW_RADPS:g} and {FASTEST_YAW_RADPS:g}, positive to the left"
+                    )
+                yaw_rates_radps.append(yaw_rate_radps)
             times_s.append(time_s)
             speeds_mps.append(speed_mps)
         if not times_s:
             raise UserError(f"ego speed {path}: no line below the header; {EXPECTED}")
-        return cls(tuple(times_s), tuple(speeds_mps))
+        return cls(tuple(times_s), tuple(speeds_mps), tuple(yaw_rates_radps))
 
     def at(self, time_ns: int) -> float | None:
         """Speed in metres per second, linear between samples; None outside the file's time span."""
-        if not self.times_s:
-            return self.speeds_mps[0]
+        return self.speeds_mps[0] if not self.times_s else self._between(self.speeds_mps, time_ns)
+
+    def yaw_rate_at(self, time_ns: int) -> float | None:
+        """Yaw rate in radians per second, positive to the left; None outside the file's span, or unknown."""
+        return self._between(self.yaw_rates_radps, time_ns) if self.yaw_rates_radps else None
+
+    def _between(self, values: tuple[float, ...], time_ns: int) -> float | None:
         time_s = time_ns / 1e9
         if not self.times_s[0] <= time_s <= self.times_s[-1]:
             return None
         after = bisect_right(self.times_s, time_s)
         if after == len(self.times_s):
-            return self.speeds_mps[-1]
+            return values[-1]
         t0, t1 = self.times_s[after - 1 : after + 1]
-        v0, v1 = self.speeds_mps[after - 1 : after + 1]
+        v0, v1 = values[after - 1 : after + 1]
         return v0 + (v1 - v0) * (time_s - t0) / (t1 - t0)
 
 

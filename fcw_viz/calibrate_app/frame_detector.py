@@ -1,8 +1,9 @@
 """The detector on the picture that is shown, in a thread of its own, so that the page never waits for it."""
 
 import logging
+import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +15,8 @@ from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.detection.types import Box, Detection, Detector
 from fcw.errors import UserError
 from fcw.sources.frame import Frame
-from fcw.tracking.range_filter import RangeFilter
 from fcw.tracking.range_model import RangeModel
-from fcw.tracking.ranging import BoxNoise
+from fcw.tracking.ranging import BoxNoise, measures_row
 
 SETTLING_S = 0.15
 """While a point is dragged the calibration changes many times a second; the detector waits for its rest."""
@@ -33,8 +33,7 @@ class RangedVehicle:
     Attributes:
         box: where.
         score: of the detection.
-        distance_m: from the calibration's reference; None where the picture cuts the box off below and
-            at a side, so that neither its row nor its width says anything.
+        distance_m: from the calibration's reference; None where the picture cuts the box off below.
         low_m: 16th percentile.
         high_m: 84th percentile; inf where unbounded.
     """
@@ -63,25 +62,21 @@ class Found:
     trouble: str = ""
 
 
-def range_vehicles(calibration: Calibration, detections: Sequence[Detection]) -> tuple[RangedVehicle, ...]:
-    """The distances that the pipeline's tracker gives vehicles in the first picture that shows them."""
-    filter_ = RangeFilter(calibration, BoxNoise(), RangeModel())
-    ranged: list[Detection] = []
-    cut_off: list[Detection] = []
-    for found in detections:
-        (ranged if filter_.add(found.box, ego_speed_mps=None) else cut_off).append(found)
-    # Read only now: each box says something of the pitch, which all vehicles have in common.
-    intervals = [
-        filter_.state(slot).distance_with_interval(calibration.reference_offset_m)
-        for slot in range(filter_.count)
-    ]
-    return (
-        *(RangedVehicle(found.box, found.score, None, 0.0, 0.0) for found in cut_off),
-        *(
-            RangedVehicle(found.box, found.score, *interval)
-            for found, interval in zip(ranged, intervals, strict=True)
-        ),
-    )
+def range_vehicle(calibration: Calibration, detection: Detection) -> RangedVehicle:
+    """The distance at which the calibration puts a vehicle's lower edge.
+
+    The tracker also believes in usual sizes of vehicles. Here they would vouch for the very calibration
+    that is to be checked, so that the row stands alone; its noise is that of the box and of the pitch
+    in motion, which a single picture cannot tell.
+    """
+    box, noise = detection.box, BoxNoise()
+    if not measures_row(box, calibration.image_size, noise):
+        return RangedVehicle(box, detection.score, None, 0.0, 0.0)
+    pitch_sigma_px = calibration.camera.focal_y_px * RangeModel().single_picture_pitch_sigma_rad
+    row_sigma_px = math.hypot(noise.bottom_sigma_px(box), pitch_sigma_px)
+    low_m, high_m = calibration.distance_interval(box.bottom, row_sigma_px)
+    distance_m = float(calibration.distance_at(box.bottom))
+    return RangedVehicle(box, detection.score, max(distance_m, 0.0), max(low_m, 0.0), high_m)
 
 
 def make_acf(calibration: Calibration) -> Detector:
@@ -168,7 +163,7 @@ class FrameDetector:
     def _vehicles(self, image: NDArray[np.uint8], calibration: Calibration) -> tuple[RangedVehicle, ...]:
         if self._detector is None or self._detector[0] is not calibration:
             self._detector = calibration, self._make_detector(calibration)
-        found = range_vehicles(calibration, self._detector[1].detect(image))
+        found = [range_vehicle(calibration, detection) for detection in self._detector[1].detect(image)]
         return tuple(sorted(found, key=lambda vehicle: vehicle.distance_m or 0.0))
 
     def _answer(self) -> None:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from fcw.evaluation.cues import Cue
+
 if TYPE_CHECKING:
     from fcw.evaluation.distance import DistanceEvaluation
 
@@ -25,6 +27,8 @@ class EvaluateDistanceCommand:
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
     """1-sigma of the noise added to the sides of the labelled boxes, in pixels; 1.5 times as much at the
     lower edge. 0 leaves the boxes as they are, exact projections that flatter every method of widths."""
+    without: tuple[Cue, ...] = ()
+    """Cues that the tracker shall do without, to see what each is worth."""
     seed: int = 0
     """Of the noise of boxes and clicks."""
     samples: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -63,7 +67,9 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     names = sequence_names(command.kitti_tracking, command.sequences)
     if command.report is not None and not command.report.is_dir():
         raise UserError(f"--report {command.report}: no such folder; create it first")
-    result = evaluate_distance(command.kitti_tracking, names, command.box_noise, command.seed)
+    result = evaluate_distance(
+        command.kitti_tracking, names, command.box_noise, command.seed, command.without
+    )
     second = (
         evaluate_single_boxes(command.tusimple_velocity, command.seed) if command.tusimple_velocity else None
     )

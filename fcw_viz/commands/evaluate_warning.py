@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from fcw.evaluation.warning_events import EventComparison
     from fcw.evaluation.warning_false_alarms import Episode, FollowingResult
 
+MOUNT_TRIALS = 24
+MOUNT_ASKED_S = 120.0
+"""A turned mount should be said in two minutes."""
+
 
 @dataclass(frozen=True, slots=True)
 class EvaluateWarningCommand:
@@ -26,6 +30,10 @@ class EvaluateWarningCommand:
     """The scenarios of NHTSA and Euro NCAP at the level of boxes: exact motion, noisy boxes, the tracker."""
     kitti_tracking: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
+    yaw_rate: bool = False
+    """On these drives: bend the own path by the yaw rate of the poses."""
+    mount_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
+    """Turn the mount by half a degree in 24 simulated drives, and drive so many simulated hours without."""
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
     """Follow at constant gaps for so many simulated hours."""
     events: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -58,6 +66,7 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
         (command.ncap, _scenarios),
         (command.kitti_tracking is not None, _real_drives),
         (command.following_hours is not None, _following),
+        (command.mount_hours is not None, _mounts),
         (command.events is not None, _events),
     )
     for asked_for, part in parts:
@@ -81,17 +90,22 @@ def _check(command: EvaluateWarningCommand) -> None:
         raise UserError(
             "--events and --log belong together: give the labels and the drive.mcap they are about"
         )
-    if not command.ncap and {command.kitti_tracking, command.following_hours, command.events} == {None}:
+    parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.events}
+    if not command.ncap and parts == {None}:
         raise UserError(
             "fcw evaluate warning: nothing to evaluate; give --ncap, --kitti-tracking FOLDER, "
-            "--following-hours HOURS, or --events FILE --log DRIVE"
+            "--following-hours HOURS, --mount-hours HOURS, or --events FILE --log DRIVE"
         )
     if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
     if not command.sight > 0:
         raise UserError(f"--sight {command.sight:g}: expected metres, more than 0")
-    if command.following_hours is not None and not 0 < command.following_hours < math.inf:
-        raise UserError(f"--following-hours {command.following_hours:g}: expected hours, more than 0")
+    for option, hours in (
+        ("--following-hours", command.following_hours),
+        ("--mount-hours", command.mount_hours),
+    ):
+        if hours is not None and not 0 < hours < math.inf:
+            raise UserError(f"{option} {hours:g}: expected hours, more than 0")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
 
@@ -192,7 +206,12 @@ def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[st
     folder = command.kitti_tracking
     names = sequence_names(folder)
     episodes, hours = kitti_episodes(
-        folder, names, lambda: make_policy(command.warning_policy), command.box_noise, command.seed
+        folder,
+        names,
+        lambda: make_policy(command.warning_policy),
+        command.box_noise,
+        command.seed,
+        with_yaw_rate=command.yaw_rate,
     )
     print_episodes(episodes, hours, console)
     return {
@@ -267,6 +286,24 @@ def print_following(results: "Sequence[FollowingResult]", console: "Console") ->
             str(result.cautions),
         )
     console.print(table)
+
+
+def _mounts(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.mount import AFTER_S, BEFORE_S, watch_mounts
+
+    hours = command.mount_hours or 0.0
+    with _progress("hours", hours + MOUNT_TRIALS * (BEFORE_S + AFTER_S) / 3600) as advance:
+        result = watch_mounts(MOUNT_TRIALS, hours, command.box_noise, command.seed, advance)
+    delays_s = sorted(delay_s for delay_s in result.delays_s if delay_s is not None)
+    in_time = sum(delay_s <= MOUNT_ASKED_S for delay_s in delays_s)
+    console.print(
+        f"mount turned by 0.5 degrees in {len(result.delays_s)} drives: said within {MOUNT_ASKED_S:.0f} s in "
+        f"{in_time}, within {AFTER_S:.0f} s in {len(delays_s)}, too early in {result.said_too_early}\n"
+        f"after: {', '.join(f'{delay_s:.0f}' for delay_s in delays_s)} s\n"
+        f"not turned: said in {result.false_alarms} drives of {result.silent_hours:g} hours",
+        highlight=False,
+    )
+    return {"mount": asdict(result), "false_alarms": result.false_alarms + result.said_too_early}
 
 
 def _events(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:

@@ -24,7 +24,7 @@ from fcw_viz.calibrate_app.box_overlay import BoxOverlay, vehicle_lines, vehicle
 from fcw_viz.calibrate_app.check_panel import CheckPanel
 from fcw_viz.calibrate_app.drawing import Measured
 from fcw_viz.calibrate_app.edits import MoveMark, SetHeight, SetUnits
-from fcw_viz.calibrate_app.frame_detector import RangedVehicle, range_vehicles
+from fcw_viz.calibrate_app.frame_detector import RangedVehicle, range_vehicle
 from fcw_viz.calibrate_app.label_layout import Area
 from fcw_viz.calibrate_app.measure import measure_length, measure_point, point_words
 from fcw_viz.calibrate_app.pictures import Pictures
@@ -245,7 +245,7 @@ def test_vehicles_are_drawn_with_their_distances_once_they_are_found(tab: FakeTa
     assert vehicle_labels(tab) == []
     tab.detector.go_on.put(None)
     tab.work()
-    (vehicle,) = range_vehicles(shown_calibration(tab), [Detection(Box(600, 350, 60, 50), 1.0)])
+    vehicle = range_vehicle(shown_calibration(tab), Detection(Box(600, 350, 60, 50), 1.0))
     assert vehicle_labels(tab) == [vehicle_words(vehicle, False)]
     assert tab.words(tab.panel.vehicles) == ["1 vehicle found."]
     tab.refresh()  # nothing has changed: it is not looked at again

@@ -1,5 +1,6 @@
 """Vehicles on one picture: those of the shipped drive at their true distances, and no stale answer ever."""
 
+import math
 import queue
 import threading
 from pathlib import Path
@@ -16,8 +17,7 @@ from fcw.evaluation.detection import HIT_IOU
 from fcw.simulation.truth_file import read_truth
 from fcw.sources import open_source
 from fcw.sources.frame import Frame, ImageSize
-from fcw.tracking.tracker import Tracker, TrackerSettings
-from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, range_vehicles
+from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, range_vehicle
 from fcw_viz.calibrate_app.pictures import Pictures
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
@@ -37,7 +37,7 @@ def frame(index: int) -> Frame:
 
 
 class HeldDetector:
-    """Says which picture it was given, once it is let go; finds a car's rear 5 m ahead of a camera at 1 m."""
+    """Says which picture it was given, once it is let go; its box's width is the picture's number."""
 
     name = "held"
 
@@ -49,7 +49,7 @@ class HeldDetector:
         number = int(image[0, 0, 0])
         self.begun.put(number)
         self.go_on.get(timeout=WAIT_S)
-        return (Detection(Box(20, 30 - 1.5 * 50 / 5, 1.7 * 50 / 5, 1.5 * 50 / 5), 1.0),)
+        return (Detection(Box(20, 10, number, 20), 1.0),)
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_an_answer_tells_its_picture_and_calibration(held):
     found = answers.get(timeout=WAIT_S)
     assert (found.frame_index, found.calibration, found.trouble) == (3, LOW, "")
     # Bottom row 30, ten below the horizon: 50 / 10 metres.
-    assert found.vehicles[0].distance_m == pytest.approx(5.0, rel=0.02)
+    assert found.vehicles[0].distance_m == pytest.approx(5.0)
     assert asking.ready
 
 
@@ -144,36 +144,19 @@ def test_what_is_wrong_is_said_in_the_answer_and_the_next_question_is_answered()
     asking.close()
 
 
-def test_the_distance_is_that_of_the_pipelines_first_sight():
+@pytest.mark.parametrize("box", [Box(600.0, 330.0, 60.0, 50.0), Box(600.0, 330.0, 150.0, 50.0)])
+def test_the_distance_is_the_calibrations_own_whatever_the_size_of_the_vehicle(box):
     calibration = Calibration.load(DEMO / "drive.calibration.yaml")
-    boxes = (
-        Box(600.0, 330.0, 60.0, 50.0),
-        Box(300.0, 350.0, 100.0, 85.0),
-        Box(1195.0, 600.0, 84.5, 119.5),  # in the corner
-        Box(700.0, 345.0, 30.0, 25.0),
-    )
-    detections = [Detection(box, 10.0) for box in boxes]
-    vehicles = {vehicle.box: vehicle for vehicle in range_vehicles(calibration, detections)}
-    assert vehicles.pop(boxes[2]).distance_m is None
-    tracker = Tracker(calibration, TrackerSettings(confirm_hits=1))
-    tracker.update(0, detections)
-    # A second look after no time at all brings nothing new, but confirms the tracks.
-    tracks = {track.box: track for track in tracker.update(0, detections)}
-    assert tracks.keys() == vehicles.keys()
-    for box, track in tracks.items():
-        vehicle = vehicles[box]
-        assert vehicle.distance_m == pytest.approx(track.distance_m, rel=1e-3)
-        assert vehicle.low_m == pytest.approx(track.distance_low_m, rel=1e-3)
-        assert vehicle.high_m == pytest.approx(track.distance_high_m, rel=1e-3)
+    vehicle = range_vehicle(calibration, Detection(box, 10.0))
+    assert vehicle.distance_m == pytest.approx(calibration.distance_at(box.bottom))
+    # By the road it stands on pitched up and down by 0.2 degrees, and no nearer to the truth than that.
+    moved_px = calibration.camera.focal_y_px * math.radians(0.2)
+    nearer_m, farther_m = (calibration.distance_at(box.bottom + px) for px in (moved_px, -moved_px))
+    assert vehicle.low_m < nearer_m < vehicle.distance_m < farther_m < vehicle.high_m
 
 
-def test_a_vehicle_cut_off_below_is_ranged_by_its_width_and_one_cut_off_at_a_side_too_not_at_all():
-    below = Box(10, 10, 1.7 * 50 / 2.5, SIZE.height - 10)  # a car's rear at 2.5 m
-    corner = Box(0, 10, 36, SIZE.height - 10)
-    (nowhere,) = range_vehicles(LOW, [Detection(corner, 1.0)])
-    (by_width,) = range_vehicles(LOW, [Detection(below, 1.0)])
-    assert nowhere.distance_m is None
-    assert by_width.low_m < 2.5 < by_width.high_m
+def test_a_vehicle_cut_off_by_the_lower_edge_has_no_distance():
+    assert range_vehicle(LOW, Detection(Box(10, 10, 20, SIZE.height - 10), 1.0)).distance_m is None
 
 
 def overlap(one: Box, other: Box) -> float:
@@ -182,10 +165,9 @@ def overlap(one: Box, other: Box) -> float:
 
 
 def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
-    """The vehicle in our path, in a frame every two seconds: within 10 % mostly, and in twice its interval.
+    """The vehicle in our path, in a frame every two seconds: within 5 % mostly, and in its interval.
 
-    The cars of this drive are 1.82 m wide and their boxes 1.12 times as wide as they: 2.2 sigma wider than a
-    car is expected to be, and one picture cannot tell. Nor does it know of the car's pitching.
+    A single picture knows nothing of the car's pitching, 0.25 degrees and more; the interval allows for it.
     """
     calibration = Calibration.load(DEMO / "drive.calibration.yaml")
     pictures = Pictures(open_source(DEMO / "drive.mp4"))
@@ -211,10 +193,9 @@ def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
         if best is None or best.distance_m is None or overlap(best.box, nearest.box) < HIT_IOU:
             continue
         errors.append(abs(best.distance_m / nearest.distance_m - 1))
-        twice = (best.high_m / best.distance_m) ** 2
-        inside += best.distance_m / twice <= nearest.distance_m <= best.distance_m * twice
+        inside += best.low_m <= nearest.distance_m <= best.high_m
     assert looked >= 10
     assert len(errors) >= 0.9 * looked
-    assert np.median(errors) < 0.1
+    assert np.median(errors) < 0.05
     assert max(errors) < 0.25
-    assert inside >= 0.9 * len(errors)
+    assert inside >= 0.68 * len(errors)

@@ -8,6 +8,7 @@ import pytest
 
 from fcw.errors import UserError
 from fcw.evaluation.charts import Chart, Series
+from fcw.evaluation.cues import CUES
 from fcw.evaluation.distance import (
     DistanceEvaluation,
     DistanceSample,
@@ -153,6 +154,27 @@ def test_an_approach_is_measured_well_and_the_same_seed_gives_the_same_result(ap
     assert all(s.true_closing_mps == pytest.approx(5.0) for s in result.samples)
     assert result.errors()["all"].median < 0.1
     assert result.closing_speed_mae_mps() < 2.5
+
+
+@pytest.mark.parametrize("cue", CUES)
+def test_each_cue_can_be_left_out_and_its_absence_is_felt(approach: Path, cue) -> None:
+    whole = evaluate_distance(approach, ["0000"], 2.0, seed=3)
+    without = evaluate_distance(approach, ["0000"], 2.0, seed=3, without=[cue])
+    assert without.measured == whole.measured
+    assert len(without.samples) > 20
+    assert without.samples != whole.samples
+    # The boxes are the same; only the tracker does without.
+    frames = {sample.frame: sample.row_m for sample in whole.samples}
+    assert all(sample.row_m == frames.get(sample.frame, sample.row_m) for sample in without.samples)
+
+
+def test_without_any_belief_in_sizes_the_interval_is_wider(approach: Path) -> None:
+    def width_of_the_interval(without):
+        samples = evaluate_distance(approach, ["0000"], 2.0, seed=3, without=without).samples
+        return np.median([math.log(sample.high_m / sample.low_m) for sample in samples])
+
+    assert width_of_the_interval(["width"]) > width_of_the_interval([])
+    assert width_of_the_interval(["row"]) > width_of_the_interval([])
 
 
 def test_every_track_weighs_as_much_as_any_other() -> None:

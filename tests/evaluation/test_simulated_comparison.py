@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from fcw.detection.types import Box, Detection
-from fcw.evaluation.simulated import compare_with_truth, counts_as_rear_view, vehicle_at
+from fcw.evaluation.simulated import compare_with_truth, counts_as_rear_view, enhanced_ttc_s, vehicle_at
 from fcw.logs.records import FrameResult
 from fcw.simulation.truth import FrameTruth, VehicleTruth
 from fcw.tracking.types import Track
@@ -158,3 +158,25 @@ def test_warnings_of_oncoming_and_of_nothing_are_told_apart_from_those_that_were
 def test_what_does_not_belong_together_is_refused():
     with pytest.raises(ValueError, match="do not belong together"):
         compare_with_truth([result(0)], [instant(0), instant(1)])
+
+
+def test_the_enhanced_ttc_takes_a_growing_closing_speed_to_go_on():
+    # 36.6 m at 6.4 m/s is a TTC of 5.7 s; with 6 m/s^2 more each second the 36.6 m are used up in 2.6 s.
+    assert enhanced_ttc_s(36.6, 6.4, 0.0) == pytest.approx(5.72, abs=0.01)
+    growing_s = enhanced_ttc_s(36.6, 6.4, 6.0)
+    assert growing_s is not None
+    assert 6.4 * growing_s + 6.0 * growing_s**2 / 2 == pytest.approx(36.6)
+    # Whoever brakes may let go; what does not come nearer has no such time.
+    assert enhanced_ttc_s(36.6, 6.4, -3.0) == pytest.approx(36.6 / 6.4)
+    assert enhanced_ttc_s(36.6, 0.0, 6.0) is None
+
+
+@pytest.mark.parametrize(("growth_mps2", "needless"), [(0.0, True), (3.0, False)])
+def test_an_early_warning_is_needless_unless_the_lead_brakes(growth_mps2, needless):
+    # At 30 m and 6 m/s the TTC is 5 s; with 3 m/s^2 more each second the gap lasts 2.9 s.
+    truths = [
+        instant(k, seen(distance_m=30.0, closing_mps=6.0 + growth_mps2 * (k - 5) / 30)) for k in range(6)
+    ]
+    warned = WarningState(WarningLevel.WARNING, 1, "braking_due")
+    results = [result(k, track(30.0), warning=warned if k == 5 else NONE) for k in range(6)]
+    assert bool(compare_with_truth(results, truths).needless) is needless

@@ -18,8 +18,10 @@ from fcw.tracking.ranging import BoxNoise
 CAMERA_MODEL = GroundPlaneCamera(0.02, 740.0, 359.5, 1.4, 639.5)
 SIZE = ImageSize(1280, 720)
 EXACT = Calibration.from_camera(CAMERA_MODEL, SIZE)
-NOISE = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0)
-WIDTH_ONLY = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, free_height=False, shows_side=False)
+NOISE = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, width_bias_sigma=0.0)
+WIDTH_ONLY = BoxNoise(
+    edge_floor_px=1.0, edge_fraction=0.0, free_height=False, shows_side=False, width_bias_sigma=0.0
+)
 
 
 def seen(distance_m, lateral_m=0.0, width_m=1.7, height_m=1.5, lower_px=0.0):
@@ -120,6 +122,42 @@ def test_the_error_of_the_clicks_is_never_averaged_away():
     assert with_clicks > 0.03
 
 
+def test_boxes_that_are_all_too_wide_are_learnt_from_a_near_vehicle_and_help_with_a_far_one():
+    too_wide = 1.12
+
+    def box(distance_m, lateral_m=0.0):
+        exact = seen(distance_m, lateral_m)
+        return Box(exact.center_x - exact.w * too_wide / 2, exact.y, exact.w * too_wide, exact.h)
+
+    def error_of_the_far_one(with_near, bias_sigma):
+        noise = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, shows_side=False, width_bias_sigma=bias_sigma)
+        range_filter = RangeFilter(EXACT, noise, RangeModel(fleet_width_sigma=0.0))
+        boxes = [box(45.0), *((box(d, y) for d, y in ((8.0, 1.5), (10.0, -1.5))) if with_near else ())]
+        for first in boxes:
+            assert range_filter.add(first, None)
+        for _ in range(5):
+            range_filter.predict(0.1)
+            range_filter.update(list(enumerate(boxes)), 0.1)
+        return abs(range_filter.state(0).distance_m / 45.0 - 1)
+
+    assert error_of_the_far_one(True, 0.06) < 0.9 * error_of_the_far_one(False, 0.06)
+    assert error_of_the_far_one(True, 0.06) < 0.7 * error_of_the_far_one(True, 0.0)
+
+
+def test_many_vehicles_do_not_average_away_what_is_common_to_their_widths():
+    def sigma_of_the_far_one(common_sigma):
+        range_filter = RangeFilter(EXACT, NOISE, RangeModel(fleet_width_sigma=common_sigma))
+        boxes = [seen(50.0 + 5 * k, 3.0 * (k % 3 - 1)) for k in range(6)]
+        for first in boxes:
+            assert range_filter.add(first, None)
+        for _ in range(3):
+            range_filter.predict(0.1)
+            range_filter.update(list(enumerate(boxes)), 0.1)
+        return range_filter.state(0).log_distance_sigma
+
+    assert sigma_of_the_far_one(0.06) > 1.03 * sigma_of_the_far_one(0.0)
+
+
 def test_a_lens_whose_axis_is_in_the_middle_makes_the_far_field_better_known():
     clicks = [GroundPoint(d, CAMERA_MODEL.row_at(d)) for d in (8.0, 15.0, 30.0)]
     clicked = calibrate(clicks, SIZE, CAMERA_MODEL.height_m, row_sigma_px=1.0)
@@ -154,7 +192,7 @@ def test_a_box_cut_below_starts_a_vehicle_by_its_width():
 def test_the_jacobian_is_the_derivative_of_the_residuals(distance_m):
     geometry = BoxGeometry(CAMERA_MODEL, SIZE, NOISE, RangeModel())
     camera = CAMERA_MODEL
-    x = np.array([camera.horizon_row_px, math.log(camera.row_scale_m_px), camera.pole_m, 1.0, -2.0])
+    x = np.array([camera.horizon_row_px, math.log(camera.row_scale_m_px), camera.pole_m, 1.0, -2.0, 0.04])
     x = np.append(x, (math.log(distance_m), 0.1, 0.0, math.log(1.8), math.log(1.4), 0.02, 1.5))
     sightings = [Sighting(0, 0, seen(distance_m))]
     rows = geometry.measure(sightings, x, 0.1).rows
@@ -167,3 +205,24 @@ def test_the_jacobian_is_the_derivative_of_the_residuals(distance_m):
             geometry.measure(sightings, down, 0.1).residuals - geometry.measure(sightings, up, 0.1).residuals
         )
         assert rows[:, k] == pytest.approx(change / (2 * step), rel=1e-4, abs=1e-6)
+
+
+def test_own_braking_is_known_and_no_doing_of_the_lead():
+    # We brake at 3 m/s^2 behind a lead that goes on at 12 m/s.
+    dt_s, own_mps = 0.1, np.maximum(20.0 - 3.0 * np.arange(0.0, 3.0, 0.1), 12.0)
+    distances_m = 40.0 - np.concatenate(([0.0], np.cumsum((own_mps - 12.0)[:-1] * dt_s)))
+    told, untold = (RangeFilter(EXACT, NOISE, RangeModel()) for _ in range(2))
+    for range_filter in (told, untold):
+        assert range_filter.add(seen(distances_m[0]), own_mps[0])
+    growths_mps2 = []
+    for before_mps, now_mps, distance_m in zip(own_mps, own_mps[1:], distances_m[1:], strict=False):
+        told.predict(dt_s, now_mps - before_mps)
+        untold.predict(dt_s)
+        for range_filter in (told, untold):
+            range_filter.update([(0, seen(distance_m))], dt_s)
+        growths_mps2.append(
+            [range_filter.state(0).closing_acceleration_mps2 for range_filter in (told, untold)]
+        )
+    told_mps2, untold_mps2 = np.abs(growths_mps2).max(axis=0)
+    assert told_mps2 < 0.5 < 1.0 < untold_mps2
+    assert told.state(0).closing_speed_mps == pytest.approx(0.0, abs=0.4)

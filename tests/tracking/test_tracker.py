@@ -173,6 +173,29 @@ def test_a_neighbour_that_weaves_in_its_lane_never_comes_into_the_path():
         assert not any(track.in_path for track in tracks)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_neighbour_cut_by_the_border_as_we_pass_it_stays_beside_the_path(side):
+    # Its rear is 2.6 to 4.4 m aside, its inner side 4.2 m longer: in the end half of it is out of sight.
+    width_px, rate_mps, length_m = 1280, 1.5, 4.2
+
+    def passing(t):
+        distance_m = 12 - rate_mps * t
+        box = CALIBRATION.ground_box(distance_m, side * 3.5, 1.8, 1.5)
+        far = CALIBRATION.ground_box(distance_m + length_m, side * 3.5, 1.8, 1.5)
+        left = max(min(box.x, far.x), 0.0)
+        right = min(max(box.right, far.right), width_px - 1.0)
+        return [Detection(Box(left, box.y, right - left, box.h), 10.0)]
+
+    frames = round(10 / rate_mps * 1e9 / FRAME_NS)
+    tracker = Tracker(CALIBRATION)
+    history = [tracks[0] for tracks in follow(tracker, frames, passing) if tracks]
+    cut = [track for track in history if track.box.x < 2 or track.box.right > width_px - 3]
+    assert cut
+    assert not any(track.in_path for track in history)
+    # The middle of what is left in the picture would be 2.5 m aside at the end.
+    assert cut[-1].lateral_m == pytest.approx(side * 3.5, abs=0.6)
+
+
 def test_a_bend_takes_the_path_with_it():
     # At 20 m/s and 0.2 rad/s the path is 4.5 m to the left 30 m ahead.
     for yaw_rate_radps, expected in ((0.2, [True, False]), (None, [False, True])):
@@ -182,6 +205,22 @@ def test_a_bend_takes_the_path_with_it():
             boxes = [seen(30, lateral_m=4.5), seen(30, lateral_m=0.0)]
             tracks = tracker.update(k * FRAME_NS, boxes, 20.0, yaw_rate_radps)
         assert [track.in_path for track in tracks] == expected
+
+
+def test_what_is_parked_beside_a_bend_keeps_its_place_beside_the_path():
+    # It sweeps across the picture as we turn by 0.2 rad/s at 10 m/s, and passes 3.5 m beside us.
+    tracker = Tracker(CALIBRATION)
+    swept = []
+    for k in range(75):
+        turned_rad = 0.2 * k * FRAME_NS / 1e9
+        # We drive on a circle of 50 m to the left; it stands 3.5 m to the right of it, 0.7 rad ahead.
+        radius_m, ahead_rad = 50.0 + 3.5, 0.7 - turned_rad
+        forward_m, left_m = radius_m * math.sin(ahead_rad), 50.0 - radius_m * math.cos(ahead_rad)
+        swept.append(left_m)
+        tracks = tracker.update(k * FRAME_NS, [seen(forward_m, lateral_m=left_m)], 10.0, 0.2)
+        assert not any(track.in_path for track in tracks)
+    assert max(swept) > 2
+    assert min(swept) < 0
 
 
 def test_a_vehicle_that_is_passed_and_no_longer_found_never_comes_into_the_path():

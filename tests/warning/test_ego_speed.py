@@ -116,3 +116,24 @@ def test_a_wrong_gpx_file_is_named_with_the_point(tmp_path, points, message):
     with pytest.raises(UserError, match=re.escape(message)) as caught:
         EgoSpeed.parse(str(path))
     assert str(path) in str(caught.value)
+
+
+def test_a_yaw_rate_is_read_where_there_is_one_and_unknown_elsewhere(tmp_path):
+    turning = EgoSpeed.read_csv(csv_file(tmp_path, "time_s,speed_mps,yaw_rate_radps\n0,10,0.1\n2,10,-0.1\n"))
+    assert [turning.yaw_rate_at(t * 10**9) for t in (0, 1, 2)] == [0.1, 0.0, -0.1]
+    assert turning.yaw_rate_at(3 * 10**9) is None
+    assert EgoSpeed.read_csv(csv_file(tmp_path, "time_s,speed_mps\n0,10\n2,10\n")).yaw_rate_at(0) is None
+    assert EgoSpeed.parse("13.9").yaw_rate_at(0) is None
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("12", "yaw_rate_radps is 12, expected radians per second"),
+        ("", "yaw_rate_radps is '', expected a number"),
+    ],
+)
+def test_a_wrong_yaw_rate_is_named_with_line_and_value(tmp_path, value, message):
+    path = csv_file(tmp_path, f"time_s,speed_mps,yaw_rate_radps\n0,10,{value}\n")
+    with pytest.raises(UserError, match=re.escape(f"line 2: {message}")):
+        EgoSpeed.read_csv(path)

@@ -1,0 +1,48 @@
+"""The prior of a vehicle's own speed against numerical integration, and what it makes of a standing one."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fcw.tracking.lead_speed import SpeedPrior, with_own_speed
+from fcw.tracking.range_filter import RangeState
+
+PRIOR = SpeedPrior()
+
+
+def state(closing_mps, sigma_mps):
+    return RangeState(60.0, 0.1, closing_mps, sigma_mps, 0.5, 1.0, 1.7)
+
+
+def density(x, mean, sigma):
+    return np.exp(-0.5 * ((x - mean) / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
+
+
+@given(st.floats(0.0, 40.0), st.floats(-20.0, 40.0), st.floats(0.3, 12.0))
+def test_mean_and_sigma_are_those_of_bayes_rule(own_mps, closing_mps, sigma_mps):
+    found = with_own_speed(state(closing_mps, sigma_mps), own_mps, PRIOR)
+    speeds_mps = np.linspace(-120.0, 160.0, 280_001)
+    belief = density(speeds_mps, own_mps - closing_mps, sigma_mps) * (
+        PRIOR.standing_share * density(speeds_mps, 0.0, PRIOR.standing_sigma_mps)
+        + (1 - PRIOR.standing_share) * density(speeds_mps, own_mps, PRIOR.travelling_sigma_mps)
+    )
+    belief /= belief.sum()
+    mean_mps = float(belief @ speeds_mps)
+    assert found.closing_speed_mps == pytest.approx(own_mps - mean_mps, abs=1e-3)
+    sigma = math.sqrt(float(belief @ (speeds_mps - mean_mps) ** 2))
+    assert found.closing_speed_sigma_mps == pytest.approx(sigma, abs=1e-3)
+    assert found.distance_m == 60.0
+
+
+def test_what_may_stand_is_believed_to_stand():
+    found = with_own_speed(state(16.0, 3.0), 19.0, PRIOR)
+    assert 17.0 < found.closing_speed_mps < 19.0
+
+
+def test_what_surely_travels_keeps_its_closing_speed():
+    found = with_own_speed(state(3.0, 0.3), 20.0, PRIOR)
+    assert found.closing_speed_mps == pytest.approx(3.0, abs=0.01)
+    assert found.closing_speed_sigma_mps == pytest.approx(0.3, abs=0.01)
