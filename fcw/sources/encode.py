@@ -18,6 +18,8 @@ _PRESET = "superfast"
 _QUALITY = "23"
 """x264's own default constant rate factor."""
 _FALLBACK_RATE_HZ = 25
+_SRGB_PRIMARIES = 1
+"""ITU-T H.273: BT.709, whose primaries are sRGB's, and its transfer."""
 
 
 class VideoEncoder:
@@ -37,6 +39,7 @@ class VideoEncoder:
         codec.pix_fmt = "yuv420p"
         codec.colorspace = Colorspace.ITU601
         codec.color_range = ColorRange.MPEG
+        codec.color_primaries = codec.color_trc = _SRGB_PRIMARIES  # unsaid, a browser guesses others
         rate = Fraction(frame_rate_hz).limit_denominator(1001) or Fraction(_FALLBACK_RATE_HZ)
         codec.framerate, codec.time_base = rate, 1 / rate
         codec.max_b_frames = 0

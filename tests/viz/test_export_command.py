@@ -295,7 +295,7 @@ def test_a_browser_plays_the_video_to_its_end(drives, tmp_path, served, options)
     assert found["duration_s"] == pytest.approx(FRAMES / RATE_HZ, abs=0.001)
     assert found["grey"] == pytest.approx([GREY] * 3, abs=6)
     if not options:
-        assert found["warned"] == pytest.approx(LEVEL_COLORS[WarningLevel.WARNING], abs=24)
+        assert found["warned"] == pytest.approx(LEVEL_COLORS[WarningLevel.WARNING], abs=4)
 
 
 def test_coco_with_pictures_goes_into_training_and_evaluation(drives, tmp_path, capsys):
