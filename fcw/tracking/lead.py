@@ -47,15 +47,15 @@ class Corridor:
         """
         speed_mps = min(max(lateral_mps, -self.fastest_mps), self.fastest_mps)
         soon_m = lateral_m + speed_mps * self.ahead_s
-        if was_inside:
-            # It leaves when it is out and stays out, or will be out for good.
-            return abs(lateral_m) <= self.leave_m and abs(soon_m) <= self.leave_m + self.enter_m / 2
         # It comes in when it is in, or when it is near and moves in.
-        return abs(lateral_m) <= self.enter_m or (
+        comes = abs(lateral_m) <= self.enter_m or (
             abs(lateral_m) <= self.leave_m + self.enter_m / 2
             and abs(soon_m) <= self.enter_m
             and abs(soon_m) < abs(lateral_m)
         )
+        # It leaves when it is out and does not come, or will be out for good.
+        stays = abs(lateral_m) <= self.leave_m and abs(soon_m) <= self.leave_m + self.enter_m / 2
+        return comes or (was_inside and stays)
 
 
 def path_curvature_per_m(ego_speed_mps: float | None, yaw_rate_radps: float | None) -> float:
