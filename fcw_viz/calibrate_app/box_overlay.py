@@ -12,16 +12,6 @@ import viser
 from fcw.logs.overlay import OTHER_TRACK_COLOR, Rgb
 from fcw_viz.calibrate_app.drawing import MEASURE_COLOR
 from fcw_viz.calibrate_app.frame_detector import RangedVehicle
-from fcw_viz.calibrate_app.label_layout import (
-    LABEL_HEIGHT_CSS_PX,
-    Area,
-    Label,
-    LabelWish,
-    Point,
-    Window,
-    lay_out_labels,
-    text_width_css_px,
-)
 from fcw_viz.calibrate_app.measure import GroundMeasurement, distance_words, point_words
 from fcw_viz.calibrate_app.numbers_text import interval_text
 from fcw_viz.calibrate_app.picture_overlay import (
@@ -30,6 +20,16 @@ from fcw_viz.calibrate_app.picture_overlay import (
     THICKNESS_CSS_PX,
     Surface,
     linear_light,
+)
+from fcw_viz.page.label_layout import (
+    LABEL_HEIGHT_CSS_PX,
+    Area,
+    Label,
+    LabelWish,
+    Point,
+    Window,
+    lay_out_labels,
+    text_width_css_px,
 )
 
 VEHICLE_COLOR: Rgb = OTHER_TRACK_COLOR

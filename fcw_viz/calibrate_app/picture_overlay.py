@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from fcw.logs.overlay import Rgb
 from fcw_viz.calibrate_app.drawing import Drawing, Measured, draw, fill_style
-from fcw_viz.calibrate_app.label_layout import Area, Label, Point, Window
 from fcw_viz.calibrate_app.pen import Fill, FillKind, Stroke
 from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.label_layout import Area, Label, Point, Window
 
 FILL_LAYERS: dict[FillKind, int] = {
     FillKind.CORRIDOR: 1,

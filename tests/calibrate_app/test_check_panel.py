@@ -25,12 +25,12 @@ from fcw_viz.calibrate_app.check_panel import CheckPanel
 from fcw_viz.calibrate_app.drawing import Measured
 from fcw_viz.calibrate_app.edits import MoveMark, SetHeight, SetUnits
 from fcw_viz.calibrate_app.frame_detector import RangedVehicle, range_vehicles
-from fcw_viz.calibrate_app.label_layout import Area
 from fcw_viz.calibrate_app.measure import measure_length, measure_point, point_words
-from fcw_viz.calibrate_app.pictures import Pictures
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.label_layout import Area
+from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 WAIT_S = 30.0

@@ -10,8 +10,8 @@ import pytest
 from fcw.errors import UserError
 from fcw.sources import open_source
 from fcw.sources.frame import Frame, ImageSize
-from fcw_viz.calibrate_app.pictures import Pictures
-from fcw_viz.calibrate_app.playback import LARGEST_LAG_S, Clock, Playback
+from fcw_viz.page.pictures import Pictures
+from fcw_viz.page.playback import LARGEST_LAG_S, Clock, Playback
 
 RATE_HZ = 25
 COUNT = 250

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import viser
 
-from fcw_viz.calibrate_app.picture_plane import layer_offset
+from fcw_viz.page.picture_plane import layer_offset
 
 if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.picture_view import PictureView
+    from fcw_viz.page.picture_view import PictureView
 
 Phase = Literal["start", "update", "end"]
 OnDrag = Callable[[Phase, float, float], None]

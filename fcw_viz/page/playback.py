@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from fcw.errors import UserError
 from fcw.sources.frame import Frame
-from fcw_viz.calibrate_app.pictures import Pictures
+from fcw_viz.page.pictures import Pictures
 
 LARGEST_LAG_S = 0.4
 """Where leaving pictures out does not help against falling behind, playback slows down: one picture at least

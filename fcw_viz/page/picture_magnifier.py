@@ -8,11 +8,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from fcw_viz.calibrate_app.picture_handle import HANDLE_LAYER
-from fcw_viz.calibrate_app.picture_plane import FACING_WXYZ
+from fcw_viz.page.picture_handle import HANDLE_LAYER
+from fcw_viz.page.picture_plane import FACING_WXYZ
 
 if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.picture_view import PictureView
+    from fcw_viz.page.picture_view import PictureView
 
 MAGNIFICATION = 8
 """CSS pixels that an image pixel covers in it."""

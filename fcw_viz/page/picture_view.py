@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from viser import _messages
 
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.picture_handle import Handle, OnClick, OnDrag
-from fcw_viz.calibrate_app.picture_magnifier import Magnifier
-from fcw_viz.calibrate_app.picture_plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
+from fcw_viz.page.picture_handle import Handle, OnClick, OnDrag
+from fcw_viz.page.picture_magnifier import Magnifier
+from fcw_viz.page.picture_plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
 
 _BROWSER_SIDE = "\n".join(
     Path(__file__).with_name(f"picture_{topic}.js").read_text() for topic in ("view", "frames")

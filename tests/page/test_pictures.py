@@ -13,8 +13,8 @@ from av.video.stream import VideoStream
 
 from fcw.errors import UserError
 from fcw.sources import Frame, ImageFolderSource, VideoSource, open_source
-from fcw_viz.calibrate_app import pictures as pictures_module
-from fcw_viz.calibrate_app.pictures import READ_ON_FRAMES, Pictures
+from fcw_viz.page import pictures as pictures_module
+from fcw_viz.page.pictures import READ_ON_FRAMES, Pictures
 
 DEMO_DRIVE = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 COUNT = 60

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.picture_plane import FIELD_OF_VIEW_RAD, PicturePlane, layer_offset
+from fcw_viz.page.picture_plane import FIELD_OF_VIEW_RAD, PicturePlane, layer_offset
 
 SIZES = st.builds(ImageSize, st.integers(2, 8000), st.integers(2, 8000))
 SHARE = st.floats(0, 1)
