@@ -38,13 +38,14 @@ FOCUS_TRIES = 20
 
 def install(client: viser.ClientHandle, title: str) -> None:
     """Give the page its title, and its fields their manners."""
-    _run(client, _SCRIPT % {"title": json.dumps(title)})
+    run_script(client, _SCRIPT % {"title": json.dumps(title)})
 
 
 def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
     """Put the cursor in a labelled field, also in one that was added just now."""
-    _run(client, f"window.fcwFocus({json.dumps(field._impl.uuid)}, {FOCUS_TRIES});")
+    run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)}, {FOCUS_TRIES});")
 
 
-def _run(client: viser.ClientHandle, source: str) -> None:
+def run_script(client: viser.ClientHandle, source: str) -> None:
+    """Run JavaScript in the page, after what was sent before."""
     client.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))
