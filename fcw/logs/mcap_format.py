@@ -17,6 +17,7 @@ FORMAT_VERSION = "1"
 DRIVE_METADATA = "fcw.drive"
 VERSIONS_METADATA = "fcw.versions"
 CALIBRATION_NAME = "calibration.yaml"
+SERIES_NAME = "drive.series"
 
 VIDEO_TOPIC = "/camera/image"
 CALIBRATION_TOPIC = "/camera/calibration"

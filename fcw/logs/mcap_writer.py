@@ -25,6 +25,7 @@ from fcw.logs.messages import result_message, track_message, warning_message
 from fcw.logs.overlay import overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
+from fcw.logs.series import SeriesBuilder
 from fcw.sources.frame import VideoPacket
 from fcw.warning.types import WarningLevel
 
@@ -74,6 +75,7 @@ class McapSink:
         self._level = WarningLevel.NONE
         self._flushed_ns: int | None = None
         self._sequences: defaultdict[str, int] = defaultdict(int)
+        self._series = SeriesBuilder()
         self._writer = Writer(self._file)
         self._writer.start(library=f"fcw {__version__}")
         self._writer.add_metadata(mcap.DRIVE_METADATA, mcap.drive_metadata(header))
@@ -128,6 +130,7 @@ class McapSink:
             self._add(mcap.LEAD_TOPIC, log_ns, track_message(result.lead))
         self._add(mcap.WARNING_TOPIC, log_ns, warning_message(result.warning))
         self._add(mcap.RESULT_TOPIC, log_ns, result_message(result))
+        self._series.add(result, packets)
 
     def close(self) -> None:
         """Finish the file; a second call does nothing.
@@ -139,6 +142,9 @@ class McapSink:
             return
         file, self._file = self._file, None
         with self._telling(), file:
+            series = self._series.build().to_bytes()
+            self._writer.flush()
+            self._writer.add_attachment(0, 0, mcap.SERIES_NAME, "application/x-npz", series)
             self._writer.finish()
 
     @contextmanager
