@@ -29,28 +29,20 @@ class Clock:
         stop.wait(seconds)
 
 
-class Playback:
-    """Plays the pictures of one tab."""
+class PlayingThread:
+    """The thread in which something is played; what and how is a subclass's `_play`.
 
-    def __init__(
-        self,
-        pictures: Pictures,
-        show: Callable[[Frame], None],
-        on_end: Callable[[str], None],
-        clock: Clock | None = None,
-    ) -> None:
-        """Nothing is started before `play`.
+    Nothing is started before `play`.
+    """
+
+    def __init__(self, on_end: Callable[[str], None], clock: Clock | None = None) -> None:
+        """Nothing plays yet.
 
         Args:
-            pictures: of the drive.
-            show: shows a frame; called in the playback's thread, and may take its time, but no longer once
-                it does not play any more.
-            on_end: called in that thread when playing has ended, by whatever: with a message where the
-                pictures could not be read on, else an empty text.
+            on_end: called in that thread when playing has ended, by whatever: with a message where it could
+                not go on, else an empty text.
             clock: for tests.
         """
-        self._pictures = pictures
-        self._show = show
         self._on_end = on_end
         self._clock = clock or Clock()
         self._lock = threading.Lock()
@@ -78,9 +70,17 @@ class Playback:
             self._thread.start()
 
     def stop(self) -> None:
-        """Stop; once this returns no further picture is shown (unless called by `show` itself)."""
+        """Stop; once this returns no further picture is shown (unless called while one is shown)."""
         with self._lock:
             self._end()
+
+    def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
+        """Play until the end, or until `stop` is set.
+
+        Raises:
+            UserError: it cannot go on.
+        """
+        raise NotImplementedError
 
     def _end(self) -> None:
         thread, self._thread = self._thread, None
@@ -99,6 +99,31 @@ class Playback:
             message = "playback failed; the server's log says why"
         stop.set()
         self._on_end(message)
+
+
+class Playback(PlayingThread):
+    """Plays the pictures of one tab, each decoded in its turn."""
+
+    def __init__(
+        self,
+        pictures: Pictures,
+        show: Callable[[Frame], None],
+        on_end: Callable[[str], None],
+        clock: Clock | None = None,
+    ) -> None:
+        """Nothing is started before `play`.
+
+        Args:
+            pictures: of the drive.
+            show: shows a frame; called in the playback's thread, and may take its time, but no longer once
+                it does not play any more.
+            on_end: called in that thread when playing has ended, by whatever: with a message where the
+                pictures could not be read on, else an empty text.
+            clock: for tests.
+        """
+        super().__init__(on_end, clock)
+        self._pictures = pictures
+        self._show = show
 
     def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
         clock, period_s = self._clock, 1 / self._pictures.frame_rate_hz / speed
