@@ -1,24 +1,23 @@
-"""Edits and documents as JSON: frozen dataclasses by their field names, an edit tagged with its name."""
+"""Frozen dataclasses as JSON, by their field names; one of several kinds is tagged with its name."""
 
 import dataclasses
 import functools
 import types
+from collections.abc import Sequence
+from enum import Enum
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
-
-from fcw_viz.calibrate_app.edits import Edit
 
 T = TypeVar("T")
 
-EDIT_FIELD = "edit"
-EDIT_TYPES: dict[str, type] = {edit.__name__: edit for edit in get_args(Edit)}
-
 
 def to_json(value: Any) -> Any:  # noqa: ANN401 - JSON has no type
-    """Dataclasses as objects, tuples as lists; numbers of NumPy as plain ones."""
+    """Dataclasses as objects, tuples as lists, enums by name; numbers of NumPy as plain ones."""
     if dataclasses.is_dataclass(value):
         return {field.name: to_json(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, tuple | list):
         return [to_json(item) for item in value]
+    if isinstance(value, Enum):
+        return value.name.lower()
     return value.item() if hasattr(value, "item") else value
 
 
@@ -31,22 +30,23 @@ def from_json(kind: type[T], value: Any) -> T:  # noqa: ANN401 - JSON has no typ
     return _decoded(kind, value)
 
 
-def edit_to_json(edit: Edit) -> dict[str, Any]:
-    """An edit as an object with its name."""
-    return {EDIT_FIELD: type(edit).__name__, **to_json(edit)}
+def tagged_to_json(value: Any, tag: str) -> dict[str, Any]:  # noqa: ANN401 - any dataclass
+    """A dataclass as an object that says in the field `tag` which one it is."""
+    return {tag: type(value).__name__, **to_json(value)}
 
 
-def edit_from_json(value: dict[str, Any]) -> Edit:
-    """The edit.
+def tagged_from_json(kinds: Sequence[type[T]], value: dict[str, Any], tag: str) -> T:
+    """The value of one of several dataclasses from what `tagged_to_json` made of it.
 
     Raises:
-        ValueError: there is no such edit, or its fields are not as expected.
+        ValueError: it is none of these, or its fields are not as expected.
     """
     fields = dict(value)
-    name = fields.pop(EDIT_FIELD, None)
-    if name not in EDIT_TYPES:
-        raise ValueError(f"{name!r} is no edit of this program")
-    return _decoded(EDIT_TYPES[name], fields)
+    name = fields.pop(tag, None)
+    for kind in kinds:
+        if kind.__name__ == name:
+            return _decoded(kind, fields)
+    raise ValueError(f"{name!r} is no {tag} of this program")
 
 
 _hints = functools.cache(get_type_hints)
@@ -70,7 +70,16 @@ def _decoded(kind: Any, value: Any) -> Any:  # noqa: ANN401 - a type or a union 
         hints = _hints(kind)
         if unknown := set(value) - set(hints):
             raise ValueError(f"unknown fields {', '.join(sorted(unknown))}")
-        return kind(**{name: _decoded(hints[name], item) for name, item in value.items()})  # pyright: ignore[reportCallIssue]
+        fields = {name: _decoded(hints[name], item) for name, item in value.items()}
+        try:
+            return kind(**fields)  # pyright: ignore[reportCallIssue]
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+    if issubclass(kind, Enum):
+        names = {member.name.lower(): member for member in kind}
+        if not (isinstance(value, str) and value in names):
+            raise ValueError(f"{value!r} is none of {', '.join(names)}")
+        return names[value]
     if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if type(value) is not kind:
