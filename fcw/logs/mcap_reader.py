@@ -138,14 +138,15 @@ class DriveLog:
 
     def _packets(self, start_ns: int | None, end_ns: int | None) -> Iterator[tuple[int, VideoPacket]]:
         """Packets with the number of the frame they came with, from all chunks that touch the range."""
-        video: list[bytes] = []
-        for topic, message in self._messages((mcap.VIDEO_TOPIC, mcap.VIDEO_INDEX_TOPIC), start_ns, end_ns):
-            if topic == mcap.VIDEO_TOPIC:
-                video.append(CompressedVideo.FromString(message.data).data)
-            else:
-                index = drive_pb2.VideoPacket.FromString(message.data)
-                packet = VideoPacket(video.pop(), index.time_ns, index.keyframe, index.shown)
-                yield index.frame_index, packet
+        index = self._messages((mcap.VIDEO_INDEX_TOPIC,), start_ns, end_ns)
+        entry = next(index, None)
+        for _, picture in self._messages((mcap.VIDEO_TOPIC,), start_ns, end_ns):
+            while entry is not None and entry[1].sequence < picture.sequence:
+                entry = next(index, None)
+            if entry is not None and entry[1].sequence == picture.sequence:
+                about = drive_pb2.VideoPacket.FromString(entry[1].data)
+                data = CompressedVideo.FromString(picture.data).data
+                yield about.frame_index, VideoPacket(data, about.time_ns, about.keyframe, about.shown)
 
     def _messages(
         self, topics: Sequence[str], start_ns: int | None = None, end_ns: int | None = None
