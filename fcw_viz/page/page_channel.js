@@ -3,6 +3,7 @@
 //   data-fcw="event:4"                      a click on it is the message "event:4"
 //   data-fcw-slide="seek:12.5:32.5"         a click or a drag along it is "seek:" and the number under the mouse,
 //                                           12.5 at its left edge and 32.5 at its right one; it has an id
+//   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
 //   data-fcw-size="strip"                   its size in CSS pixels, "size:strip 1040x315", now and when it changes
 const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
 
@@ -49,7 +50,15 @@ if (!channel.listens) {
   };
   document.addEventListener("click", (event) => {
     const element = event.target.closest?.("[data-fcw]");
-    if (element) channel.tell(element.dataset.fcw);
+    if (!element) return;
+    channel.tell(element.dataset.fcw);
+    element.blur?.(); // keys are the page's again
+  });
+  document.addEventListener("change", (event) => {
+    const { fcwChoice } = event.target.dataset;
+    if (fcwChoice === undefined) return;
+    channel.tell(`${fcwChoice}:${event.target.value}`);
+    event.target.blur();
   });
   document.addEventListener("pointerdown", (event) => {
     // A mark on a time line has its own meaning.

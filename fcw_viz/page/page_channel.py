@@ -64,6 +64,11 @@ def says(message: str) -> str:
     return f'data-fcw="{escape(message)}"'
 
 
+def chooses(name: str) -> str:
+    """The attribute of a `select` whose chosen value is a message of that name."""
+    return f'data-fcw-choice="{escape(name)}"'
+
+
 def slides(element: str, name: str, start: float, end: float) -> str:
     """Attributes of an element along which a click or a drag is a message with a number.
 

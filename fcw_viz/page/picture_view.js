@@ -16,10 +16,12 @@ Object.defineProperty(controls, "_dragNeedsUpdate", { get: () => true, set: () =
 controls.dollyToCursor = true;
 controls.dollySpeed = 2.0; // 1.4 times a notch of the wheel
 // The middle of the view stays on the picture, so that it is never lost.
-controls.setBoundary({
-  min: { x: 0, y: -halfHeight, z: -halfWidth },
-  max: { x: 0, y: halfHeight, z: halfWidth },
-});
+viewer.setPictureBounds = (halfWidth, halfHeight) =>
+  controls.setBoundary({
+    min: { x: 0, y: -halfHeight, z: -halfWidth },
+    max: { x: 0, y: halfHeight, z: halfWidth },
+  });
+viewer.setPictureBounds(halfWidth, halfHeight);
 
 // Layers lie very close to the picture, so that they do not shift against it towards the edges of the view:
 // depth must be resolved around the picture at every zoom.

@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from viser import _messages
 
 from fcw.sources.frame import ImageSize
+from fcw_viz.page.page_script import run_script
 from fcw_viz.page.picture_handle import Handle, OnClick, OnDrag
 from fcw_viz.page.picture_magnifier import Magnifier
 from fcw_viz.page.picture_plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
@@ -26,6 +26,7 @@ from fcw_viz.page.picture_plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePl
 _BROWSER_SIDE = "\n".join(
     Path(__file__).with_name(f"picture_{topic}.js").read_text() for topic in ("view", "frames")
 )
+_TELL_DRAWN = Path(__file__).with_name("picture_drawn.js").read_text()
 _FIT_MARGIN = 1.02
 _FARTHEST_FITS = 2.0  # zoomed out at most until the picture fills half the window
 _CLOSEST_PIXEL = 64.0  # zoomed in at most until an image pixel covers that many screen pixels
@@ -49,6 +50,7 @@ class PictureView:
         self.plane = PicturePlane(image_size)
         self._on_click: list[Callable[[float, float], None]] = []
         self._on_view_change: list[Callable[[], None]] = []
+        self._on_box: Callable[[float, float, float, float], None] | None = None
         self._handles: dict[str, Handle] = {}
         self._fits: deque[tuple[float, float, float]] = deque(maxlen=_REMEMBERED_FITS)
         self._seen: tuple[float, ...] = ()
@@ -72,11 +74,7 @@ class PictureView:
         self._magnifier = Magnifier(self, client.scene)
         client.camera.fov = FIELD_OF_VIEW_RAD
         self.fit()
-        client.gui._websock_interface.queue_message(
-            _messages.RunJavascriptMessage(
-                f"const halfWidth = {width / 2}, halfHeight = {height / 2};\n{_BROWSER_SIDE}"
-            )
-        )
+        run_script(client, f"{self._bounds_script()}\n{_BROWSER_SIDE}")
         client.camera.on_update(self._camera_moved)
         # viser awaits coroutines, which keeps the order; its types say None.
         client.scene.on_click()(self._clicked)  # pyright: ignore[reportArgumentType]
@@ -85,6 +83,23 @@ class PictureView:
     def close(self) -> None:
         """Ends the view's thread; the tab is gone."""
         self._in_order.shutdown(wait=False, cancel_futures=True)
+
+    def set_size(self, image_size: ImageSize) -> None:
+        """Pictures of another size from now on; shows the whole of it. Handles have to be moved anew."""
+        if image_size == self.plane.size:
+            return
+        self.plane = PicturePlane(image_size)
+        with self._client.atomic():
+            self._picture.render_width, self._picture.render_height = self.plane.extent
+            run_script(
+                self._client,
+                f"{self._bounds_script()}\nwindow.__viserMutable.setPictureBounds(halfWidth, halfHeight);",
+            )
+            self.fit()
+
+    def tell_drawn(self) -> None:
+        """From now on the page's channel is told `drawn` when a new picture is on the screen."""
+        run_script(self._client, _TELL_DRAWN)
 
     def show(self, image_bgr: NDArray[np.uint8], quality: int | None = None) -> None:
         """Replaces the picture.
@@ -126,6 +141,10 @@ class PictureView:
     def on_click(self, callback: Callable[[float, float], None]) -> None:
         """Calls back with (column_px, row_px) of each click inside the picture that met no handle."""
         self._on_click.append(callback)
+
+    def on_box(self, callback: Callable[[float, float, float, float], None] | None) -> None:
+        """Calls back with left, top, right and bottom of a box drawn with Shift; None zooms to it again."""
+        self._on_box = callback
 
     def on_view_change(self, callback: Callable[[], None]) -> None:
         """Calls back after zooming, sliding and resizing; several changes in a row may come as one."""
@@ -227,6 +246,10 @@ class PictureView:
         with contextlib.suppress(RuntimeError):
             self._in_order.submit(run)
 
+    def _bounds_script(self) -> str:
+        width, height = self.plane.extent
+        return f"const halfWidth = {width / 2}, halfHeight = {height / 2};"
+
     def _distance(self, pixels_per_screen_pixel: float) -> float:
         return self.plane.distance(pixels_per_screen_pixel, self._client.camera.image_height)
 
@@ -295,6 +318,11 @@ class PictureView:
     async def _box_drawn(self, event: viser.SceneRectSelectEvent) -> None:
         left, top, right, bottom = self.window_px
         (x0, y0), (x1, y1) = event.screen_min, event.screen_max
+        if self._on_box is not None:
+            columns = sorted(left + x * (right - left) for x in (x0, x1))
+            rows = sorted(top + y * (bottom - top) for y in (y0, y1))
+            self.run_in_order(self._on_box, columns[0], rows[0], columns[1], rows[1])
+            return
         across_px = max(x1 - x0, y1 - y0) * (right - left)
         column_px = left + (x0 + x1) / 2 * (right - left)
         row_px = top + (y0 + y1) / 2 * (bottom - top)
