@@ -1,6 +1,7 @@
 """The whole job on one drive, as `fcw run` and `fcw demo` do it: open, detect, range, warn, log, sum up."""
 
 import json
+import math
 import signal
 import threading
 import time
@@ -9,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -24,7 +25,7 @@ from fcw.files import write_whole
 from fcw.logs.mcap_writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult, Sink
 from fcw.pipeline import Stages, run_pipeline
-from fcw.sources import open_source
+from fcw.sources import is_mcap, open_source
 from fcw.sources.frame import Source
 from fcw.summary import DriveSummary
 from fcw.tracking.tracker import Tracker
@@ -32,6 +33,9 @@ from fcw.versions import versions
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.policies import DEFAULT_POLICY, make_policy, without_own_speed
 from fcw_viz.rerun_log import RerunSink
+
+if TYPE_CHECKING:
+    from fcw.sources.mcap_facts import McapFacts
 
 MCAP_NAME = "drive.mcap"
 RRD_NAME = "drive.rrd"
@@ -46,11 +50,12 @@ class DriveJob:
     """What to run and how.
 
     Attributes:
-        source: video file or folder of pictures.
+        source: video file, MCAP file or folder of pictures.
         out: folder for the logs and the summary.
-        calibration: its calibration file; None looks beside the source.
+        calibration: its calibration file; None looks beside the source, then into an MCAP file.
+        topic: of an MCAP file, whose pictures; None where it has one topic of them.
         detector: one of `DETECTOR_NAMES`.
-        ego_speed: metres per second, or a CSV or GPX file; None when unknown.
+        ego_speed: metres per second, or a CSV or GPX file; None takes what an MCAP file knows.
         warning_policy: one of `fcw.warning.policies.POLICIES`.
         imperial: distances shown to a person in feet.
         frame_rate_hz: for folders of pictures without time stamps.
@@ -59,6 +64,7 @@ class DriveJob:
     source: Path
     out: Path
     calibration: Path | None = None
+    topic: str | None = None
     detector: str = "acf"
     ego_speed: str | None = None
     warning_policy: str = DEFAULT_POLICY
@@ -75,22 +81,58 @@ class DriveOutcome:
     interrupted: bool
 
 
-def load_calibration(job: DriveJob, source: Source) -> Calibration:
+def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = None) -> Calibration:
     """The calibration for a source, scaled to its image size.
+
+    Args:
+        job: what to run.
+        source: its source.
+        facts: what the source's file knows; its calibration counts where none was made beside it.
 
     Raises:
         UserError: there is none, or it is for another camera's image size.
     """
     path = job.calibration or default_path(job.source)
-    if not path.is_file():
+    if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
+        path, calibration = job.source, facts.calibration
+    elif path.is_file():
+        calibration = Calibration.load(path)
+    else:
         raise UserError(
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate {job.source} "
-            "--points ... --height ...`, or name an existing one with --calibration"
+            "--points ... --height ...`, or name an existing one with --calibration" + _field_of_view(facts)
         )
     try:
-        return Calibration.load(path).for_image_size(source.image_size)
+        return calibration.for_image_size(source.image_size)
     except UserError as error:
         raise error if str(path) in str(error) else UserError(f"{path}: {error}") from None
+
+
+def _has_own_calibration(job: DriveJob) -> bool:
+    """Whether a calibration was named, or made beside the source; either is preferred to one in its file."""
+    return job.calibration is not None or default_path(job.source).is_file()
+
+
+def _field_of_view(facts: "McapFacts | None") -> str:
+    """What a camera info is good for: it tells the focal length, but not where the camera is."""
+    if facts is None or facts.field_of_view_rad is None:
+        return ""
+    degrees = math.degrees(facts.field_of_view_rad)
+    return (
+        f"; {facts.camera_topic} does not say where the camera is, only its field of view: "
+        f"add `--field-of-view {degrees:.1f}` to the points"
+    )
+
+
+def _ego_speed(job: DriveJob, source: Source, facts: "McapFacts | None") -> EgoSpeed | None:
+    """The own speed that was given; else what the source's file knows of it."""
+    if job.ego_speed is None:
+        return None if facts is None else facts.ego_speed
+    speed = EgoSpeed.parse(job.ego_speed)
+    if facts is None or not job.ego_speed.lower().endswith(".gpx"):
+        return speed
+    start_s = next(source.frames()).time_ns / 1e9  # a track begins with the drive, not in 1970
+    return EgoSpeed(tuple(time_s + start_s for time_s in speed.times_s), speed.speeds_mps)
 
 
 def make_detector(name: str, calibration: Calibration, model: Model) -> Detector:
@@ -114,12 +156,21 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         console: where the bar is drawn; nothing is drawn unless it is a terminal.
         source: the job's source where it is open already.
     """
-    source = source or open_source(job.source, frame_rate_hz=job.frame_rate_hz)
-    calibration = load_calibration(job, source)
+    source = source or open_source(job.source, job.frame_rate_hz, job.topic)
+    facts = None
+    if is_mcap(job.source):
+        from fcw.sources.mcap_facts import mcap_facts
+
+        facts = mcap_facts(job.source, job.topic)
+    calibration = load_calibration(job, source, facts)
     model = Model.load(SHIPPED_MODEL_PATH)
-    ego_speed = EgoSpeed.parse(job.ego_speed) if job.ego_speed is not None else None
+    ego_speed = _ego_speed(job, source, facts)
     policy = make_policy(job.warning_policy)
-    policy_notes = () if ego_speed is not None else (without_own_speed(job.warning_policy),)
+    notes = () if ego_speed is not None else (without_own_speed(job.warning_policy),)
+    if facts is not None and job.ego_speed is None:
+        notes = (*facts.notes, *notes)
+    if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
+        notes = (f"{source.name}: calibration from the file itself", *notes)
     detectors = [make_detector(job.detector, calibration, model) for _ in range(DETECTION_THREADS)]
     header = DriveHeader(
         source=source.name,
@@ -133,6 +184,8 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         imperial=job.imperial,
     )
     summary = DriveSummary(source.name, header.versions)
+    if job.source.resolve() == (job.out / MCAP_NAME).resolve():
+        raise UserError(f"--out {job.out}: the new log would replace {job.source}; name another folder")
     try:
         job.out.mkdir(parents=True, exist_ok=True)
         for name in (MCAP_NAME, RRD_NAME, SUMMARY_NAME):  # an earlier run's must not stand beside this run's
@@ -157,7 +210,7 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
         raise UserError(f"{job.source}: no frame could be read; " + "; ".join(source.notes))
     as_json = summary.as_json(time.perf_counter() - start)
     write_whole(job.out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
-    return DriveOutcome(as_json, (*policy_notes, *source.notes, *summary.notes), stop.is_set())
+    return DriveOutcome(as_json, (*notes, *source.notes, *summary.notes), stop.is_set())
 
 
 @contextmanager

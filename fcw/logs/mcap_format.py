@@ -4,7 +4,9 @@ A drive is one MCAP file (https://mcap.dev/spec). Before the first message stand
 `fcw.drive` and `fcw.versions` and the attachment `calibration.yaml`, so that a file whose writer was killed
 still says what it is. Log times are the source's presentation times. They cannot be negative in MCAP:
 packets before 0, which only feed the decoder, have log time 0, keep their order, and have their own time on
-`/fcw/video_index`. Of each frame the packets come first and its result after them.
+`/fcw/video_index`, whose message for a packet has the sequence number of its message on `/camera/image`.
+Pictures stand in chunks of their own, all else in others. At the end stands the attachment `drive.series`
+(`fcw.logs.series`): the signals as columns, and where decoding can start.
 """
 
 from collections.abc import Mapping
@@ -17,6 +19,7 @@ FORMAT_VERSION = "1"
 DRIVE_METADATA = "fcw.drive"
 VERSIONS_METADATA = "fcw.versions"
 CALIBRATION_NAME = "calibration.yaml"
+SERIES_NAME = "drive.series"
 
 VIDEO_TOPIC = "/camera/image"
 CALIBRATION_TOPIC = "/camera/calibration"

@@ -1,33 +1,31 @@
 """Reading a drive log back."""
 
-import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
 from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
-from mcap.exceptions import McapError
-from mcap.reader import NonSeekingReader, SeekingReader
-from mcap.records import Attachment, Chunk, Metadata
+from mcap.reader import SeekingReader
+from mcap.records import Attachment, Chunk, Message, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
-from zstandard import ZstdError
 
 from fcw.errors import UserError
 from fcw.logs import mcap_format as mcap
+from fcw.logs.mcap_chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks
 from fcw.logs.messages import result_from_message
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
+from fcw.logs.series import DriveSeries, SeriesBuilder
 from fcw.sources.frame import VideoPacket
-
-_DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError)
-"""What mcap's readers raise where a file ends inside a record, or holds other bytes than were written."""
 
 
 class DriveLog:
     """A drive log in MCAP.
 
-    A log whose writer was killed is read up to where it is torn.
+    A log whose writer was killed is read up to where it is torn. Reading from several threads at once is
+    safe: each pass has a file of its own.
 
     Attributes:
         path: the file.
@@ -42,6 +40,7 @@ class DriveLog:
             UserError: the file is missing, or is no drive log.
         """
         self.path = path
+        self._series: DriveSeries | None = None
         try:
             with path.open("rb") as file:
                 self.header = self._read_header(file)
@@ -52,46 +51,121 @@ class DriveLog:
                 f"{path}: cannot read the log ({error.strerror}); expected a drive.mcap of `fcw run`"
             ) from error
 
-    def results(self) -> Iterator[FrameResult]:
-        """Every frame's result, in order.
+    def results(self, start_ns: int | None = None, end_ns: int | None = None) -> Iterator[FrameResult]:
+        """Results of the frames at times in [start_ns, end_ns), in order; all by default.
 
         Raises:
             UserError: a complete log holds damaged bytes.
         """
-        for _, data in self._messages((mcap.RESULT_TOPIC,)):
-            yield result_from_message(data)
+        for _, message in self._messages((mcap.RESULT_TOPIC,), start_ns, end_ns):
+            result = result_from_message(message.data)
+            if _within(result.time_ns, start_ns, end_ns):
+                yield result
 
-    def entries(self) -> Iterator[tuple[FrameResult, tuple[VideoPacket, ...]]]:
-        """Every frame's result with its video packets, as they were given to `Sink.write`."""
-        video: list[bytes] = []
-        packets: list[VideoPacket] = []
-        for topic, data in self._messages((mcap.VIDEO_TOPIC, mcap.VIDEO_INDEX_TOPIC, mcap.RESULT_TOPIC)):
-            if topic == mcap.VIDEO_TOPIC:
-                video.append(CompressedVideo.FromString(data).data)
-            elif topic == mcap.VIDEO_INDEX_TOPIC:
-                index = drive_pb2.VideoPacket.FromString(data)
-                packets.append(VideoPacket(video.pop(), index.time_ns, index.keyframe, index.shown))
+    def entries(
+        self, start_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[tuple[FrameResult, tuple[VideoPacket, ...]]]:
+        """Results of the frames at times in [start_ns, end_ns) with their packets, as they were written.
+
+        Pictures are written later than signals: at the end of a torn log there are results without packets.
+        The first packets of a range need not be keyframes; see `video_packets`.
+        """
+        packets = self._packets(start_ns, end_ns)
+        following = next(packets, None)
+        for result in self.results(start_ns, end_ns):
+            own: list[VideoPacket] = []
+            while following is not None and following[0] <= result.index:
+                if following[0] == result.index:
+                    own.append(following[1])
+                following = next(packets, None)
+            yield result, tuple(own)
+
+    def video_packets(self, start_ns: int | None = None, end_ns: int | None = None) -> Iterator[VideoPacket]:
+        """Video packets in decoding order up to `end_ns` (exclusive).
+
+        They start at the keyframe from which the picture at `start_ns` can be decoded.
+        """
+        if start_ns is not None:
+            start_ns = self.series().keyframe_before(start_ns)
+        for _, packet in self._packets(start_ns, end_ns):
+            if _within(packet.time_ns, start_ns, end_ns):
+                yield packet
+
+    def series(self, progress: Callable[[float], None] = lambda part: None) -> DriveSeries:
+        """The signals as columns: from the log's own, or by one pass over a log that has none.
+
+        Args:
+            progress: called with the part of such a pass that is done, 0 to 1.
+        """
+        if self._series is None:
+            self._series = self._stored_series() or self._gathered_series(progress)
+        return self._series
+
+    def result_at(self, frame_index: int) -> FrameResult:
+        """The result of one frame.
+
+        Raises:
+            IndexError: the log has no such frame.
+        """
+        series = self.series()
+        time_ns = int(series.time_ns[series.row_of(frame_index)])
+        for result in self.results(time_ns, time_ns + 1):
+            if result.index == frame_index:
+                return result
+        raise IndexError(f"{self.path}: no frame {frame_index}")
+
+    def _stored_series(self) -> DriveSeries | None:
+        if not self.complete:
+            return None
+        with self.path.open("rb") as file:
+            for attachment in SeekingReader(file).iter_attachments():
+                if attachment.name == mcap.SERIES_NAME:
+                    return DriveSeries.from_bytes(attachment.data)
+        return None
+
+    def _gathered_series(self, progress: Callable[[float], None]) -> DriveSeries:
+        builder = SeriesBuilder()
+        end_ns = max((chunk.message_end_time for chunk in self._chunks.chunks), default=0) or 1
+        for topic, message in self._messages((mcap.RESULT_TOPIC, mcap.VIDEO_INDEX_TOPIC)):
+            if topic == mcap.RESULT_TOPIC:
+                builder.add(result_from_message(message.data), ())
+                progress(message.log_time / end_ns)
             else:
-                yield result_from_message(data), tuple(packets)
-                packets.clear()
+                index = drive_pb2.VideoPacket.FromString(message.data)
+                if index.keyframe:
+                    builder.add_keyframe(index.time_ns)
+        return builder.build()
 
-    def video_packets(self) -> Iterator[VideoPacket]:
-        """Every video packet in decoding order."""
-        for _, packets in self.entries():
-            yield from packets
+    def _packets(self, start_ns: int | None, end_ns: int | None) -> Iterator[tuple[int, VideoPacket]]:
+        """Packets with the number of the frame they came with, from all chunks that touch the range."""
+        index = self._messages((mcap.VIDEO_INDEX_TOPIC,), start_ns, end_ns)
+        entry = next(index, None)
+        for _, picture in self._messages((mcap.VIDEO_TOPIC,), start_ns, end_ns):
+            while entry is not None and entry[1].sequence < picture.sequence:
+                entry = next(index, None)
+            if entry is not None and entry[1].sequence == picture.sequence:
+                about = drive_pb2.VideoPacket.FromString(entry[1].data)
+                data = CompressedVideo.FromString(picture.data).data
+                yield about.frame_index, VideoPacket(data, about.time_ns, about.keyframe, about.shown)
 
-    def _messages(self, topics: Sequence[str]) -> Iterator[tuple[str, bytes]]:
-        """Topic and data of messages in the order in which they were written."""
+    def _messages(
+        self, topics: Sequence[str], start_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[tuple[str, Message]]:
+        """Messages with their topics, in the order in which they were written, of all chunks in the range."""
+        start_ns = None if start_ns is None else max(start_ns, 0)  # log times cannot be negative
         with self.path.open("rb") as file:
             try:
-                reader = (SeekingReader if self.complete else NonSeekingReader)(file, validate_crcs=True)
-                for _, channel, message in reader.iter_messages(topics, log_time_order=False):
-                    yield channel.topic, message.data
-            except _DAMAGED as error:
+                yield from self._chunks.messages(file, topics, start_ns, end_ns)
+            except DAMAGED as error:
                 if self.complete:
                     raise UserError(
                         f"{self.path}: the log is damaged ({error}); copy it again, or run the drive again"
                     ) from error
+
+    @cached_property
+    def _chunks(self) -> ChunkTable:
+        with self.path.open("rb") as file:
+            return indexed_chunks(file) if self.complete else scanned_chunks(file)
 
     def _read_header(self, file: BinaryIO) -> DriveHeader:
         """The header from the records before the first chunk."""
@@ -105,7 +179,7 @@ class DriveLog:
                     attachments[record.name] = record.data
                 elif isinstance(record, Chunk):
                     break
-        except _DAMAGED as error:
+        except DAMAGED as error:
             if mcap.CALIBRATION_NAME not in attachments:
                 raise UserError(
                     f"{self.path}: not a drive log, or one cut off at its start ({error}); "
@@ -125,3 +199,7 @@ class DriveLog:
                 f"{self.path}: an MCAP file, but no drive log of fcw (no {error}); "
                 "expected a drive.mcap of `fcw run`"
             ) from error
+
+
+def _within(time_ns: int, start_ns: int | None, end_ns: int | None) -> bool:
+    return (start_ns is None or time_ns >= start_ns) and (end_ns is None or time_ns < end_ns)

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
 
@@ -21,15 +22,22 @@ from fcw.camera.file import calibration_text
 from fcw.errors import UserError
 from fcw.logs import foxglove_messages as foxglove
 from fcw.logs import mcap_format as mcap
+from fcw.logs.disk_sync import DiskSync
+from fcw.logs.foxglove_messages import NANOSECONDS
 from fcw.logs.messages import result_message, track_message, warning_message
 from fcw.logs.overlay import overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
+from fcw.logs.series import SeriesBuilder
 from fcw.sources.frame import VideoPacket
 from fcw.warning.types import WarningLevel
 
-FLUSH_INTERVAL_NS = 1_000_000_000
-"""A chunk ends at least this often, so that a killed process loses a second of its drive at most."""
+SIGNALS_CHUNK_NS = 250_000_000
+"""A chunk of signals holds no more of the drive than this: so much is lost when the process is killed."""
+PICTURES_CHUNK_NS = 500_000_000
+"""As much of the pictures; a chunk of them ends before each keyframe too, where a jump starts to read."""
+_CHUNK_BYTES = 1 << 30
+"""Chunks end by time, never by size."""
 _TOPICS: dict[str, type[Message]] = {
     mcap.VIDEO_TOPIC: CompressedVideo,
     mcap.VIDEO_INDEX_TOPIC: drive_pb2.VideoPacket,
@@ -44,11 +52,18 @@ _TOPICS: dict[str, type[Message]] = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    log_ns: int
+    data: bytes
+
+
 class McapSink:
     """Writes a drive as MCAP; an `fcw.logs.records.Sink`. `mcap_format` says what stands where.
 
     The file is written in place and has no footer before `close`: an unfinished log can be told from a
-    finished one, and read up to where it ends.
+    finished one, and read up to where it ends. mcap's writer has one chunk open. It takes the signals, and
+    pictures wait here until it is their turn: so each has chunks of its own.
     """
 
     def __init__(self, path: Path) -> None:
@@ -71,10 +86,14 @@ class McapSink:
             ) from error
         self._header = header
         self._rows = overlay_rows(header.calibration, header.imperial)
+        self._frame_ns = round(NANOSECONDS / header.frame_rate_hz)
         self._level = WarningLevel.NONE
-        self._flushed_ns: int | None = None
+        self._signals_ns: int | None = None
+        self._pictures: list[_Picture] = []
         self._sequences: defaultdict[str, int] = defaultdict(int)
-        self._writer = Writer(self._file)
+        self._series = SeriesBuilder()
+        self._disk = DiskSync(self._file)
+        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         self._writer.start(library=f"fcw {__version__}")
         self._writer.add_metadata(mcap.DRIVE_METADATA, mcap.drive_metadata(header))
         self._writer.add_metadata(mcap.VERSIONS_METADATA, dict(header.versions))
@@ -87,47 +106,28 @@ class McapSink:
         self._file.flush()
 
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        """Add a frame; it reaches the file within a second of the drive's time.
+        """Add a frame; indices and times must rise.
+
+        The operating system has it within `SIGNALS_CHUNK_NS` of the drive's time, and its pictures within
+        `PICTURES_CHUNK_NS`.
 
         Raises:
             UserError: the file cannot be written any further.
         """
         with self._telling():
-            self._write(result, packets)
-
-    def _write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        header = self._header
-        log_ns = max(result.time_ns, 0)
-        if self._flushed_ns is None:
-            start_ns = min([log_ns, *(max(packet.time_ns, 0) for packet in packets)])
-            stamp = foxglove.timestamp(start_ns)
-            self._add(
-                mcap.CALIBRATION_TOPIC, start_ns, foxglove.calibration_message(header.calibration, stamp)
-            )
-            self._add(mcap.TRANSFORMS_TOPIC, start_ns, foxglove.transforms_message(header.calibration, stamp))
-            self._flushed_ns = start_ns
-        elif log_ns - self._flushed_ns >= FLUSH_INTERVAL_NS:
-            self._writer.flush()
-            self._flushed_ns = log_ns
-        for packet in packets:
-            self._add_packet(packet, result.index)
-        stamp = foxglove.timestamp(log_ns)
-        annotations = foxglove.annotations_message(
-            result, self._rows, header.image_size, header.imperial, stamp
-        )
-        self._add(mcap.ANNOTATIONS_TOPIC, log_ns, annotations)
-        self._add(
-            mcap.SCENE_TOPIC,
-            log_ns,
-            foxglove.scene_message(result, header.calibration, header.imperial, stamp),
-        )
-        if result.warning.level != self._level:
-            self._level = result.warning.level
-            self._add(mcap.LOG_TOPIC, log_ns, foxglove.log_message(result, header.imperial, stamp))
-        if result.lead is not None:
-            self._add(mcap.LEAD_TOPIC, log_ns, track_message(result.lead))
-        self._add(mcap.WARNING_TOPIC, log_ns, warning_message(result.warning))
-        self._add(mcap.RESULT_TOPIC, log_ns, result_message(result))
+            if not self._sequences:
+                self._add_camera(min([result.time_ns, *(packet.time_ns for packet in packets)]))
+            if any(packet.keyframe for packet in packets):
+                self._end_pictures()
+            for packet in packets:
+                self._add_packet(packet, result.index)
+            self._add_signals(result)
+            self._series.add(result, packets)
+            end_ns = max(result.time_ns, 0) + 2 * self._frame_ns  # of the next frame, which must still fit
+            if self._pictures and end_ns - self._pictures[0].log_ns > PICTURES_CHUNK_NS:
+                self._end_pictures()
+            elif self._signals_ns is not None and end_ns - self._signals_ns > SIGNALS_CHUNK_NS:
+                self._end_signals()
 
     def close(self) -> None:
         """Finish the file; a second call does nothing.
@@ -138,7 +138,10 @@ class McapSink:
         if self._file is None:
             return
         file, self._file = self._file, None
-        with self._telling(), file:
+        with self._telling(), file, self._disk:
+            self._end_pictures()
+            series = self._series.build().to_bytes()
+            self._writer.add_attachment(0, 0, mcap.SERIES_NAME, "application/x-npz", series)
             self._writer.finish()
 
     @contextmanager
@@ -152,16 +155,56 @@ class McapSink:
                 "and run again; what was written before can be read"
             ) from error
 
+    def _end_signals(self) -> None:
+        self._writer.flush()
+        self._signals_ns = None
+        self._disk.sync()
+
+    def _end_pictures(self) -> None:
+        """End the chunk of signals too: there is one chunk at a time."""
+        self._writer.flush()
+        for picture in self._pictures:
+            self._add(mcap.VIDEO_TOPIC, picture.log_ns, picture.data)
+        self._pictures.clear()
+        self._end_signals()
+
+    def _add_camera(self, start_ns: int) -> None:
+        calibration, log_ns = self._header.calibration, max(start_ns, 0)
+        stamp = foxglove.timestamp(log_ns)
+        self._signal(mcap.CALIBRATION_TOPIC, log_ns, foxglove.calibration_message(calibration, stamp))
+        self._signal(mcap.TRANSFORMS_TOPIC, log_ns, foxglove.transforms_message(calibration, stamp))
+
+    def _add_signals(self, result: FrameResult) -> None:
+        header, log_ns = self._header, max(result.time_ns, 0)
+        stamp = foxglove.timestamp(log_ns)
+        annotations = foxglove.annotations_message(
+            result, self._rows, header.image_size, header.imperial, stamp
+        )
+        self._signal(mcap.ANNOTATIONS_TOPIC, log_ns, annotations)
+        scene = foxglove.scene_message(result, header.calibration, header.imperial, stamp)
+        self._signal(mcap.SCENE_TOPIC, log_ns, scene)
+        if result.warning.level != self._level:
+            self._level = result.warning.level
+            self._signal(mcap.LOG_TOPIC, log_ns, foxglove.log_message(result, header.imperial, stamp))
+        if result.lead is not None:
+            self._signal(mcap.LEAD_TOPIC, log_ns, track_message(result.lead))
+        self._signal(mcap.WARNING_TOPIC, log_ns, warning_message(result.warning))
+        self._signal(mcap.RESULT_TOPIC, log_ns, result_message(result))
+
     def _add_packet(self, packet: VideoPacket, frame_index: int) -> None:
         log_ns = max(packet.time_ns, 0)
-        self._add(mcap.VIDEO_TOPIC, log_ns, foxglove.video_message(packet.data, foxglove.timestamp(log_ns)))
         index = drive_pb2.VideoPacket(
             time_ns=packet.time_ns, keyframe=packet.keyframe, shown=packet.shown, frame_index=frame_index
         )
-        self._add(mcap.VIDEO_INDEX_TOPIC, log_ns, index)
+        self._signal(mcap.VIDEO_INDEX_TOPIC, log_ns, index)
+        video = foxglove.video_message(packet.data, foxglove.timestamp(log_ns))
+        self._pictures.append(_Picture(log_ns, video.SerializeToString()))
 
-    def _add(self, topic: str, log_ns: int, message: Message) -> None:
-        self._writer.add_message(
-            self._channels[topic], log_ns, message.SerializeToString(), log_ns, self._sequences[topic]
-        )
+    def _signal(self, topic: str, log_ns: int, message: Message) -> None:
+        if self._signals_ns is None:
+            self._signals_ns = log_ns
+        self._add(topic, log_ns, message.SerializeToString())
+
+    def _add(self, topic: str, log_ns: int, data: bytes) -> None:
+        self._writer.add_message(self._channels[topic], log_ns, data, log_ns, self._sequences[topic])
         self._sequences[topic] += 1

@@ -7,28 +7,54 @@ from fcw.sources.frame import Frame, ImageSize, Source, VideoPacket
 from fcw.sources.images import PICTURE_SUFFIXES, ImageFolderSource
 from fcw.sources.video import VideoSource
 
-__all__ = ["Frame", "ImageFolderSource", "ImageSize", "Source", "VideoPacket", "VideoSource", "open_source"]
+__all__ = [
+    "Frame",
+    "ImageFolderSource",
+    "ImageSize",
+    "Source",
+    "VideoPacket",
+    "VideoSource",
+    "is_mcap",
+    "open_source",
+]
 
 
-def open_source(path: Path | str, frame_rate_hz: float | None = None) -> Source:
-    """Open a drive, whatever kind it is: a video file, a folder of pictures or a single picture.
+MCAP_SUFFIX = ".mcap"
+
+
+def is_mcap(path: Path) -> bool:
+    """Whether a path is that of an MCAP file."""
+    return path.suffix.lower() == MCAP_SUFFIX and path.is_file()
+
+
+def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str | None = None) -> Source:
+    """Open a drive, whatever kind it is: a video or MCAP file, a folder of pictures or a single picture.
 
     Args:
         path: the file or folder.
         frame_rate_hz: pictures per second of a folder without times; a video states its own.
+        topic: of an MCAP file, whose pictures; needed where it has several topics of them.
 
     Raises:
-        UserError: nothing is there, or it is none of these kinds.
+        UserError: nothing is there, it is none of these kinds, or an argument is not for its kind.
     """
     path = Path(path)
+    if topic is not None and path.exists() and not is_mcap(path):
+        raise UserError(f"{path}: --topic {topic} was given, but only MCAP files have topics; leave it out")
     if path.is_dir() or (path.is_file() and path.suffix.lower() in PICTURE_SUFFIXES):
         return ImageFolderSource(path, frame_rate_hz)
     if not path.exists():
         raise UserError(
-            f"{path}: no such file or folder; expected a video file or a folder of pictures, or one picture"
+            f"{path}: no such file or folder; expected a video or MCAP file, "
+            "a folder of pictures, or one picture"
         )
     if frame_rate_hz is not None:
         raise UserError(
-            f"{path}: a frame rate of {frame_rate_hz:g} was given, but a video has times; leave it out"
+            f"{path}: a frame rate of {frame_rate_hz:g} was given, but "
+            f"{'an MCAP file' if is_mcap(path) else 'a video'} has times; leave it out"
         )
+    if is_mcap(path):
+        from fcw.sources.mcap import open_mcap  # takes a while to load, and few need it
+
+        return open_mcap(path, topic)
     return VideoSource(path)

@@ -19,15 +19,18 @@ class RunCommand:
     """Find the vehicles ahead, measure their distance, warn, and write drive.mcap and drive.rrd."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE")]
-    """Video file, or folder of pictures."""
+    """Video or MCAP file, or folder of pictures."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Calibration file; by default `<name>.calibration.yaml` beside the source."""
+    """Calibration file; by default `<name>.calibration.yaml` beside the source, else that in an MCAP file."""
+    topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
+    """Of an MCAP file: the pictures to run on; needed where it has several topics of pictures."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the logs and summary.json; by default recordings/<name>. Earlier logs there are replaced."""
     detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full")] = "acf"
     """acf searches where the calibration allows a vehicle; acf-full the whole picture."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
-    """Own speed: metres per second, a CSV file with the columns time_s and speed_mps, or a GPX track."""
+    """Own speed: metres per second, a CSV file with the columns time_s and speed_mps, or a GPX track; by
+    default what an MCAP file says of it."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """When to warn: timely-braking, ttc, headway, required-deceleration, euro-ncap-driver, rss."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
@@ -52,6 +55,7 @@ def run_run(command: RunCommand) -> int:
         source=command.source,
         out=out,
         calibration=command.calibration,
+        topic=command.topic,
         detector=command.detector,
         ego_speed=command.ego_speed,
         warning_policy=command.warning_policy,

@@ -1,6 +1,7 @@
 """The MCAP log: everything comes back, others can read it, and what is drawn is where it should be."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,8 @@ def test_results_come_back_bit_for_bit_from_their_messages(any_frame_result, dat
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(data=st.data())
 def test_a_log_gives_back_all_it_was_given(any_frame_result, header, tmp_path, data):
-    results = data.draw(st.lists(any_frame_result, max_size=4))
+    drawn = data.draw(st.lists(any_frame_result, max_size=4))
+    results = [replace(result, index=index) for index, result in enumerate(drawn)]
     packet = st.builds(
         VideoPacket, st.binary(max_size=30), st.integers(-(2**62), 2**62), st.booleans(), st.booleans()
     )
@@ -107,9 +109,9 @@ def test_others_see_every_topic_with_its_schema_and_rising_times(header, short_d
     assert counts["/log"] == 3
     with path.open("rb") as file:
         reader = make_reader(file)
-        (attachment,) = reader.iter_attachments()
+        attachment, series = reader.iter_attachments()
         records = {record.name: record.metadata for record in reader.iter_metadata()}
-    assert attachment.name == "calibration.yaml"
+    assert (attachment.name, series.name) == ("calibration.yaml", "drive.series")
     assert b"reference_offset_m: 1.7" in attachment.data
     assert records["fcw.versions"] == header.versions
     assert records["fcw.drive"]["model_sha256"] == header.model_sha256

@@ -35,7 +35,7 @@ def refusal(path: Path) -> str:
 
 
 def test_a_missing_file(tmp_path):
-    assert "no such file or folder; expected a video file or a folder" in refusal(tmp_path / "no.mp4")
+    assert "no such file or folder; expected a video or MCAP file, a folder" in refusal(tmp_path / "no.mp4")
 
 
 def test_an_empty_file(tmp_path):

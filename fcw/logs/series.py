@@ -1,0 +1,199 @@
+"""A drive's signals as columns: one row a frame, small enough to be had at once.
+
+A log keeps them beside its messages, so that an hour's plots, lists of events and jumps need no pass over it.
+"""
+
+import io
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.logs.records import FrameResult
+from fcw.sources.frame import VideoPacket
+from fcw.warning.policy import required_deceleration_mps2
+
+NO_TRACK = -1
+_NAN = float("nan")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveSeries:
+    """Columns of shape (N,), one row a frame in the order of time; NaN where there is no value.
+
+    Attributes:
+        frame_index: int64, `FrameResult.index`; row numbers too, but in a log cut out of a drive.
+        time_ns: int64, presentation times.
+        level: int8, the `WarningLevel` shown.
+        warned_id: int64, the track that the warning is about; `NO_TRACK` where there is none.
+        rule: int8, number of the rule that holds the level in `rules`.
+        lead_id: int64, the lead vehicle; `NO_TRACK` where the own path is free.
+        distance_m: float32, of the lead.
+        distance_low_m: float32, its 16th percentile.
+        distance_high_m: float32, its 84th percentile; inf when unbounded.
+        closing_speed_mps: float32, of the lead.
+        ttc_s: float32, of the lead; NaN when not closing.
+        headway_s: float32, to the lead; NaN where the own speed is unknown or zero.
+        required_deceleration_mps2: float32, to avoid the lead; NaN when not closing.
+        ego_speed_mps: float32; NaN where unknown.
+        keyframe_ns: (K,) int64, times of the video packets at which decoding can start, rising; below 0
+            where they only feed the decoder.
+        note_ns: (M,) int64, from when on a note held.
+        rules: names of rules; the first is empty, for no level.
+        notes: (M,) words, each as often as it came up.
+    """
+
+    frame_index: NDArray[np.int64]
+    time_ns: NDArray[np.int64]
+    level: NDArray[np.int8]
+    warned_id: NDArray[np.int64]
+    rule: NDArray[np.int8]
+    lead_id: NDArray[np.int64]
+    distance_m: NDArray[np.float32]
+    distance_low_m: NDArray[np.float32]
+    distance_high_m: NDArray[np.float32]
+    closing_speed_mps: NDArray[np.float32]
+    ttc_s: NDArray[np.float32]
+    headway_s: NDArray[np.float32]
+    required_deceleration_mps2: NDArray[np.float32]
+    ego_speed_mps: NDArray[np.float32]
+    keyframe_ns: NDArray[np.int64]
+    note_ns: NDArray[np.int64]
+    rules: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Number of frames."""
+        return len(self.time_ns)
+
+    @property
+    def duration_s(self) -> float:
+        """From the first frame to the last."""
+        return float(self.time_ns[-1] - self.time_ns[0]) / 1e9 if len(self) else 0.0
+
+    def row_of(self, frame_index: int) -> int:
+        """Row of a frame.
+
+        Raises:
+            IndexError: the log has no such frame.
+        """
+        row = int(np.searchsorted(self.frame_index, frame_index))
+        if row == len(self) or self.frame_index[row] != frame_index:
+            raise IndexError(f"no frame {frame_index} in a drive of {len(self)} frames")
+        return row
+
+    def row_at(self, time_ns: int) -> int:
+        """Row of the frame shown at a time: the last one that is not later, else the first."""
+        return max(int(np.searchsorted(self.time_ns, time_ns, side="right")) - 1, 0)
+
+    def keyframe_before(self, time_ns: int) -> int | None:
+        """Time of the last keyframe that is not later; None where there is none."""
+        before = int(np.searchsorted(self.keyframe_ns, time_ns, side="right")) - 1
+        return int(self.keyframe_ns[before]) if before >= 0 else None
+
+    def to_bytes(self) -> bytes:
+        """NumPy's compressed .npz of all columns."""
+        columns: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
+        texts = {name: np.array(columns[name], np.str_) for name in ("rules", "notes")}
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **{**columns, **texts})
+        return buffer.getvalue()
+
+    @staticmethod
+    def from_bytes(data: bytes) -> "DriveSeries":
+        """What `to_bytes` wrote.
+
+        Raises:
+            ValueError, KeyError, OSError: the bytes are something else.
+        """
+        with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+            columns: dict[str, Any] = {field.name: stored[field.name] for field in fields(DriveSeries)}
+        texts = {name: tuple(columns[name].tolist()) for name in ("rules", "notes")}
+        return DriveSeries(**{**columns, **texts})
+
+
+_TYPECODES = {np.dtype(np.int64): "q", np.dtype(np.int8): "b", np.dtype(np.float32): "f"}
+_COLUMNS: dict[str, type[np.generic]] = {
+    "frame_index": np.int64,
+    "time_ns": np.int64,
+    "level": np.int8,
+    "warned_id": np.int64,
+    "rule": np.int8,
+    "lead_id": np.int64,
+    "distance_m": np.float32,
+    "distance_low_m": np.float32,
+    "distance_high_m": np.float32,
+    "closing_speed_mps": np.float32,
+    "ttc_s": np.float32,
+    "headway_s": np.float32,
+    "required_deceleration_mps2": np.float32,
+    "ego_speed_mps": np.float32,
+    "keyframe_ns": np.int64,
+    "note_ns": np.int64,
+}
+
+
+class SeriesBuilder:
+    """Gathers a series while a drive is written or read: some 70 bytes of memory a frame."""
+
+    def __init__(self) -> None:
+        self._columns = {name: array(_TYPECODES[np.dtype(kind)]) for name, kind in _COLUMNS.items()}
+        self._rules = {"": 0}
+        self._notes: list[str] = []
+        self._open_notes: tuple[str, ...] = ()
+
+    def add(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
+        """Take in the next frame and its video packets."""
+        lead, warning, own_mps = result.lead, result.warning, result.ego_speed_mps
+        row: dict[str, float | None] = {
+            "frame_index": result.index,
+            "time_ns": result.time_ns,
+            "level": warning.level,
+            "warned_id": NO_TRACK if warning.track_id is None else warning.track_id,
+            "rule": self._rules.setdefault(warning.rule, len(self._rules)),
+            "lead_id": NO_TRACK if result.lead_id is None else result.lead_id,
+            "ego_speed_mps": own_mps,
+            "distance_m": None,
+            "distance_low_m": None,
+            "distance_high_m": None,
+            "closing_speed_mps": None,
+            "ttc_s": None,
+            "headway_s": None,
+            "required_deceleration_mps2": None,
+        }
+        if lead is not None:
+            row |= {
+                "distance_m": lead.distance_m,
+                "distance_low_m": lead.distance_low_m,
+                "distance_high_m": lead.distance_high_m,
+                "closing_speed_mps": lead.closing_speed_mps,
+                "ttc_s": lead.ttc_s,
+                "headway_s": lead.distance_m / own_mps if own_mps else None,
+                "required_deceleration_mps2": required_deceleration_mps2(
+                    lead.distance_m, lead.closing_speed_mps
+                ),
+            }
+        for name, value in row.items():
+            self._columns[name].append(_NAN if value is None else value)
+        for packet in packets:
+            if packet.keyframe:
+                self.add_keyframe(packet.time_ns)
+        for note in result.notes:
+            if note not in self._open_notes:
+                self._notes.append(note)
+                self._columns["note_ns"].append(result.time_ns)
+        self._open_notes = result.notes
+
+    def add_keyframe(self, time_ns: int) -> None:
+        """Take in where decoding can start."""
+        self._columns["keyframe_ns"].append(time_ns)
+
+    def build(self) -> DriveSeries:
+        """The series of the frames so far."""
+        columns: dict[str, Any] = {
+            name: np.array(self._columns[name], kind) for name, kind in _COLUMNS.items()
+        }
+        return DriveSeries(**columns, rules=tuple(self._rules), notes=tuple(self._notes))

@@ -1,0 +1,242 @@
+"""An MCAP file of anybody's, read as a stream: its topics, the messages of some of them, its attachments."""
+
+import struct
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from google.protobuf.message import DecodeError
+from mcap.exceptions import McapError
+from mcap.reader import NonSeekingReader, SeekingReader
+from mcap.records import Attachment, Channel, Message, Schema
+from mcap.stream_reader import StreamReader
+from mcap.summary import Summary
+from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
+from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
+from zstandard import ZstdError
+
+from fcw.errors import UserError
+
+DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError, RuntimeError)
+"""What mcap's reader and its decompressors raise where a file ends early or holds other bytes."""
+UNDECODABLE = (DecodeError, *DAMAGED, IndexError, TypeError, NotImplementedError)
+"""What the decoders of messages raise where a message is not of its schema."""
+
+Decoder = Callable[[bytes], object]
+DELAY_MARGIN_NS = 2_000_000_000
+"""How much sooner than the first message, counted from its stamp, another may have been logged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic of a file.
+
+    Attributes:
+        name: of the topic.
+        type: name of its messages' schema, without the `/msg/` that ROS 2 puts in.
+        readable: whether there is a decoder for its encoding: protobuf, or ROS 2's CDR.
+        count: number of its messages; None where the file does not say.
+    """
+
+    name: str
+    type: str
+    readable: bool
+    count: int | None
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.type})"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Logged:
+    """A message.
+
+    Attributes:
+        topic: its topic's name.
+        log_ns: when it was logged.
+        content: its fields as attributes; None where it could not be decoded.
+    """
+
+    topic: str
+    log_ns: int
+    content: Any
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """The message's own time stamp; None where it has none, or 0, which nobody has set."""
+        header = getattr(self.content, "header", None)
+        stamp = getattr(self.content, "timestamp", None) if header is None else getattr(header, "stamp", None)
+        if stamp is None:
+            return None
+        seconds = getattr(stamp, "seconds", None)
+        if seconds is None:
+            return (stamp.sec * 1_000_000_000 + stamp.nanosec) or None
+        return (seconds * 1_000_000_000 + stamp.nanos) or None
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """The times of a topic's messages.
+
+    Attributes:
+        stamps: whether they are the messages' own stamps; else log times.
+        delay_ns: how much later than its time the first message was logged.
+    """
+
+    stamps: bool
+    delay_ns: int
+
+    @classmethod
+    def of(cls, file: "McapFile", topic: str) -> "Clock":
+        """The clock that the first message of a topic shows."""
+        first = next(file.messages([topic]), None)
+        stamp_ns = None if first is None else first.stamp_ns
+        return cls(False, 0) if first is None or stamp_ns is None else cls(True, first.log_ns - stamp_ns)
+
+    def time_ns(self, message: Logged) -> int:
+        """A message's time."""
+        return (message.stamp_ns if self.stamps else None) or message.log_ns
+
+    def search_ns(self, time_ns: int) -> int:
+        """A log time surely before that of a message with a time."""
+        return max(time_ns + self.delay_ns - (DELAY_MARGIN_NS if self.stamps else 0), 0)
+
+
+class McapFile:
+    """A file whose messages are read a chunk at a time.
+
+    Attributes:
+        path: the file.
+        topics: what it holds, by name.
+        torn: whether it was never finished; it is read up to where it ends.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Read what the file says of itself; one without a summary is read through once.
+
+        Raises:
+            UserError: the file cannot be read, or is no MCAP.
+        """
+        self.path = path
+        self.torn = False
+        self._indexed = False
+        with self._opened() as file:
+            summary = self._summary(file)
+            if summary is not None and summary.statistics is not None and summary.channels:
+                self._indexed = bool(summary.chunk_indexes)
+                counts: dict[int, int] | None = dict(summary.statistics.channel_message_counts)
+                channels, schemas = summary.channels, summary.schemas
+            else:
+                channels, schemas, counts = self._scan(file)
+        topics: dict[str, Topic] = {}
+        for number, channel in channels.items():
+            schema = schemas.get(channel.schema_id)
+            known = topics.get(channel.topic)
+            count = (counts.get(number, 0) if counts else 0) + (known.count or 0 if known else 0)
+            topics[channel.topic] = Topic(
+                channel.topic,
+                schema.name.replace("/msg/", "/") if schema else "no schema",
+                _decoder(_decoders(), channel, schema) is not None,
+                count if counts else None,
+            )
+        self.topics = tuple(sorted(topics.values(), key=lambda topic: topic.name))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """That the file is torn, once that is known."""
+        return (f"{self.path.name}: the file was never finished; read up to where it ends",) * self.torn
+
+    def messages(self, topics: Iterable[str], start_log_ns: int | None = None) -> Iterator[Logged]:
+        """Messages of some topics: in the order of their log times, or of a file without index as they stand.
+
+        A damaged file gives what stands before the damage, and `torn` is set.
+        """
+        decoders = _decoders()
+        found: dict[int, Decoder | None] = {}
+        with self._opened() as file:
+            try:
+                reader = SeekingReader(file) if self._indexed else NonSeekingReader(file)
+                for schema, channel, message in reader.iter_messages(
+                    set(topics), log_time_order=self._indexed, starting_at=start_log_ns
+                ):
+                    if channel.id not in found:
+                        found[channel.id] = _decoder(decoders, channel, schema)
+                    yield Logged(channel.topic, message.log_time, _decoded(found[channel.id], message))
+            except DAMAGED:
+                self.torn = True
+
+    def attachment(self, name: str) -> bytes | None:
+        """The data of the first attachment of that name; None where there is none."""
+        with self._opened() as file:
+            try:
+                if not self._indexed:
+                    records = StreamReader(file, emit_chunks=True).records
+                    found = (record for record in records if isinstance(record, Attachment))
+                else:
+                    found = SeekingReader(file).iter_attachments()
+                return next((record.data for record in found if record.name == name), None)
+            except DAMAGED:
+                return None
+
+    @contextmanager
+    def _opened(self) -> Iterator[BinaryIO]:
+        try:
+            file = self.path.open("rb")
+        except OSError as error:
+            raise UserError(
+                f"{self.path}: cannot be read ({error.strerror}); expected an MCAP file"
+            ) from error
+        with file:
+            yield file
+
+    def _summary(self, file: BinaryIO) -> Summary | None:
+        try:
+            reader = SeekingReader(file)
+        except DAMAGED as error:
+            raise UserError(f"{self.path}: not an MCAP file, though its name says so") from error
+        try:
+            return reader.get_summary()
+        except (*DAMAGED, OSError, StopIteration):
+            self.torn = True
+            return None
+
+    def _scan(self, file: BinaryIO) -> tuple[dict[int, Channel], dict[int, Schema], dict[int, int] | None]:
+        file.seek(0)
+        channels: dict[int, Channel] = {}
+        schemas: dict[int, Schema] = {}
+        counts: dict[int, int] = {}
+        try:
+            for record in StreamReader(file).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message):
+                    counts[record.channel_id] = counts.get(record.channel_id, 0) + 1
+        except DAMAGED:
+            self.torn = True
+        return channels, schemas, counts
+
+
+def _decoders() -> tuple[ProtobufDecoders, Ros2Decoders]:
+    return ProtobufDecoders(), Ros2Decoders()
+
+
+def _decoder(
+    decoders: tuple[ProtobufDecoders, Ros2Decoders], channel: Channel, schema: Schema | None
+) -> Decoder | None:
+    """What decodes a channel's messages; None where nothing here does."""
+    try:
+        choices = (decoder.decoder_for(channel.message_encoding, schema) for decoder in decoders)
+        return next((choice for choice in choices if choice is not None), None)
+    except Exception:  # a schema that cannot be parsed: whatever its parser raises
+        return None
+
+
+def _decoded(decoder: Decoder | None, message: Message) -> object | None:
+    try:
+        return None if decoder is None else decoder(message.data)
+    except UNDECODABLE:
+        return None
