@@ -1,7 +1,7 @@
 """What counts of what people say: in any order, taken back, of several, after events are found anew."""
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import pytest
 from annotation_helpers import WARNED, histories, labels, sayings
@@ -12,7 +12,6 @@ from fcw.annotation.records import (
     SAID_TYPES,
     BoxEdit,
     Entry,
-    EventReference,
     FrameConfirmed,
     Judgement,
     LabelledBox,
@@ -22,23 +21,18 @@ from fcw.annotation.records import (
     TakenBack,
     Verdict,
 )
-from fcw.annotation.review import find_event, fold, judged_events
+from fcw.annotation.review import find_event, fold, judged_events, reference_to
 from fcw.detection.types import Box
 from fcw.errors import UserError
+from fcw.events import DriveEvent
 from fcw.json_form import tagged_from_json, tagged_to_json
 from fcw.warning.types import WarningLevel
 
 RIGHT, FALSE = Verdict(WARNED, Judgement.RIGHT), Verdict(WARNED, Judgement.FALSE, Reason.ONCOMING)
 
 
-@dataclass(frozen=True)
-class Event:
-    """As much of a DriveEvent as finding it again looks at."""
-
-    kind: str
-    track_id: int | None
-    start_s: float
-    end_s: float
+def event(kind, track_id, start_s, end_s):
+    return DriveEvent(kind, start_s, end_s, start_s, track_id, "ttc", 2.0, 15.0, 3.0, 0.4)
 
 
 def entry(second, person, said):
@@ -80,13 +74,13 @@ def test_of_one_person_the_last_verdict_on_an_event_counts():
 
 
 def test_two_peoples_different_verdicts_stand_as_a_disagreement_until_they_agree():
-    event = Event("warning", 7, 1.0, 1.9)
+    warned = event("warning", 7, 1.0, 1.9)
     entries = [entry(1, "Ann", RIGHT), entry(2, "Bo", FALSE)]
-    (judged,), lost = judged_events(fold(entries), [event])
-    assert (judged.event, said(judged.verdicts), lost) == (event, [RIGHT, FALSE], ())
+    (judged,), lost = judged_events(fold(entries), [warned])
+    assert (judged.event, said(judged.verdicts), lost) == (warned, [RIGHT, FALSE], ())
     assert judged.disagreement
     assert judged.judgement is None
-    (judged,), _ = judged_events(fold([*entries, entry(3, "Bo", RIGHT)]), [event])
+    (judged,), _ = judged_events(fold([*entries, entry(3, "Bo", RIGHT)]), [warned])
     assert not judged.disagreement
     assert judged.judgement is Judgement.RIGHT
 
@@ -125,10 +119,10 @@ def test_the_latest_edit_of_a_box_counts_and_all_peoples_are_kept():
 
 def test_an_event_is_found_by_kind_track_and_start():
     events = [
-        Event("caution", 7, 1.0, 1.9),
-        Event("warning", 8, 1.0, 1.9),
-        Event("warning", 7, 1.0, 1.5),
-        Event("warning", 7, 1.5, 1.9),
+        event("caution", 7, 1.0, 1.9),
+        event("warning", 8, 1.0, 1.9),
+        event("warning", 7, 1.0, 1.5),
+        event("warning", 7, 1.5, 1.9),
     ]
     assert find_event(WARNED, events) == 2
 
@@ -136,16 +130,16 @@ def test_an_event_is_found_by_kind_track_and_start():
 @pytest.mark.parametrize(
     ("events", "expected"),
     [
-        ([Event("warning", 7, 0.8, 1.9)], 0),  # begins earlier by a refined rule
-        ([Event("warning", 7, 0.0, 9.0)], 0),  # merged with its neighbours
-        ([Event("warning", 7, 1.0, 1.1), Event("warning", 7, 1.3, 1.9)], 0),  # split: the one with its start
-        ([Event("warning", 7, 0.9, 1.1), Event("warning", 7, 1.3, 1.9)], 1),  # split: the longer part
-        ([Event("warning", 8, 1.0, 1.9)], 0),  # the track's id is told otherwise
-        ([Event("warning", 8, 1.0, 1.9), Event("warning", 7, 1.8, 2.5)], 1),  # the same track before another
-        ([Event("warning", 7, 2.5, 3.0)], 0),  # the same track a moment later
-        ([Event("warning", 8, 2.5, 3.0)], None),  # another track without a shared moment
-        ([Event("warning", 7, 9.0, 9.5)], None),
-        ([Event("caution", 7, 1.0, 1.9)], None),
+        ([event("warning", 7, 0.8, 1.9)], 0),  # begins earlier by a refined rule
+        ([event("warning", 7, 0.0, 9.0)], 0),  # merged with its neighbours
+        ([event("warning", 7, 1.0, 1.1), event("warning", 7, 1.3, 1.9)], 0),  # split: the one with its start
+        ([event("warning", 7, 0.9, 1.1), event("warning", 7, 1.3, 1.9)], 1),  # split: the longer part
+        ([event("warning", 8, 1.0, 1.9)], 0),  # the track's id is told otherwise
+        ([event("warning", 8, 1.0, 1.9), event("warning", 7, 1.8, 2.5)], 1),  # the same track before another
+        ([event("warning", 7, 2.5, 3.0)], 0),  # the same track a moment later
+        ([event("warning", 8, 2.5, 3.0)], None),  # another track without a shared moment
+        ([event("warning", 7, 9.0, 9.5)], None),
+        ([event("caution", 7, 1.0, 1.9)], None),
         ([], None),
     ],
 )
@@ -161,17 +155,14 @@ def test_as_long_as_events_are_found_as_they_were_each_is_found_again(kinds, dat
     for kind, track_id in kinds:
         start_s = clock.get((kind, track_id), 0.0) + data.draw(st.floats(0, 5))
         clock[kind, track_id] = end_s = start_s + data.draw(st.floats(0.1, 5))
-        events.append(Event(kind, track_id, start_s, end_s))
-    for index, event in enumerate(events):
-        assert (
-            find_event(EventReference(event.kind, event.track_id, event.start_s, event.end_s), events)
-            == index
-        )
+        events.append(event(kind, track_id, start_s, end_s))
+    for index, one in enumerate(events):
+        assert find_event(reference_to(one), events) == index
 
 
 def test_a_verdict_whose_event_is_gone_is_given_back_and_not_dropped():
     review = fold([entry(1, "Ann", RIGHT)])
-    (judged,), lost = judged_events(review, [Event("warning", 7, 50, 51)])
+    (judged,), lost = judged_events(review, [event("warning", 7, 50, 51)])
     assert (judged.verdicts, said(lost)) == ((), [RIGHT])
 
 
