@@ -1,6 +1,7 @@
 """Reading a drive log back."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
@@ -115,12 +116,14 @@ class DriveLog:
         raise IndexError(f"{self.path}: no frame {frame_index}")
 
     def _stored_series(self) -> DriveSeries | None:
+        """The log's own columns; None where it has none that can be read."""
         if not self.complete:
             return None
         with self.path.open("rb") as file:
             for attachment in SeekingReader(file).iter_attachments():
                 if attachment.name == mcap.SERIES_NAME:
-                    return DriveSeries.from_bytes(attachment.data)
+                    with suppress(ValueError):
+                        return DriveSeries.from_bytes(attachment.data)
         return None
 
     def _gathered_series(self, progress: Callable[[float], None]) -> DriveSeries:

@@ -4,10 +4,12 @@ A log keeps them beside its messages, so that an hour's plots, lists of events a
 """
 
 import io
+import zlib
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +43,10 @@ class DriveSeries:
         ego_speed_mps: float32; NaN where unknown.
         keyframe_ns: (K,) int64, times of the video packets at which decoding can start, rising; below 0
             where they only feed the decoder.
-        note_ns: (M,) int64, from when on a note held.
+        note_ns: (M,) int64, first frames of the times in which there was something to tell.
+        note_end_ns: (M,) int64, their last frames.
         rules: names of rules; the first is empty, for no level.
-        notes: (M,) words, each as often as it came up.
+        notes: (M,) what was told, in the words of the first frame.
     """
 
     frame_index: NDArray[np.int64]
@@ -62,6 +65,7 @@ class DriveSeries:
     ego_speed_mps: NDArray[np.float32]
     keyframe_ns: NDArray[np.int64]
     note_ns: NDArray[np.int64]
+    note_end_ns: NDArray[np.int64]
     rules: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -107,10 +111,13 @@ class DriveSeries:
         """What `to_bytes` wrote.
 
         Raises:
-            ValueError, KeyError, OSError: the bytes are something else.
+            ValueError: the bytes are something else.
         """
-        with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-            columns: dict[str, Any] = {field.name: stored[field.name] for field in fields(DriveSeries)}
+        try:
+            with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+                columns: dict[str, Any] = {field.name: stored[field.name] for field in fields(DriveSeries)}
+        except (KeyError, OSError, BadZipFile, zlib.error) as error:
+            raise ValueError(f"no columns of a drive: {error}") from error
         texts = {name: tuple(columns[name].tolist()) for name in ("rules", "notes")}
         return DriveSeries(**{**columns, **texts})
 
@@ -133,6 +140,7 @@ _COLUMNS: dict[str, type[np.generic]] = {
     "ego_speed_mps": np.float32,
     "keyframe_ns": np.int64,
     "note_ns": np.int64,
+    "note_end_ns": np.int64,
 }
 
 
@@ -143,7 +151,7 @@ class SeriesBuilder:
         self._columns = {name: array(_TYPECODES[np.dtype(kind)]) for name, kind in _COLUMNS.items()}
         self._rules = {"": 0}
         self._notes: list[str] = []
-        self._open_notes: tuple[str, ...] = ()
+        self._noted = False
 
     def add(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         """Take in the next frame and its video packets."""
@@ -181,11 +189,13 @@ class SeriesBuilder:
         for packet in packets:
             if packet.keyframe:
                 self.add_keyframe(packet.time_ns)
-        for note in result.notes:
-            if note not in self._open_notes:
-                self._notes.append(note)
-                self._columns["note_ns"].append(result.time_ns)
-        self._open_notes = result.notes
+        if result.notes and not self._noted:
+            self._notes.append("; ".join(result.notes))
+            self._columns["note_ns"].append(result.time_ns)
+            self._columns["note_end_ns"].append(result.time_ns)
+        elif result.notes:
+            self._columns["note_end_ns"][-1] = result.time_ns
+        self._noted = bool(result.notes)
 
     def add_keyframe(self, time_ns: int) -> None:
         """Take in where decoding can start."""

@@ -1,0 +1,151 @@
+"""The moments of a drive that somebody should look at, found in its series alone.
+
+An event is an unbroken time with one vehicle: while caution or warning was shown about it, while an advisory
+was, or while it was close and nothing was shown. What makes such a near miss are two measures of traffic
+conflicts: a time to collision of at most 1.5 s (Hayward 1972; van der Horst 1990; the default of FHWA's
+Surrogate Safety Assessment Model), or a required deceleration above 3.4 m/s^2, the braking that AASHTO's
+Green Book takes most drivers to stay below (Archer 2005 calls a conflict what needs more).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.logs.series import NO_TRACK, DriveSeries
+from fcw.tracking.lead import ONCOMING_MARGIN_MPS
+from fcw.units import KMH_PER_MPS
+from fcw.warning.driver import HARDEST_BRAKING_MPS2
+from fcw.warning.types import WarningLevel
+
+EventKind = Literal["warning", "caution", "advisory", "near miss", "mount moved"]
+
+NEAR_MISS_TTC_S = 1.5
+NEAR_MISS_DECELERATION_MPS2 = 3.4
+SLOWEST_NEAR_MISS_MPS = 10 / KMH_PER_MPS
+"""Queues creep together with short times to collision: slower closing, or driving, is no near miss by it."""
+SHORTEST_NEAR_MISS_S = 0.3
+"""What is gone sooner is noise of a box."""
+WARNED_WITHIN_S = 2.0
+"""A vehicle that a warning is about so soon before or after was not missed."""
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class DriveEvent:
+    """One event; times from the drive's first frame.
+
+    Attributes:
+        kind: for a time with caution and warning the higher of them.
+        start_s: its first frame.
+        end_s: its last frame.
+        peak_s: where most braking was needed; where nothing closed, where the vehicle was nearest.
+        track_id: the vehicle; None for `mount moved`.
+        rule: the rule that held the level at the peak; empty where none did.
+        min_ttc_s: smallest TTC; None when it never closed.
+        min_distance_m: smallest distance; None when it was never measured.
+        max_required_deceleration_mps2: hardest braking needed; None when none was.
+        severity: that braking as a part of the hardest a car can do, 8 m/s^2; 1 where more was needed, 0
+            where none was.
+        note: what was said, of a mount that moved.
+    """
+
+    kind: EventKind
+    start_s: float
+    end_s: float
+    peak_s: float
+    track_id: int | None
+    rule: str
+    min_ttc_s: float | None
+    min_distance_m: float | None
+    max_required_deceleration_mps2: float | None
+    severity: float
+    note: str = ""
+
+
+def find_events(series: DriveSeries) -> tuple[DriveEvent, ...]:
+    """All events of a drive in the order of their starts."""
+    alarmed = series.level >= WarningLevel.CAUTION
+    events = [
+        _event(series, rows, "warning" if series.level[rows].max() == WarningLevel.WARNING else "caution")
+        for rows in _runs(alarmed, series.warned_id)
+    ]
+    near = [rows for rows in _runs(_is_near(series) & ~alarmed, series.lead_id) if _is_missed(series, rows)]
+    events += [_event(series, rows, "near miss") for rows in near]
+    advised = series.level == WarningLevel.ADVISORY
+    events += [_event(series, rows, "advisory") for rows in _runs(advised, series.warned_id)]
+    for start_ns, end_ns, note in zip(series.note_ns, series.note_end_ns, series.notes, strict=True):
+        start_s, end_s = _seconds(series, int(start_ns)), _seconds(series, int(end_ns))
+        events.append(
+            DriveEvent("mount moved", start_s, end_s, start_s, None, "", None, None, None, 0.0, note)
+        )
+    return tuple(sorted(events, key=lambda event: event.start_s))
+
+
+def _runs(mask: _Mask, vehicle: NDArray[np.int64]) -> list[slice]:
+    """Unbroken runs of rows in which a mask holds for one vehicle."""
+    if not len(mask):
+        return []
+    changes = np.flatnonzero((mask[1:] != mask[:-1]) | (vehicle[1:] != vehicle[:-1])) + 1
+    return [slice(a, b) for a, b in pairwise([0, *changes.tolist(), len(mask)]) if mask[a]]
+
+
+def _is_near(series: DriveSeries) -> _Mask:
+    """Rows in which the lead was so close that a driver would call it close; NaN compares as False."""
+    closing_mps, own_mps = series.closing_speed_mps, series.ego_speed_mps
+    by_ttc = (series.ttc_s <= NEAR_MISS_TTC_S) & (closing_mps >= SLOWEST_NEAR_MISS_MPS)
+    by_braking = series.required_deceleration_mps2 > NEAR_MISS_DECELERATION_MPS2
+    creeps = own_mps < SLOWEST_NEAR_MISS_MPS
+    oncoming = closing_mps > own_mps + ONCOMING_MARGIN_MPS
+    return (series.lead_id != NO_TRACK) & (by_ttc | by_braking) & ~creeps & ~oncoming
+
+
+def _is_missed(series: DriveSeries, rows: slice) -> bool:
+    """Whether a near time lasted, and no warning of that vehicle came around it."""
+    start_ns, end_ns = series.time_ns[rows.start], series.time_ns[rows.stop - 1]
+    around_ns = round(WARNED_WITHIN_S * 1e9)
+    around = slice(*np.searchsorted(series.time_ns, (start_ns - around_ns, end_ns + around_ns + 1)))
+    warned = (series.level[around] >= WarningLevel.CAUTION) & (
+        series.warned_id[around] == series.lead_id[rows.start]
+    )
+    return bool((end_ns - start_ns) / 1e9 >= SHORTEST_NEAR_MISS_S) and not warned.any()
+
+
+def _event(series: DriveSeries, rows: slice, kind: EventKind) -> DriveEvent:
+    ids = series.lead_id if kind == "near miss" else series.warned_id
+    vehicle = int(ids[rows.start])
+    # A level may be held while another vehicle is the lead.
+    at = np.arange(rows.start, rows.stop)[series.lead_id[rows] == vehicle]
+    braking_mps2, distance_m, ttc_s = (
+        column[at] for column in (series.required_deceleration_mps2, series.distance_m, series.ttc_s)
+    )
+    hardest_mps2 = _extreme(braking_mps2, np.max)
+    if hardest_mps2 is not None:
+        peak = int(at[np.nanargmax(braking_mps2)])
+    else:
+        peak = int(at[np.nanargmin(distance_m)]) if np.isfinite(distance_m).any() else rows.start
+    return DriveEvent(
+        kind=kind,
+        start_s=_seconds(series, int(series.time_ns[rows.start])),
+        end_s=_seconds(series, int(series.time_ns[rows.stop - 1])),
+        peak_s=_seconds(series, int(series.time_ns[peak])),
+        track_id=None if vehicle == NO_TRACK else vehicle,
+        rule=series.rules[series.rule[peak]],
+        min_ttc_s=_extreme(ttc_s, np.min),
+        min_distance_m=_extreme(distance_m[np.isfinite(distance_m)], np.min),
+        max_required_deceleration_mps2=hardest_mps2,
+        severity=min((hardest_mps2 or 0.0) / HARDEST_BRAKING_MPS2, 1.0),
+    )
+
+
+def _extreme(column: NDArray[np.float32], pick: Callable[[NDArray[np.float32]], np.float32]) -> float | None:
+    known = column[~np.isnan(column)]
+    return float(pick(known)) if len(known) else None
+
+
+def _seconds(series: DriveSeries, time_ns: int) -> float:
+    return (time_ns - int(series.time_ns[0])) / 1e9
