@@ -26,9 +26,8 @@ def levels(shown):
     result = [NONE] * 100
     for level, spans in shown.items():
         for start_s, end_s in spans:
-            result[round(10 * start_s) : round(10 * end_s) + 1] = [level] * (
-                round(10 * (end_s - start_s)) + 1
-            )
+            for frame in range(round(10 * start_s), round(10 * end_s) + 1):
+                result[frame] = level
     return result
 
 
