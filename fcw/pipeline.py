@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from fcw.detection.types import Detection, Detector
-from fcw.logs.records import DriveHeader, FrameResult, Sink
+from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.sources.encode import VideoEncoder
 from fcw.sources.frame import Frame, Source, VideoPacket
 from fcw.tracking.tracker import Tracker
@@ -71,13 +71,13 @@ def run_pipeline(
 
 def _follow(frame: Frame, detections: tuple[Detection, ...], stages: Stages) -> FrameResult:
     ego_speed_mps = stages.ego_speed.at(frame.time_ns) if stages.ego_speed else None
-    tracks = stages.tracker.update(frame.time_ns, detections, ego_speed_mps)
+    tracks = tuple(map(in_single_precision, stages.tracker.update(frame.time_ns, detections, ego_speed_mps)))
     lead_id = stages.tracker.lead_id
     lead = next((track for track in tracks if track.track_id == lead_id), None)
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,
-        detections=detections,
+        detections=tuple(map(in_single_precision, detections)),
         tracks=tracks,
         lead_id=lead_id,
         warning=stages.policy.update(frame.time_ns, lead, ego_speed_mps),

@@ -14,6 +14,10 @@ from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
 from fcw_viz.commands.demo import DemoCommand, run_demo
 from fcw_viz.commands.evaluate import EvaluateCommand, run_evaluate
+from fcw_viz.commands.export import ExportCommand, run_export
+from fcw_viz.commands.recover import RecoverCommand, run_recover
+from fcw_viz.commands.review import ReviewCommand, run_review
+from fcw_viz.commands.recover import RecoverCommand, run_recover
 from fcw_viz.commands.run import RunCommand, run_run
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
@@ -26,6 +30,10 @@ Command = (
     Annotated[DemoCommand, tyro.conf.subcommand("demo")]
     | Annotated[CalibrateCommand, tyro.conf.subcommand("calibrate")]
     | Annotated[RunCommand, tyro.conf.subcommand("run")]
+    | Annotated[ReviewCommand, tyro.conf.subcommand("review")]
+    | Annotated[ExportCommand, tyro.conf.subcommand("export")]
+    | Annotated[RecoverCommand, tyro.conf.subcommand("recover")]
+    | Annotated[RecoverCommand, tyro.conf.subcommand("recover")]
     | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[TrainCommand, tyro.conf.subcommand("train")]
     | Annotated[SimulateCommand, tyro.conf.subcommand("simulate")]
@@ -37,6 +45,10 @@ RUNNERS = {
     DemoCommand: run_demo,
     CalibrateCommand: run_calibrate,
     RunCommand: run_run,
+    ReviewCommand: run_review,
+    ExportCommand: run_export,
+    RecoverCommand: run_recover,
+    RecoverCommand: run_recover,
     EvaluateCommand: run_evaluate,
     TrainCommand: run_train,
     SimulateCommand: run_simulate,

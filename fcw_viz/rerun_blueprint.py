@@ -5,7 +5,7 @@ Entities (all paths below the root, without a leading slash):
 ====================================  ========================================================
 `frames`                              one row for each shown frame: its index, time and warning
 `world/ego`                           vehicle axes of ISO 8855, origin on the road at the reference
-`world/ego/vehicles`                  a box for each track; `.../intervals` its distance interval
+`world/ego/vehicles`                  a box for each track, and a line for its distance interval
 `world/ego/path`, `.../distances`     the road ahead: own path and lines at fixed distances
 `world/ego/camera`                    pose of the camera; `.../image` its pinhole
 `world/ego/camera/image/video`        the video, one sample for each packet
@@ -14,7 +14,7 @@ Entities (all paths below the root, without a leading slash):
 `world/ego/camera/image/rows`         rows of fixed distances
 `plots/...`                           of the lead vehicle: distance, time to collision, speed
 `warning/level`, `warning/log`        the level over time, and its changes in words
-`calibration`, `versions`             texts
+`drive`                               source, versions and calibration as a text
 ====================================  ========================================================
 """
 
@@ -26,23 +26,19 @@ EGO = "world/ego"
 EGO_BODY = "world/ego/body"
 PATH = "world/ego/path"
 DISTANCES = "world/ego/distances"
-DISTANCE_LABELS = "world/ego/distances/labels"
 VEHICLES = "world/ego/vehicles"
-INTERVALS = "world/ego/intervals"
 CAMERA = "world/ego/camera"
 IMAGE = "world/ego/camera/image"
 VIDEO = "world/ego/camera/image/video"
 IMAGE_VEHICLES = "world/ego/camera/image/vehicles"
 IMAGE_DETECTIONS = "world/ego/camera/image/detections"
 IMAGE_ROWS = "world/ego/camera/image/rows"
-IMAGE_ROW_LABELS = "world/ego/camera/image/rows/labels"
 PLOT_DISTANCE = "plots/distance"
 PLOT_TTC = "plots/ttc"
 PLOT_SPEED = "plots/speed"
 LEVEL = "warning/level"
 LOG = "warning/log"
-CALIBRATION = "calibration"
-VERSIONS = "versions"
+DRIVE = "drive"
 
 FRAME_TIMELINE = "frame"
 TIME_TIMELINE = "drive_time"
@@ -99,15 +95,12 @@ def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
             text_log_columns=[encodings.TextLogColumn("LogLevel"), encodings.TextLogColumn("Body")],
         ),
     )
-    texts = [
-        rrb.TextDocumentView(origin=CALIBRATION, name="Calibration"),
-        rrb.TextDocumentView(origin=VERSIONS, name="Versions"),
-    ]
+    drive = rrb.TextDocumentView(origin=DRIVE, name="Drive")
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
                 rrb.Horizontal(camera, ground, column_shares=[11, 4]),
-                rrb.Tabs(log, *texts, active_tab=0),
+                rrb.Tabs(log, drive, active_tab=0),
                 row_shares=[5, 2],
             ),
             rrb.Vertical(level, *plots, row_shares=[2, 4, 4, 4]),

@@ -141,14 +141,12 @@ def _vehicles(results: Sequence[FrameResult], header: DriveHeader) -> Iterator[t
         colors=colors,
         radii=radii,
     )
-    yield scene.VEHICLES, list(boxes.partition(counts))
-
     ends = np.repeat(rears[:, np.newaxis], 2, axis=1)
     ends[:, :, 0] = np.array(
         [(track.distance_low_m, min(track.distance_high_m, UNBOUNDED_M)) for track in tracks], np.float32
     ).reshape(-1, 2)
     strips = rr.LineStrips3D.columns(strips=ends, colors=colors)
-    yield scene.INTERVALS, list(strips.partition(counts))
+    yield scene.VEHICLES, [*boxes.partition(counts), *strips.partition(counts)]
 
 
 def _track_values(tracks: Sequence[Track]) -> rr.ComponentColumnList:
@@ -204,9 +202,10 @@ def _boxes(boxes: Sequence[Box]) -> tuple[NDArray[np.float64], NDArray[np.float6
     return corners + half_sizes + PIXEL_CENTRE_PX, half_sizes
 
 
-def _values(archetype: str, **components: pa.Array) -> rr.ComponentColumnList:
-    """Columns of plain numbers and words; typed, so that one without any value is still a column."""
-    return rr.DynamicArchetype.columns(archetype, drop_untyped_nones=False, components=components)
+def _values(archetype: str, **fields: pa.Array) -> rr.ComponentColumnList:
+    """Numbers and words as one column of structs: each column of a file costs a kilobyte in its footer."""
+    structs = pa.StructArray.from_arrays(list(fields.values()), names=list(fields))
+    return rr.DynamicArchetype.columns(archetype, drop_untyped_nones=False, components={"values": structs})
 
 
 def _packed_colors(colors: Sequence[Rgb]) -> NDArray[np.uint32]:

@@ -4,6 +4,7 @@ import math
 from dataclasses import astuple
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 from numpy.typing import NDArray
 
@@ -114,11 +115,6 @@ def _log_road(recording: rr.RecordingStream, header: DriveHeader) -> None:
             colors=[ROW_COLOR],
             radii=rr.Radius.ui_points(0.5),
         ),
-        static=True,
-        strict=True,
-    )
-    recording.log(
-        scene.DISTANCE_LABELS,
         rr.Points3D(
             [(d, -LINE_HALF_LENGTH_M, 0.0) for d in ROW_DISTANCES_M],
             labels=[distance_text(d, header.imperial) for d in ROW_DISTANCES_M],
@@ -141,11 +137,6 @@ def _log_rows(recording: rr.RecordingStream, header: DriveHeader) -> None:
             colors=[ROW_COLOR],
             radii=rr.Radius.ui_points(0.5),
         ),
-        static=True,
-        strict=True,
-    )
-    recording.log(
-        scene.IMAGE_ROW_LABELS,
         rr.Points2D(
             [(width * row.label_part, row.row_px + PIXEL_CENTRE_PX) for row in rows],
             labels=[row.label for row in rows],
@@ -183,12 +174,6 @@ def _log_styles(recording: rr.RecordingStream) -> None:
 def _log_texts(recording: rr.RecordingStream, header: DriveHeader) -> None:
     recording.send_recording_name(header.source)
     text = calibration_text(header.calibration)
-    recording.log(
-        scene.CALIBRATION,
-        rr.TextDocument(f"```yaml\n{text}```\n", media_type=rr.MediaType.MARKDOWN),
-        static=True,
-        strict=True,
-    )
     facts = {
         "source": header.source,
         "image_size": str(header.image_size),
@@ -200,11 +185,14 @@ def _log_texts(recording: rr.RecordingStream, header: DriveHeader) -> None:
     }
     table = "\n".join(f"| {name} | {value} |" for name, value in facts.items())
     recording.log(
-        scene.VERSIONS,
-        rr.TextDocument(f"| | |\n| --- | --- |\n{table}\n", media_type=rr.MediaType.MARKDOWN),
+        scene.DRIVE,
+        rr.TextDocument(
+            f"| | |\n| --- | --- |\n{table}\n\n```yaml\n{text}```\n", media_type=rr.MediaType.MARKDOWN
+        ),
         static=True,
         strict=True,
     )
+    structs = pa.array([facts])
     recording.send_property(
-        "drive", rr.DynamicArchetype("fcw.Drive", components=facts | {"calibration": text})
+        "drive", rr.DynamicArchetype("fcw.Drive", components={"facts": structs, "calibration": text})
     )

@@ -50,6 +50,8 @@ FONT_PART = 1 / 36
 """Height of words as a part of the picture's."""
 LINE_PX, LEAD_LINE_PX = 1.5, 3.0
 SCENE_FONT_PX = 14.0
+STEPS_PER_PX, STEPS_PER_M = 16, 1024
+"""How finely things are drawn: farther digits cannot be seen, and do not compress."""
 NANOSECONDS = 1_000_000_000
 _LOG_LEVELS = {
     WarningLevel.NONE: Log.INFO,
@@ -174,16 +176,14 @@ def log_message(result: FrameResult, imperial: bool, stamp: Timestamp) -> Log:
 
 def _box_outline(overlay: OverlayBox, stamp: Timestamp) -> PointsAnnotation:
     box = overlay.box
-    left, top = box.x + PIXEL_CENTRE_PX, box.y + PIXEL_CENTRE_PX
-    right, bottom = box.right + PIXEL_CENTRE_PX, box.bottom + PIXEL_CENTRE_PX
     return PointsAnnotation(
         timestamp=stamp,
         type=PointsAnnotation.LINE_LOOP,
         points=[
-            Point2(x=left, y=top),
-            Point2(x=right, y=top),
-            Point2(x=right, y=bottom),
-            Point2(x=left, y=bottom),
+            _point(box.x, box.y),
+            _point(box.right, box.y),
+            _point(box.right, box.bottom),
+            _point(box.x, box.bottom),
         ],
         outline_color=_color(overlay.color),
         thickness=LEAD_LINE_PX if overlay.is_lead else LINE_PX,
@@ -195,7 +195,9 @@ def _row_lines(rows: tuple[OverlayRow, ...], width_px: int, stamp: Timestamp) ->
         timestamp=stamp,
         type=PointsAnnotation.LINE_LIST,
         points=[
-            Point2(x=column, y=row.row_px + PIXEL_CENTRE_PX) for row in rows for column in (0.0, width_px)
+            _point(column, row.row_px)
+            for row in rows
+            for column in (-PIXEL_CENTRE_PX, width_px - PIXEL_CENTRE_PX)
         ],
         outline_color=_color(ROW_COLOR),
         thickness=1.0,
@@ -205,7 +207,7 @@ def _row_lines(rows: tuple[OverlayRow, ...], width_px: int, stamp: Timestamp) ->
 def _text(x: float, y: float, text: str, color: Rgb, font_px: float, stamp: Timestamp) -> TextAnnotation:
     return TextAnnotation(
         timestamp=stamp,
-        position=Point2(x=x + PIXEL_CENTRE_PX, y=y + PIXEL_CENTRE_PX),
+        position=_point(x, y),
         text=text,
         font_size=font_px,
         text_color=_color(color),
@@ -228,7 +230,18 @@ def _pose(x: float, y: float, z: float) -> Pose:
 
 
 def _vector(x: float, y: float, z: float) -> Vector3:
-    return Vector3(x=x, y=y, z=z)
+    return Vector3(x=_drawn(x, STEPS_PER_M), y=_drawn(y, STEPS_PER_M), z=_drawn(z, STEPS_PER_M))
+
+
+def _point(column_px: float, row_px: float) -> Point2:
+    return Point2(
+        x=_drawn(column_px + PIXEL_CENTRE_PX, STEPS_PER_PX), y=_drawn(row_px + PIXEL_CENTRE_PX, STEPS_PER_PX)
+    )
+
+
+def _drawn(value: float, steps: int) -> float:
+    in_steps = value * steps
+    return round(in_steps) / steps if math.isfinite(in_steps) else value
 
 
 def _color(color: Rgb) -> Color:

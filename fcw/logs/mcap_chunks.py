@@ -1,7 +1,8 @@
 """Where the chunks of an MCAP file stand, by its index or, where its writer was killed, by going over it."""
 
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -9,7 +10,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
-from mcap.records import Channel, Chunk, ChunkIndex, Message
+from mcap.records import Channel, Chunk, ChunkIndex, McapRecord, Message
 from mcap.stream_reader import breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 from zstandard import ZstdError
@@ -19,6 +20,7 @@ DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, O
 _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")
 _CHANNEL_ID = struct.Struct("<H")
+_DATA_LENGTH_BYTES = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,13 +29,13 @@ class ChunkTable:
 
     Attributes:
         chunks: where they stand and what is in them; one without message indexes may hold any topic.
-        channel_ids: the channel of each topic.
-        end: offset behind the last record that is whole.
+        topics: by the number of the channel.
+        torn_bytes: after the last record that is whole.
     """
 
     chunks: tuple[ChunkIndex, ...]
-    channel_ids: dict[str, int]
-    end: int
+    topics: dict[int, str]
+    torn_bytes: int = 0
 
     def messages(
         self,
@@ -41,12 +43,17 @@ class ChunkTable:
         topics: Collection[str],
         start_ns: int | None = None,
         end_ns: int | None = None,
+        *,
+        pass_over_damage: bool = False,
     ) -> Iterator[tuple[str, Message]]:
         """Messages of some topics, in the order in which they were written.
 
         They come from all chunks that hold log times in [start_ns, end_ns): some are earlier or later.
+
+        Raises:
+            One of `DAMAGED`, where damaged chunks are not to be passed over.
         """
-        wanted = {self.channel_ids[topic]: topic for topic in topics if topic in self.channel_ids}
+        wanted = {channel_id: topic for channel_id, topic in self.topics.items() if topic in topics}
         for chunk in self.chunks:
             if start_ns is not None and chunk.message_end_time < start_ns:
                 continue
@@ -54,26 +61,40 @@ class ChunkTable:
                 continue
             if chunk.message_index_offsets and not wanted.keys() & chunk.message_index_offsets.keys():
                 continue
-            for record in _chunk_records(file, chunk):
+            try:
+                records = chunk_records(file, chunk)
+            except DAMAGED:
+                if pass_over_damage:
+                    continue
+                raise
+            for record in records:
                 if isinstance(record, Message) and record.channel_id in wanted:
                     yield wanted[record.channel_id], record
 
-    def last_ns(self, topic: str) -> int | None:
-        """Latest log time in chunks that hold a topic, by their message indexes; None where there is none."""
-        channel_id = self.channel_ids.get(topic)
-        times = [c.message_end_time for c in self.chunks if channel_id in c.message_index_offsets]
+    @property
+    def start_ns(self) -> int | None:
+        """Earliest log time; None where there is no chunk."""
+        return min((chunk.message_start_time for chunk in self.chunks), default=None)
+
+    def end_ns(self, topic: str) -> int | None:
+        """Latest log time in the chunks that hold a topic; None where there is none."""
+        ids = {channel_id for channel_id, other in self.topics.items() if other == topic}
+        times = [c.message_end_time for c in self.chunks if ids & c.message_index_offsets.keys()]
         return max(times, default=None)
 
 
 def indexed_chunks(file: BinaryIO) -> ChunkTable:
-    """The chunks of a finished file."""
+    """The chunks of a finished file.
+
+    Raises:
+        One of `DAMAGED`: its index cannot be read.
+    """
     file.seek(0)
     summary = SeekingReader(file).get_summary()
     if summary is None:
         return scanned_chunks(file)
-    ids = {channel.topic: channel.id for channel in summary.channels.values()}
     chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
-    return ChunkTable(tuple(chunks), ids, file.seek(0, 2))
+    return ChunkTable(tuple(chunks), {c.id: c.topic for c in summary.channels.values()})
 
 
 def scanned_chunks(file: BinaryIO) -> ChunkTable:
@@ -84,7 +105,7 @@ def scanned_chunks(file: BinaryIO) -> ChunkTable:
         file.seek(offset)
         opcode, length = _RECORD_HEAD.unpack(file.read(_RECORD_HEAD.size))
         end = offset + _RECORD_HEAD.size + length
-        if opcode == 0 or end > size:  # no record has the code 0, which a power cut leaves
+        if opcode in (0, Opcode.DATA_END) or end > size:  # a power cut leaves zeros; no record has that code
             break
         if opcode == Opcode.CHUNK:
             chunks.append(_chunk_index(file, offset, end - offset))
@@ -93,24 +114,40 @@ def scanned_chunks(file: BinaryIO) -> ChunkTable:
             chunks[-1].message_index_offsets[channel_id] = offset
         offset = end
     if chunks:
-        chunks[-1].message_index_offsets.clear()  # some of them may be missing
-    ids: dict[str, int] = {}
-    if chunks:
-        channels = [r for r in _chunk_records(file, chunks[0]) if isinstance(r, Channel)]
-        ids = {channel.topic: channel.id for channel in channels}
-    return ChunkTable(tuple(chunks), ids, offset)
+        _complete_index(file, chunks[-1])
+    return ChunkTable(tuple(chunks), _topics(file, chunks), size - offset)
 
 
-def _chunk_records(file: BinaryIO, chunk: ChunkIndex) -> list:
+def chunk_records(file: BinaryIO, chunk: ChunkIndex) -> list[McapRecord]:
+    """Schemas, channels and messages of a chunk.
+
+    Raises:
+        One of `DAMAGED`: its bytes are not those that were written.
+    """
     file.seek(chunk.chunk_start_offset + _RECORD_HEAD.size)
     return breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
+
+
+def _complete_index(file: BinaryIO, last: ChunkIndex) -> None:
+    """Note what is in the last chunk: the indexes that follow it may be torn off."""
+    with suppress(*DAMAGED):
+        for record in chunk_records(file, last):
+            if isinstance(record, Message):
+                last.message_index_offsets.setdefault(record.channel_id, 0)
+
+
+def _topics(file: BinaryIO, chunks: Sequence[ChunkIndex]) -> dict[int, str]:
+    """Topics by their channels, which stand in the first chunk that can be read."""
+    for chunk in chunks:
+        with suppress(*DAMAGED):
+            return {r.id: r.topic for r in chunk_records(file, chunk) if isinstance(r, Channel)}
+    return {}
 
 
 def _chunk_index(file: BinaryIO, offset: int, length: int) -> ChunkIndex:
     """The index of a chunk, as far as its head says; the file stands behind the record's head."""
     start_ns, end_ns, size, _crc, name_length = _CHUNK_HEAD.unpack(file.read(_CHUNK_HEAD.size))
-    compression = file.read(name_length).decode()
-    (compressed_size,) = struct.unpack("<Q", file.read(8))
+    compression = file.read(name_length)
     return ChunkIndex(
         message_start_time=start_ns,
         message_end_time=end_ns,
@@ -118,7 +155,7 @@ def _chunk_index(file: BinaryIO, offset: int, length: int) -> ChunkIndex:
         chunk_length=length,
         message_index_offsets={},
         message_index_length=0,
-        compression=compression,
-        compressed_size=compressed_size,
+        compression=compression.decode(errors="replace"),
+        compressed_size=length - _CHUNK_HEAD.size - len(compression) - _DATA_LENGTH_BYTES,
         uncompressed_size=size,
     )

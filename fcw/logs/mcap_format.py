@@ -20,6 +20,7 @@ DRIVE_METADATA = "fcw.drive"
 VERSIONS_METADATA = "fcw.versions"
 CALIBRATION_NAME = "calibration.yaml"
 SERIES_NAME = "drive.series"
+SERIES_MEDIA_TYPE = "application/x-npz"
 
 VIDEO_TOPIC = "/camera/image"
 CALIBRATION_TOPIC = "/camera/calibration"
@@ -31,6 +32,13 @@ RESULT_TOPIC = "/fcw/frame"
 LEAD_TOPIC = "/fcw/lead"
 WARNING_TOPIC = "/fcw/warning"
 VIDEO_INDEX_TOPIC = "/fcw/video_index"
+
+SIGNALS_CHUNK_NS = 250_000_000
+"""A chunk of signals holds no more of the drive than this: so much is lost when the process is killed."""
+PICTURES_CHUNK_NS = 500_000_000
+"""As much of the pictures; a chunk of them ends before each keyframe too, where a jump starts to read."""
+CHUNK_BYTES = 1 << 30
+"""Chunks end by time, never by size."""
 
 _TRUTH = {True: "true", False: "false"}
 

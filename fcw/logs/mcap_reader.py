@@ -14,6 +14,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from fcw.errors import UserError
 from fcw.logs import mcap_format as mcap
+from fcw.logs.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap_chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks
 from fcw.logs.messages import result_from_message
 from fcw.logs.records import DriveHeader, FrameResult
@@ -34,8 +35,12 @@ class DriveLog:
         complete: False where the log was never closed.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, pass_over_damage: bool = False) -> None:
         """Read the header.
+
+        Args:
+            path: the file.
+            pass_over_damage: leave out what cannot be read of a complete log too, instead of raising.
 
         Raises:
             UserError: the file is missing, or is no drive log.
@@ -51,6 +56,44 @@ class DriveLog:
             raise UserError(
                 f"{path}: cannot read the log ({error.strerror}); expected a drive.mcap of `fcw run`"
             ) from error
+        self._strict = self.complete and not pass_over_damage
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know of the log: that it is torn, and how much of it is lost."""
+        if self.complete:
+            return ()
+        start_ns = self.chunks.start_ns
+        torn = f"{self.path}: its writer was stopped before it closed the log"
+        if start_ns is None:
+            return (f"{torn}; no frame can be read",)
+        signals_s, pictures_s = (
+            ((self.chunks.end_ns(topic) or start_ns) - start_ns) / NANOSECONDS
+            for topic in (mcap.RESULT_TOPIC, mcap.VIDEO_TOPIC)
+        )
+        return (
+            f"{torn}; signals can be read up to {signals_s:.2f} s, pictures up to {pictures_s:.2f} s. "
+            f"Lost is what came after: at most {mcap.SIGNALS_CHUNK_NS / NANOSECONDS:g} s of signals and "
+            f"{mcap.PICTURES_CHUNK_NS / NANOSECONDS:g} s of pictures. "
+            f"`fcw recover {self.path}` makes a whole log of it",
+        )
+
+    @cached_property
+    def chunks(self) -> ChunkTable:
+        """Where the parts of the file stand.
+
+        Raises:
+            UserError: the index of a complete log is damaged.
+        """
+        with self.path.open("rb") as file:
+            if not self.complete:
+                return scanned_chunks(file)
+            try:
+                return indexed_chunks(file)
+            except DAMAGED as error:
+                if self._strict:
+                    raise self._damaged(error) from error
+                return scanned_chunks(file)
 
     def results(self, start_ns: int | None = None, end_ns: int | None = None) -> Iterator[FrameResult]:
         """Results of the frames at times in [start_ns, end_ns), in order; all by default.
@@ -119,16 +162,15 @@ class DriveLog:
         """The log's own columns; None where it has none that can be read."""
         if not self.complete:
             return None
-        with self.path.open("rb") as file:
+        with self.path.open("rb") as file, suppress(*DAMAGED):
             for attachment in SeekingReader(file).iter_attachments():
                 if attachment.name == mcap.SERIES_NAME:
-                    with suppress(ValueError):
-                        return DriveSeries.from_bytes(attachment.data)
+                    return DriveSeries.from_bytes(attachment.data)
         return None
 
     def _gathered_series(self, progress: Callable[[float], None]) -> DriveSeries:
         builder = SeriesBuilder()
-        end_ns = max((chunk.message_end_time for chunk in self._chunks.chunks), default=0) or 1
+        end_ns = max((chunk.message_end_time for chunk in self.chunks.chunks), default=0) or 1
         for topic, message in self._messages((mcap.RESULT_TOPIC, mcap.VIDEO_INDEX_TOPIC)):
             if topic == mcap.RESULT_TOPIC:
                 builder.add(result_from_message(message.data), ())
@@ -140,14 +182,21 @@ class DriveLog:
         return builder.build()
 
     def _packets(self, start_ns: int | None, end_ns: int | None) -> Iterator[tuple[int, VideoPacket]]:
-        """Packets with the number of the frame they came with, from all chunks that touch the range."""
+        """Packets with the number of the frame they came with, from all chunks that touch the range.
+
+        Where pictures are missing in between, those up to the next keyframe cannot be decoded: left out.
+        """
         index = self._messages((mcap.VIDEO_INDEX_TOPIC,), start_ns, end_ns)
         entry = next(index, None)
+        due: int | None = None
         for _, picture in self._messages((mcap.VIDEO_TOPIC,), start_ns, end_ns):
             while entry is not None and entry[1].sequence < picture.sequence:
                 entry = next(index, None)
-            if entry is not None and entry[1].sequence == picture.sequence:
-                about = drive_pb2.VideoPacket.FromString(entry[1].data)
+            if entry is None or entry[1].sequence != picture.sequence:
+                continue
+            about = drive_pb2.VideoPacket.FromString(entry[1].data)
+            if due in (None, picture.sequence) or about.keyframe:
+                due = picture.sequence + 1
                 data = CompressedVideo.FromString(picture.data).data
                 yield about.frame_index, VideoPacket(data, about.time_ns, about.keyframe, about.shown)
 
@@ -156,19 +205,18 @@ class DriveLog:
     ) -> Iterator[tuple[str, Message]]:
         """Messages with their topics, in the order in which they were written, of all chunks in the range."""
         start_ns = None if start_ns is None else max(start_ns, 0)  # log times cannot be negative
+        chunks = self.chunks
         with self.path.open("rb") as file:
             try:
-                yield from self._chunks.messages(file, topics, start_ns, end_ns)
+                yield from chunks.messages(file, topics, start_ns, end_ns, pass_over_damage=not self._strict)
             except DAMAGED as error:
-                if self.complete:
-                    raise UserError(
-                        f"{self.path}: the log is damaged ({error}); copy it again, or run the drive again"
-                    ) from error
+                raise self._damaged(error) from error
 
-    @cached_property
-    def _chunks(self) -> ChunkTable:
-        with self.path.open("rb") as file:
-            return indexed_chunks(file) if self.complete else scanned_chunks(file)
+    def _damaged(self, error: Exception) -> UserError:
+        return UserError(
+            f"{self.path}: the log is damaged ({error}); copy it again, or make a new one of what "
+            f"can be read with `fcw recover {self.path}`"
+        )
 
     def _read_header(self, file: BinaryIO) -> DriveHeader:
         """The header from the records before the first chunk."""

@@ -32,12 +32,6 @@ from fcw.logs.series import SeriesBuilder
 from fcw.sources.frame import VideoPacket
 from fcw.warning.types import WarningLevel
 
-SIGNALS_CHUNK_NS = 250_000_000
-"""A chunk of signals holds no more of the drive than this: so much is lost when the process is killed."""
-PICTURES_CHUNK_NS = 500_000_000
-"""As much of the pictures; a chunk of them ends before each keyframe too, where a jump starts to read."""
-_CHUNK_BYTES = 1 << 30
-"""Chunks end by time, never by size."""
 _TOPICS: dict[str, type[Message]] = {
     mcap.VIDEO_TOPIC: CompressedVideo,
     mcap.VIDEO_INDEX_TOPIC: drive_pb2.VideoPacket,
@@ -93,7 +87,7 @@ class McapSink:
         self._sequences: defaultdict[str, int] = defaultdict(int)
         self._series = SeriesBuilder()
         self._disk = DiskSync(self._file)
-        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
+        self._writer = Writer(self._file, chunk_size=mcap.CHUNK_BYTES)
         self._writer.start(library=f"fcw {__version__}")
         self._writer.add_metadata(mcap.DRIVE_METADATA, mcap.drive_metadata(header))
         self._writer.add_metadata(mcap.VERSIONS_METADATA, dict(header.versions))
@@ -108,8 +102,8 @@ class McapSink:
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         """Add a frame; indices and times must rise.
 
-        The operating system has it within `SIGNALS_CHUNK_NS` of the drive's time, and its pictures within
-        `PICTURES_CHUNK_NS`.
+        The operating system has it within `mcap_format.SIGNALS_CHUNK_NS` of the drive's time, and its
+        pictures within `mcap_format.PICTURES_CHUNK_NS`.
 
         Raises:
             UserError: the file cannot be written any further.
@@ -124,9 +118,9 @@ class McapSink:
             self._add_signals(result)
             self._series.add(result, packets)
             end_ns = max(result.time_ns, 0) + 2 * self._frame_ns  # of the next frame, which must still fit
-            if self._pictures and end_ns - self._pictures[0].log_ns > PICTURES_CHUNK_NS:
+            if self._pictures and end_ns - self._pictures[0].log_ns > mcap.PICTURES_CHUNK_NS:
                 self._end_pictures()
-            elif self._signals_ns is not None and end_ns - self._signals_ns > SIGNALS_CHUNK_NS:
+            elif self._signals_ns is not None and end_ns - self._signals_ns > mcap.SIGNALS_CHUNK_NS:
                 self._end_signals()
 
     def close(self) -> None:
@@ -141,7 +135,7 @@ class McapSink:
         with self._telling(), file, self._disk:
             self._end_pictures()
             series = self._series.build().to_bytes()
-            self._writer.add_attachment(0, 0, mcap.SERIES_NAME, "application/x-npz", series)
+            self._writer.add_attachment(0, 0, mcap.SERIES_NAME, mcap.SERIES_MEDIA_TYPE, series)
             self._writer.finish()
 
     @contextmanager

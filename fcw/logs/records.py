@@ -1,8 +1,11 @@
 """What a drive log holds, and the seam behind which each log format stands."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.types import Detection
@@ -68,6 +71,31 @@ class DriveHeader:
     imperial: bool = False
 
 
+Record = TypeVar("Record")
+
+
+def in_single_precision(record: Record) -> Record:
+    """A detection or a track with all its numbers at 24 bits of precision.
+
+    None of them is known to seven digits, and noise in the other 29 bits would be half of a log's size:
+    it does not compress.
+    """
+    values: list[Any] = []
+    for name in _field_names(type(record)):
+        value = getattr(record, name)
+        if isinstance(value, float):
+            value = float(np.float32(value))
+        elif is_dataclass(value):
+            value = in_single_precision(value)
+        values.append(value)
+    return type(record)(*values)
+
+
+@cache
+def _field_names(kind: type[Any]) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
+
+
 class Sink(Protocol):
     """Where a drive is written; `close` leaves a complete file, also after an interruption."""
 
@@ -76,7 +104,10 @@ class Sink(Protocol):
         ...
 
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        """Add a frame: its result, and its video packets in decoding order, its own packet last."""
+        """Add a frame: its result, and its video packets in decoding order, its own packet last.
+
+        Indices and times rise from frame to frame.
+        """
         ...
 
     def close(self) -> None:

@@ -111,6 +111,12 @@ def only_row(path: Path, entity: str) -> dict[str, object]:
     return row
 
 
+def values(row: dict[str, object], archetype: str) -> dict[str, object]:
+    """The struct of numbers that a row has for its one vehicle, frame or packet."""
+    (struct,) = row[f"{archetype}:values"]  # pyright: ignore[reportGeneralTypeIssues]
+    return struct
+
+
 def video_samples(path: Path) -> list[dict[str, object]]:
     """All rows of the video but its static one."""
     return [row for row in rows(path, scene.VIDEO) if "VideoStream:sample" in row]
@@ -142,14 +148,14 @@ def test_times_are_the_sources_also_where_they_begin_late_and_jump(tmp_path):
 
 def test_frame_rows_hold_the_warning(tmp_path):
     path = write_drive(tmp_path / "drive.rrd", [result(0), result(1, [TRACK], CAUTION)])
-    quiet, caution = rows(path, scene.FRAMES)
-    assert quiet["fcw.Frame:warning_level"] == ["none"]
-    assert quiet["fcw.Frame:ttc_s"] == [None]
-    assert caution["fcw.Frame:warning_level"] == ["caution"]
-    assert caution["fcw.Frame:rule"] == ["ttc"]
-    assert caution["fcw.Frame:ttc_s"] == [2.5]
-    assert caution["fcw.Frame:lead_id"] == [7]
-    assert caution["fcw.Frame:time_ns"] == [ntsc_time_ns(1)]
+    quiet, caution = (values(row, "fcw.Frame") for row in rows(path, scene.FRAMES))
+    assert quiet["warning_level"] == "none"
+    assert quiet["ttc_s"] is None
+    assert caution["warning_level"] == "caution"
+    assert caution["rule"] == "ttc"
+    assert caution["ttc_s"] == 2.5
+    assert caution["lead_id"] == 7
+    assert caution["time_ns"] == ntsc_time_ns(1)
 
 
 def test_rerun_itself_finds_no_fault(tmp_path):
@@ -170,22 +176,18 @@ def test_a_drive_without_vehicles_holds_every_entity(tmp_path):
         scene.EGO_BODY,
         scene.PATH,
         scene.DISTANCES,
-        scene.DISTANCE_LABELS,
         scene.VEHICLES,
-        scene.INTERVALS,
         scene.CAMERA,
         scene.IMAGE,
         scene.VIDEO,
         scene.IMAGE_VEHICLES,
         scene.IMAGE_DETECTIONS,
         scene.IMAGE_ROWS,
-        scene.IMAGE_ROW_LABELS,
         scene.PLOT_DISTANCE,
         scene.PLOT_TTC,
         scene.PLOT_SPEED,
         scene.LEVEL,
-        scene.CALIBRATION,
-        scene.VERSIONS,
+        scene.DRIVE,
     }
     assert expected <= entities(path)
 
@@ -269,7 +271,7 @@ def test_packets_that_are_not_shown_are_marked_and_have_no_frame(tmp_path):
     sink.close()
     samples = video_samples(tmp_path / "drive.rrd")
     assert [row["drive_time"] for row in samples] == [ntsc_time_ns(index) for index in (-2, -1, 0, 1)]
-    assert [row["fcw.Packet:shown"] for row in samples] == [[False], [False], [True], [True]]
+    assert [values(row, "fcw.Packet")["shown"] for row in samples] == [False, False, True, True]
     assert [row.get("frame") for row in samples] == [None, None, 0, 1]
     data = [bytes(row["VideoStream:sample"][0]) for row in samples]  # pyright: ignore[reportIndexIssue]
     assert data == [f"picture {index}".encode() for index in (-2, -1, 0, 1)]
@@ -283,10 +285,10 @@ def test_each_frame_shows_its_own_vehicles_and_no_older_ones(tmp_path):
     path = write_drive(tmp_path / "drive.rrd", results)
     for entity, column in (
         (scene.IMAGE_VEHICLES, "Boxes2D:half_sizes"),
-        (scene.IMAGE_VEHICLES, "fcw.Track:track_id"),
+        (scene.IMAGE_VEHICLES, "fcw.Track:values"),
         (scene.IMAGE_DETECTIONS, "Boxes2D:centers"),
         (scene.VEHICLES, "Boxes3D:half_sizes"),
-        (scene.INTERVALS, "LineStrips3D:strips"),
+        (scene.VEHICLES, "LineStrips3D:strips"),
     ):
         assert [len(row[column]) for row in rows(path, entity)] == counts  # pyright: ignore[reportArgumentType]
 
@@ -302,8 +304,8 @@ def test_boxes_are_shifted_to_reruns_pixel_coordinates(tmp_path):
 def test_labels_and_numbers_of_a_vehicle(tmp_path):
     row = only_row(write_drive(tmp_path / "drive.rrd", [result(0, [TRACK])]), scene.IMAGE_VEHICLES)
     assert row["Boxes2D:labels"] == ["20 m  2.5 s"]
-    assert row["fcw.Track:distance_low_m"] == [19.0]
-    assert row["fcw.Track:closing_speed_mps"] == [8.0]
+    assert values(row, "fcw.Track")["distance_low_m"] == 19.0
+    assert values(row, "fcw.Track")["closing_speed_mps"] == 8.0
 
 
 def test_camera_pose_and_pinhole_put_the_road_where_the_calibration_does(tmp_path):
@@ -336,10 +338,10 @@ def test_a_rear_on_the_road_has_the_size_that_its_box_spans(tmp_path):
 def test_an_interval_without_an_end_is_drawn_to_a_finite_one(tmp_path):
     track = replace(TRACK, distance_high_m=math.inf)
     path = write_drive(tmp_path / "drive.rrd", [result(0, [track])])
-    (strip,) = only_row(path, scene.INTERVALS)["LineStrips3D:strips"]  # pyright: ignore[reportGeneralTypeIssues]
+    (strip,) = only_row(path, scene.VEHICLES)["LineStrips3D:strips"]  # pyright: ignore[reportGeneralTypeIssues]
     assert strip[0] == [19.0, 0.5, 0.0]
     assert np.isfinite(strip[1]).all()
-    assert only_row(path, scene.IMAGE_VEHICLES)["fcw.Track:distance_high_m"] == [math.inf]
+    assert values(only_row(path, scene.IMAGE_VEHICLES), "fcw.Track")["distance_high_m"] == math.inf
 
 
 def plotted(path: Path, entity: str) -> list[list[float]]:
@@ -360,7 +362,7 @@ def test_plots_are_in_feet_and_miles_an_hour_where_asked_for(tmp_path):
     assert plotted(path, scene.PLOT_DISTANCE)[0] == pytest.approx([20 / 0.3048, 19 / 0.3048, 22 / 0.3048])
     assert plotted(path, scene.PLOT_SPEED)[0][0] == pytest.approx(8.0 * 3600 / 1609.344)
     assert only_row(path, scene.IMAGE_VEHICLES)["Boxes2D:labels"] == ["66 ft  2.5 s"]
-    assert only_row(path, scene.IMAGE_VEHICLES)["fcw.Track:distance_m"] == [20.0]
+    assert values(only_row(path, scene.IMAGE_VEHICLES), "fcw.Track")["distance_m"] == 20.0
 
 
 def test_only_changes_of_the_level_are_told_with_their_reason(tmp_path):
@@ -389,8 +391,8 @@ def test_the_calibration_comes_back_from_the_file(tmp_path):
     properties = only_row(path, "__properties/drive")
     (text,) = properties["fcw.Drive:calibration"]  # pyright: ignore[reportGeneralTypeIssues]
     assert parse_calibration(text, "drive.rrd") == CALIBRATION
-    assert properties["fcw.Drive:model_sha256"] == ["ab" * 32]
-    (shown,) = only_row(path, scene.VERSIONS)["TextDocument:text"]  # pyright: ignore[reportGeneralTypeIssues]
+    assert properties["fcw.Drive:facts"][0]["model_sha256"] == "ab" * 32  # pyright: ignore[reportIndexIssue]
+    (shown,) = only_row(path, scene.DRIVE)["TextDocument:text"]  # pyright: ignore[reportGeneralTypeIssues]
     assert "0.1.0" in shown
 
 
@@ -411,7 +413,7 @@ def test_relayed_video_of_a_real_drive_decodes_to_its_pictures(tmp_path, data_di
 
     decoder = av.CodecContext.create("h264", "r")
     samples = video_samples(tmp_path / "drive.rrd")
-    shown = [row["fcw.Packet:shown"] == [True] for row in samples]
+    shown = [values(row, "fcw.Packet")["shown"] for row in samples]
     encoded = [av.Packet(bytes(row["VideoStream:sample"][0])) for row in samples]  # pyright: ignore[reportIndexIssue]
     pictures = [picture for each in (*encoded, None) for picture in decoder.decode(each)]  # pyright: ignore[reportAttributeAccessIssue]
     assert len(pictures) == len(samples)

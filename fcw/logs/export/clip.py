@@ -1,0 +1,142 @@
+"""Which drives are exported, and which part of them."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.errors import UserError
+from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.records import FrameResult
+from fcw.sources.frame import VideoPacket
+
+DRIVE_NAME = "drive.mcap"
+"""What `fcw run` calls its log. Other MCAP files in a folder need not be drive logs."""
+NS_PER_S = 1_000_000_000
+
+Between = tuple[float, float]
+"""Seconds from the drive's first frame; both ends belong to the range."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveClip:
+    """A drive, or the frames of a range of its time.
+
+    Attributes:
+        name: what files and rows call the drive.
+        log: its log.
+        first_ns: time of the drive's first frame; seconds count from there, in a range too.
+        times_ns: (N,) int64, times of the clip's frames; at least one.
+    """
+
+    name: str
+    log: DriveLog
+    first_ns: int
+    times_ns: NDArray[np.int64]
+
+    @classmethod
+    def open(cls, path: Path, name: str = "", between: Between | None = None) -> "DriveClip":
+        """The frames of a drive, or those of a range.
+
+        Args:
+            path: its log.
+            name: what to call it; by default after its folder.
+            between: the range; None for the whole drive.
+
+        Raises:
+            UserError: the file is no drive log, or holds no frame, or none in the range.
+        """
+        log = DriveLog(path)
+        times_ns = log.series().time_ns
+        if not len(times_ns):
+            raise UserError(f"{path}: the log holds no frame; there is nothing to export")
+        first_ns = int(times_ns[0])
+        if between is not None:
+            since_ns = times_ns - first_ns
+            start_ns, end_ns = (round(second * NS_PER_S) for second in between)
+            last_s = since_ns[-1] / NS_PER_S
+            times_ns = times_ns[(since_ns >= start_ns) & (since_ns <= end_ns)]
+            if not len(times_ns):
+                raise UserError(
+                    f"--between {between[0]:g} {between[1]:g}: {path} has no frame there; "
+                    f"its frames are from 0 to {last_s:.2f} s"
+                )
+        return cls(name or _names(path)[0], log, first_ns, times_ns)
+
+    def results(self) -> Iterator[FrameResult]:
+        """The frames' results, in order."""
+        return self.log.results(int(self.times_ns[0]), int(self.times_ns[-1]) + 1)
+
+    def entries(self) -> Iterator[tuple[FrameResult, tuple[VideoPacket, ...]]]:
+        """The frames' results with their video packets, which need not start at a keyframe."""
+        return self.log.entries(int(self.times_ns[0]), int(self.times_ns[-1]) + 1)
+
+    def time_s(self, time_ns: int) -> float:
+        """Seconds from the drive's first frame."""
+        return (time_ns - self.first_ns) / NS_PER_S
+
+
+def check_between(between: Between) -> None:
+    """See that a range is one.
+
+    Raises:
+        UserError: it ends before it starts, or is not of numbers of at least 0.
+    """
+    start_s, end_s = between
+    if not 0 <= start_s <= end_s < np.inf:
+        raise UserError(
+            f"--between {start_s:g} {end_s:g}: expected two times in seconds from the drive's first frame, "
+            "the earlier one first"
+        )
+
+
+def find_drives(paths: Sequence[Path]) -> dict[str, Path]:
+    """The drive logs that some paths stand for, each once, by names that are all different.
+
+    Args:
+        paths: drive logs, folders with a `drive.mcap`, and folders of such folders.
+
+    Returns:
+        Name -> log. A drive has the name of its folder, or of its file where that has another name; where
+        two are alike, the folders above go before it.
+
+    Raises:
+        UserError: a path does not exist, or is a folder without any drive.
+    """
+    logs = list(dict.fromkeys(log.resolve() for path in paths for log in _logs(path)))
+    depth = 1
+    names = [_names(log)[0] for log in logs]
+    while len(set(names)) < len(names):
+        depth += 1
+        counts = Counter(names)
+        names = [
+            "-".join(reversed(_names(log)[:depth])) if counts[name] > 1 else name
+            for name, log in zip(names, logs, strict=True)
+        ]
+    return dict(zip(names, logs, strict=True))
+
+
+def _logs(path: Path) -> list[Path]:
+    if not path.exists():
+        raise UserError(f"{path}: no such file or folder; expected a drive.mcap of `fcw run`, or its folder")
+    if not path.is_dir():
+        return [path]
+    own = path / DRIVE_NAME
+    logs = [own] if own.is_file() else sorted(path.rglob(DRIVE_NAME))
+    if not logs:
+        raise UserError(
+            f"{path}: no {DRIVE_NAME} in this folder or below it; name a drive's log, "
+            "or the folder that `fcw run` wrote"
+        )
+    return logs
+
+
+def _names(log: Path) -> list[str]:
+    """Names of a log and of the folders above it, from the nearest up."""
+    log = log.resolve()
+    parts = list(log.parent.parts[1:]) or ["drive"]
+    own = [] if log.name == DRIVE_NAME else [log.stem]
+    return own + parts[::-1]

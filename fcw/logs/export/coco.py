@@ -1,0 +1,124 @@
+"""Tracks as COCO boxes, and beside them the pictures and calibrations that `fcw train` wants."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from fcw import __version__
+from fcw.camera.file import calibration_text
+from fcw.errors import UserError
+from fcw.files import whole_file, write_whole
+from fcw.logs.export.clip import DriveClip
+from fcw.logs.pictures import LogPictures
+from fcw.logs.records import FrameResult
+
+VEHICLE = {"id": 1, "name": "vehicle", "supercategory": "vehicle"}
+PICTURES_NAME, CALIBRATIONS_NAME = "images", "calibration"
+"""Folders beside the labels, as `fcw train --data` expects them."""
+_JPEG_QUALITY = 95
+
+
+def write_coco(
+    path: Path,
+    clips: Sequence[DriveClip],
+    on_frame: Callable[[], None],
+    *,
+    every: int = 1,
+    with_pictures: bool = False,
+) -> int:
+    """Write the tracks of drives as one file of COCO labels.
+
+    An image's `file_name` is `<drive>/<frame>.jpg`; `clip` is its drive, `frame` and `time_ns` are its place
+    in it. An annotation has `track_id`, which counts within a drive, `score` and `coasting`.
+
+    Args:
+        path: the file.
+        clips: the drives.
+        on_frame: called after each frame, those left out included.
+        every: of the drive's frames 0, every, 2 every, ...; the others are left out.
+        with_pictures: also write the pictures to `images/` and the calibrations to `calibration/` beside it.
+
+    Returns:
+        The number of boxes.
+
+    Raises:
+        UserError: a picture is missing in a log, or a file cannot be written.
+    """
+    images: list[dict[str, Any]] = []
+    annotations: list[dict[str, Any]] = []
+    for clip in clips:
+        pictures = LogPictures(clip.log) if with_pictures else None
+        if pictures:
+            _make_folder(path.parent / PICTURES_NAME / clip.name)
+            _make_folder(path.parent / CALIBRATIONS_NAME)
+            write_whole(
+                path.parent / CALIBRATIONS_NAME / f"{clip.name}.yaml",
+                calibration_text(clip.log.header.calibration),
+            )
+        for result in clip.results():
+            if result.index % every == 0:
+                image = _image(len(images) + 1, clip, result)
+                if pictures:
+                    _write_picture(path.parent / PICTURES_NAME / image["file_name"], pictures, result.index)
+                images.append(image)
+                annotations += _annotations(image["id"], len(annotations) + 1, result)
+            on_frame()
+        if pictures:
+            pictures.close()
+    content = {
+        "info": {"description": "vehicles followed by fcw", "version": __version__},
+        "categories": [VEHICLE],
+        "images": images,
+        "annotations": annotations,
+    }
+    write_whole(path, json.dumps(content, allow_nan=False) + "\n")
+    return len(annotations)
+
+
+def _image(image_id: int, clip: DriveClip, result: FrameResult) -> dict[str, Any]:
+    header = clip.log.header
+    return {
+        "id": image_id,
+        "file_name": f"{clip.name}/{result.index:06d}.jpg",
+        "width": header.image_size.width,
+        "height": header.image_size.height,
+        "clip": clip.name,
+        "frame": result.index,
+        "fps": header.frame_rate_hz,
+        "time_ns": result.time_ns,
+    }
+
+
+def _annotations(image_id: int, first_id: int, result: FrameResult) -> list[dict[str, Any]]:
+    return [
+        {
+            "id": first_id + i,
+            "image_id": image_id,
+            "category_id": VEHICLE["id"],
+            "bbox": [track.box.x, track.box.y, track.box.w, track.box.h],
+            "area": track.box.w * track.box.h,
+            "iscrowd": 0,
+            "track_id": track.track_id,
+            "score": track.score,
+            "coasting": track.coasting,
+        }
+        for i, track in enumerate(result.tracks)
+    ]
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(
+            f"{folder}: cannot make this folder ({error.strerror}); name one that can be written"
+        ) from error
+
+
+def _write_picture(path: Path, pictures: LogPictures, index: int) -> None:
+    encoded = cv2.imencode(".jpg", pictures.at(index), [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1]
+    with whole_file(path) as partial:
+        partial.write_bytes(encoded.tobytes())

@@ -1,0 +1,201 @@
+"""What stands in the tables: names with their units, and what they mean. `docs/export.md` lists the same."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Generic, Literal, TypeVar
+
+from fcw.events import DriveEvent
+from fcw.logs.export.clip import DriveClip
+from fcw.logs.records import FrameResult
+from fcw.tracking.types import Track
+
+Row = TypeVar("Row")
+Kind = Literal["string", "int64", "float64", "bool"]
+NOTE_SEPARATOR = "; "
+
+
+@dataclass(frozen=True, slots=True)
+class Column(Generic[Row]):
+    """One column of a table.
+
+    Attributes:
+        name: with its unit at the end where it has one.
+        kind: Arrow's name of its type; any column but the first ones may be empty.
+        unit: as people write it; empty where it has none.
+        meaning: one line for a person.
+        value: of a row; None where the cell is empty.
+    """
+
+    name: str
+    kind: Kind
+    unit: str
+    meaning: str
+    value: Callable[[Row], str | int | float | bool | None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackRow:
+    """One track at one frame, or a frame that has none."""
+
+    clip: DriveClip
+    result: FrameResult
+    track: Track | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventRow:
+    """One event of a drive."""
+
+    drive: str
+    event: DriveEvent
+
+
+def track_rows(clips: Iterable[DriveClip], on_frame: Callable[[], None]) -> Iterator[TrackRow]:
+    """A row for each track of each frame; a frame without tracks has one row, so that none is missing."""
+    for clip in clips:
+        for result in clip.results():
+            for track in result.tracks or (None,):
+                yield TrackRow(clip, result, track)
+            on_frame()
+
+
+def _of_warning(name: str, kind: Kind, unit: str, meaning: str) -> Column[TrackRow]:
+    return Column(f"warning_{name}", kind, unit, meaning, lambda row: getattr(row.result.warning, name))
+
+
+def _of_track(name: str, kind: Kind, unit: str, meaning: str) -> Column[TrackRow]:
+    return Column(
+        name, kind, unit, meaning, lambda row: None if row.track is None else getattr(row.track, name)
+    )
+
+
+def _of_box(name: str, meaning: str) -> Column[TrackRow]:
+    return Column(
+        f"box_{name}_px",
+        "float64",
+        "px",
+        meaning,
+        lambda row: None if row.track is None else getattr(row.track.box, name),
+    )
+
+
+TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
+    Column("drive", "string", "", "name of the drive", lambda row: row.clip.name),
+    Column("frame", "int64", "", "number of the frame in the drive, from 0", lambda row: row.result.index),
+    Column(
+        "time_ns",
+        "int64",
+        "ns",
+        "presentation time of the frame on the source's clock",
+        lambda row: row.result.time_ns,
+    ),
+    Column(
+        "time_s",
+        "float64",
+        "s",
+        "time of the frame from the drive's first frame",
+        lambda row: row.clip.time_s(row.result.time_ns),
+    ),
+    Column(
+        "ego_speed_mps",
+        "float64",
+        "m/s",
+        "own speed; empty when unknown",
+        lambda row: row.result.ego_speed_mps,
+    ),
+    Column(
+        "lead_id",
+        "int64",
+        "",
+        "track id of the lead vehicle; empty when the own path is free",
+        lambda row: row.result.lead_id,
+    ),
+    Column(
+        "warning_level",
+        "string",
+        "",
+        "the warning shown: none, advisory, caution or warning",
+        lambda row: row.result.warning.level.name.lower(),
+    ),
+    _of_warning("track_id", "int64", "", "the vehicle that the warning is about"),
+    Column(
+        "warning_rule",
+        "string",
+        "",
+        "the rule that holds the level; empty for none",
+        lambda row: row.result.warning.rule or None,
+    ),
+    _of_warning("ttc_s", "float64", "s", "time to collision with that vehicle; empty when not closing"),
+    _of_warning(
+        "required_deceleration_mps2",
+        "float64",
+        "m/s^2",
+        "braking needed to avoid the collision; empty when none is",
+    ),
+    _of_warning("headway_s", "float64", "s", "distance over own speed; empty when that is unknown or zero"),
+    Column(
+        "notes",
+        "string",
+        "",
+        "what a person should know of the drive by then, e.g. that the mount has moved",
+        lambda row: NOTE_SEPARATOR.join(row.result.notes) or None,
+    ),
+    _of_track("track_id", "int64", "", "the vehicle; this and all that follows is empty without one"),
+    Column(
+        "is_lead",
+        "bool",
+        "",
+        "whether it is the lead vehicle",
+        lambda row: None if row.track is None else row.track.track_id == row.result.lead_id,
+    ),
+    _of_track("in_path", "bool", "", "whether it stands in the own path"),
+    _of_track("coasting", "bool", "", "whether this frame had no detection for it"),
+    _of_track("age_s", "float64", "s", "time since its first detection"),
+    _of_track("score", "float64", "", "score of its latest detection"),
+    _of_box("x", "left edge of its box; the centre of the top-left pixel is (0, 0)"),
+    _of_box("y", "top edge of its box"),
+    _of_box("w", "width of its box"),
+    _of_box("h", "height of its box"),
+    _of_track("distance_m", "float64", "m", "along the ground from the calibration's reference to its rear"),
+    _of_track("distance_low_m", "float64", "m", "16th percentile of the distance"),
+    _of_track("distance_high_m", "float64", "m", "84th percentile of the distance; inf when unbounded"),
+    _of_track("lateral_m", "float64", "m", "middle of its rear from the camera's axis, positive to the left"),
+    _of_track("lateral_speed_mps", "float64", "m/s", "rate at which it moves to the left; 0 where unknown"),
+    _of_track("closing_speed_mps", "float64", "m/s", "rate at which the distance shrinks"),
+    _of_track("closing_speed_sigma_mps", "float64", "m/s", "standard deviation of the closing speed"),
+    _of_track(
+        "closing_acceleration_mps2",
+        "float64",
+        "m/s^2",
+        "rate at which the closing speed grows; 0 where unknown",
+    ),
+    _of_track("closing_acceleration_sigma_mps2", "float64", "m/s^2", "its standard deviation"),
+    _of_track("ttc_s", "float64", "s", "distance over closing speed; empty when the gap is not closing"),
+)
+"""Everything in a frame's result but the raw detections."""
+
+
+def _of_event(name: str, kind: Kind, unit: str, meaning: str) -> Column[EventRow]:
+    return Column(name, kind, unit, meaning, lambda row: getattr(row.event, name))
+
+
+EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
+    Column("drive", "string", "", "name of the drive", lambda row: row.drive),
+    _of_event("kind", "string", "", "warning, caution, advisory, near miss or mount moved"),
+    _of_event("start_s", "float64", "s", "its first frame, from the drive's first frame"),
+    _of_event("end_s", "float64", "s", "its last frame"),
+    _of_event("peak_s", "float64", "s", "where most braking was needed, or else where it was nearest"),
+    _of_event("severity", "float64", "", "that braking as a part of the hardest a car can do, 0 to 1"),
+    _of_event("track_id", "int64", "", "the vehicle; empty where there is none"),
+    Column(
+        "rule",
+        "string",
+        "",
+        "the rule that held the level; empty for none",
+        lambda row: row.event.rule or None,
+    ),
+    _of_event("min_ttc_s", "float64", "s", "smallest time to collision; empty when it never closed"),
+    _of_event("min_distance_m", "float64", "m", "smallest distance; empty when it was never measured"),
+    _of_event("max_required_deceleration_mps2", "float64", "m/s^2", "hardest braking needed; empty for none"),
+    Column("note", "string", "", "what was said of a mount that moved", lambda row: row.event.note or None),
+)

@@ -1,0 +1,55 @@
+"""A drive, or a range of it, as a log of its own: in MCAP, or in whatever else a `Sink` writes."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fcw.logs.export.clip import NS_PER_S, DriveClip
+from fcw.logs.records import Sink
+
+
+def with_its_keyframe(clip: DriveClip) -> tuple[DriveClip, float]:
+    """The clip from the keyframe at or before its start, as its pictures can be decoded from there only.
+
+    Returns:
+        The clip, and how many seconds earlier it starts.
+    """
+    series, start_ns = clip.log.series(), int(clip.times_ns[0])
+    keyframe_ns = series.keyframe_before(start_ns)
+    if keyframe_ns is None:  # a log without pictures
+        return clip, 0.0
+    all_ns = series.time_ns
+    times_ns = all_ns[(all_ns >= keyframe_ns) & (all_ns <= clip.times_ns[-1])]
+    longer = DriveClip(clip.name, clip.log, clip.first_ns, np.asarray(times_ns, np.int64))
+    return longer, (start_ns - int(times_ns[0])) / NS_PER_S
+
+
+def replay(clip: DriveClip, sink: Sink, on_frame: Callable[[], None]) -> int:
+    """Give a clip's header, results and video packets to a sink, and close it.
+
+    Results keep their numbers and times. Of the first frame, packets before its keyframe are left out.
+
+    Args:
+        clip: what to write; see `with_its_keyframe`.
+        sink: where.
+        on_frame: called after each frame.
+
+    Returns:
+        The number of frames.
+
+    Raises:
+        UserError: the log is damaged, or the sink cannot be written.
+    """
+    frames = 0
+    sink.open(clip.log.header)
+    try:
+        for result, packets in clip.entries():
+            if frames == 0:
+                first = next((i for i, packet in enumerate(packets) if packet.keyframe), 0)
+                packets = packets[first:]
+            sink.write(result, packets)
+            frames += 1
+            on_frame()
+    finally:
+        sink.close()
+    return frames

@@ -1,0 +1,58 @@
+"""`fcw export`: drive logs in the formats of others."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+ExportFormat = Literal["csv", "parquet", "kitti", "mot", "coco", "mp4", "rrd", "mcap"]
+
+
+@dataclass(frozen=True, slots=True)
+class ExportCommand:
+    """Write drive logs as tables, tracks, boxes, a video with the overlay, or a cut of a time range."""
+
+    drives: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE ...")]
+    """Drive logs (drive.mcap), folders that hold one, or folders of such folders."""
+    format: ExportFormat
+    """csv, parquet: one row a track a frame. kitti, mot: tracks. coco: boxes. mp4: video with the overlay.
+    rrd: for the rerun viewer. mcap: a drive log of its own. docs/export.md says what stands where."""
+    out: Annotated[Path, tyro.conf.arg(metavar="PATH")]
+    """File to write; or a folder, made where it is not there, for a file a drive. csv, parquet and coco put
+    all drives into one file."""
+    events: bool = False
+    """The drives' events (warnings, near misses) as one table, instead of their tracks; csv and parquet."""
+    between: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="S S")] = None
+    """Only this range of time, in seconds from the drive's first frame, both ends included."""
+    overlay: bool = True
+    """mp4: the log's own video as it is, without the overlay and without loss."""
+    pictures: bool = False
+    """coco: also write images/ and calibration/ beside the labels, as `fcw train --data` expects them."""
+    every: Annotated[int, tyro.conf.arg(metavar="N")] = 1
+    """coco: only every Nth frame of the drive."""
+    overwrite: bool = False
+    """Replace files that are there already."""
+
+
+def run_export(command: ExportCommand) -> int:
+    """Run `fcw export`; returns the exit code."""
+    from rich.console import Console
+
+    from fcw_viz.export_job import ExportJob, run_export_job
+
+    job = ExportJob(
+        drives=command.drives,
+        format=command.format,
+        out=command.out,
+        events=command.events,
+        between=command.between,
+        overlay=command.overlay,
+        pictures=command.pictures,
+        every=command.every,
+        overwrite=command.overwrite,
+    )
+    outcome = run_export_job(job, Console(stderr=True))
+    for line in outcome:
+        Console().print(line, highlight=False, soft_wrap=True, markup=False)
+    return 0

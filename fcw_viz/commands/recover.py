@@ -1,0 +1,55 @@
+"""`fcw recover`: a whole log of one whose writer was killed."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    from fcw.logs.recovery import RecoveryReport
+
+
+@dataclass(frozen=True, slots=True)
+class RecoverCommand:
+    """Make a whole log of one whose writer was killed, re-open it and count; the torn one stays."""
+
+    drive: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE")]
+    """A drive.mcap, or its folder."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None
+    """The new log; by default `<name>.recovered.mcap` beside the torn one."""
+
+
+def run_recover(command: RecoverCommand) -> int:
+    """Run `fcw recover`; returns the exit code."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from fcw.logs.recovery import recover, recovered_path
+    from fcw_viz.drive_job import MCAP_NAME
+
+    path = command.drive / MCAP_NAME if command.drive.is_dir() else command.drive
+    out = command.out or recovered_path(path)
+    messages = Console(stderr=True)
+    with Progress(console=messages, disable=not messages.is_terminal, transient=True) as bar:
+        task = bar.add_task(path.name, total=1.0)
+        report = recover(path, out, lambda part: bar.update(task, completed=part))
+    Console().print(report_text(report, path, out), highlight=False, soft_wrap=True)
+    return 0
+
+
+def report_text(report: "RecoveryReport", path: Path, out: Path) -> str:
+    """What was recovered and what was lost, in sentences."""
+    from fcw.logs.mcap_format import PICTURES_CHUNK_NS, SIGNALS_CHUNK_NS
+
+    text = (
+        f"{out}: {report.frames} frames, {report.duration_s:.2f} s, {report.pictures} of them with a picture"
+    )
+    if report.damaged_chunks:
+        text += f"; {report.damaged_chunks} damaged parts of {path.name} were left out"
+    if report.was_complete:
+        return text if report.damaged_chunks else f"{text}; nothing was lost: {path.name} is whole"
+    return (
+        f"{text}; of what came after, at most {SIGNALS_CHUNK_NS / 1e9:g} s of signals and "
+        f"{PICTURES_CHUNK_NS / 1e9:g} s of pictures are lost ({report.torn_bytes} bytes at the end were torn)"
+    )
