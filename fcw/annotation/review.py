@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fcw.annotation.records import (
     BoxEdit,
@@ -18,9 +18,7 @@ from fcw.annotation.records import (
     TakenBack,
     Verdict,
 )
-
-if TYPE_CHECKING:
-    from fcw.events import DriveEvent
+from fcw.events import DriveEvent
 
 FOUND_AGAIN_WITHIN_S = 1.0
 """So far from the judged stretch the same vehicle's event may lie: a finer rule moves an edge by less."""
@@ -77,7 +75,7 @@ class JudgedEvent:
         verdicts: one of each person who judged it, oldest first.
     """
 
-    event: "DriveEvent"
+    event: DriveEvent
     verdicts: tuple[Entry[Verdict], ...]
 
     @property
@@ -121,7 +119,7 @@ def fold(entries: Iterable[Entry[Said]]) -> Review:
 
 
 def judged_events(
-    review: Review, events: Sequence["DriveEvent"]
+    review: Review, events: Sequence[DriveEvent]
 ) -> tuple[tuple[JudgedEvent, ...], tuple[Entry[Verdict], ...]]:
     """Every event with its verdicts, and the verdicts whose event is not found any more."""
     found: list[dict[str, Entry[Verdict]]] = [{} for _ in events]
@@ -138,7 +136,7 @@ def judged_events(
     return tuple(judged), tuple(lost)
 
 
-def find_event(reference: EventReference, events: Sequence["DriveEvent"]) -> int | None:
+def find_event(reference: EventReference, events: Sequence[DriveEvent]) -> int | None:
     """Which of the events a verdict was about.
 
     Of the events of its kind it is the one of the same track that begins when it did; where there is none,
@@ -159,7 +157,7 @@ def find_event(reference: EventReference, events: Sequence["DriveEvent"]) -> int
     return best
 
 
-def reference_to(event: "DriveEvent") -> EventReference:
+def reference_to(event: DriveEvent) -> EventReference:
     """What a verdict on an event keeps of it."""
     return EventReference(event.kind, event.track_id, event.start_s, event.end_s)
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fcw.evaluation.warning import ScenarioResult
-    from fcw.evaluation.warning_events import EventComparison
     from fcw.evaluation.warning_false_alarms import Episode, FollowingResult
 
 
@@ -29,9 +28,11 @@ class EvaluateWarningCommand:
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
     """Follow at constant gaps for so many simulated hours."""
     events: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Labelled events, CSV or JSON: start_s, end_s from the drive's first frame, level; needs --log."""
+    """Labelled events, CSV or JSON: start_s, end_s from the drive's first frame, level; needs --log. Or a
+    reviewed drive, another run of the same source: people's verdicts on its warnings are the labels."""
     log: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
-    """The drive.mcap that --events is about, or its folder."""
+    """The drive.mcap to compare with --events, or its folder; without --events, with the verdicts that people
+    gave on its own warnings in `fcw review`."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """The policy, as in `fcw run`; a log has that of its run."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
@@ -58,7 +59,7 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
         (command.ncap, _scenarios),
         (command.kitti_tracking is not None, _real_drives),
         (command.following_hours is not None, _following),
-        (command.events is not None, _events),
+        (command.log is not None, _events),
     )
     for asked_for, part in parts:
         if asked_for:
@@ -77,14 +78,12 @@ def _check(command: EvaluateWarningCommand) -> None:
     from fcw.warning.policies import make_policy
 
     make_policy(command.warning_policy)
-    if (command.events is None) != (command.log is None):
-        raise UserError(
-            "--events and --log belong together: give the labels and the drive.mcap they are about"
-        )
-    if not command.ncap and {command.kitti_tracking, command.following_hours, command.events} == {None}:
+    if command.events is not None and command.log is None:
+        raise UserError("--events needs --log: give the drive.mcap that the labels are about")
+    if not command.ncap and {command.kitti_tracking, command.following_hours, command.log} == {None}:
         raise UserError(
             "fcw evaluate warning: nothing to evaluate; give --ncap, --kitti-tracking FOLDER, "
-            "--following-hours HOURS, or --events FILE --log DRIVE"
+            "--following-hours HOURS, --events FILE --log DRIVE, or --log DRIVE for a drive that was reviewed"
         )
     if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
@@ -270,34 +269,7 @@ def print_following(results: "Sequence[FollowingResult]", console: "Console") ->
 
 
 def _events(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
-    from fcw.evaluation.warning_events import compare_with_events, read_events
-    from fcw.logs.mcap_reader import DriveLog
-    from fcw_viz.drive_job import MCAP_NAME
+    from fcw_viz.commands.evaluate_events import evaluate_events
 
-    assert command.events is not None
     assert command.log is not None
-    path = command.log / MCAP_NAME if command.log.is_dir() else command.log
-    comparison = compare_with_events(DriveLog(path).results(), read_events(command.events))
-    print_events(comparison, console)
-    return {
-        "hits": len(comparison.hits),
-        "missed": len(comparison.missed),
-        "false_alarms": len(comparison.false_alarms),
-        "missed_events": [asdict(event) for event in comparison.missed],
-        "false_alarm_spans": [asdict(run) for run in comparison.false_alarms],
-    }
-
-
-def print_events(comparison: "EventComparison", console: "Console") -> None:
-    """Print how a log compares with its labels."""
-    console.print(
-        f"{len(comparison.hits)} events warned of, {len(comparison.missed)} missed, "
-        f"{len(comparison.false_alarms)} false alarms",
-        highlight=False,
-    )
-    for event in comparison.missed:
-        level = event.level.name.lower()
-        console.print(f"  missed: {level} {event.start_s:.2f} s to {event.end_s:.2f} s", highlight=False)
-    for run in comparison.false_alarms:
-        level = run.highest.name.lower()
-        console.print(f"  false alarm: {level} {run.start_s:.2f} s to {run.end_s:.2f} s", highlight=False)
+    return evaluate_events(command.log, command.events, console)
