@@ -84,4 +84,5 @@ if (!channel.listens) {
   }).observe(document.body, { childList: true, subtree: true });
 }
 measure();
-channel.tell("ready:" + decodeURIComponent(location.hash.slice(1)));
+// viser takes what stands after # out of the address, and leaves the rest.
+channel.tell(`ready:${new URLSearchParams(location.search).get("at") ?? ""}`);

@@ -21,8 +21,8 @@ OnMessage = Callable[[str], object]
 class PageChannel:
     """Messages of one tab's page: a name and, after a colon, what it is about.
 
-    Besides those of the page's elements there are `ready:<what stands after # in the address>`, once the
-    script runs, and `size:<name> <width>x<height>` of elements that say `data-fcw-size="<name>"`.
+    Besides those of the page's elements there are `ready:<what the address says after ?at=>`, once the script
+    runs, and `size:<name> <width>x<height>` of elements that say `data-fcw-size="<name>"`.
     """
 
     def __init__(self, client: viser.ClientHandle, run: Callable[[Callable[[], object]], None]) -> None:

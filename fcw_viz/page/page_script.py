@@ -46,6 +46,15 @@ def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
     run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)}, {FOCUS_TRIES});")
 
 
+def turn_to_tab(client: viser.ClientHandle, name: str) -> None:
+    """Turn to a tab of a panel by its name."""
+    run_script(
+        client,
+        "for (const tab of document.querySelectorAll('[role=tab]'))"
+        f"if (tab.textContent.trim() === {json.dumps(name)}) tab.click();",
+    )
+
+
 def run_script(client: viser.ClientHandle, source: str) -> None:
     """Run JavaScript in the page, after what was sent before."""
     client.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))

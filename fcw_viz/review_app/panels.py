@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fcw_viz.review_app.tab import Tab
 
 PANEL_WIDTH_PX = 350
+REMARKS = "Remarks"
 FIRST_FOLDER_PX = 1040.0
 OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
 
@@ -43,7 +44,7 @@ class Panels:
         self._tabs = gui.add_tab_group(visible=False)
         with self._tabs.add_tab("Events"):
             self._events = EventPanel(gui, tab)
-        with self._tabs.add_tab("Remarks"):
+        with self._tabs.add_tab(REMARKS):
             self.remarks = RemarksPanel(gui, tab)
         with self._tabs.add_tab("Boxes"):
             self._boxes = BoxesPanel(gui, tab)

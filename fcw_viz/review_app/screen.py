@@ -37,6 +37,7 @@ class Screen:
         self.result: FrameResult | None = None
         self.overlay_shown = True
         self.window_name = DEFAULT_WINDOW
+        self._outlined: int | None = None
 
     def open(self, drive: Drive) -> None:
         """Begin with a drive, at the tab's row."""
@@ -90,6 +91,8 @@ class Screen:
         tab.client.flush()  # the eye is on the picture: it does not wait for the rest
         if paged:
             self.show_strip()
+        elif self._outlined != tab.selected:
+            self.show_timeline()
 
     def show_picture(self, quality: int = STILL_QUALITY) -> None:
         """The picture of the tab's row."""
@@ -116,6 +119,7 @@ class Screen:
     def show_timeline(self) -> None:
         """The time line with what is said of the events."""
         tab = self._tab
+        self._outlined = tab.selected
         self._strip.show_timeline(tab.opened, tab.review, self._window, tab.selected, self._layout)
 
     def show_bar(self) -> None:

@@ -13,14 +13,14 @@ from fcw.annotation.review import JudgedEvent
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 from fcw_viz.page.page_channel import PageChannel
-from fcw_viz.page.page_script import focus, install, run_script
+from fcw_viz.page.page_script import focus, install, run_script, turn_to_tab
 from fcw_viz.page.picture_view import PictureView
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.box_editor import BoxEditor
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.event_list import list_order
 from fcw_viz.review_app.keys import add_keys
-from fcw_viz.review_app.panels import Panels
+from fcw_viz.review_app.panels import REMARKS, Panels
 from fcw_viz.review_app.playing import LEAD_IN_S, Playing
 from fcw_viz.review_app.screen import STILL_QUALITY, Screen
 from fcw_viz.review_app.session import DriveReview, ReviewSession
@@ -158,6 +158,8 @@ class Tab:
     def open_at(self, place: str) -> None:
         """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`."""
         name, event, moment_s = parse_place(place)
+        if len(self.session.drives) == 1:
+            name = next(iter(self.session.drives))  # whatever it was called when the place was noted
         drive = self.session.open(self, name)
         self._leave_drive()
         self.drive = drive
@@ -171,6 +173,7 @@ class Tab:
         if event is not None and event < len(drive.events):
             self.selected, moment_s = event, drive.events[event].peak_s
         self.row = drive.row_at(moment_s or 0.0)
+        self._follow_event()
         self.screen.open(drive)
         self.refresh()
 
@@ -240,6 +243,7 @@ class Tab:
     def type_note(self) -> None:
         """Put the cursor in the field of a note."""
         self.opened  # noqa: B018 - raises where no drive is open
+        turn_to_tab(self.client, REMARKS)
         focus(self.client, self.panels.remarks.words_field)
 
     def escape(self) -> None:
@@ -264,8 +268,8 @@ class Tab:
     def turn_to(self, row: int, quality: int = STILL_QUALITY) -> None:
         """Show a frame now, and what follows from it."""
         self.row = row
-        self.screen.turn(quality)
         followed = self._follow_event()
+        self.screen.turn(quality)
         now_s = time.monotonic()
         if followed or not self.playing.now or now_s - self._panels_s > PANELS_S:
             self._panels_s = now_s
@@ -299,13 +303,12 @@ class Tab:
         if not here:
             return False
         self.selected = max(here, key=lambda number: events[number].severity)
-        self.screen.show_timeline()
         return True
 
     # What the browser says
 
     def _arrive(self, place: str) -> None:
-        """The page is there, with what stood after # in its address."""
+        """The page is there, with the place that its address names."""
         if self.drive is not None:
             return
         if place:
@@ -334,8 +337,12 @@ class Tab:
 
     def _mark_place(self, place: str) -> None:
         """Keep the place in the page's address: loaded anew, or sent to somebody, it leads there."""
-        hashed = f"'#' + encodeURIComponent({json.dumps(place)})"
-        run_script(self.client, f"history.replaceState(null, '', {hashed});")
+        run_script(
+            self.client,
+            "const address = new URL(location);"
+            f"address.searchParams.set('at', {json.dumps(place)});"
+            "history.replaceState(null, '', address);",
+        )
 
     def _hear(self) -> None:
         """The session's listener: of several changes at once only the last one is drawn."""
