@@ -4,6 +4,8 @@
 //   data-fcw-slide="seek:12.5:32.5"         a click or a drag along it is "seek:" and the number under the mouse,
 //                                           12.5 at its left edge and 32.5 at its right one; it has an id
 //   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
+//   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, and empties
+//                                           it, unless it says data-fcw-keep
 //   data-fcw-size="strip"                   its size in CSS pixels, "size:strip 1040x315", now and when it changes
 const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
 
@@ -54,6 +56,14 @@ if (!channel.listens) {
     channel.tell(element.dataset.fcw);
     element.blur?.(); // keys are the page's again
   });
+  // Before the page takes the cursor out of the field. viser's own fields tell only the last of several changes
+  // that come quickly, and forms may be handed in without their last letters.
+  window.addEventListener("keydown", (event) => {
+    const { fcwEnter, fcwKeep } = event.target.dataset ?? {};
+    if (event.key !== "Enter" || event.isComposing || fcwEnter === undefined) return;
+    channel.tell(`${fcwEnter}:${event.target.value}`);
+    if (fcwKeep === undefined) event.target.value = "";
+  }, { capture: true });
   document.addEventListener("change", (event) => {
     const { fcwChoice } = event.target.dataset;
     if (fcwChoice === undefined) return;

@@ -69,6 +69,17 @@ def chooses(name: str) -> str:
     return f'data-fcw-choice="{escape(name)}"'
 
 
+def enters(field: str, name: str, keeps: bool = False) -> str:
+    """Attributes of an input whose text is a message of that name when Enter is pressed.
+
+    Args:
+        field: its id.
+        name: of the message.
+        keeps: whether the text stays.
+    """
+    return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"{" data-fcw-keep" if keeps else ""}'
+
+
 def slides(element: str, name: str, start: float, end: float) -> str:
     """Attributes of an element along which a click or a drag is a message with a number.
 

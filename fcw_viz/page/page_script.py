@@ -46,13 +46,9 @@ def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
     run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)}, {FOCUS_TRIES});")
 
 
-def turn_to_tab(client: viser.ClientHandle, name: str) -> None:
-    """Turn to a tab of a panel by its name."""
-    run_script(
-        client,
-        "for (const tab of document.querySelectorAll('[role=tab]'))"
-        f"if (tab.textContent.trim() === {json.dumps(name)}) tab.click();",
-    )
+def focus_element(client: viser.ClientHandle, element_id: str) -> None:
+    """Put the cursor in a field of the page's own HTML."""
+    run_script(client, f"document.getElementById({json.dumps(element_id)})?.focus();")
 
 
 def run_script(client: viser.ClientHandle, source: str) -> None:

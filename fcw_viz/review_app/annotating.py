@@ -30,6 +30,9 @@ class Annotating:
             "verdict": lambda about: self.judge(Judgement[about]),
             "reason": lambda about: self.give_reason(Reason[about] if about else None),
             "takeback": self.take_back,
+            "explain": self.explain,
+            "note": self.add_note,
+            "missed": self.add_missed,
         }
 
     def judge(self, judgement: Judgement) -> None:

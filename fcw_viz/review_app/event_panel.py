@@ -7,7 +7,7 @@ import viser
 
 from fcw.logs.records import FrameResult
 from fcw.warning.types import WarningLevel
-from fcw_viz.page.page_channel import says
+from fcw_viz.page.page_channel import enters, says
 from fcw_viz.page.page_style import set_html, text_block
 from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.event_list import list_html, verdict_html
@@ -25,16 +25,8 @@ class EventPanel:
         self._tab = tab
         self._reasons: dict[tuple[str, int], FrameResult] = {}
         self._event = gui.add_html("")
-        self._form = gui.add_form(None, visible=False)
-        with self._form:
-            self._words = gui.add_text("In words", "", hint="More on this verdict; Enter keeps it")
+        self._words = gui.add_html("")
         self._list = gui.add_html("")
-
-        @self._form.on_submit
-        async def _(_: viser.GuiEvent[viser.GuiFormHandle]) -> None:
-            tab.run(lambda: tab.annotating.explain(self._words.value))
-
-        self._shown_words: str | None = None
 
     def show(self) -> None:
         """Bring it to the tab's drive, event and verdicts."""
@@ -43,11 +35,8 @@ class EventPanel:
         imperial = drive.header.imperial
         set_html(self._list, text_block(list_html(tab.review.events, tab.by_time, tab.selected, imperial)))
         own = tab.annotating.own_verdict
-        self._form.visible = own is not None
-        words = own.said.text if own is not None else None
-        if words != self._shown_words:
-            self._shown_words = words
-            self._words.value = words or ""
+        # On its own: half typed words stay when the rest is drawn anew.
+        set_html(self._words, text_block(_words_field(own.said.text)) if own is not None else "")
         set_html(self._event, text_block(self._event_html(drive)))
 
     def _event_html(self, drive: Drive) -> str:
@@ -87,3 +76,10 @@ class EventPanel:
                 row = first + int(reached.argmax())
             self._reasons[key] = drive.log.result_at(drive.frame_index(row))
         return self._reasons[key]
+
+
+def _words_field(text: str) -> str:
+    return (
+        f'<input type="text" {enters("fcw-explain", "explain", keeps=True)} value="{escape(text)}" '
+        'placeholder="In your own words, Enter keeps them" autocomplete="off">'
+    )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from fcw_viz.page.page_channel import says, says_size
+from fcw_viz.page.page_channel import enters, says, says_size
 from fcw_viz.page.page_style import STYLE, set_html, text_block
 from fcw_viz.review_app.boxes_panel import BoxesPanel
 from fcw_viz.review_app.drive import duration_text
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from fcw_viz.review_app.tab import Tab
 
 PANEL_WIDTH_PX = 350
-REMARKS = "Remarks"
 FIRST_FOLDER_PX = 1040.0
+NOTE_ID = "fcw-note"
+NOTE_FIELD = (
+    f'<input type="text" {enters(NOTE_ID, "note")} placeholder="A note on this moment (T), Enter keeps it" '
+    'autocomplete="off">'
+)
 OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
 
 
 class Panels:
-    """All panels of a tab.
-
-    Attributes:
-        remarks: the one that the cursor is put into.
-    """
+    """All panels of a tab."""
 
     def __init__(self, gui: viser.GuiApi, tab: "Tab", dark: bool) -> None:
         self._tab = tab
@@ -41,11 +41,12 @@ class Panels:
         self._sizes = gui.add_html("")
         self._folder = gui.add_html("")
         self._head = gui.add_html("")
+        self._note = gui.add_html(text_block(NOTE_FIELD), visible=False)
         self._tabs = gui.add_tab_group(visible=False)
         with self._tabs.add_tab("Events"):
             self._events = EventPanel(gui, tab)
-        with self._tabs.add_tab(REMARKS):
-            self.remarks = RemarksPanel(gui, tab)
+        with self._tabs.add_tab("Remarks"):
+            self._remarks = RemarksPanel(gui, tab)
         with self._tabs.add_tab("Boxes"):
             self._boxes = BoxesPanel(gui, tab)
         with self._tabs.add_tab("Take"):
@@ -61,12 +62,12 @@ class Panels:
             self._sizes,
             f"<style>:root {{ --fcw-docked: {PANEL_WIDTH_PX}px; --fcw-aspect: {aspect:.5f}; }}</style>",
         )
-        self._tabs.visible = drive is not None
+        self._tabs.visible = self._note.visible = drive is not None
         set_html(self._head, text_block(self._head_html()))
         self._show_folder()
         if drive is not None:
             self._events.show()
-            self.remarks.show()
+            self._remarks.show()
             self._boxes.show()
             self._take.show()
 

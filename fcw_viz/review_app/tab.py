@@ -13,14 +13,14 @@ from fcw.annotation.review import JudgedEvent
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 from fcw_viz.page.page_channel import PageChannel
-from fcw_viz.page.page_script import focus, install, run_script, turn_to_tab
+from fcw_viz.page.page_script import focus_element, install, run_script
 from fcw_viz.page.picture_view import PictureView
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.box_editor import BoxEditor
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.event_list import list_order
 from fcw_viz.review_app.keys import add_keys
-from fcw_viz.review_app.panels import REMARKS, Panels
+from fcw_viz.review_app.panels import NOTE_ID, Panels
 from fcw_viz.review_app.playing import LEAD_IN_S, Playing
 from fcw_viz.review_app.screen import STILL_QUALITY, Screen
 from fcw_viz.review_app.session import DriveReview, ReviewSession
@@ -243,8 +243,7 @@ class Tab:
     def type_note(self) -> None:
         """Put the cursor in the field of a note."""
         self.opened  # noqa: B018 - raises where no drive is open
-        turn_to_tab(self.client, REMARKS)
-        focus(self.client, self.panels.remarks.words_field)
+        focus_element(self.client, NOTE_ID)
 
     def escape(self) -> None:
         """Put the tool away, and stop."""

@@ -54,11 +54,9 @@ class Reviewer:
         found = self.browser.page.locator(selector)
         return found.first.inner_text() if found.count() else ""
 
-    def types_in(self, label: str) -> bool:
-        """Whether the cursor is in the field of that label."""
-        path = f"//label[normalize-space(.)={label!r}]/ancestor::div[.//input][1]//input"
-        field = self.browser.page.locator(f"xpath={path}")
-        return field.count() > 0 and field.first.evaluate("field => field === document.activeElement")
+    def types_in(self, element_id: str) -> bool:
+        """Whether the cursor is in a field."""
+        return self.browser.page.evaluate("document.activeElement?.id ?? ''") == element_id
 
     def tab(self, name: str) -> None:
         """Turn to a tab of the panel."""
