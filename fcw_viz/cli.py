@@ -32,7 +32,6 @@ Command = (
     | Annotated[ReviewCommand, tyro.conf.subcommand("review")]
     | Annotated[ExportCommand, tyro.conf.subcommand("export")]
     | Annotated[RecoverCommand, tyro.conf.subcommand("recover")]
-    | Annotated[RecoverCommand, tyro.conf.subcommand("recover")]
     | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[TrainCommand, tyro.conf.subcommand("train")]
     | Annotated[SimulateCommand, tyro.conf.subcommand("simulate")]
@@ -46,7 +45,6 @@ RUNNERS = {
     RunCommand: run_run,
     ReviewCommand: run_review,
     ExportCommand: run_export,
-    RecoverCommand: run_recover,
     RecoverCommand: run_recover,
     EvaluateCommand: run_evaluate,
     TrainCommand: run_train,

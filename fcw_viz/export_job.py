@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from fcw.errors import UserError
 from fcw.events import find_events
-from fcw.files import whole_file
 from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
 from fcw.logs.export.coco import PICTURES_NAME, write_coco
 from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, track_rows
@@ -115,8 +115,8 @@ def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None])
         clips.append(clip)
         if not clip.log.complete:
             note(
-                f"{path}: its writer was stopped before the end: exported up to where it is torn; "
-                "`fcw recover` makes a whole log of it"
+                f"{path}: its writer was stopped before the end: exported up to where it is torn, at "
+                f"{clip.log.series().duration_s:.1f} s; `fcw recover` makes a whole log of it"
             )
     if not clips:
         raise errors[0]
@@ -207,10 +207,30 @@ def _write_one(
         note(f"{target}: starts {earlier_s:.2f} s earlier, at the keyframe that its pictures need")
     if job.format == "mp4":
         return f"{target}: {_counted(write_relayed_mp4(target, clip, on_frame), 'picture')}"
+    return f"{target}: {_counted(_write_log(job, target, clip, on_frame), 'frame')}"
+
+
+def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable[[], None]) -> int:
+    """A log by a sink, which leaves what it has where it fails: in a folder that goes away."""
     sink = McapSink if job.format == "mcap" else RerunSink
-    with whole_file(target) as partial:
-        count = replay(clip, sink(partial), on_frame)
-    return f"{target}: {_counted(count, 'frame')}"
+    try:
+        with TemporaryDirectory(prefix=".fcw-export-", dir=target.parent) as folder:
+            written = Path(folder) / target.name
+            try:
+                count = replay(clip, sink(written), on_frame)
+            except UserError as error:
+                if folder not in str(error):  # it is about the drive
+                    raise
+                raise UserError(
+                    f"{target}: cannot be written whole; make room on the disk, or name another place"
+                ) from error
+            written.replace(target)
+    except OSError as error:
+        raise UserError(
+            f"{target}: cannot write this file ({error.strerror}); "
+            "name a file in a folder that exists and can be written"
+        ) from error
+    return count
 
 
 def _counted(count: int, one: str, many: str = "") -> str:
