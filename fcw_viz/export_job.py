@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -13,7 +14,6 @@ from fcw.annotation.review import Review
 from fcw.annotation.store import read_review
 from fcw.errors import UserError
 from fcw.events import find_events
-from fcw.files import whole_file
 from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
 from fcw.logs.export.coco import PICTURES_NAME, FrameBoxes, track_frames, write_coco
 from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, track_rows
@@ -253,10 +253,30 @@ def _write_one(
         note(f"{target}: starts {earlier_s:.2f} s earlier, at the keyframe that its pictures need")
     if job.format == "mp4":
         return f"{target}: {_counted(write_relayed_mp4(target, clip, on_frame), 'picture')}"
+    return f"{target}: {_counted(_write_log(job, target, clip, on_frame), 'frame')}"
+
+
+def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable[[], None]) -> int:
+    """A log by a sink, which leaves what it has where it fails: in a folder that goes away."""
     sink = McapSink if job.format == "mcap" else RerunSink
-    with whole_file(target) as partial:
-        count = replay(clip, sink(partial), on_frame)
-    return f"{target}: {_counted(count, 'frame')}"
+    try:
+        with TemporaryDirectory(prefix=".fcw-export-", dir=target.parent) as folder:
+            written = Path(folder) / target.name
+            try:
+                count = replay(clip, sink(written), on_frame)
+            except UserError as error:
+                if folder not in str(error):  # it is about the drive
+                    raise
+                raise UserError(
+                    f"{target}: cannot be written whole; make room on the disk, or name another place"
+                ) from error
+            written.replace(target)
+    except OSError as error:
+        raise UserError(
+            f"{target}: cannot write this file ({error.strerror}); "
+            "name a file in a folder that exists and can be written"
+        ) from error
+    return count
 
 
 def _counted(count: int, one: str, many: str = "") -> str:

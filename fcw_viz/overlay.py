@@ -6,6 +6,7 @@ everywhere), `paint` draws it with OpenCV. Words are of ASCII: fonts of OpenCV 4
 
 import math
 import re
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -37,7 +38,7 @@ COASTING_LINE_PX = 1.0
 WHITE: Rgb = (255, 255, 255)
 BLACK: Rgb = (0, 0, 0)
 GROUND: Rgb = (16, 16, 20)
-GROUND_OPACITY = 0.65
+GROUND_OPACITY = 0.8
 ROW_OPACITY = 0.5
 """The rows go over the vehicles: they must not hide a far one."""
 LONGEST_TTC_SHOWN_S = 10.0
@@ -189,8 +190,10 @@ class OverlayPainter:
         lines = [f"{time_s:.2f} s"]
         if result.ego_speed_mps is not None:
             lines[0] += f"   own speed {speed_text(result.ego_speed_mps, self._imperial)}"
-        lines += result.notes
         margin_px = self._letter_px * MARGIN_PART
+        letters = (self._size.width - 2 * margin_px) / _width("n", self._letter_px)
+        for note in result.notes:
+            lines += reversed(textwrap.wrap(note, int(letters)))
         return tuple(
             _words(
                 line,

@@ -7,7 +7,6 @@ file it was made from. Files are read a chunk at a time, torn ones up to where t
 """
 
 from collections.abc import Iterator
-from itertools import dropwhile
 from pathlib import Path
 
 from fcw.errors import UserError
@@ -114,9 +113,4 @@ def _foreign_packets(file: McapFile, topic: Topic, codec: str) -> PacketStream:
 def _own_log_packets(path: Path) -> PacketStream:
     from fcw.logs.mcap_reader import DriveLog  # it builds on the packets of this package
 
-    log = DriveLog(path)
-
-    def packets(key_ns: int | None) -> Iterator[VideoPacket]:
-        return dropwhile(lambda packet: key_ns is not None and packet.time_ns < key_ns, log.video_packets())
-
-    return packets
+    return DriveLog(path).video_packets

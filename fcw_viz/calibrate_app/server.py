@@ -30,8 +30,15 @@ class CalibrationPage:
         port: the one it got.
     """
 
-    def __init__(self, source: Path, save_path: Path, port: int = DEFAULT_PORT, dark: bool = False) -> None:
-        """Open the source and the work so far, and serve them.
+    def __init__(
+        self,
+        source: Path,
+        save_path: Path,
+        port: int = DEFAULT_PORT,
+        dark: bool = False,
+        topic: str | None = None,
+    ) -> None:
+        """Open the source (of an MCAP file the topic's pictures) and the work so far, and serve them.
 
         Raises:
             UserError: the source cannot be read, the work is open in another page, or the port is none.
@@ -39,7 +46,7 @@ class CalibrationPage:
         if not 1 <= port <= LAST_PORT:
             raise UserError(f"--port {port}: expected a number from 1 to {LAST_PORT}")
         self._source = source
-        self.pictures = Pictures(open_source(source))
+        self.pictures = Pictures(open_source(source, topic=topic))
         self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
         self._tabs: dict[int, Tab] = {}
         # A tab that is closed while it plays or draws is nothing to tell anybody.

@@ -34,7 +34,9 @@ class CalibrateCommand:
     """
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
-    """Video file, picture, or folder of pictures to click in; the calibration is saved beside it."""
+    """Video or MCAP file, picture, or folder of pictures to click in; the calibration is saved beside it."""
+    topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
+    """Of an MCAP file: the pictures to click in; needed where it has several topics of pictures."""
     points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()
     """Points of the road: distance in metres from the reference, row, and column where known."""
     image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
@@ -201,7 +203,7 @@ def _image_size(command: CalibrateCommand) -> "ImageSize":
         return stated
     from fcw.sources import open_source
 
-    size = open_source(command.source).image_size
+    size = open_source(command.source, topic=command.topic).image_size
     if stated is not None and stated != size:
         raise UserError(
             f"--image-size {stated}: the pictures of {command.source} are {size}; "

@@ -47,7 +47,9 @@ def run_calibrate_page(command: CalibrateCommand, source: Path) -> int:
     for option, given in (("--json", command.json), ("--export", command.export is not None)):
         if given:
             raise UserError(f"{option}: only with --points; the page has a button for it")
-    page = CalibrationPage(source, command.save or default_path(source), command.port, command.dark)
+    page = CalibrationPage(
+        source, command.save or default_path(source), command.port, command.dark, command.topic
+    )
     console = Console(highlight=False, soft_wrap=True)
     try:
         _say(page, command)

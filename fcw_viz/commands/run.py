@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from fcw_viz.drive_job import DriveOutcome
 
 RECORDINGS = Path("recordings")
+FOXGLOVE_LAYOUT = Path(__file__).parents[1] / "foxglove_layout.json"
+"""Camera, ground view, plots and warnings of a drive.mcap, as Foxglove imports it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,22 +105,15 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
     else:
         console.print("no warnings")
     console.print(
-        f"\n  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file)\n"
-        f"  {out / RRD_NAME}    open it with: {_rerun_command()} {out / RRD_NAME}\n"
+        f"\n  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file),\n"
+        f"      with the layout {_short(FOXGLOVE_LAYOUT)} (Layouts, Import from file)\n"
+        f"  {out / RRD_NAME}    open it with: fcw review {out} --rerun\n"
         f"  {out / SUMMARY_NAME}",
         highlight=False,
         soft_wrap=True,
     )
 
 
-def _rerun_command() -> str:
-    """How a person starts rerun here: by name, or by its path where the environment is not activated."""
-    import shutil
-    import sys
-
-    beside_python = Path(sys.executable).with_name("rerun")
-    if shutil.which("rerun") or not beside_python.is_file():
-        return "rerun"
-    return str(
-        beside_python.relative_to(Path.cwd()) if beside_python.is_relative_to(Path.cwd()) else beside_python
-    )
+def _short(path: Path) -> Path:
+    """A path as a person here would type it."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path

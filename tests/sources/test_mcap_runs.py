@@ -84,6 +84,10 @@ def test_several_cameras_are_asked_for_and_one_can_be_named(
     assert "/front/image (foxglove.CompressedImage); /rear/image (foxglove.CompressedImage)" in err
     assert "--topic" in err
     assert not (tmp_path / "out").exists()
+    points = ["--points", "6:640", "15:520", "30:480", "--height", "1.25", "--save", str(tmp_path / "c.yaml")]
+    assert main(["calibrate", str(path), *points]) == 2
+    assert "--topic" in capsys.readouterr().err
+    assert main(["calibrate", str(path), "--topic", "/rear/image", *points]) == 0
     assert run(path, tmp_path / "out", "--topic", "/front/image") == 0
     assert len(list(DriveLog(tmp_path / "out" / "drive.mcap").results())) == 3
 

@@ -168,11 +168,15 @@ def test_pictures_of_any_size_have_words_that_can_be_read(width: int, height: in
     size = ImageSize(width, height)
     header = replace(HEADER, image_size=size, calibration=Calibration.from_camera(CAMERA, size))
     track = replace(LEAD, box=Box(size.width / 2, size.height / 2, 40, 30))
-    frame = replace(result(track, warning=WARNING), lead_id=7)
+    note = (
+        "the camera looks 1.2 degrees farther down than calibrated: distances may be wrong, check its mount"
+    )
+    frame = replace(result(track, warning=WARNING, notes=(note,)), lead_id=7)
     overlay = OverlayPainter(header).overlay(frame)
     for words in overlay.words:
         assert words.letter_px >= 7
         assert words.ground.right <= size.width + 1
+    assert " ".join(words.text for words in reversed(overlay.words) if words.text in note) == note
     assert painted(frame, header).shape == (size.height, size.width, 3)
 
 

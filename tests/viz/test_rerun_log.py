@@ -129,7 +129,8 @@ def entities(path: Path) -> set[str]:
 def verify(path: Path) -> None:
     command = [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    # rerun's module drops the exit code of its program: its words count.
+    assert "verified without error" in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("count", [1, FRAMES_PER_BATCH, 2 * FRAMES_PER_BATCH + 3])
