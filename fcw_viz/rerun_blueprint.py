@@ -5,12 +5,12 @@ Entities (all paths below the root, without a leading slash):
 ====================================  ========================================================
 `frames`                              one row for each shown frame: its index, time and warning
 `world/ego`                           vehicle axes of ISO 8855, origin on the road at the reference
-`world/ego/vehicles`                  a box for each track, and a line for its distance interval
+`world/ego/vehicles`                  a box for each track, and a line for the lead's distance interval
 `world/ego/path`, `.../distances`     the road ahead: own path and lines at fixed distances
 `world/ego/camera`                    pose of the camera; `.../image` its pinhole
 `world/ego/camera/image/video`        the video, one sample for each packet
 `world/ego/camera/image/vehicles`     boxes of the tracks with their words
-`world/ego/camera/image/detections`   what the detector gave, hidden at first
+`world/ego/camera/image/detections`   what the detector gave, not shown at first
 `world/ego/camera/image/rows`         rows of fixed distances
 `plots/...`                           of the lead vehicle: distance, time to collision, speed
 `warning/level`, `warning/log`        the level over time, and its changes in words
@@ -50,15 +50,16 @@ TTC_AXIS_S = (0.0, 10.0)
 def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
     """Camera, ground view, plots and the warnings' log at once; the rest is folded away.
 
+    Every property here costs 3 kB in each file, so only what a person would miss is set.
+
     Args:
         imperial: whether the plots are in feet and miles per hour.
     """
     distance_unit, speed_unit = ("ft", "mph") if imperial else ("m", "m/s")
     camera = rrb.Spatial2DView(
         origin=IMAGE,
-        contents="$origin/**",
+        contents=["$origin/**", f"- {IMAGE_DETECTIONS}"],
         name="Camera",
-        overrides={IMAGE_DETECTIONS: rrb.EntityBehavior(visible=False)},
     )
     ground = rrb.Spatial3DView(
         origin=EGO,
@@ -69,10 +70,7 @@ def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
             position=(36.0, 0.0, 105.0), look_target=(36.0, 0.0, 0.0), eye_up=(1.0, 0.0, 0.0)
         ),
     )
-    style = {
-        "plot_legend": rrb.PlotLegend(visible=False),
-        "axis_x": rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-    }
+    style = {"plot_legend": rrb.PlotLegend(visible=False)}
     plots = [
         rrb.TimeSeriesView(origin=PLOT_DISTANCE, name=f"Distance of the lead [{distance_unit}]", **style),
         rrb.TimeSeriesView(
@@ -83,7 +81,7 @@ def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
         ),
         rrb.TimeSeriesView(origin=PLOT_SPEED, name=f"Closing speed [{speed_unit}]", **style),
     ]
-    level = rrb.StateTimelineView(origin=LEVEL, name="Warning level", time_view=style["axis_x"])
+    level = rrb.StateTimelineView(origin=LEVEL, name="Warning level")
     log = rrb.TextLogView(
         origin=LOG,
         name="Warnings",
@@ -106,9 +104,8 @@ def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
             rrb.Vertical(level, *plots, row_shares=[2, 4, 4, 4]),
             column_shares=[11, 5],
         ),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(state="collapsed", timeline=TIME_TIMELINE, play_state="paused"),
         auto_layout=False,
         auto_views=False,
+        collapse_panels=True,
     )

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 import fcw_viz.rerun_blueprint as scene
 from fcw.detection.types import Box
-from fcw.logs.overlay import PIXEL_CENTRE_PX, VEHICLE_LENGTH_M, Rgb, overlay_boxes, rear_size_m
+from fcw.logs.overlay import (
+    LEVEL_COLORS,
+    PIXEL_CENTRE_PX,
+    VEHICLE_LENGTH_M,
+    Rgb,
+    overlay_boxes,
+    rear_size_m,
+)
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources.frame import VideoPacket
 from fcw.tracking.types import Track
@@ -30,13 +37,32 @@ TEXT_LOG_LEVELS = {
     WarningLevel.CAUTION: rr.TextLogLevel.WARN,
     WarningLevel.WARNING: rr.TextLogLevel.ERROR,
 }
+CALENDAR_NS = 10 * 365 * 86_400 * 1_000_000_000
+"""Ten years: no drive lasts so long, and no log was stamped before 1980."""
 NO_VALUES = (math.nan, math.nan, math.nan)
 
 
-def time_columns(times_ns: Sequence[int], indexes: Sequence[int] | None = None) -> list[rr.TimeColumn]:
-    """The time lines of some rows; without `indexes` the rows have no place on the frame time line."""
-    durations = np.array(times_ns, np.int64).astype("timedelta64[ns]")
-    columns = [rr.TimeColumn(scene.TIME_TIMELINE, duration=durations)]
+def is_calendar_time(time_ns: int) -> bool:
+    """Whether a drive's first time counts from 1970, as recorders stamp, and not from its own beginning."""
+    return time_ns >= CALENDAR_NS
+
+
+def time_columns(
+    times_ns: Sequence[int], indexes: Sequence[int] | None = None, calendar: bool = False
+) -> list[rr.TimeColumn]:
+    """The time lines of some rows.
+
+    Args:
+        times_ns: on the source's clock.
+        indexes: of the frames; without them the rows have no place on the frame time line.
+        calendar: the clock counts from 1970, and is shown as day and hour.
+    """
+    clock_ns = np.array(times_ns, np.int64)
+    columns = [
+        rr.TimeColumn(scene.TIME_TIMELINE, timestamp=clock_ns.astype("datetime64[ns]"))
+        if calendar
+        else rr.TimeColumn(scene.TIME_TIMELINE, duration=clock_ns.astype("timedelta64[ns]"))
+    ]
     return columns if indexes is None else [rr.TimeColumn(scene.FRAME_TIMELINE, sequence=indexes), *columns]
 
 
@@ -141,28 +167,37 @@ def _vehicles(results: Sequence[FrameResult], header: DriveHeader) -> Iterator[t
         colors=colors,
         radii=radii,
     )
-    ends = np.repeat(rears[:, np.newaxis], 2, axis=1)
-    ends[:, :, 0] = np.array(
-        [(track.distance_low_m, min(track.distance_high_m, UNBOUNDED_M)) for track in tracks], np.float32
-    ).reshape(-1, 2)
-    strips = rr.LineStrips3D.columns(strips=ends, colors=colors)
-    yield scene.VEHICLES, [*boxes.partition(counts), *strips.partition(counts)]
+    yield scene.VEHICLES, [*boxes.partition(counts), *_lead_intervals(results)]
+
+
+def _lead_intervals(results: Sequence[FrameResult]) -> rr.ComponentColumnList:
+    """The interval of the lead's distance as a line along the road; others' would crowd it."""
+    leads = [result.lead for result in results]
+    ends = [
+        (
+            (lead.distance_low_m, lead.lateral_m, 0.0),
+            (min(lead.distance_high_m, UNBOUNDED_M), lead.lateral_m, 0.0),
+        )
+        for lead in leads
+        if lead is not None
+    ]
+    colors = [LEVEL_COLORS[result.warning.level] for result in results if result.lead is not None]
+    strips = rr.LineStrips3D.columns(
+        strips=np.array(ends, np.float32).reshape(-1, 2, 3), colors=_packed_colors(colors)
+    )
+    return strips.partition([int(lead is not None) for lead in leads])
 
 
 def _track_values(tracks: Sequence[Track]) -> rr.ComponentColumnList:
-    """The tracks in numbers, as they appear on hovering over a box; float32 is enough to look at."""
+    """What people look for on hovering over a box; float32 is enough to look at."""
     single = {
         name: pa.array([getattr(track, name) for track in tracks], pa.float32())
         for name in (
-            "score",
             "distance_m",
             "distance_low_m",
             "distance_high_m",
-            "lateral_m",
             "closing_speed_mps",
-            "closing_speed_sigma_mps",
             "ttc_s",
-            "age_s",
         )
     }
     return _values(

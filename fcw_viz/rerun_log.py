@@ -1,9 +1,9 @@
-"""The drive log for the rerun viewer: `drive.rrd`, with everything the MCAP log holds.
+"""The drive log for the rerun viewer: `drive.rrd`, with what the MCAP log holds of the pictures and vehicles.
 
 Frames are kept back and sent a batch at a time, column by column: that costs a fraction of logging frame
-by frame, in time and in bytes. Two time lines: `drive_time` is the source's own clock in nanoseconds,
-`frame` the index among the shown frames. Video packets that only feed the decoder are logged at their
-`drive_time` with `shown` false, and have no `frame`.
+by frame, in time and in bytes. Two time lines: `drive_time` is the source's own clock in nanoseconds (day and
+hour where it counts from 1970), `frame` the index among the shown frames. Video packets that only feed the
+decoder are logged at their `drive_time` with `shown` false, and have no `frame`.
 
 While a drive is being written its file is called `<name>.partial.rrd`, which the viewer opens as well; it
 takes its final name once it is complete. A process that is killed leaves the partial file with all but
@@ -29,6 +29,7 @@ from fcw.sources.frame import VideoPacket
 from fcw.warning.types import WarningLevel
 from fcw_viz.rerun_columns import (
     Columns,
+    is_calendar_time,
     level_columns,
     log_columns,
     result_columns,
@@ -37,8 +38,8 @@ from fcw_viz.rerun_columns import (
 )
 from fcw_viz.rerun_scene import log_static_scene
 
-FRAMES_PER_BATCH = 128
-"""About four seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
+FRAMES_PER_BATCH = 256
+"""About nine seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
 log, from which this file can be made again, loses half a second."""
 WRITE_TIMEOUT_S = 20.0
 """Far longer than a batch takes. Without a limit rerun may wait for ever for a writer that has failed."""
@@ -62,6 +63,7 @@ class RerunSink:
         self._packets: list[tuple[VideoPacket, int]] = []
         self._last_level: WarningLevel | None = None
         self._failed = False
+        self._calendar = False
 
     def open(self, header: DriveHeader) -> None:
         """Start the file with all that stays the same during the drive.
@@ -88,6 +90,8 @@ class RerunSink:
         Raises:
             UserError: the file cannot be written any further.
         """
+        if self._last_level is None and not self._results:
+            self._calendar = is_calendar_time(result.time_ns)
         self._results.append(result)
         self._packets.extend((packet, result.index) for packet in packets)
         if len(self._results) == FRAMES_PER_BATCH:
@@ -116,7 +120,7 @@ class RerunSink:
         results, packets = self._results, self._packets
         self._results, self._packets = [], []
         self._send_video(packets)
-        times = _times(results)
+        times = self._times(results)
         for path, columns in result_columns(results, self._header):
             self._send_columns(path, times, columns)
         self._send_level_changes(results)
@@ -126,7 +130,9 @@ class RerunSink:
         """Packets with their frame's index, in runs: only shown ones have a place among the frames."""
         for shown, group in groupby(packets, key=lambda pair: pair[0].shown):
             run, indexes = zip(*group, strict=True)
-            times = time_columns([packet.time_ns for packet in run], indexes if shown else None)
+            times = time_columns(
+                [packet.time_ns for packet in run], indexes if shown else None, self._calendar
+            )
             self._send_columns(scene.VIDEO, times, video_columns(run))
 
     def _send_level_changes(self, results: Sequence[FrameResult]) -> None:
@@ -141,9 +147,14 @@ class RerunSink:
                     told.append(result)
             self._last_level = level
         if changes:
-            self._send_columns(scene.LEVEL, _times(changes), level_columns(changes))
+            self._send_columns(scene.LEVEL, self._times(changes), level_columns(changes))
         if told:
-            self._send_columns(scene.LOG, _times(told), log_columns(told, self._header.imperial))
+            self._send_columns(scene.LOG, self._times(told), log_columns(told, self._header.imperial))
+
+    def _times(self, results: Sequence[FrameResult]) -> list[rr.TimeColumn]:
+        return time_columns(
+            [result.time_ns for result in results], [result.index for result in results], self._calendar
+        )
 
     def _flush(self) -> None:
         """Wait for the file: rerun tells of a failed write here and nowhere else."""
@@ -207,7 +218,3 @@ def _has_footer(path: Path) -> bool:
     with path.open("rb") as file:
         file.seek(-min(FOOTER_SEARCH_BYTES, path.stat().st_size), os.SEEK_END)
         return FOOTER_MAGIC in file.read()
-
-
-def _times(results: Sequence[FrameResult]) -> list[rr.TimeColumn]:
-    return time_columns([result.time_ns for result in results], [result.index for result in results])

@@ -90,8 +90,6 @@ def _log_road(recording: rr.RecordingStream, header: DriveHeader) -> None:
             centers=[(-OWN_CAR_SIZE_M[0] / 2, 0.0, OWN_CAR_SIZE_M[2] / 2)],
             sizes=[OWN_CAR_SIZE_M],
             colors=[PATH_COLOR],
-            labels=["ego"],
-            show_labels=False,
         ),
         static=True,
         strict=True,

@@ -3,16 +3,27 @@
 import struct
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import BinaryIO
 
+import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
-from mcap.records import Channel, Chunk, ChunkIndex, McapRecord, Message
-from mcap.stream_reader import breakup_chunk
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    Footer,
+    McapRecord,
+    Message,
+    SummaryOffset,
+)
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
+from numpy.typing import NDArray
 from zstandard import ZstdError
 
 DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError)
@@ -21,9 +32,10 @@ _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")
 _CHANNEL_ID = struct.Struct("<H")
 _DATA_LENGTH_BYTES = 8
+_FOOTER_BYTES = 9 + 20 + len(MCAP0_MAGIC)
+"""Head and body of the footer record, and what a file ends with."""
 
 
-@dataclass(frozen=True, slots=True)
 class ChunkTable:
     """The chunks of a file in their order.
 
@@ -33,15 +45,19 @@ class ChunkTable:
         torn_bytes: after the last record that is whole.
     """
 
-    chunks: tuple[ChunkIndex, ...]
-    topics: dict[int, str]
-    torn_bytes: int = 0
+    def __init__(self, chunks: Sequence[ChunkIndex], topics: dict[int, str], torn_bytes: int = 0) -> None:
+        self.chunks = tuple(chunks)
+        self.topics = topics
+        self.torn_bytes = torn_bytes
+        self._starts_ns = np.array([chunk.message_start_time for chunk in chunks], np.uint64)
+        self._ends_ns = np.array([chunk.message_end_time for chunk in chunks], np.uint64)
+        self._holding: dict[str, NDArray[np.bool_]] = {}
 
     def messages(
         self,
         file: BinaryIO,
         topics: Collection[str],
-        start_ns: int | None = None,
+        start_ns: int = 0,
         end_ns: int | None = None,
         *,
         pass_over_damage: bool = False,
@@ -54,15 +70,13 @@ class ChunkTable:
             One of `DAMAGED`, where damaged chunks are not to be passed over.
         """
         wanted = {channel_id: topic for channel_id, topic in self.topics.items() if topic in topics}
-        for chunk in self.chunks:
-            if start_ns is not None and chunk.message_end_time < start_ns:
-                continue
-            if end_ns is not None and chunk.message_start_time >= end_ns:
-                continue
-            if chunk.message_index_offsets and not wanted.keys() & chunk.message_index_offsets.keys():
-                continue
+        inside = np.logical_or.reduce([self._holds(topic) for topic in topics])
+        inside &= self._ends_ns >= start_ns
+        if end_ns is not None:
+            inside &= self._starts_ns < end_ns
+        for number in np.flatnonzero(inside):
             try:
-                records = chunk_records(file, chunk)
+                records = chunk_records(file, self.chunks[number])
             except DAMAGED:
                 if pass_over_damage:
                     continue
@@ -74,13 +88,23 @@ class ChunkTable:
     @property
     def start_ns(self) -> int | None:
         """Earliest log time; None where there is no chunk."""
-        return min((chunk.message_start_time for chunk in self.chunks), default=None)
+        return int(self._starts_ns.min()) if self.chunks else None
 
-    def end_ns(self, topic: str) -> int | None:
-        """Latest log time in the chunks that hold a topic; None where there is none."""
-        ids = {channel_id for channel_id, other in self.topics.items() if other == topic}
-        times = [c.message_end_time for c in self.chunks if ids & c.message_index_offsets.keys()]
-        return max(times, default=None)
+    def end_ns(self, topic: str | None = None) -> int | None:
+        """Latest log time in the chunks, or in those that hold a topic; None where there is none."""
+        ends_ns = self._ends_ns if topic is None else self._ends_ns[self._holds(topic)]
+        return int(ends_ns.max()) if len(ends_ns) else None
+
+    def _holds(self, topic: str) -> NDArray[np.bool_]:
+        """Which chunks may hold a topic."""
+        if topic not in self._holding:
+            ids = {channel_id for channel_id, other in self.topics.items() if other == topic}
+            found = [
+                not chunk.message_index_offsets or not ids.isdisjoint(chunk.message_index_offsets)
+                for chunk in self.chunks
+            ]
+            self._holding[topic] = np.array(found, np.bool_)
+        return self._holding[topic]
 
 
 def indexed_chunks(file: BinaryIO) -> ChunkTable:
@@ -94,7 +118,34 @@ def indexed_chunks(file: BinaryIO) -> ChunkTable:
     if summary is None:
         return scanned_chunks(file)
     chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
-    return ChunkTable(tuple(chunks), {c.id: c.topic for c in summary.channels.values()})
+    return ChunkTable(chunks, {c.id: c.topic for c in summary.channels.values()})
+
+
+def stored_attachment(file: BinaryIO, name: str) -> bytes | None:
+    """An attachment of a finished file, found without its chunks' long index; None where it has none.
+
+    Raises:
+        One of `DAMAGED`: the file's end cannot be read.
+    """
+    file.seek(-_FOOTER_BYTES, 2)
+    footer = next(StreamReader(file, skip_magic=True).records)
+    if not isinstance(footer, Footer) or not footer.summary_offset_start:
+        return None
+    file.seek(footer.summary_offset_start)
+    groups = {
+        record.group_opcode: record.group_start
+        for record in StreamReader(file, skip_magic=True).records
+        if isinstance(record, SummaryOffset)
+    }
+    if Opcode.ATTACHMENT_INDEX not in groups:
+        return None
+    file.seek(groups[Opcode.ATTACHMENT_INDEX])
+    for index in StreamReader(file, skip_magic=True).records:
+        if isinstance(index, AttachmentIndex) and index.name == name:
+            file.seek(index.offset)
+            record = next(StreamReader(file, skip_magic=True).records)
+            return record.data if isinstance(record, Attachment) else None
+    return None
 
 
 def scanned_chunks(file: BinaryIO) -> ChunkTable:
@@ -115,7 +166,7 @@ def scanned_chunks(file: BinaryIO) -> ChunkTable:
         offset = end
     if chunks:
         _complete_index(file, chunks[-1])
-    return ChunkTable(tuple(chunks), _topics(file, chunks), size - offset)
+    return ChunkTable(chunks, _topics(file, chunks), size - offset)
 
 
 def chunk_records(file: BinaryIO, chunk: ChunkIndex) -> list[McapRecord]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import BinaryIO
 
 from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
-from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, Message, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
@@ -15,7 +14,7 @@ from mcap.writer import MCAP0_MAGIC
 from fcw.errors import UserError
 from fcw.logs import mcap_format as mcap
 from fcw.logs.foxglove_messages import NANOSECONDS
-from fcw.logs.mcap_chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks
+from fcw.logs.mcap_chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks, stored_attachment
 from fcw.logs.messages import result_from_message
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
@@ -142,7 +141,7 @@ class DriveLog:
             progress: called with the part of such a pass that is done, 0 to 1.
         """
         if self._series is None:
-            self._series = self._stored_series() or self._gathered_series(progress)
+            self._series = self._stored_series() or self.gathered_series(progress)
         return self._series
 
     def result_at(self, frame_index: int) -> FrameResult:
@@ -163,22 +162,21 @@ class DriveLog:
         if not self.complete:
             return None
         with self.path.open("rb") as file, suppress(*DAMAGED):
-            for attachment in SeekingReader(file).iter_attachments():
-                if attachment.name == mcap.SERIES_NAME:
-                    return DriveSeries.from_bytes(attachment.data)
+            data = stored_attachment(file, mcap.SERIES_NAME)
+            return DriveSeries.from_bytes(data) if data is not None else None
         return None
 
-    def _gathered_series(self, progress: Callable[[float], None]) -> DriveSeries:
+    def gathered_series(self, progress: Callable[[float], None] = lambda part: None) -> DriveSeries:
+        """The same by a pass over the log, whatever stands in it."""
         builder = SeriesBuilder()
-        end_ns = max((chunk.message_end_time for chunk in self.chunks.chunks), default=0) or 1
+        end_ns, pictures_end_ns = self.chunks.end_ns() or 1, self.chunks.end_ns(mcap.VIDEO_TOPIC) or 0
         for topic, message in self._messages((mcap.RESULT_TOPIC, mcap.VIDEO_INDEX_TOPIC)):
             if topic == mcap.RESULT_TOPIC:
                 builder.add(result_from_message(message.data), ())
                 progress(message.log_time / end_ns)
-            else:
+            elif message.log_time <= pictures_end_ns:  # at the end of a torn log pictures are missing
                 index = drive_pb2.VideoPacket.FromString(message.data)
-                if index.keyframe:
-                    builder.add_keyframe(index.time_ns)
+                builder.add_packet(index.time_ns, index.keyframe)
         return builder.build()
 
     def _packets(self, start_ns: int | None, end_ns: int | None) -> Iterator[tuple[int, VideoPacket]]:
@@ -204,7 +202,9 @@ class DriveLog:
         self, topics: Sequence[str], start_ns: int | None = None, end_ns: int | None = None
     ) -> Iterator[tuple[str, Message]]:
         """Messages with their topics, in the order in which they were written, of all chunks in the range."""
-        start_ns = None if start_ns is None else max(start_ns, 0)  # log times cannot be negative
+        # Log times cannot be negative: what is earlier has log time 0.
+        start_ns = max(start_ns or 0, 0)
+        end_ns = None if end_ns is None else max(end_ns, 1)
         chunks = self.chunks
         with self.path.open("rb") as file:
             try:

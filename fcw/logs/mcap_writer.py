@@ -23,7 +23,6 @@ from fcw.errors import UserError
 from fcw.logs import foxglove_messages as foxglove
 from fcw.logs import mcap_format as mcap
 from fcw.logs.disk_sync import DiskSync
-from fcw.logs.foxglove_messages import NANOSECONDS
 from fcw.logs.messages import result_message, track_message, warning_message
 from fcw.logs.overlay import overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
@@ -80,7 +79,7 @@ class McapSink:
             ) from error
         self._header = header
         self._rows = overlay_rows(header.calibration, header.imperial)
-        self._frame_ns = round(NANOSECONDS / header.frame_rate_hz)
+        self._last_ns: int | None = None
         self._level = WarningLevel.NONE
         self._signals_ns: int | None = None
         self._pictures: list[_Picture] = []
@@ -117,7 +116,10 @@ class McapSink:
                 self._add_packet(packet, result.index)
             self._add_signals(result)
             self._series.add(result, packets)
-            end_ns = max(result.time_ns, 0) + 2 * self._frame_ns  # of the next frame, which must still fit
+            log_ns = max(result.time_ns, 0)
+            gap_ns = 0 if self._last_ns is None else log_ns - self._last_ns
+            self._last_ns = log_ns
+            end_ns = log_ns + 2 * gap_ns  # of the next frame, for which there must still be room
             if self._pictures and end_ns - self._pictures[0].log_ns > mcap.PICTURES_CHUNK_NS:
                 self._end_pictures()
             elif self._signals_ns is not None and end_ns - self._signals_ns > mcap.SIGNALS_CHUNK_NS:

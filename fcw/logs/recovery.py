@@ -1,6 +1,7 @@
 """Making a whole log of one whose writer was killed, or whose bytes are damaged."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -16,9 +17,6 @@ from fcw.files import whole_file
 from fcw.logs import mcap_format as mcap
 from fcw.logs.mcap_chunks import DAMAGED, chunk_records
 from fcw.logs.mcap_reader import DriveLog
-from fcw.logs.messages import result_from_message
-from fcw.logs.schemas import drive_pb2
-from fcw.logs.series import SeriesBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +69,7 @@ def recover(path: Path, out: Path, progress: Callable[[float], None] = lambda pa
             for number, chunk in enumerate(chunks, start=1):
                 copy.add(source, chunk)
                 progress(number / len(chunks))
-            copy.finish()
+            copy.finish(log.gathered_series().to_bytes())
         if not copy.counts.get(mcap.RESULT_TOPIC):
             raise UserError(f"{path}: not a frame of this log can be read; run the drive again")
         _check(partial, copy.counts)
@@ -94,22 +92,22 @@ class _Copy:
         self.damaged_chunks = 0
         self.counts: dict[str, int] = {}
         self._writer = Writer(target, chunk_size=mcap.CHUNK_BYTES)
-        self._series = SeriesBuilder()
         self._schema_ids = {0: 0}
         self._channels: dict[int, tuple[int, str]] = {}
 
     def start(self, source: BinaryIO) -> None:
         """Copy what stands before the first chunk."""
         self._writer.start(library=f"fcw {__version__}")
-        for record in StreamReader(source, emit_chunks=True).records:
-            if isinstance(record, Metadata):
-                self._writer.add_metadata(record.name, record.metadata)
-            elif isinstance(record, Attachment):
-                self._writer.add_attachment(
-                    record.create_time, record.log_time, record.name, record.media_type, record.data
-                )
-            elif isinstance(record, Chunk):
-                break
+        with suppress(*DAMAGED):  # the first chunk may be torn
+            for record in StreamReader(source, emit_chunks=True).records:
+                if isinstance(record, Metadata):
+                    self._writer.add_metadata(record.name, record.metadata)
+                elif isinstance(record, Attachment):
+                    self._writer.add_attachment(
+                        record.create_time, record.log_time, record.name, record.media_type, record.data
+                    )
+                elif isinstance(record, Chunk):
+                    break
 
     def add(self, source: BinaryIO, chunk: ChunkIndex) -> None:
         """Copy a chunk; one that is damaged is counted."""
@@ -140,15 +138,9 @@ class _Copy:
             channel_id, message.log_time, message.data, message.publish_time, message.sequence
         )
         self.counts[topic] = self.counts.get(topic, 0) + 1
-        if topic == mcap.RESULT_TOPIC:
-            self._series.add(result_from_message(message.data), ())
-        elif topic == mcap.VIDEO_INDEX_TOPIC:
-            packet = drive_pb2.VideoPacket.FromString(message.data)
-            if packet.keyframe:
-                self._series.add_keyframe(packet.time_ns)
 
-    def finish(self) -> None:
-        series = self._series.build().to_bytes()
+    def finish(self, series: bytes) -> None:
+        """Add the drive's columns, and what ends a log."""
         self._writer.add_attachment(0, 0, mcap.SERIES_NAME, mcap.SERIES_MEDIA_TYPE, series)
         self._writer.finish()
 

@@ -4,10 +4,11 @@ A log keeps them beside its messages, so that an hour's plots, lists of events a
 """
 
 import io
+import json
 import zlib
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 from zipfile import BadZipFile
 
@@ -100,10 +101,10 @@ class DriveSeries:
 
     def to_bytes(self) -> bytes:
         """NumPy's compressed .npz of all columns."""
-        columns: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
-        texts = {name: np.array(columns[name], np.str_) for name in ("rules", "notes")}
+        columns = {name: getattr(self, name) for name in _COLUMNS}
+        texts = json.dumps({name: getattr(self, name) for name in _TEXTS}).encode()
         buffer = io.BytesIO()
-        np.savez_compressed(buffer, **{**columns, **texts})
+        np.savez_compressed(buffer, **columns, texts=np.frombuffer(texts, np.uint8))
         return buffer.getvalue()
 
     @staticmethod
@@ -115,11 +116,12 @@ class DriveSeries:
         """
         try:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-                columns: dict[str, Any] = {field.name: stored[field.name] for field in fields(DriveSeries)}
-        except (KeyError, OSError, BadZipFile, zlib.error) as error:
+                columns: dict[str, Any] = {name: stored[name] for name in _COLUMNS}
+                texts = json.loads(stored["texts"].tobytes())
+            columns |= {name: tuple(texts[name]) for name in _TEXTS}
+        except (ValueError, KeyError, OSError, EOFError, BadZipFile, zlib.error) as error:
             raise ValueError(f"no columns of a drive: {error}") from error
-        texts = {name: tuple(columns[name].tolist()) for name in ("rules", "notes")}
-        return DriveSeries(**{**columns, **texts})
+        return DriveSeries(**columns)
 
 
 _TYPECODES = {np.dtype(np.int64): "q", np.dtype(np.int8): "b", np.dtype(np.float32): "f"}
@@ -142,6 +144,7 @@ _COLUMNS: dict[str, type[np.generic]] = {
     "note_ns": np.int64,
     "note_end_ns": np.int64,
 }
+_TEXTS = ("rules", "notes")
 
 
 class SeriesBuilder:
@@ -187,8 +190,7 @@ class SeriesBuilder:
         for name, value in row.items():
             self._columns[name].append(_NAN if value is None else value)
         for packet in packets:
-            if packet.keyframe:
-                self.add_keyframe(packet.time_ns)
+            self.add_packet(packet.time_ns, packet.keyframe)
         if result.notes and not self._noted:
             self._notes.append("; ".join(result.notes))
             self._columns["note_ns"].append(result.time_ns)
@@ -197,9 +199,10 @@ class SeriesBuilder:
             self._columns["note_end_ns"][-1] = result.time_ns
         self._noted = bool(result.notes)
 
-    def add_keyframe(self, time_ns: int) -> None:
-        """Take in where decoding can start."""
-        self._columns["keyframe_ns"].append(time_ns)
+    def add_packet(self, time_ns: int, keyframe: bool) -> None:
+        """Take in a video packet apart from its frame."""
+        if keyframe:
+            self._columns["keyframe_ns"].append(time_ns)
 
     def build(self) -> DriveSeries:
         """The series of the frames so far."""

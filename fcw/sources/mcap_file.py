@@ -110,7 +110,7 @@ class McapFile:
     Attributes:
         path: the file.
         topics: what it holds, by name.
-        torn: whether it was never finished; it is read up to where it ends.
+        torn: whether it was never finished or is damaged; it is read up to there.
     """
 
     def __init__(self, path: Path) -> None:
@@ -145,8 +145,8 @@ class McapFile:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """That the file is torn, once that is known."""
-        return (f"{self.path.name}: the file was never finished; read up to where it ends",) * self.torn
+        """That the file is torn or damaged, once that is known."""
+        return (f"{self.path.name}: the file was never finished or is damaged; read up to there",) * self.torn
 
     def messages(self, topics: Iterable[str], start_log_ns: int | None = None) -> Iterator[Logged]:
         """Messages of some topics: in the order of their log times, or of a file without index as they stand.

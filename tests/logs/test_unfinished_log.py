@@ -12,6 +12,7 @@ from mcap.writer import Writer
 from fcw.errors import UserError
 from fcw.logs.mcap_reader import DriveLog
 from fcw.logs.mcap_writer import McapSink
+from fcw.logs.recovery import recover
 
 KILLED_WRITER = """
 import os, signal, sys
@@ -27,6 +28,18 @@ for result, packets in whole.entries():
         os.kill(os.getpid(), signal.SIGKILL)
 """
 
+TELLING_RUN = """
+import sys
+from fcw.logs.mcap_writer import McapSink
+from fcw_viz.cli import main
+write = McapSink.write
+def telling(sink, result, packets):
+    print(result.time_ns, flush=True)
+    write(sink, result, packets)
+McapSink.write = telling
+sys.exit(main())
+"""
+
 
 @pytest.fixture
 def whole_log(tmp_path, header, short_drive) -> Path:
@@ -39,7 +52,7 @@ def whole_log(tmp_path, header, short_drive) -> Path:
     return path
 
 
-def test_a_killed_writer_loses_a_second_at_most(whole_log, header, short_drive, tmp_path):
+def test_a_killed_writer_loses_half_a_second_at_most(whole_log, header, short_drive, tmp_path):
     path = tmp_path / "killed.mcap"
     root = Path(__file__).parents[2]
     run = subprocess.run(
@@ -54,13 +67,53 @@ def test_a_killed_writer_loses_a_second_at_most(whole_log, header, short_drive, 
     assert not log.complete
     assert log.header == header
     entries = list(log.entries())
-    assert entries == short_drive[: len(entries)]
-    assert 58 - 10 <= len(entries) <= 58
+    assert [result for result, _ in entries] == [result for result, _ in short_drive[: len(entries)]]
+    assert 58 - 3 <= len(entries) <= 58
+    with_pictures = [(result, packets) for result, packets in entries if packets]
+    assert with_pictures == short_drive[: len(with_pictures)]
+    assert 58 - 5 <= len(with_pictures) <= len(entries)
+
+
+@pytest.mark.parametrize("lines", [20, 333])
+def test_a_killed_run_loses_half_a_second_at_most_and_is_made_whole(tmp_path, lines: int):
+    root = Path(__file__).parents[2]
+    run = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            TELLING_RUN,
+            "run",
+            str(root / "recordings/demo/drive.mp4"),
+            "--out",
+            tmp_path,
+        ],
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": str(root)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    assert run.stdout is not None
+    with run.stdout as told:
+        times_ns = [int(told.readline()) for _ in range(lines)]
+        run.kill()
+        times_ns += [int(line) for line in told if line.endswith("\n")]
+    assert run.wait() == -signal.SIGKILL
+    log = DriveLog(tmp_path / "drive.mcap")
+    assert not log.complete
+    results = list(log.results())
+    assert [result.time_ns for result in results] == times_ns[: len(results)]
+    assert times_ns[-1] - results[-1].time_ns <= 500_000_000
+    pictures_ns = [packet.time_ns for packet in log.video_packets() if packet.shown]
+    assert pictures_ns == times_ns[: len(pictures_ns)]
+    assert times_ns[-1] - max(pictures_ns, default=0) <= 500_000_000
+    report = recover(tmp_path / "drive.mcap", tmp_path / "whole.mcap")
+    assert (report.frames, report.pictures) == (len(results), len(pictures_ns))
+    assert list(DriveLog(tmp_path / "whole.mcap").entries()) == list(log.entries())
 
 
 def test_a_log_torn_anywhere_gives_all_before_the_tear(whole_log, header, short_drive, tmp_path):
     data = whole_log.read_bytes()
-    results = [result for result, _ in short_drive]
     path = tmp_path / "torn.mcap"
     counts: list[int] = []
     for length in range(len(data) - 1, 2000, -max(1, len(data) // 150)):
@@ -68,11 +121,42 @@ def test_a_log_torn_anywhere_gives_all_before_the_tear(whole_log, header, short_
         log = DriveLog(path)
         assert not log.complete
         assert log.header == header
-        read = list(log.results())
-        assert read == results[: len(read)]
+        read = list(log.entries())
+        assert [result for result, _ in read] == [result for result, _ in short_drive[: len(read)]]
+        assert list(log.results()) == [result for result, _ in read]
+        with_pictures = [(result, packets) for result, packets in read if packets]
+        assert with_pictures == short_drive[: len(with_pictures)]
+        assert len(log.series()) == len(read)
         counts.append(len(read))
     assert counts == sorted(counts, reverse=True)
-    assert counts[0] == len(results)
+    assert counts[0] == len(short_drive)
+
+
+def test_a_torn_log_says_so_and_how_much_can_be_read(whole_log, tmp_path):
+    path = tmp_path / "torn.mcap"
+    data = whole_log.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    log = DriveLog(path)
+    results = list(log.results())
+    pictures = [packet for packet in log.video_packets() if packet.shown]
+    (note,) = log.notes
+    assert note.startswith(f"{path}: its writer was stopped before it closed the log; ")
+    assert f"signals can be read up to {results[-1].time_ns / 1e9:.2f} s" in note
+    assert f"pictures up to {pictures[-1].time_ns / 1e9:.2f} s" in note
+    assert f"`fcw recover {path}`" in note
+    assert DriveLog(whole_log).notes == ()
+    path.write_bytes(data[: DriveLog(whole_log).chunks.chunks[0].chunk_start_offset + 20])
+    (note,) = DriveLog(path).notes
+    assert note.endswith("no frame can be read")
+
+
+def test_zeros_of_a_power_cut_are_passed_over(whole_log, short_drive, tmp_path):
+    path = tmp_path / "torn.mcap"
+    data = whole_log.read_bytes()
+    path.write_bytes(data[: len(data) // 2] + bytes(5000))
+    results = list(DriveLog(path).results())
+    assert len(results) > 30
+    assert results == [result for result, _ in short_drive[: len(results)]]
 
 
 def test_a_damaged_log_is_said_to_be(whole_log):

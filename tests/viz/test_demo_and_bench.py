@@ -45,7 +45,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
 
 def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> None:
     assert str(demo.out / "drive.mcap") in demo.told
-    assert f"rerun {demo.out / 'drive.rrd'}" in demo.told
+    assert f"fcw review {demo.out} --rerun" in demo.told
     comparison = compare_with_truth(demo.results, demo.truth)
     median = statistics.median(map(abs, comparison.lead_errors))
     assert f"off by {median:.1%} (median)" in demo.told
