@@ -17,7 +17,6 @@ from fcw_viz.commands.evaluate import EvaluateCommand, run_evaluate
 from fcw_viz.commands.export import ExportCommand, run_export
 from fcw_viz.commands.recover import RecoverCommand, run_recover
 from fcw_viz.commands.review import ReviewCommand, run_review
-from fcw_viz.commands.recover import RecoverCommand, run_recover
 from fcw_viz.commands.run import RunCommand, run_run
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
@@ -33,7 +32,6 @@ Command = (
     | Annotated[ReviewCommand, tyro.conf.subcommand("review")]
     | Annotated[ExportCommand, tyro.conf.subcommand("export")]
     | Annotated[RecoverCommand, tyro.conf.subcommand("recover")]
-    | Annotated[RecoverCommand, tyro.conf.subcommand("recover")]
     | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[TrainCommand, tyro.conf.subcommand("train")]
     | Annotated[SimulateCommand, tyro.conf.subcommand("simulate")]
@@ -47,7 +45,6 @@ RUNNERS = {
     RunCommand: run_run,
     ReviewCommand: run_review,
     ExportCommand: run_export,
-    RecoverCommand: run_recover,
     RecoverCommand: run_recover,
     EvaluateCommand: run_evaluate,
     TrainCommand: run_train,
