@@ -6,8 +6,14 @@ in which some boxes were edited and nobody said so of the whole, the other boxes
 whether they are right nobody has said, so that they are neither vehicles to find nor background.
 """
 
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
 from fcw.annotation.records import LabelledBox, track_box_id
-from fcw.annotation.review import FrameReview
+from fcw.annotation.review import FrameReview, Review
+from fcw.logs.export.clip import DriveClip
+from fcw.logs.export.coco import FrameBoxes
 from fcw.logs.records import FrameResult
 
 
@@ -20,3 +26,25 @@ def frame_labels(result: FrameResult, frame: FrameReview) -> tuple[LabelledBox, 
     }
     boxes |= frame.labels
     return tuple(label for label in boxes.values() if label is not None)
+
+
+def labelled_indices(clip: DriveClip, review: Review) -> list[int]:
+    """Which frames of a clip are labelled, in order; what was said of others is left out."""
+    series = clip.log.series()
+    in_clip = series.frame_index[np.isin(series.time_ns, clip.times_ns)]
+    return sorted(review.frames.keys() & set(in_clip.tolist()))
+
+
+def labelled_frames(clip: DriveClip, review: Review, on_frame: Callable[[], None]) -> Iterator[FrameBoxes]:
+    """The labelled frames of a clip with their boxes, for `write_coco`.
+
+    An annotation has `ignore`, and `track_id` where it belongs to a track of the log.
+    """
+    for index in labelled_indices(clip, review):
+        result = clip.log.result_at(index)
+        boxes = []
+        for label in frame_labels(result, review.frames[index]):
+            track = {} if label.track_id is None else {"track_id": label.track_id}
+            boxes.append((label.box, {"ignore": label.ignore, **track}))
+        yield result, boxes
+        on_frame()

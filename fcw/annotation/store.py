@@ -7,7 +7,6 @@ All people's files beside a log are read; copying another's file there merges th
 
 import hashlib
 import json
-import os
 import re
 import uuid
 from dataclasses import dataclass
@@ -45,9 +44,18 @@ def review_path(log_path: Path, person: str) -> Path:
 
 
 def review_files(log_path: Path) -> tuple[Path, ...]:
-    """All people's files beside a log, by name."""
+    """All people's files beside a log, by name.
+
+    Raises:
+        UserError: the folder cannot be read.
+    """
     prefix = _file_prefix(log_path)
-    names = (entry.name for entry in os.scandir(log_path.parent))
+    try:
+        names = [path.name for path in log_path.parent.iterdir()]
+    except OSError as error:
+        raise UserError(
+            f"{log_path.parent}: cannot read this folder of a drive ({error.strerror}); is it still there?"
+        ) from error
     return tuple(
         log_path.with_name(name)
         for name in sorted(names)
@@ -115,10 +123,11 @@ class ReviewStore:
             else _read_file(path, self._digest)
             for path in paths
         }
-        changed = contents != self._contents
+        if contents == self._contents:
+            return False
         self._contents = contents
         self._fold()
-        return changed
+        return True
 
     def add(self, person: str, said: Said) -> Entry[Said]:
         """Keep what a person says; it is on the disk when this returns.
@@ -294,8 +303,12 @@ def _parsed(line: bytes) -> dict[str, Any] | None:
     return value if isinstance(value, dict) else None
 
 
-def _stamp(path: Path) -> tuple[int, int]:
-    state = path.stat()
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """By which a change of a file is noticed; None where it is not there."""
+    try:
+        state = path.stat()
+    except FileNotFoundError:
+        return None
     return state.st_size, state.st_mtime_ns
 
 

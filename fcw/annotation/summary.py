@@ -53,6 +53,11 @@ class Tally:
         return sum(self.judgements.values())
 
     @property
+    def unjudged(self) -> int:
+        """How many warnings nobody judged."""
+        return self.warnings - self.judged - self.disagreements
+
+    @property
     def judged_false(self) -> int:
         """How many of them are judged false."""
         return self.judgements.get(Judgement.FALSE, 0)

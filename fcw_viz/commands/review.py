@@ -18,15 +18,29 @@ class ReviewCommand:
     no_open: bool = False
     """Do not open a browser or window; the address is printed."""
     reviewer: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
-    """In whose name verdicts and notes are kept; by default the login name."""
+    """In whose name verdicts and notes are kept on the page; by default the login name."""
     dark: bool = False
     """Begin with dark colours."""
     rerun: bool = False
     """Use the rerun viewer: in a window, or without a display in the browser."""
+    summary: bool = False
+    """Print what people's verdicts come to, of a drive or of all drives below a folder: warnings per hour,
+    share judged false, why."""
+    json: bool = False
+    """With --summary: as JSON on stdout, alone."""
 
 
 def run_review(command: ReviewCommand) -> int:
     """Run `fcw review`; returns the exit code."""
+    from fcw.errors import UserError
+
+    if command.json and not command.summary:
+        raise UserError("--json: only --summary has a result to print; add it, or leave --json out")
+    if command.summary:
+        from fcw_viz.commands.review_summary import print_summary
+
+        print_summary(command.path, command.json)
+        return 0
     if command.rerun:
         from fcw_viz.commands.review_rerun import review_in_rerun
 

@@ -302,6 +302,17 @@ def test_a_second_program_cannot_write_as_the_same_person_but_as_another_and_see
     second.close()
 
 
+def test_what_another_takes_away_is_gone_and_a_folder_that_is_gone_is_told(log):
+    path, _ = filled(log, "Bo")
+    store = ReviewStore(log)
+    path.unlink()
+    assert store.refresh()
+    assert store.review == Review()
+    shutil.rmtree(log.path.parent)
+    with pytest.raises(UserError, match="cannot read this folder of a drive"):
+        store.refresh()
+
+
 def test_what_was_seen_is_before_what_was_answered_though_a_clock_is_wrong(log):
     path, _ = filled(log)
     path.write_text(re.sub(r'"time":"20\d\d', '"time":"2099', path.read_text()))

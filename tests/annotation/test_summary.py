@@ -1,5 +1,6 @@
 """What the reviews of a folder of drives come to."""
 
+import json
 import math
 
 import pytest
@@ -12,6 +13,7 @@ from fcw.annotation.summary import summarise
 from fcw.errors import UserError
 from fcw.events import find_events
 from fcw.warning.types import WarningLevel
+from fcw_viz.cli import main
 
 WARNING, CAUTION, ADVISORY = WarningLevel.WARNING, WarningLevel.CAUTION, WarningLevel.ADVISORY
 
@@ -105,3 +107,51 @@ def test_a_drive_of_one_frame_has_no_rate(tmp_path):
     log = write_log(tmp_path / "drive.mcap", [frame_result(0, WARNING)])
     tally = summarise({"drive": log.path}).all[WARNING]
     assert (tally.warnings, tally.per_hour) == (1, None)
+
+
+# As it is typed
+
+
+def test_as_json_it_says_the_same_for_each_drive_and_all(drives, capsys):
+    assert main(["review", str(drives["first"].parents[1]), "--summary", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    first, second = result["drives"]
+    assert (first["drive"], first["people"], second["drive"]) == ("first", ["Ann", "Bo"], "second")
+    warning = first["warning"]
+    assert warning["per_hour"] == pytest.approx(1000)
+    assert warning["judgements"] == {"right": 0, "too_early": 0, "too_late": 1, "false": 2}
+    assert (warning["disagreements"], warning["unjudged"], warning["missed"]) == (1, 1, 1)
+    assert warning["share_false"] == pytest.approx(2 / 3)
+    assert warning["share_false_low"] < 2 / 3 < warning["share_false_high"]
+    reasons = {(r["judgement"], r["reason"]): r["warnings"] for r in warning["reasons"]}
+    assert reasons == {("false", "oncoming"): 1, ("false", None): 1, ("too_late", "cut_in"): 1}
+    assert first["caution"]["judgements"]["false"] == 1
+    assert result["all"]["warning"]["warnings"] == 6
+    assert result["all"]["advisory"]["share_false"] is None
+
+
+def test_in_words_it_is_by_drive_and_by_reason(drives, capsys):
+    assert main(["review", str(drives["first"].parents[1]), "--summary"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["first", "warning", "0.01", "5", "1000.0", "1", "67%", "of", "3", "(21-94%)"] in lines
+    assert ["second", "warning", "0.01", "1", "200.0", "0", "100%", "of", "1", "(21-100%)"] in lines
+    assert ["first", "warning", "0", "0", "1", "2", "1", "1"] in lines
+    assert ["warning", "false", "oncoming", "vehicle", "2", "50%"] in lines
+    assert ["warning", "false", "no", "reason", "given", "1", "25%"] in lines
+
+
+def test_where_nobody_judged_only_the_rates_are_told(tmp_path, capsys):
+    write_drive(tmp_path / "drive.mcap", (10,))
+    assert main(["review", str(tmp_path), "--summary"]) == 0
+    out = capsys.readouterr().out
+    assert "200.0" in out
+    assert "disagreed" not in out
+    assert "reason" not in out
+
+
+def test_json_without_the_summary_and_a_folder_without_drives_are_told(tmp_path, capsys):
+    assert main(["review", str(tmp_path), "--json"]) == 2
+    assert "--json: only --summary has a result to print" in capsys.readouterr().err
+    assert main(["review", str(tmp_path), "--summary", "--json"]) == 2
+    captured = capsys.readouterr()
+    assert (captured.out, "no drive.mcap in this folder" in captured.err) == ("", True)
