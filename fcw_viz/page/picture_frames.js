@@ -12,11 +12,13 @@ const TAIL_MS = 100; // what a change brings later (a picture must be decoded) i
 const PANELS_MS = 300; // from a change until the panels show it
 const POLL_MS = 1;
 const COARSE = 0.5; // of the screen's resolution
+const DECODED_MS = 150; // a new picture is decoded by then, or the old one is drawn once more
 const settings = window.__viserTestpoints.devSettings;
 const usual_ms = []; // what the last frames took at full resolution
 let dragging = false, sharpDpr = null;
 let hasArrived = false, heldBack = [], release = null;
 let drawNow = null, gl = null, inWork = null, soon = null;
+let pictureSentAt = -Infinity, pictureBefore = null;
 let wanted = false, isNew = false, askedAt = 0, drawnAt = 0, drawnSize = "";
 
 const isSlow = () => [...usual_ms].sort((a, b) => a - b)[usual_ms.length >> 1] > SLOW_MS;
@@ -48,9 +50,26 @@ const draw = () => {
   setTimeout(look, POLL_MS);
 };
 
+const picture = () => {
+  let found = null;
+  viewer.nodeRefFromName["/picture"]?.traverse((node) => {
+    if (node.isMesh && node.material.map) found = found ?? node.material.map;
+  });
+  return found;
+};
+const isDecoding = () => performance.now() < pictureSentAt + DECODED_MS && picture() === pictureBefore;
+
 // Not within viser's own frame: what its messages changed, React puts into the scene only after it.
 const drawSoon = () => {
   if (!wanted || inWork !== null || soon !== null) return;
+  if (isDecoding()) {
+    // A frame with the old picture would only keep the one with the new picture waiting.
+    soon = setTimeout(() => {
+      soon = null;
+      drawSoon();
+    }, POLL_MS);
+    return;
+  }
   const tailAt = askedAt + TAIL_MS;
   const isTail = drawnAt < tailAt && performance.now() >= tailAt;
   if (!dragging || isNew || isTail) soon = setTimeout(draw, 0);
@@ -93,6 +112,10 @@ const enqueue = queue.push.bind(queue);
 queue.push = (message) => {
   const isForPanels = message.type.startsWith("Gui") && !message.type.startsWith("Gui3D");
   if (!isForPanels) hasArrived = true;
+  if (message.name === "/picture" && message.updates?._data) {
+    pictureSentAt = performance.now();
+    pictureBefore = picture();
+  }
   if (!isForPanels || !(heldBack.length || (dragging && isSlow()))) return enqueue(message);
   release ??= setTimeout(showPanels, PANELS_MS);
   return heldBack.push(message);
