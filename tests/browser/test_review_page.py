@@ -170,6 +170,7 @@ def test_a_corner_goes_where_the_mouse_takes_it(
     wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
     person.browser.click(BOX.x + 20, BOX.y + 20)
     wait_for(lambda: node_is_there(person, "/handles/corner bottom right"))
+    person.browser.wait_until_still()
     end = person.browser.mouse_position(BOX.right + 37, BOX.bottom + 21)
     person.browser.drag((BOX.right, BOX.bottom), (BOX.right + 37, BOX.bottom + 21))
     wait_for(lambda: bool(said_of(drive_log).frames))
