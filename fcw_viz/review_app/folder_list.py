@@ -114,7 +114,8 @@ def _row(card: DriveCard, axis_px: float) -> str:
     svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")
     notice = "" if card.complete else "<span>not finished: read as far as it goes</span>"
     return (
-        f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" {says(f"open:{card.name}")}>'
+        f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
+        f"{says(f'open:{card.name}')}>"
         f'<div class="fcw-thumb"{thumbnail}></div>'
         f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"
