@@ -30,7 +30,7 @@ def test_the_clip_as_mcap_holds_the_event(drive: Drive, tmp_path: Path):
 
 def test_the_clip_as_mp4_plays_as_long(drive: Drive):
     content = exported_file(drive.log.path, "mp4", (9.0, 11.0))
-    with av.open(io.BytesIO(content)) as video:
+    with av.open(io.BytesIO(content), "r") as video:
         assert sum(1 for _ in video.decode(video=0)) == pytest.approx(2 * RATE_HZ, abs=1)
 
 
