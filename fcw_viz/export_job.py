@@ -1,6 +1,6 @@
 """Exporting drive logs: what goes where, with a progress bar."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +9,13 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from fcw.annotation.frame_labels import labelled_frames, labelled_indices
+from fcw.annotation.review import Review
+from fcw.annotation.store import read_review
 from fcw.errors import UserError
 from fcw.events import find_events
 from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
-from fcw.logs.export.coco import PICTURES_NAME, write_coco
+from fcw.logs.export.coco import PICTURES_NAME, FrameBoxes, track_frames, write_coco
 from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, track_rows
 from fcw.logs.export.mp4 import write_overlay_mp4, write_relayed_mp4
 from fcw.logs.export.replay import replay, with_its_keyframe
@@ -49,6 +52,7 @@ class ExportJob:
     between: Between | None = None
     overlay: bool = True
     pictures: bool = False
+    annotations: bool = False
     every: int = 1
     overwrite: bool = False
 
@@ -73,14 +77,20 @@ def run_export_job(job: ExportJob, console: Console) -> list[str]:
         console.print(f"note: {text}", highlight=False, soft_wrap=True, markup=False)
 
     clips = _clips(job, drives, note)
+    reviews = _labelled(clips, note) if job.annotations else None
+    if reviews is not None:
+        clips = [clip for clip in clips if clip.name in reviews]
     targets = _targets(job, [clip.name for clip in clips])
     _check_targets(job, targets, clips, drives)
-    frames = sum(len(clip.times_ns) for clip in clips)
+    frames = sum(
+        len(clip.times_ns) if reviews is None else len(labelled_indices(clip, reviews[clip.name]))
+        for clip in clips
+    )
     with _progress(console, f"{job.format} of {_counted(len(clips), 'drive')}", frames) as on_frame:
         if job.events:
             return [_write_events(job, targets[0], clips)]
         if job.format in GATHERED:
-            return [_write_gathered(job, targets[0], clips, on_frame)]
+            return [_write_gathered(job, targets[0], clips, reviews, on_frame)]
         return [
             _write_one(job, target, clip, on_frame, note) for target, clip in zip(targets, clips, strict=True)
         ]
@@ -96,8 +106,11 @@ def _check(job: ExportJob) -> None:
     if not job.overlay and job.format != "mp4":
         raise UserError(f"--no-overlay --format {job.format}: only an mp4 has the overlay; leave it out")
     if (job.pictures or job.every != 1) and job.format != "coco":
-        option = "--pictures" if job.pictures else f"--every {job.every}"
+        given = {"--annotations": job.annotations, "--pictures": job.pictures, f"--every {job.every}": True}
+        option = next(option for option, is_given in given.items() if is_given)
         raise UserError(f"{option} --format {job.format}: this is for coco; leave it out")
+    if job.annotations and job.every != 1:
+        raise UserError(f"--every {job.every} --annotations: people chose the frames; leave it out")
     if job.every < 1:
         raise UserError(f"--every {job.every}: expected a whole number of at least 1")
 
@@ -123,6 +136,29 @@ def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None])
     for error in errors:
         note(f"left out: {error}")
     return clips
+
+
+def _labelled(clips: Sequence[DriveClip], note: Callable[[str], None]) -> dict[str, Review]:
+    """The reviews of the clips of which somebody labelled a frame, by name; the others are named."""
+    reviews: dict[str, Review] = {}
+    without: list[DriveClip] = []
+    for clip in clips:
+        review, troubles = read_review(clip.log)
+        for trouble in troubles:
+            note(trouble)
+        if labelled_indices(clip, review):
+            reviews[clip.name] = review
+        else:
+            without.append(clip)
+    if not reviews:
+        logs = ", ".join(str(clip.log.path) for clip in clips)
+        raise UserError(
+            f"--annotations: nobody has labelled a frame of {logs} in that time; "
+            "correct boxes, or say that they are right, in `fcw review`"
+        )
+    for clip in without:
+        note(f"left out: nobody has labelled a frame of {clip.log.path} in that time")
+    return reviews
 
 
 def _targets(job: ExportJob, names: Sequence[str]) -> list[Path]:
@@ -175,10 +211,20 @@ def _write_events(job: ExportJob, target: Path, clips: Sequence[DriveClip]) -> s
 
 
 def _write_gathered(
-    job: ExportJob, target: Path, clips: Sequence[DriveClip], on_frame: Callable[[], None]
+    job: ExportJob,
+    target: Path,
+    clips: Sequence[DriveClip],
+    reviews: Mapping[str, Review] | None,
+    on_frame: Callable[[], None],
 ) -> str:
     if job.format == "coco":
-        count = write_coco(target, clips, on_frame, every=job.every, with_pictures=job.pictures)
+
+        def frames_of(clip: DriveClip) -> Iterator[FrameBoxes]:
+            if reviews is None:
+                return track_frames(clip, on_frame, job.every)
+            return labelled_frames(clip, reviews[clip.name], on_frame)
+
+        count = write_coco(target, clips, frames_of, with_pictures=job.pictures)
         return f"{target}: {_counted(count, 'box', 'boxes')} of {_counted(len(clips), 'drive')}"
     count = TABLES[job.format](target, TRACK_COLUMNS, track_rows(clips, on_frame))
     return f"{target}: {_counted(count, 'row')} of {_counted(len(clips), 'drive')}"

@@ -172,16 +172,26 @@ def without_vehicle_in_place(
     return ~(near.any(axis=1) | covered.any(axis=1))
 
 
-def load_training_set(directory: Path, include_non_commercial: bool = False) -> tuple[TrainingImage, ...]:
-    """All labelled pictures of a training folder, in one of the two layouts, with their calibrations.
+def load_training_set(*directories: Path, include_non_commercial: bool = False) -> tuple[TrainingImage, ...]:
+    """All labelled pictures of training folders, each in one of the two layouts, with their calibrations.
 
     Args:
-        directory: the folder.
+        directories: the folders; the same clip's pictures in two of them go by each one's calibration.
         include_non_commercial: of the project's own data, also the clips whose terms forbid commercial use.
 
     Raises:
-        UserError: the folder has neither layout, a file is missing or wrong, or no vehicle counts.
+        UserError: a folder has neither layout, a file is missing or wrong, or no vehicle counts in any.
     """
+    images = tuple(
+        image for directory in directories for image in _load_folder(directory, include_non_commercial)
+    )
+    if not any((~image.labelled.ignored).any() for image in images):
+        names = ", ".join(map(str, directories))
+        raise UserError(f"{names}: the labels hold no vehicle that counts (all boxes are ignored)")
+    return images
+
+
+def _load_folder(directory: Path, include_non_commercial: bool) -> tuple[TrainingImage, ...]:
     if (directory / "labels.json").is_file():
         labelled = read_labels(directory / "labels.json", directory / "images")
         calibration_of = _saved_calibrations(directory)
@@ -202,8 +212,6 @@ def load_training_set(directory: Path, include_non_commercial: bool = False) -> 
             f"{directory}: holds neither labels.json nor calibrations.txt; expected a folder with "
             "labels.json (COCO), images/ and calibration.yaml or calibration/<clip>.yaml"
         )
-    if not any((~image.ignored).any() for image in labelled):
-        raise UserError(f"{directory}: the labels hold no vehicle that counts (all boxes are ignored)")
     cameras = {
         key: calibration_of(key[0]).for_image_size(key[1]) for key in {(i.clip, i.size) for i in labelled}
     }

@@ -4,6 +4,10 @@ An event is a stretch of the drive in which a warning had to be shown. It is a h
 or a higher one is shown within it, else missed. A false alarm is an unbroken run of warnings that touches no
 event; levels below the lowest one labelled do not count. A label can also say that its stretch is none: a
 false alarm somebody has looked at.
+
+Where labels say only what somebody has judged (a review in which not every warning has its verdict), a false
+alarm is a stretch labelled as none in which a warning of its level or a higher one is shown, and other runs
+of warnings are unjudged: neither good nor bad.
 """
 
 import csv
@@ -67,12 +71,15 @@ class EventComparison:
     Attributes:
         hits: the events that were warned of.
         missed: the events that were not.
-        false_alarms: the runs of warnings that belong to no event.
+        false_alarms: the runs of warnings that belong to no event, or, where labels say only what was judged,
+            what is shown within the stretches labelled as none.
+        unjudged: the runs of warnings that no label says anything of, where labels say only what was judged.
     """
 
     hits: tuple[Event, ...]
     missed: tuple[Event, ...]
     false_alarms: tuple[Shown, ...]
+    unjudged: tuple[Shown, ...] = ()
 
 
 def read_events(path: Path) -> tuple[Event, ...]:
@@ -119,20 +126,43 @@ def _seconds(entry: Mapping[str, Any], name: str, where: str) -> float:
     return value
 
 
-def compare_with_events(results: Iterable[FrameResult], events: Sequence[Event]) -> EventComparison:
-    """Compare the warnings of a log with labelled events."""
+def compare_with_events(
+    results: Iterable[FrameResult], events: Sequence[Event], complete: bool = True
+) -> EventComparison:
+    """Compare the warnings of a log with labelled events.
+
+    Args:
+        results: of every frame, in order.
+        events: the labels.
+        complete: whether they name every event of the drive, or only what somebody has judged.
+    """
     due = [event for event in events if event.justified]
-    lowest = min((event.level for event in due), default=WarningLevel.WARNING)
+    relevant = due if complete else events
+    lowest = min((event.level for event in relevant), default=WarningLevel.WARNING)
     frames = [(result.time_ns, result.warning.level) for result in results]
     shown = [((time_ns - frames[0][0]) / 1e9, level) for time_ns, level in frames]
-    hits, missed = [], []
+    hits, missed, without_label = [], [], []
     for event in due:
-        hit = any(event.start_s <= time_s <= event.end_s and level >= event.level for time_s, level in shown)
-        (hits if hit else missed).append(event)
-    runs = [list(run) for is_shown, run in groupby(shown, lambda frame: frame[1] >= lowest) if is_shown]
-    false_alarms = []
-    for run in runs:
+        (hits if _shown_within(shown, event) else missed).append(event)
+    for is_shown, frames_of_run in groupby(shown, lambda frame: frame[1] >= lowest):
+        run = list(frames_of_run)
         start_s, end_s = run[0][0], run[-1][0]
-        if not any(event.start_s <= end_s and start_s <= event.end_s for event in due):
-            false_alarms.append(Shown(start_s, end_s, max(level for _, level in run)))
-    return EventComparison(tuple(hits), tuple(missed), tuple(false_alarms))
+        if is_shown and not any(event.start_s <= end_s and start_s <= event.end_s for event in relevant):
+            without_label.append(Shown(start_s, end_s, max(level for _, level in run)))
+    if complete:
+        return EventComparison(tuple(hits), tuple(missed), tuple(without_label))
+    judged_false = (_shown_within(shown, event) for event in events if not event.justified)
+    false_alarms = tuple(run for run in judged_false if run is not None)
+    return EventComparison(tuple(hits), tuple(missed), false_alarms, tuple(without_label))
+
+
+def _shown_within(shown: Sequence[tuple[float, WarningLevel]], event: Event) -> Shown | None:
+    """What is shown within an event's stretch of its level or a higher one."""
+    within = [
+        (time_s, level)
+        for time_s, level in shown
+        if event.start_s <= time_s <= event.end_s and level >= event.level
+    ]
+    if not within:
+        return None
+    return Shown(within[0][0], within[-1][0], max(level for _, level in within))

@@ -11,8 +11,7 @@ import viser
 
 from fcw.camera.calibration import Calibration
 from fcw.sources.frame import Frame
-from fcw_viz.calibrate_app.box_overlay import BoxOverlay, length_lines, vehicle_lines
-from fcw_viz.calibrate_app.controls import on_button, on_choice
+from fcw_viz.calibrate_app.box_overlay import length_lines, vehicle_lines
 from fcw_viz.calibrate_app.drawing import Measured
 from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, MakeDetector, make_acf
 from fcw_viz.calibrate_app.measure import (
@@ -22,13 +21,15 @@ from fcw_viz.calibrate_app.measure import (
     measure_point,
     point_words,
 )
-from fcw_viz.calibrate_app.page_style import set_html, text_block
 from fcw_viz.calibrate_app.picture_overlay import PictureOverlay
-from fcw_viz.calibrate_app.picture_view import PictureView
-from fcw_viz.calibrate_app.pictures import Pictures
-from fcw_viz.calibrate_app.playback import Playback
 from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.controls import on_button, on_choice
+from fcw_viz.page.page_style import set_html, text_block
+from fcw_viz.page.picture_lines import LineOverlay
+from fcw_viz.page.picture_view import PictureView
+from fcw_viz.page.pictures import Pictures
+from fcw_viz.page.playback import Playback
 
 PLAYBACK_QUALITY = 80
 """Of the JPEGs of a drive that plays: a quarter of the bytes of the pictures that are clicked in."""
@@ -99,8 +100,8 @@ class CheckPanel:
         self._refreshed_s = self._toggled_s = -math.inf
         self._played_index = -1
         self._closed = False
-        self._boxes = BoxOverlay(tab.view, tab.client, "vehicles", lambda: tab.overlay.label_areas)
-        self._length = BoxOverlay(tab.view, tab.client, "length", lambda: tab.overlay.label_areas)
+        self._boxes = LineOverlay(tab.view, tab.client, "vehicles", lambda: tab.overlay.label_areas)
+        self._length = LineOverlay(tab.view, tab.client, "length", lambda: tab.overlay.label_areas)
         self._detector = FrameDetector(lambda found: tab.run(lambda: self._show_found(found)), make_detector)
         self._playback = Playback(
             tab.pictures, self._show_played, lambda message: tab.run(lambda: self._ended(message))

@@ -9,7 +9,6 @@ from fcw.camera.uncertainty import NextClick
 from fcw.logs.overlay import OWN_CAR_SIZE_M, ROW_COLOR, Rgb
 from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app.document import Document, Line, Mark
-from fcw_viz.calibrate_app.label_layout import Label, LabelWish, Point, Window, lay_out_labels
 from fcw_viz.calibrate_app.numbers_text import (
     about_text,
     gain_text,
@@ -19,6 +18,7 @@ from fcw_viz.calibrate_app.numbers_text import (
 )
 from fcw_viz.calibrate_app.pen import CROSS_GAP_CSS_PX, Fill, FillKind, Pen, Stroke
 from fcw_viz.calibrate_app.state import DistanceRow, Result, SessionState
+from fcw_viz.page.label_layout import Label, LabelWish, Point, Window, lay_out_labels
 
 MARK_COLOR: Rgb = (255, 215, 40)
 SELECTED_COLOR: Rgb = (255, 255, 255)

@@ -19,7 +19,7 @@ from fcw_viz.calibrate_app.numbers_text import (
     unit_name,
 )
 from fcw_viz.calibrate_app.state import DistanceRow, Result
-from fcw_viz.calibrate_app.svg import line, points_text, svg_element, words
+from fcw_viz.page.svg import line, points_text, svg_element, words
 
 TEAL = "rgb({}, {}, {})".format(*ROW_COLOR)
 AMBER = "#d98a00"

@@ -3,8 +3,8 @@
 import viser
 
 from fcw_viz.calibrate_app.figures import birds_eye, interval_plot
-from fcw_viz.calibrate_app.page_style import set_html, text_block
 from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.page_style import set_html, text_block
 
 FIRST_WORDS = '<p class="dim">Comes with the first result.</p>'
 PLOT_WORDS = '<p class="dim">Two times out of three the true distance lies in the band.</p>'

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from fcw_viz.calibrate_app.page_style import STYLE, set_html, text_block
 from fcw_viz.calibrate_app.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.state import SessionState, Status
+from fcw_viz.page.page_style import STYLE, set_html, text_block
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

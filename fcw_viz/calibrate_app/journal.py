@@ -7,18 +7,18 @@ The first line says which pictures it is for and what the document was at the be
 
 import hashlib
 import json
-import os
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fcw.errors import UserError
+from fcw.json_form import from_json, to_json
+from fcw.locked_file import LockedFile
 from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edit_form import edit_from_json, edit_to_json
 from fcw_viz.calibrate_app.edits import Edit
 from fcw_viz.calibrate_app.history import Action, Event, History
-from fcw_viz.calibrate_app.json_form import edit_from_json, edit_to_json, from_json, to_json
-from fcw_viz.calibrate_app.locked_file import open_locked
 
 FORMAT_VERSION = 1
 VERSION_FIELD = "fcw_calibration_journal_version"
@@ -62,12 +62,11 @@ class JournalContent:
 class Journal:
     """An open journal, locked for this process. Not thread-safe: the session serialises its calls."""
 
-    def __init__(self, path: Path, descriptor: int, content: JournalContent) -> None:
+    def __init__(self, path: Path, file: LockedFile, content: JournalContent) -> None:
         """Use `open`."""
         self.path = path
         self.content = content
-        self._descriptor: int | None = descriptor
-        self._size = content.whole_bytes
+        self._file = file
         self._events = content.event_count
 
     @classmethod
@@ -89,23 +88,28 @@ class Journal:
             UserError: another page works on it, it cannot be read or written, it is damaged, or it belongs to
                 pictures of another size.
         """
-        descriptor = open_locked(path)
-        if descriptor is None:
+        try:
+            file = LockedFile.open(path)
+        except OSError as error:
+            raise UserError(
+                f"{path}: cannot keep your work there ({error.strerror}); "
+                "name a calibration file in a folder that can be written with `--save FILE`"
+            ) from error
+        if file is None:
             raise _in_use(path)
         try:
             content = read_journal(path)
             existed = content is not None
             if content is None:
-                os.ftruncate(descriptor, 0)
-                history = History((start,))
-                content = JournalContent(history, 0, saved_digest, None, 0, torn=False)
+                content = JournalContent(History((start,)), 0, saved_digest, None, 0, torn=False)
             elif content.history.document.image_size != start.image_size:
                 size = content.history.document.image_size
                 raise UserError(
                     f"{path}: its points were clicked in pictures of {size}, these are {start.image_size}; "
                     "name another file with `--save FILE`, or delete this one to start anew"
                 )
-            journal = cls(path, descriptor, content)
+            file.cut(content.whole_bytes)
+            journal = cls(path, file, content)
             if not existed:
                 journal._append(
                     {
@@ -115,10 +119,8 @@ class Journal:
                         "start": to_json(start),
                     }
                 )
-            elif content.torn:
-                journal._restore()
         except BaseException:
-            os.close(descriptor)
+            file.close()
             raise
         return journal, existed
 
@@ -146,36 +148,24 @@ class Journal:
 
     def close(self) -> None:
         """Let go of the file; one in which nothing ever happened goes away."""
-        if self._descriptor is None:
+        if self._file.closed:
             return
         if self._events == 0:
             with suppress(OSError):
                 self.path.unlink()
-        os.close(self._descriptor)
-        self._descriptor = None
+        self._file.close()
 
     def _append(self, value: dict[str, Any]) -> None:
         data = (json.dumps(value, allow_nan=False, separators=(",", ":")) + "\n").encode()
-        if self._descriptor is None:
+        if self._file.closed:
             raise UserError(f"{self.path}: the session is closed; start `fcw calibrate` again")
         try:
-            self._restore()
-            _write_all(self._descriptor, data)
-            os.fsync(self._descriptor)
+            self._file.append(data)
         except OSError as error:
-            with suppress(OSError):
-                self._restore()
             raise UserError(
                 f"{self.path}: cannot be written ({error.strerror}), so nothing was changed; "
                 "mend that (a full disk?) and do it again"
             ) from error
-        self._size += len(data)
-
-    def _restore(self) -> None:
-        """Cut off what a failed write left behind the whole lines."""
-        assert self._descriptor is not None
-        if os.fstat(self._descriptor).st_size != self._size:
-            os.ftruncate(self._descriptor, self._size)
 
 
 def read_journal(path: Path) -> JournalContent | None:
@@ -268,8 +258,3 @@ def _in_use(path: Path) -> UserError:
         f"{path}: a calibration page{where} is already working on this; use that one, "
         "stop it first, or name another file with `--save FILE`"
     )
-
-
-def _write_all(descriptor: int, data: bytes) -> None:
-    while data:
-        data = data[os.write(descriptor, data) :]

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import viser
 
 from fcw.camera.calibration import Gaussian
-from fcw_viz.calibrate_app.controls import on_choice, on_press
 from fcw_viz.calibrate_app.document import Belief, Document, Line
 from fcw_viz.calibrate_app.edits import (
     Edit,
@@ -21,12 +20,13 @@ from fcw_viz.calibrate_app.edits import (
     SetRowSigma,
 )
 from fcw_viz.calibrate_app.numbers_text import percent_text, row_distance_text
-from fcw_viz.calibrate_app.page_style import set_html, text_block
 from fcw_viz.calibrate_app.picture_handles import HORIZON_SIGMA_PX
 from fcw_viz.calibrate_app.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.state import BeliefEffect, SessionState
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.commands.calibrate import FIELD_OF_VIEW_SIGMA_DEG, PRINCIPAL_ROW_SIGMA_HEIGHTS
+from fcw_viz.page.controls import on_choice, on_press
+from fcw_viz.page.page_style import set_html, text_block
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

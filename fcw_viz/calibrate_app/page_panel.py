@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from fcw_viz.calibrate_app.controls import on_choice
 from fcw_viz.calibrate_app.keys import help_html
-from fcw_viz.calibrate_app.page_style import text_block
+from fcw_viz.page.controls import on_choice
+from fcw_viz.page.page_style import text_block
+from fcw_viz.page.server import set_colours
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
@@ -18,8 +19,3 @@ class PagePanel:
     def __init__(self, gui: viser.GuiApi, tab: "Tab", dark: bool) -> None:
         gui.add_html(text_block(help_html()))
         on_choice(gui.add_checkbox("Dark colours", dark), tab.run, lambda chosen: set_colours(gui, chosen))
-
-
-def set_colours(gui: viser.GuiApi, dark: bool) -> None:
-    """Dark or light, and none of viser's own advertising."""
-    gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=dark)

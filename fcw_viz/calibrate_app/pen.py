@@ -10,7 +10,7 @@ from enum import Enum
 
 from fcw.logs.overlay import Rgb
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.label_layout import (
+from fcw_viz.page.label_layout import (
     LABEL_HEIGHT_CSS_PX,
     Area,
     LabelWish,

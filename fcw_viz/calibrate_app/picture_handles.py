@@ -9,8 +9,8 @@ from fcw.logs.overlay import Rgb
 from fcw_viz.calibrate_app.document import Belief, Document, Line
 from fcw_viz.calibrate_app.drawing import FAINT_COLOR, HORIZON_COLOR, MARK_COLOR, SELECTED_COLOR
 from fcw_viz.calibrate_app.edits import Edit, MoveMark, SetHorizon, SetLaneLine
-from fcw_viz.calibrate_app.picture_handle import Handle, Phase
 from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.picture_handle import Handle, Phase
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

@@ -1,19 +1,23 @@
 """The drawing over the picture, on the page's surface: what exists is moved, not made anew."""
 
 import threading
-from collections.abc import Callable, Sequence
-from functools import cache
-from typing import Protocol
+from collections.abc import Sequence
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from fcw.logs.overlay import Rgb
 from fcw_viz.calibrate_app.drawing import Drawing, Measured, draw, fill_style
-from fcw_viz.calibrate_app.label_layout import Area, Label, Point, Window
 from fcw_viz.calibrate_app.pen import Fill, FillKind, Stroke
 from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.label_layout import Area, Label, Point, Window
+from fcw_viz.page.picture_lines import (
+    OUTLINE_COLOR,
+    OUTLINE_CSS_PX,
+    THICKNESS_CSS_PX,
+    Surface,
+    linear_light,
+)
 
 FILL_LAYERS: dict[FillKind, int] = {
     FillKind.CORRIDOR: 1,
@@ -21,37 +25,9 @@ FILL_LAYERS: dict[FillKind, int] = {
     FillKind.ROW_BAND: 3,
 }
 OUTLINE_LAYER, LINE_LAYER, LABEL_LAYER = 4, 5, 6
-OUTLINE_COLOR: Rgb = (12, 14, 18)
-"""Under every line, so that it reads on a bright road too."""
-THICKNESS_CSS_PX = {False: 1.5, True: 2.75}
-"""Of a line, by whether it is strong."""
-OUTLINE_CSS_PX = 0.75
-"""How far the outline shows on either side of its line."""
 PLANE_PX = 1024.0
 """Any length; a power of two divides without error."""
 QUAD_FACES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32)
-
-
-class Surface(Protocol):
-    """What the overlay needs of a `PictureView`."""
-
-    def world(self, column_px: float, row_px: float, layer: int = 0) -> tuple[float, float, float]:
-        """Scene position of a pixel; higher layers are nearer to the eye."""
-        ...
-
-    @property
-    def window_px(self) -> tuple[float, float, float, float]:
-        """The part of the image plane that is seen: left, top, right, bottom."""
-        ...
-
-    @property
-    def pixels_per_screen_pixel(self) -> float:
-        """Picture pixels that a CSS pixel covers now."""
-        ...
-
-    def on_view_change(self, callback: Callable[[], None]) -> None:
-        """Call back after the window has changed."""
-        ...
 
 
 class PictureOverlay:
@@ -207,13 +183,3 @@ class _Nodes:
         )
         axes = np.array([right - corner, below - corner]) / PLANE_PX
         return corner + np.array(points_px) @ axes
-
-
-@cache
-def linear_light(color: Rgb) -> Rgb:
-    """A colour as viser wants it at the ends of lines: proportional to light, not encoded as sRGB."""
-    red, green, blue = (
-        round(255 * (value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4))
-        for value in (channel / 255 for channel in color)
-    )
-    return red, green, blue

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from fcw_viz.calibrate_app.controls import on_choice, on_press
-from fcw_viz.calibrate_app.page_style import set_html, step_heading
 from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.controls import on_choice, on_press
+from fcw_viz.page.page_style import set_html, step_heading
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from fcw.logs.overlay import Rgb
 from fcw_viz.calibrate_app.drawing import Drawing, fill_style
-from fcw_viz.calibrate_app.label_layout import FONT_CSS_PX, LABEL_MARGIN_CSS_PX, Label
 from fcw_viz.calibrate_app.pen import Fill, Stroke
+from fcw_viz.page.label_layout import FONT_CSS_PX, LABEL_MARGIN_CSS_PX, Label
 
 JPEG_QUALITY = 88
 OUTLINE = "#0c0e12"

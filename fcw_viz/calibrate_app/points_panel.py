@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import viser
 
 from fcw.units import FEET_PER_METRE
-from fcw_viz.calibrate_app.controls import on_press
 from fcw_viz.calibrate_app.document import Mark
 from fcw_viz.calibrate_app.edits import SetDistance
 from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.figures import residual_bar
 from fcw_viz.calibrate_app.keys import NUMBER_KEYS
 from fcw_viz.calibrate_app.numbers_text import in_units, unit_name
-from fcw_viz.calibrate_app.page_script import focus
-from fcw_viz.calibrate_app.page_style import set_html, step_heading, text_block
 from fcw_viz.calibrate_app.preset_panel import PresetPanel
 from fcw_viz.calibrate_app.result_panel import rounded
 from fcw_viz.calibrate_app.state import MarkResidual, SessionState
+from fcw_viz.page.controls import on_press
+from fcw_viz.page.page_script import focus
+from fcw_viz.page.page_style import set_html, step_heading, text_block
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

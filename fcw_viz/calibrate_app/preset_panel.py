@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 import viser
 
 from fcw.units import FEET_PER_METRE
-from fcw_viz.calibrate_app.controls import on_choice
 from fcw_viz.calibrate_app.edits import PlanDistances
 from fcw_viz.calibrate_app.numbers_text import in_units, unit_name
-from fcw_viz.calibrate_app.page_style import set_html, text_block
 from fcw_viz.calibrate_app.presets import PRESETS, SPACED_PRESETS, Preset, SpacedPreset
 from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.controls import on_choice
+from fcw_viz.page.page_style import set_html, text_block
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

@@ -16,7 +16,6 @@ from fcw.errors import UserError
 from fcw_viz.calibrate_app.document import Document
 from fcw_viz.calibrate_app.drawing import draw
 from fcw_viz.calibrate_app.figures import birds_eye, interval_plot, residual_bar
-from fcw_viz.calibrate_app.label_layout import Window
 from fcw_viz.calibrate_app.numbers_text import (
     in_units,
     interval_text,
@@ -28,6 +27,7 @@ from fcw_viz.calibrate_app.numbers_text import (
 from fcw_viz.calibrate_app.picture_svg import picture_overlay_svg
 from fcw_viz.calibrate_app.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.state import Result, SessionState
+from fcw_viz.page.label_layout import Window
 
 PICTURE_WIDTH_CSS_PX = 1000.0
 """Width of the page, and so of the picture in it."""

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from fcw_viz.calibrate_app.page_style import card, set_html, step_heading, text_block
 from fcw_viz.calibrate_app.state import Result, SessionState, Status
 from fcw_viz.calibrate_app.trouble_panel import TroublePanel
+from fcw_viz.page.page_style import card, set_html, step_heading, text_block
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

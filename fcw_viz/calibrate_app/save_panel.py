@@ -13,10 +13,10 @@ from fcw.camera.export import ExportFormat, export_text
 from fcw.camera.file import calibration_text, default_path
 from fcw.errors import UserError
 from fcw.versions import versions
-from fcw_viz.calibrate_app.controls import on_button, on_press
-from fcw_viz.calibrate_app.page_style import card, set_html, step_heading, text_block
 from fcw_viz.calibrate_app.report import report_html
 from fcw_viz.calibrate_app.state import SessionState, Status
+from fcw_viz.page.controls import on_button, on_press
+from fcw_viz.page.page_style import card, set_html, step_heading, text_block
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

@@ -11,10 +11,10 @@ from pathlib import Path
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app.document import Document
+from fcw_viz.calibrate_app.edit_form import edit_from_json, edit_to_json
 from fcw_viz.calibrate_app.edits import Edit, Load
 from fcw_viz.calibrate_app.history import Action, Event
 from fcw_viz.calibrate_app.journal import file_digest
-from fcw_viz.calibrate_app.json_form import edit_from_json, edit_to_json
 from fcw_viz.calibrate_app.resume import Beginning, begin, now
 from fcw_viz.calibrate_app.solution import solve
 from fcw_viz.calibrate_app.state import Result, SessionState, Solution, Status

@@ -13,15 +13,15 @@ from fcw_viz.calibrate_app.document import Mark
 from fcw_viz.calibrate_app.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.keys import add_keys
-from fcw_viz.calibrate_app.page_script import install
 from fcw_viz.calibrate_app.panels import Panels
 from fcw_viz.calibrate_app.picture_handles import PictureHandles, mark_handle
 from fcw_viz.calibrate_app.picture_overlay import PictureOverlay
-from fcw_viz.calibrate_app.picture_view import PictureView
-from fcw_viz.calibrate_app.pictures import Pictures
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.page_script import install
+from fcw_viz.page.picture_view import PictureView
+from fcw_viz.page.pictures import Pictures
 
 NOTIFICATION_S = 6.0
 

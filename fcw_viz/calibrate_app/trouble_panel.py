@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from fcw_viz.calibrate_app.controls import on_button
 from fcw_viz.calibrate_app.document import Mark
-from fcw_viz.calibrate_app.page_style import card, text_block
 from fcw_viz.calibrate_app.state import Mend, SessionState, Trouble
+from fcw_viz.page.controls import on_button
+from fcw_viz.page.page_style import card, text_block
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab

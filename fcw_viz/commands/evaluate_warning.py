@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fcw.evaluation.warning import ScenarioResult
-    from fcw.evaluation.warning_events import EventComparison
     from fcw.evaluation.warning_false_alarms import Episode, FollowingResult
 
 MOUNT_TRIALS = 24
@@ -37,9 +36,11 @@ class EvaluateWarningCommand:
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
     """Follow at constant gaps for so many simulated hours."""
     events: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Labelled events, CSV or JSON: start_s, end_s from the drive's first frame, level; needs --log."""
+    """Labelled events, CSV or JSON: start_s, end_s from the drive's first frame, level; needs --log. Or a
+    reviewed drive, another run of the same source: people's verdicts on its warnings are the labels."""
     log: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
-    """The drive.mcap that --events is about, or its folder."""
+    """The drive.mcap to compare with --events, or its folder; without --events, with the verdicts that people
+    gave on its own warnings in `fcw review`."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """The policy, as in `fcw run`; a log has that of its run."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
@@ -67,7 +68,7 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
         (command.kitti_tracking is not None, _real_drives),
         (command.following_hours is not None, _following),
         (command.mount_hours is not None, _mounts),
-        (command.events is not None, _events),
+        (command.log is not None, _events),
     )
     for asked_for, part in parts:
         if asked_for:
@@ -86,15 +87,14 @@ def _check(command: EvaluateWarningCommand) -> None:
     from fcw.warning.policies import make_policy
 
     make_policy(command.warning_policy)
-    if (command.events is None) != (command.log is None):
-        raise UserError(
-            "--events and --log belong together: give the labels and the drive.mcap they are about"
-        )
-    parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.events}
+    if command.events is not None and command.log is None:
+        raise UserError("--events needs --log: give the drive.mcap that the labels are about")
+    parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
     if not command.ncap and parts == {None}:
         raise UserError(
             "fcw evaluate warning: nothing to evaluate; give --ncap, --kitti-tracking FOLDER, "
-            "--following-hours HOURS, --mount-hours HOURS, or --events FILE --log DRIVE"
+            "--following-hours HOURS, --mount-hours HOURS, --events FILE --log DRIVE, or --log DRIVE for a "
+            "drive that was reviewed"
         )
     if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
@@ -307,34 +307,7 @@ def _mounts(command: EvaluateWarningCommand, console: "Console") -> dict[str, An
 
 
 def _events(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
-    from fcw.evaluation.warning_events import compare_with_events, read_events
-    from fcw.logs.mcap_reader import DriveLog
-    from fcw_viz.drive_job import MCAP_NAME
+    from fcw_viz.commands.evaluate_events import evaluate_events
 
-    assert command.events is not None
     assert command.log is not None
-    path = command.log / MCAP_NAME if command.log.is_dir() else command.log
-    comparison = compare_with_events(DriveLog(path).results(), read_events(command.events))
-    print_events(comparison, console)
-    return {
-        "hits": len(comparison.hits),
-        "missed": len(comparison.missed),
-        "false_alarms": len(comparison.false_alarms),
-        "missed_events": [asdict(event) for event in comparison.missed],
-        "false_alarm_spans": [asdict(run) for run in comparison.false_alarms],
-    }
-
-
-def print_events(comparison: "EventComparison", console: "Console") -> None:
-    """Print how a log compares with its labels."""
-    console.print(
-        f"{len(comparison.hits)} events warned of, {len(comparison.missed)} missed, "
-        f"{len(comparison.false_alarms)} false alarms",
-        highlight=False,
-    )
-    for event in comparison.missed:
-        level = event.level.name.lower()
-        console.print(f"  missed: {level} {event.start_s:.2f} s to {event.end_s:.2f} s", highlight=False)
-    for run in comparison.false_alarms:
-        level = run.highest.name.lower()
-        console.print(f"  false alarm: {level} {run.start_s:.2f} s to {run.end_s:.2f} s", highlight=False)
+    return evaluate_events(command.log, command.events, console)

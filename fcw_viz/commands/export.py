@@ -29,6 +29,9 @@ class ExportCommand:
     """mp4: the log's own video as it is, without the overlay and without loss."""
     pictures: bool = False
     """coco: also write images/ and calibration/ beside the labels, as `fcw train --data` expects them."""
+    annotations: bool = False
+    """coco: the boxes as people corrected them in `fcw review`, of the frames they labelled, with --pictures:
+    a folder for `fcw train --data` and `fcw evaluate detection`."""
     every: Annotated[int, tyro.conf.arg(metavar="N")] = 1
     """coco: only every Nth frame of the drive."""
     overwrite: bool = False
@@ -48,7 +51,8 @@ def run_export(command: ExportCommand) -> int:
         events=command.events,
         between=command.between,
         overlay=command.overlay,
-        pictures=command.pictures,
+        pictures=command.pictures or command.annotations,
+        annotations=command.annotations,
         every=command.every,
         overwrite=command.overwrite,
     )

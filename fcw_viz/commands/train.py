@@ -2,16 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Annotated
+
+import tyro
 
 
 @dataclass(frozen=True)
 class TrainCommand:
     """Train the vehicle detector on labelled pictures."""
 
-    data: Path
-    """Folder with labels.json (COCO, an annotation may carry "ignore": true), images/, and calibration.yaml
-    for all pictures or calibration/<clip>.yaml for each clip; or the project's own data."""
+    data: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="DIR ...")]
+    """Folders with labels.json (COCO, an annotation may carry "ignore": true), images/, and calibration.yaml
+    for all pictures or calibration/<clip>.yaml for each clip, as `fcw export --format coco --annotations`
+    writes them; one may be the project's own data."""
 
     out: Path
     """Model file to write (.npz). The log is beside it (OUT.log.jsonl), and until the end the finished stages
@@ -38,13 +41,16 @@ def run_train(command: TrainCommand) -> int:
     from fcw.detection.training import TrainingSettings, train
     from fcw.errors import UserError
 
-    if not command.data.is_dir():
-        raise UserError(f"--data {command.data}: no such folder; expected one with labels.json and images/")
+    if not command.data:
+        raise UserError("--data: no folder given; expected one with labels.json and images/")
+    for folder in command.data:
+        if not folder.is_dir():
+            raise UserError(f"--data {folder}: no such folder; expected one with labels.json and images/")
     if not command.out.parent.is_dir():
         raise UserError(
             f"--out {command.out}: the folder {command.out.parent} does not exist; create it first"
         )
-    images = load_training_set(command.data, command.include_non_commercial)
+    images = load_training_set(*command.data, include_non_commercial=command.include_non_commercial)
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
@@ -74,7 +80,8 @@ def run_train(command: TrainCommand) -> int:
                 log.flush()
 
         bars_and_log = _Bars()
-        bars_and_log.note(f"training on {len(images)} pictures of {command.data}, seed {command.seed}")
+        folders = ", ".join(map(str, command.data))
+        bars_and_log.note(f"training on {len(images)} pictures of {folders}, seed {command.seed}")
         result = train(images, TrainingSettings(seed=command.seed), bars_and_log, parts)
     result.model.save(command.out)
     shutil.rmtree(parts)

@@ -16,6 +16,7 @@ from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.server import CalibrationPage
+from fcw_viz.review_app.server import ReviewPage
 
 WINDOW_PX = (1400, 900)
 PATIENCE_S = 60
@@ -34,7 +35,9 @@ _HIDE_SOFTWARE_RENDERING = """
 class OpenPage(Protocol):
     """What the fixture `open_page` is."""
 
-    def __call__(self, url: str, window_px: tuple[int, int] = WINDOW_PX) -> BrowserPage: ...
+    def __call__(
+        self, url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True
+    ) -> BrowserPage: ...
 
 
 @pytest.fixture(scope="session")
@@ -54,21 +57,24 @@ def chromium() -> Generator[Browser]:
 
 @pytest.fixture
 def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
-    """Opens a URL of the program and waits for its picture; several calls are several people.
+    """Opens a URL of the program and waits for its picture, if it begins with one; several calls are several
+    people.
 
     At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
     """
     pages: list[BrowserPage] = []
 
-    def open_one(url: str, window_px: tuple[int, int] = WINDOW_PX) -> BrowserPage:
+    def open_one(url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True) -> BrowserPage:
         width, height = window_px
         context = chromium.new_context(viewport=ViewportSize(width=width, height=height))
         context.add_init_script(_HIDE_SOFTWARE_RENDERING)
         opened = BrowserPage(context.new_page())
         pages.append(opened)
         opened.listen()
-        opened.page.goto(f"{url}/?fixedDpr=1")
-        opened.wait_until_ready()
+        address, _, query = url.partition("?")
+        opened.page.goto(f"{address}/?fixedDpr=1&{query}")
+        if picture:
+            opened.wait_until_ready()
         return opened
 
     yield open_one
@@ -125,6 +131,24 @@ def serve(
 
     def start(source: Path) -> CalibrationPage:
         pages.append(CalibrationPage(source, default_path(source), FIRST_PORT))
+        return pages[-1]
+
+    yield start
+    for page in pages:
+        page.stop()
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR] == []
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.fixture
+def review(
+    capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> Generator[Callable[[dict[str, Path]], ReviewPage]]:
+    """Serves the review page of drives; at the end the server's log must hold no exception."""
+    pages: list[ReviewPage] = []
+
+    def start(drives: dict[str, Path]) -> ReviewPage:
+        pages.append(ReviewPage(drives, "drives", "anna", FIRST_PORT))
         return pages[-1]
 
     yield start

@@ -10,8 +10,8 @@ import viser
 from numpy.typing import NDArray
 
 from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.picture_handle import Handle, Phase
-from fcw_viz.calibrate_app.picture_view import PictureView
+from fcw_viz.page.picture_handle import Handle, Phase
+from fcw_viz.page.picture_view import PictureView
 
 SIZE = ImageSize(1280, 720)
 

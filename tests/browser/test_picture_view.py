@@ -8,7 +8,7 @@ import pytest
 from browser_page import BrowserPage
 from picture_server import SIZE, PictureServer
 
-from fcw_viz.calibrate_app.picture_magnifier import MAGNIFICATION, magnified
+from fcw_viz.page.picture_magnifier import MAGNIFICATION, magnified
 
 CENTRE = ((SIZE.width - 1) / 2, (SIZE.height - 1) / 2)
 CORNERS = ((0, 0), (SIZE.width - 1, 0), (0, SIZE.height - 1), (SIZE.width - 1, SIZE.height - 1))

@@ -11,15 +11,15 @@ from playwright.sync_api import Browser, ConsoleMessage, Page
 from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app.drawing import STALE_WORDS, draw
 from fcw_viz.calibrate_app.edits import AddMark, SetHeight
-from fcw_viz.calibrate_app.label_layout import (
+from fcw_viz.calibrate_app.report import report_html
+from fcw_viz.calibrate_app.session import CalibrationSession
+from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.label_layout import (
     FONT_CSS_PX,
     LABEL_HEIGHT_CSS_PX,
     Window,
     text_width_css_px,
 )
-from fcw_viz.calibrate_app.report import report_html
-from fcw_viz.calibrate_app.session import CalibrationSession
-from fcw_viz.calibrate_app.state import SessionState
 
 SIZE = ImageSize(1280, 720)
 VISER_FONTS = '-apple-system, BlinkMacSystemFont, "Segoe UI", "Roboto", "Helvetica Neue", Arial, sans-serif'

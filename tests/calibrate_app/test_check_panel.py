@@ -20,17 +20,18 @@ from fcw.detection.types import Box, Detection
 from fcw.sources import open_source
 from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app import check_panel
-from fcw_viz.calibrate_app.box_overlay import BoxOverlay, vehicle_lines, vehicle_words
+from fcw_viz.calibrate_app.box_overlay import vehicle_lines, vehicle_words
 from fcw_viz.calibrate_app.check_panel import CheckPanel
 from fcw_viz.calibrate_app.drawing import Measured
 from fcw_viz.calibrate_app.edits import MoveMark, SetHeight, SetUnits
 from fcw_viz.calibrate_app.frame_detector import RangedVehicle, range_vehicle
-from fcw_viz.calibrate_app.label_layout import Area
 from fcw_viz.calibrate_app.measure import measure_length, measure_point, point_words
-from fcw_viz.calibrate_app.pictures import Pictures
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.label_layout import Area
+from fcw_viz.page.picture_lines import LineOverlay
+from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 WAIT_S = 30.0
@@ -193,10 +194,10 @@ def test_a_click_is_measured_and_a_second_one_gives_the_length(tab: FakeTab):
     words = tab.words(tab.panel.measured)
     assert words[:2] == [point_words(first), point_words(second)]
     assert f"{length.along_m:.1f} ± {length.along_sigma_m:.1f} m along the road" in words[2]
-    assert tab.scene.seen("/check/length/lines")
+    assert tab.scene.seen("/lines/length/lines")
     tab.click(*SKY)
     assert tab.words(tab.panel.measured) == ["above the horizon: sky"]
-    assert not tab.scene.seen("/check/length/lines")
+    assert not tab.scene.seen("/lines/length/lines")
 
 
 def test_what_is_measured_follows_the_calibration_and_the_units(tab: FakeTab):
@@ -236,7 +237,7 @@ def look_for_vehicles(tab: FakeTab) -> None:
 
 
 def vehicle_labels(tab: FakeTab) -> list[str]:
-    return [node.text for node in tab.scene.seen("/check/vehicles/label")]
+    return [node.text for node in tab.scene.seen("/lines/vehicles/label")]
 
 
 def test_vehicles_are_drawn_with_their_distances_once_they_are_found(tab: FakeTab):
@@ -252,7 +253,7 @@ def test_vehicles_are_drawn_with_their_distances_once_they_are_found(tab: FakeTa
     assert tab.detector.begun.empty()
     tab.panel.vehicle_switch.value = False
     tab.refresh()
-    assert tab.scene.seen("/check/vehicles") == []
+    assert tab.scene.seen("/lines/vehicles") == []
 
 
 @pytest.mark.parametrize("change", ["picture", "calibration", "switch"])
@@ -269,7 +270,7 @@ def test_what_was_found_is_never_drawn_over_something_else(tab: FakeTab, change:
         tab.panel.vehicle_switch.value = False
         tab.refresh()
     late()
-    assert tab.scene.seen("/check/vehicles") == []
+    assert tab.scene.seen("/lines/vehicles") == []
     if change != "switch":
         tab.detector.go_on.put(None)
         tab.work()
@@ -282,7 +283,7 @@ def test_drawn_vehicles_go_when_the_picture_changes(tab: FakeTab):
     tab.work()
     assert vehicle_labels(tab)
     tab.go_to(1)
-    assert tab.scene.seen("/check/vehicles") == []
+    assert tab.scene.seen("/lines/vehicles") == []
 
 
 def test_without_a_result_there_is_nothing_to_check(server: viser.ViserServer, tmp_path: Path):
@@ -362,9 +363,9 @@ def test_one_press_of_the_space_key_that_also_presses_the_button_counts_once(
 
 def test_words_of_vehicles_side_by_side_do_not_cover_each_other(tab: FakeTab):
     vehicles = [RangedVehicle(Box(600 + 24 * k, 350, 22, 20), 1.0, 60.0, 50.0, 75.0) for k in range(4)]
-    overlay = BoxOverlay(tab.view, tab.client, "crowd", lambda: (CROWDED,))
+    overlay = LineOverlay(tab.view, tab.client, "crowd", lambda: (CROWDED,))
     overlay.show(vehicle_lines(vehicles, False))
-    places = [(node.position[0], node.position[1]) for node in tab.scene.seen("/check/crowd/label")]
+    places = [(node.position[0], node.position[1]) for node in tab.scene.seen("/lines/crowd/label")]
     assert len(places) == 4
     for i, (column_px, row_px) in enumerate(places):
         for other_column_px, other_row_px in places[:i]:
@@ -374,5 +375,5 @@ def test_words_of_vehicles_side_by_side_do_not_cover_each_other(tab: FakeTab):
     tab.view.pixels_per_screen_pixel = 0.25
     for callback in tab.view.view_changes:
         callback()
-    zoomed = [(node.position[0], node.position[1]) for node in tab.scene.seen("/check/crowd/label")]
+    zoomed = [(node.position[0], node.position[1]) for node in tab.scene.seen("/lines/crowd/label")]
     assert zoomed != places

@@ -12,6 +12,7 @@ from fcw.camera.calibration import Gaussian
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
 from fcw_viz.calibrate_app.document import Belief, Document, Line, Mark
+from fcw_viz.calibrate_app.edit_form import edit_from_json, edit_to_json
 from fcw_viz.calibrate_app.edits import (
     AddMark,
     DeleteMark,
@@ -27,7 +28,6 @@ from fcw_viz.calibrate_app.edits import (
     SetReference,
     SetRowSigma,
 )
-from fcw_viz.calibrate_app.json_form import edit_from_json, edit_to_json
 
 
 def test_marks_are_named_like_spreadsheet_columns():

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw_viz.calibrate_app.drawing import draw
 from fcw_viz.calibrate_app.figures import BAR_SIGMAS, birds_eye, ground_scale, interval_plot, residual_bar
-from fcw_viz.calibrate_app.label_layout import Window
 from fcw_viz.calibrate_app.numbers_text import gain_text, interval_text, percent_text
 from fcw_viz.calibrate_app.picture_svg import picture_overlay_svg
+from fcw_viz.page.label_layout import Window
 
 SVG = "{http://www.w3.org/2000/svg}"
 

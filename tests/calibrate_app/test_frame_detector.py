@@ -18,7 +18,7 @@ from fcw.simulation.truth_file import read_truth
 from fcw.sources import open_source
 from fcw.sources.frame import Frame, ImageSize
 from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, range_vehicle
-from fcw_viz.calibrate_app.pictures import Pictures
+from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 SIZE = ImageSize(64, 48)

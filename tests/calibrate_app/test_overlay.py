@@ -27,10 +27,10 @@ from fcw_viz.calibrate_app.drawing import (
     draw,
     visible_rows,
 )
-from fcw_viz.calibrate_app.label_layout import LabelWish, Window, lay_out_labels
 from fcw_viz.calibrate_app.pen import MAXIMUM_DASHES, FillKind
 from fcw_viz.calibrate_app.picture_overlay import LINE_LAYER, PictureOverlay
 from fcw_viz.calibrate_app.state import SessionState
+from fcw_viz.page.label_layout import LabelWish, Window, lay_out_labels
 
 WHOLE = Window(-0.5, -0.5, SIZE.width - 0.5, SIZE.height - 0.5, 1.0)
 

@@ -165,6 +165,23 @@ def test_labels_in_which_no_vehicle_counts_are_refused(labels, tmp_path):
         load_training_set(tmp_path)
 
 
+def test_several_folders_are_one_set_each_with_its_own_calibration(tmp_path):
+    folders = []
+    for name, horizon_row_px, ignored in (("a", 180.0, ()), ("b", 150.0, (0,))):
+        folders.append(tmp_path / name)
+        folders[-1].mkdir()
+        content = coco((300, 200, 40, 30), ignored=ignored)
+        (folders[-1] / "labels.json").write_text(json.dumps(content))
+        camera = replace(CAMERA, principal_row_px=horizon_row_px)
+        Calibration.from_camera(camera, SIZE).save(folders[-1] / "calibration.yaml")
+    images = load_training_set(*folders)
+    assert [image.labelled.path for image in images] == [f / "images/drive/000.png" for f in folders]
+    assert [image.calibration.horizon_row_px for image in images] == pytest.approx([180.0, 150.0])
+    # In the second one no vehicle counts, which is no fault beside the first.
+    with pytest.raises(UserError, match="no vehicle that counts"):
+        load_training_set(folders[1])
+
+
 def test_the_calibration_table_gives_the_rows_of_its_points(tmp_path):
     table = tmp_path / "calibrations.txt"
     table.write_text("# clip size height points belief\ndrive 640x360 1.2 6:280 12:230 60:190 good\n")

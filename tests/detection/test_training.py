@@ -184,7 +184,7 @@ def test_pictures_whose_vehicles_all_stand_above_the_horizon_are_refused(drawn_s
 )
 def test_wrong_paths_of_the_command_are_named(tmp_path, data, out, message):
     with pytest.raises(UserError, match=message):
-        run_train(TrainCommand(tmp_path / data, tmp_path / out))
+        run_train(TrainCommand((tmp_path / data,), tmp_path / out))
 
 
 def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp_path, capsys, monkeypatch):
@@ -195,7 +195,7 @@ def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp
         return replace(TINY, seed=seed)
 
     monkeypatch.setattr("fcw.detection.training.TrainingSettings", tiny)
-    assert run_train(TrainCommand(drawn_set, tmp_path / "model.npz", seed=5)) == 0
+    assert run_train(TrainCommand((drawn_set,), tmp_path / "model.npz", seed=5)) == 0
     assert seeds == [5]
     model = Model.load(tmp_path / "model.npz")
     assert len(model.trees) == 8

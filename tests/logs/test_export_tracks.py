@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from fcw.detection.types import Box
 from fcw.evaluation.kitti_tracking import read_sequence
 from fcw.evaluation.labels import calibration_source, count_only, read_annotated
 from fcw.logs.export.clip import DriveClip
-from fcw.logs.export.coco import write_coco
+from fcw.logs.export.coco import FrameBoxes, track_frames, write_coco
 from fcw.logs.export.tracks import write_kitti, write_mot
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
@@ -149,7 +150,7 @@ def coco_api(path: Path) -> COCO:
 def test_pycocotools_reads_every_box_with_its_track(any_frame_result, tmp_path, data):
     results = drawn_drive(data, any_frame_result)
     clip = clip_of(tmp_path, results)
-    write_coco(tmp_path / "labels.json", [clip], lambda: None)
+    write_coco(tmp_path / "labels.json", [clip], all_frames)
     api = coco_api(tmp_path / "labels.json")
     images: Any = api.loadImgs(api.getImgIds())
     assert [(image["frame"], image["time_ns"], image["clip"]) for image in images] == [
@@ -165,6 +166,14 @@ def test_pycocotools_reads_every_box_with_its_track(any_frame_result, tmp_path, 
     assert category["name"] == "vehicle"
 
 
+def all_frames(clip: DriveClip) -> Iterator[FrameBoxes]:
+    return track_frames(clip, lambda: None)
+
+
+def third_frames(clip: DriveClip) -> Iterator[FrameBoxes]:
+    return track_frames(clip, lambda: None, every=3)
+
+
 def two_drives(folder: Path) -> list[DriveClip]:
     for name, frames in (("first", 12), ("second", 7)):
         write_log(folder / name / "drive.mcap", marked_drive(frames), drive_header())
@@ -174,7 +183,7 @@ def two_drives(folder: Path) -> list[DriveClip]:
 def test_drives_with_pictures_are_a_folder_that_training_and_evaluation_read(tmp_path):
     out = tmp_path / "labelled"
     out.mkdir()
-    boxes = write_coco(out / "labels.json", two_drives(tmp_path), lambda: None, every=3, with_pictures=True)
+    boxes = write_coco(out / "labels.json", two_drives(tmp_path), third_frames, with_pictures=True)
     assert boxes == 3 + 3  # frames 0, 3, 6, 9 and 0, 3, 6, of which 4 and 9 hold no vehicle
     training = load_training_set(out)
     assert [image.labelled.clip for image in training] == ["first"] * 4 + ["second"] * 3
@@ -195,7 +204,7 @@ def test_drives_with_pictures_are_a_folder_that_training_and_evaluation_read(tmp
 def test_labels_without_pictures_write_one_file_only(tmp_path):
     out = tmp_path / "labelled"
     out.mkdir()
-    write_coco(out / "labels.json", two_drives(tmp_path), lambda: None)
+    write_coco(out / "labels.json", two_drives(tmp_path), all_frames)
     assert [path.name for path in out.iterdir()] == ["labels.json"]
     content = json.loads((out / "labels.json").read_text())
     identities = [annotation["id"] for annotation in content["annotations"]]

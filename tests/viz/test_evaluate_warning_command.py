@@ -58,7 +58,7 @@ def test_events_against_a_log_in_words(drive, capsys):
     ("arguments", "message"),
     [
         ([], "nothing to evaluate; give --ncap"),
-        (["--events", "e.csv"], "--events and --log belong together"),
+        (["--events", "e.csv"], "--events needs --log: give the drive.mcap"),
         (["--ncap", "--sight", "0"], "--sight 0: expected metres"),
         (["--ncap", "--box-noise", "-1"], "--box-noise -1: expected pixels"),
         (["--ncap", "--seed", "-1"], "--seed -1: expected"),

@@ -1,7 +1,7 @@
-"""Tracks as COCO boxes, and beside them the pictures and calibrations that `fcw train` wants."""
+"""Boxes of drives as COCO, and beside them the pictures and calibrations that `fcw train` wants."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import cv2
 
 from fcw import __version__
 from fcw.camera.file import calibration_text
+from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.files import whole_file, write_whole
 from fcw.logs.export.clip import DriveClip
@@ -20,25 +21,26 @@ PICTURES_NAME, CALIBRATIONS_NAME = "images", "calibration"
 """Folders beside the labels, as `fcw train --data` expects them."""
 _JPEG_QUALITY = 95
 
+FrameBoxes = tuple[FrameResult, Sequence[tuple[Box, Mapping[str, Any]]]]
+"""A frame, and its boxes with what their annotations say beside COCO's own fields."""
+
 
 def write_coco(
     path: Path,
     clips: Sequence[DriveClip],
-    on_frame: Callable[[], None],
+    frames_of: Callable[[DriveClip], Iterable[FrameBoxes]],
     *,
-    every: int = 1,
     with_pictures: bool = False,
 ) -> int:
-    """Write the tracks of drives as one file of COCO labels.
+    """Write frames of drives as one file of COCO labels.
 
     An image's `file_name` is `<drive>/<frame>.jpg`; `clip` is its drive, `frame` and `time_ns` are its place
-    in it. An annotation has `track_id`, which counts within a drive, `score` and `coasting`.
+    in it.
 
     Args:
         path: the file.
         clips: the drives.
-        on_frame: called after each frame, those left out included.
-        every: of the drive's frames 0, every, 2 every, ...; the others are left out.
+        frames_of: the frames of a drive to write, with their boxes, in order: `track_frames` for the log's.
         with_pictures: also write the pictures to `images/` and the calibrations to `calibration/` beside it.
 
     Returns:
@@ -58,14 +60,12 @@ def write_coco(
                 path.parent / CALIBRATIONS_NAME / f"{clip.name}.yaml",
                 calibration_text(clip.log.header.calibration),
             )
-        for result in clip.results():
-            if result.index % every == 0:
-                image = _image(len(images) + 1, clip, result)
-                if pictures:
-                    _write_picture(path.parent / PICTURES_NAME / image["file_name"], pictures, result.index)
-                images.append(image)
-                annotations += _annotations(image["id"], len(annotations) + 1, result)
-            on_frame()
+        for result, boxes in frames_of(clip):
+            image = _image(len(images) + 1, clip, result)
+            if pictures:
+                _write_picture(path.parent / PICTURES_NAME / image["file_name"], pictures, result.index)
+            images.append(image)
+            annotations += _annotations(image["id"], len(annotations) + 1, boxes)
         if pictures:
             pictures.close()
     content = {
@@ -76,6 +76,31 @@ def write_coco(
     }
     write_whole(path, json.dumps(content, allow_nan=False) + "\n")
     return len(annotations)
+
+
+def track_frames(clip: DriveClip, on_frame: Callable[[], None], every: int = 1) -> Iterator[FrameBoxes]:
+    """Frames of a drive with the boxes of its tracks.
+
+    An annotation has `track_id`, which counts within a drive, `score` and `coasting`.
+
+    Args:
+        clip: the drive.
+        on_frame: called after each frame, those left out included.
+        every: of the drive's frames 0, every, 2 every, ...; the others are left out.
+    """
+    for result in clip.results():
+        if result.index % every == 0:
+            yield (
+                result,
+                [
+                    (
+                        track.box,
+                        {"track_id": track.track_id, "score": track.score, "coasting": track.coasting},
+                    )
+                    for track in result.tracks
+                ],
+            )
+        on_frame()
 
 
 def _image(image_id: int, clip: DriveClip, result: FrameResult) -> dict[str, Any]:
@@ -92,20 +117,20 @@ def _image(image_id: int, clip: DriveClip, result: FrameResult) -> dict[str, Any
     }
 
 
-def _annotations(image_id: int, first_id: int, result: FrameResult) -> list[dict[str, Any]]:
+def _annotations(
+    image_id: int, first_id: int, boxes: Sequence[tuple[Box, Mapping[str, Any]]]
+) -> list[dict[str, Any]]:
     return [
         {
             "id": first_id + i,
             "image_id": image_id,
             "category_id": VEHICLE["id"],
-            "bbox": [track.box.x, track.box.y, track.box.w, track.box.h],
-            "area": track.box.w * track.box.h,
+            "bbox": [box.x, box.y, box.w, box.h],
+            "area": box.w * box.h,
             "iscrowd": 0,
-            "track_id": track.track_id,
-            "score": track.score,
-            "coasting": track.coasting,
+            **fields,
         }
-        for i, track in enumerate(result.tracks)
+        for i, (box, fields) in enumerate(boxes)
     ]
 
 

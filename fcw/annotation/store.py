@@ -1,0 +1,323 @@
+"""Where what people say of a drive is kept: a file of each person beside the log, which itself never changes.
+
+`drive.review.<person>.jsonl` holds one entry a line, after a line that says what the file is and which log it
+is about. Lines are only added, and are on the disk before they count, so that a killed program loses nothing.
+All people's files beside a log are read; copying another's file there merges the two reviews.
+"""
+
+import hashlib
+import json
+import re
+import uuid
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from fcw.annotation.records import SAID_TYPES, Entry, Said, TakenBack
+from fcw.annotation.review import Review, fold
+from fcw.camera.file import calibration_text
+from fcw.errors import UserError
+from fcw.json_form import from_json, tagged_from_json, tagged_to_json
+from fcw.locked_file import LockedFile
+from fcw.logs.mcap_format import drive_metadata
+from fcw.logs.mcap_reader import DriveLog
+
+FORMAT_VERSION = 1
+VERSION_FIELD = "fcw_review_version"
+SAID_FIELD = "said"
+SUFFIX = ".jsonl"
+LONGEST_NAME = 40
+"""Of a person; with the log's name it has to fit a file name of 255 bytes."""
+TIME_FORMAT = "%Y-%m-%dT%H:%M:%S.%fZ"
+
+
+def review_path(log_path: Path, person: str) -> Path:
+    """`drive.review.<person>.jsonl` beside `drive.mcap`.
+
+    Raises:
+        UserError: the name is empty, too long or cannot be printed.
+    """
+    if not (person == person.strip() != "" and person.isprintable() and len(person) <= LONGEST_NAME):
+        raise UserError(f"{person!r}: expected the name of a person, of 1 to {LONGEST_NAME} letters")
+    return log_path.with_name(_file_prefix(log_path) + re.sub(r"[^\w-]+", "_", person) + SUFFIX)
+
+
+def review_files(log_path: Path) -> tuple[Path, ...]:
+    """All people's files beside a log, by name.
+
+    Raises:
+        UserError: the folder cannot be read.
+    """
+    prefix = _file_prefix(log_path)
+    try:
+        names = [path.name for path in log_path.parent.iterdir()]
+    except OSError as error:
+        raise UserError(
+            f"{log_path.parent}: cannot read this folder of a drive ({error.strerror}); is it still there?"
+        ) from error
+    return tuple(
+        log_path.with_name(name)
+        for name in sorted(names)
+        if name.startswith(prefix) and name.endswith(SUFFIX)
+    )
+
+
+def read_review(log: DriveLog) -> tuple[Review, tuple[str, ...]]:
+    """What people say of a drive, and what a person should be told of the files: damage, above all.
+
+    Raises:
+        UserError: a file cannot be read.
+    """
+    digest = log_digest(log)
+    contents = [_read_file(path, digest) for path in review_files(log.path)]
+    review = fold(entry for content in contents for entry in content.entries)
+    return review, tuple(trouble for content in contents for trouble in content.troubles)
+
+
+def log_digest(log: DriveLog) -> str:
+    """By which it is noticed that a drive was run anew, after which track ids and events are others.
+
+    It depends only on what the log was opened with: a recovered log has the same.
+    """
+    header = log.header
+    known = [drive_metadata(header), sorted(header.versions.items()), calibration_text(header.calibration)]
+    return hashlib.sha256(json.dumps(known).encode()).hexdigest()
+
+
+class ReviewStore:
+    """The review of one drive, to read and to add to. Not thread-safe: the session serialises its calls.
+
+    A person's file is made, and locked until `close`, when they say their first word.
+
+    Attributes:
+        log_path: the drive's log.
+        review: what counts by now.
+        troubles: what a person should be told of the files.
+    """
+
+    def __init__(self, log: DriveLog) -> None:
+        """Read what is there.
+
+        Raises:
+            UserError: a file cannot be read.
+        """
+        self.log_path = log.path
+        self._digest = log_digest(log)
+        self._contents: dict[Path, _Content] = {}
+        self._files: dict[Path, LockedFile] = {}
+        self._closed = False
+        self._fold()
+        self.refresh()
+
+    def refresh(self) -> bool:
+        """Read what others have written since; returns whether anything is new.
+
+        Raises:
+            UserError: a file cannot be read.
+        """
+        paths = sorted({*review_files(self.log_path), *self._files})
+        contents = {
+            path: self._contents[path]
+            if path in self._files or (path in self._contents and self._contents[path].stamp == _stamp(path))
+            else _read_file(path, self._digest)
+            for path in paths
+        }
+        if contents == self._contents:
+            return False
+        self._contents = contents
+        self._fold()
+        return True
+
+    def add(self, person: str, said: Said) -> Entry[Said]:
+        """Keep what a person says; it is on the disk when this returns.
+
+        Raises:
+            UserError: another program writes as this person, the file cannot be written, or what is taken
+                back does not count or is another person's; nothing has changed then.
+        """
+        path = review_path(self.log_path, person)
+        if isinstance(said, TakenBack):
+            self._check_taken_back(person, said.entry_id)
+        file = self._file(path)
+        entry = Entry(uuid.uuid4().hex, self._now(), person, said)
+        line = _line(
+            {"id": entry.entry_id, "time": entry.time, "person": person} | tagged_to_json(said, SAID_FIELD)
+        )
+        # Through its form on the disk, so that the state is what a replay gives, to the last bit.
+        entry = _entry(json.loads(line))
+        try:
+            file.append(line)
+        except OSError as error:
+            raise _cannot_write(path, error) from error
+        content = self._contents[path]
+        self._contents[path] = _Content(
+            (*content.entries, entry), content.whole_bytes, content.troubles, None
+        )
+        self._fold()
+        return entry
+
+    def take_back(self, person: str, entry_id: str) -> Entry[Said]:
+        """Take back an entry of this person's, which may itself be a taking back.
+
+        Raises:
+            UserError: as for `add`.
+        """
+        return self.add(person, TakenBack(entry_id))
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self._closed = True
+        for file in self._files.values():
+            file.close()
+        self._files.clear()
+
+    def _fold(self) -> None:
+        self._entries = {
+            entry.entry_id: entry for content in self._contents.values() for entry in content.entries
+        }
+        self.review = fold(self._entries.values())
+        self.troubles = tuple(trouble for content in self._contents.values() for trouble in content.troubles)
+
+    def _now(self) -> str:
+        """The time, later than that of all that is known: what was seen before it was answered stays so."""
+        latest = max((entry.time for entry in self._entries.values()), default="")
+        now = datetime.now(UTC).strftime(TIME_FORMAT)
+        if now > latest:
+            return now
+        return (datetime.strptime(latest, TIME_FORMAT) + timedelta(microseconds=1)).strftime(TIME_FORMAT)
+
+    def _check_taken_back(self, person: str, entry_id: str) -> None:
+        entry = next((entry for entry in self.review.entries if entry.entry_id == entry_id), None)
+        if entry is None:
+            raise UserError("this was taken back already, or never said; there is nothing to take back")
+        if entry.person != person:
+            raise UserError(f"only {entry.person} can take this back; say what you think of it beside it")
+
+    def _file(self, path: Path) -> LockedFile:
+        """A person's file, opened, locked and begun where it is not yet."""
+        if self._closed:
+            raise UserError(f"{path}: the review is closed; start `fcw review` again")
+        if path in self._files:
+            return self._files[path]
+        try:
+            file = LockedFile.open(path)
+        except OSError as error:
+            raise _cannot_write(path, error) from error
+        if file is None:
+            raise UserError(
+                f"{path}: another `fcw review` writes to this file; say it there, or stop that one first"
+            )
+        try:
+            content = _read_file(path, self._digest)
+            if content.whole_bytes is None:
+                raise UserError(f"{content.troubles[0]}; move it away to say something of this drive")
+            file.cut(content.whole_bytes)
+            if content.whole_bytes == 0:
+                file.append(_line({VERSION_FIELD: FORMAT_VERSION, "log": self._digest}))
+        except BaseException as error:
+            file.close()
+            if isinstance(error, OSError):
+                raise _cannot_write(path, error) from error
+            raise
+        self._contents[path], self._files[path] = content, file
+        self._fold()
+        return file
+
+
+@dataclass(frozen=True, slots=True)
+class _Content:
+    """What a file says.
+
+    Attributes:
+        entries: in the order in which they were said.
+        whole_bytes: how much of it is whole lines; None for a file that is no review this program can add to.
+        troubles: what a person should be told of it.
+        stamp: of the file when it was read; None for one that we write.
+    """
+
+    entries: tuple[Entry[Said], ...]
+    whole_bytes: int | None
+    troubles: tuple[str, ...]
+    stamp: tuple[int, int] | None
+
+
+def _read_file(path: Path, digest: str) -> _Content:
+    """Read a file; what follows the last line feed was never written to its end and does not count.
+
+    A damaged line is left out and told: every line stands for itself.
+    """
+    try:
+        stamp = _stamp(path)
+        data = path.read_bytes()
+    except OSError as error:
+        raise UserError(
+            f"{path}: cannot read this review ({error.strerror}); make it readable, or move it away"
+        ) from error
+    *lines, torn = data.split(b"\n")
+    if not lines:
+        header_start = _line({VERSION_FIELD: FORMAT_VERSION})[:-2]
+        if not torn.startswith(header_start[: len(torn)]):
+            return _Content((), None, (f"{path}: not a review of fcw, left out",), stamp)
+        return _Content((), 0, (), stamp)
+    header = _parsed(lines[0])
+    if header is None or VERSION_FIELD not in header:
+        return _Content((), None, (f"{path}: not a review of fcw, left out",), stamp)
+    if header[VERSION_FIELD] != FORMAT_VERSION:
+        version = f"{VERSION_FIELD} is {header[VERSION_FIELD]!r}, this program reads {FORMAT_VERSION}"
+        return _Content((), None, (f"{path}: {version}; left out",), stamp)
+    entries, troubles = [], []
+    if header.get("log") != digest:
+        troubles.append(
+            f"{path}: was written for another log; the drive was run anew since, so check what it says of "
+            "tracks and boxes"
+        )
+    for number, line in enumerate(lines[1:], 2):
+        try:
+            entries.append(_entry(json.loads(line)))
+        except (KeyError, TypeError, ValueError, AttributeError, UserError) as error:
+            troubles.append(
+                f"{path}: line {number} is damaged and left out ({type(error).__name__}: {error})"
+            )
+    return _Content(tuple(entries), len(data) - len(torn), tuple(troubles), stamp)
+
+
+def _entry(value: dict[str, Any]) -> Entry[Said]:
+    fields = dict(value)
+    entry_id, time, person = (from_json(str, fields.pop(name)) for name in ("id", "time", "person"))
+    if datetime.strptime(time, TIME_FORMAT).strftime(TIME_FORMAT) != time:
+        raise ValueError(f"{time!r} is no time with microseconds")
+    return Entry(entry_id, time, person, tagged_from_json(SAID_TYPES, fields, SAID_FIELD))
+
+
+def _line(value: dict[str, Any]) -> bytes:
+    text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.encode() + b"\n"
+
+
+def _parsed(line: bytes) -> dict[str, Any] | None:
+    try:
+        value = json.loads(line)
+    except ValueError:
+        return None
+    return value if isinstance(value, dict) else None
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """By which a change of a file is noticed; None where it is not there."""
+    try:
+        state = path.stat()
+    except FileNotFoundError:
+        return None
+    return state.st_size, state.st_mtime_ns
+
+
+def _file_prefix(log_path: Path) -> str:
+    return f"{log_path.stem}.review."
+
+
+def _cannot_write(path: Path, error: OSError) -> UserError:
+    return UserError(
+        f"{path}: cannot be written ({error.strerror}), so nothing was changed; "
+        "mend that (a full disk, a folder without leave to write?) and do it again"
+    )

@@ -1,0 +1,98 @@
+// Runs in each tab, after `uuid` (of a hidden field of viser's): what happens on the page's own HTML goes to the
+// server as words. Elements say what they mean by attributes:
+//   data-fcw="event:4"                      a click on it is the message "event:4"
+//   data-fcw-slide="seek:12.5:32.5"         a click or a drag along it is "seek:" and the number under the mouse,
+//                                           12.5 at its left edge and 32.5 at its right one; it has an id
+//   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
+//   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, and empties
+//                                           it, unless it says data-fcw-keep
+//   data-fcw-size="strip"                   its size in CSS pixels, "size:strip 1040x315", now and when it changes
+const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
+
+const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {} });
+channel.uuid = uuid;
+channel.sizes = {};
+// The number makes each message a new value: viser tells its server of changes only.
+channel.tell = (words) =>
+  window.__viserMutable.sendMessage({
+    type: "GuiUpdateMessage",
+    uuid: channel.uuid,
+    updates: { value: `${++channel.count} ${words}` },
+  });
+
+const measure = () => {
+  for (const element of document.querySelectorAll("[data-fcw-size]")) {
+    const { width, height } = element.getBoundingClientRect();
+    const [name, size] = [element.dataset.fcwSize, `${Math.round(width)}x${Math.round(height)}`];
+    if (width > 0 && channel.sizes[name] !== size) {
+      channel.sizes[name] = size;
+      channel.tell(`size:${name} ${size}`);
+    }
+  }
+};
+
+if (!channel.listens) {
+  channel.listens = true;
+  let slid = null, toldAt = 0, later = null;
+  const slide = (event) => {
+    const { left, width } = slid.getBoundingClientRect();
+    const [name, from, to] = slid.dataset.fcwSlide.split(":");
+    const part = Math.min(Math.max((event.clientX - left) / width, 0), 1);
+    return `${name}:${Number(from) + part * (Number(to) - Number(from))}`;
+  };
+  const tellSlide = (words) => {
+    clearTimeout(later);
+    const tell = () => {
+      toldAt = performance.now();
+      channel.tell(words);
+    };
+    const wait = toldAt + SLIDE_MS - performance.now();
+    if (wait > 0) later = setTimeout(tell, wait);
+    else tell();
+  };
+  document.addEventListener("click", (event) => {
+    const element = event.target.closest?.("[data-fcw]");
+    if (!element) return;
+    channel.tell(element.dataset.fcw);
+    element.blur?.(); // keys are the page's again
+  });
+  // Before the page takes the cursor out of the field. viser's own fields tell only the last of several changes
+  // that come quickly, and forms may be handed in without their last letters.
+  window.addEventListener("keydown", (event) => {
+    const { fcwEnter, fcwKeep } = event.target.dataset ?? {};
+    if (event.key !== "Enter" || event.isComposing || fcwEnter === undefined) return;
+    channel.tell(`${fcwEnter}:${event.target.value}`);
+    if (fcwKeep === undefined) event.target.value = "";
+  }, { capture: true });
+  document.addEventListener("change", (event) => {
+    const { fcwChoice } = event.target.dataset;
+    if (fcwChoice === undefined) return;
+    channel.tell(`${fcwChoice}:${event.target.value}`);
+    event.target.blur();
+  });
+  document.addEventListener("pointerdown", (event) => {
+    // A mark on a time line has its own meaning.
+    const element = event.target.closest?.("[data-fcw], [data-fcw-slide]");
+    if (event.button !== 0 || !element?.dataset.fcwSlide) return;
+    slid = element;
+    event.preventDefault(); // words are not selected while sliding
+    tellSlide(slide(event));
+  });
+  document.addEventListener("pointermove", (event) => {
+    if (!slid) return;
+    // What was taken hold of may have been drawn anew since.
+    if (!slid.isConnected) slid = document.getElementById(slid.id);
+    if (slid) tellSlide(slide(event));
+  });
+  for (const end of ["pointerup", "pointercancel"])
+    document.addEventListener(end, () => (slid = null));
+  // Panels are drawn by React in its own time, and sizes follow the window and the panels' edges.
+  const sizes = new ResizeObserver(measure);
+  new MutationObserver(() => {
+    for (const element of document.querySelectorAll("[data-fcw-size]")) sizes.observe(element);
+    measure();
+  }).observe(document.body, { childList: true, subtree: true });
+}
+measure();
+// viser takes what stands after # out of the address, and leaves the rest.
+channel.tell(`ready:${new URLSearchParams(location.search).get("at") ?? ""}`);

@@ -1,0 +1,151 @@
+"""Playback in real time: pictures are left out rather than shown late."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+from fcw.errors import UserError
+from fcw.sources.frame import Frame
+from fcw_viz.page.pictures import Pictures
+
+LARGEST_LAG_S = 0.4
+"""Where leaving pictures out does not help against falling behind, playback slows down: one picture at least
+is shown in this time."""
+NANOSECONDS = 1_000_000_000
+
+_log = logging.getLogger(__name__)
+
+
+class Clock:
+    """Real time, and waiting in it."""
+
+    def now_s(self) -> float:
+        """Seconds since some moment."""
+        return time.monotonic()
+
+    def wait_s(self, seconds: float, stop: threading.Event) -> None:
+        """Wait, or until `stop` is set."""
+        stop.wait(seconds)
+
+
+class PlayingThread:
+    """The thread in which something is played; what and how is a subclass's `_play`.
+
+    Nothing is started before `play`.
+    """
+
+    def __init__(self, on_end: Callable[[str], None], clock: Clock | None = None) -> None:
+        """Nothing plays yet.
+
+        Args:
+            on_end: called in that thread when playing has ended, by whatever: with a message where it could
+                not go on, else an empty text.
+            clock: for tests.
+        """
+        self._on_end = on_end
+        self._clock = clock or Clock()
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @property
+    def playing(self) -> bool:
+        """Whether it plays now."""
+        return self._thread is not None and not self._stop.is_set()
+
+    def play(self, start_index: int, speed: float = 1.0) -> None:
+        """Play from a picture on, instead of what is played now.
+
+        Args:
+            start_index: number of the first picture.
+            speed: seconds of the drive for each second.
+        """
+        with self._lock:
+            self._end()
+            self._stop = threading.Event()
+            self._thread = threading.Thread(
+                target=self._run, args=(start_index, speed, self._stop), name="playback", daemon=True
+            )
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Stop; once this returns no further picture is shown (unless called while one is shown)."""
+        with self._lock:
+            self._end()
+
+    def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
+        """Play until the end, or until `stop` is set.
+
+        Raises:
+            UserError: it cannot go on.
+        """
+        raise NotImplementedError
+
+    def _end(self) -> None:
+        thread, self._thread = self._thread, None
+        self._stop.set()
+        if thread is not None and thread is not threading.current_thread():
+            thread.join()
+
+    def _run(self, start_index: int, speed: float, stop: threading.Event) -> None:
+        message = ""
+        try:
+            self._play(start_index, speed, stop)
+        except UserError as error:
+            message = str(error)
+        except Exception:
+            _log.exception("playback failed")
+            message = "playback failed; the server's log says why"
+        stop.set()
+        self._on_end(message)
+
+
+class Playback(PlayingThread):
+    """Plays the pictures of one tab, each decoded in its turn."""
+
+    def __init__(
+        self,
+        pictures: Pictures,
+        show: Callable[[Frame], None],
+        on_end: Callable[[str], None],
+        clock: Clock | None = None,
+    ) -> None:
+        """Nothing is started before `play`.
+
+        Args:
+            pictures: of the drive.
+            show: shows a frame; called in the playback's thread, and may take its time, but no longer once
+                it does not play any more.
+            on_end: called in that thread when playing has ended, by whatever: with a message where the
+                pictures could not be read on, else an empty text.
+            clock: for tests.
+        """
+        super().__init__(on_end, clock)
+        self._pictures = pictures
+        self._show = show
+
+    def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
+        clock, period_s = self._clock, 1 / self._pictures.frame_rate_hz / speed
+        started_s = shown_s = clock.now_s()
+        first_ns: int | None = None
+        left_out: Frame | None = None
+        for frame in self._pictures.play(start_index):
+            if first_ns is None:
+                first_ns = frame.time_ns
+                started_s = shown_s = clock.now_s()  # opening the file takes none of the drive's time
+            due_s = started_s + (frame.time_ns - first_ns) / NANOSECONDS / speed
+            clock.wait_s(max(0.0, due_s - clock.now_s()), stop)
+            if stop.is_set():
+                return
+            now_s = clock.now_s()
+            late_s = now_s - due_s
+            if late_s > period_s and now_s - shown_s < LARGEST_LAG_S:
+                left_out = frame
+                continue
+            if late_s > LARGEST_LAG_S:
+                started_s += late_s
+            self._show(frame)
+            left_out, shown_s = None, clock.now_s()
+        if left_out is not None:
+            self._show(left_out)  # the drive ends on its last picture

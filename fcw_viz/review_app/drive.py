@@ -1,0 +1,129 @@
+"""A drive log as the page reads it: its columns and events at once, pictures and results by the index."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fcw.errors import UserError
+from fcw.events import DriveEvent, find_events
+from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.pictures import LogPictures
+from fcw.logs.records import DriveHeader
+from fcw.logs.series import DriveSeries
+
+NS_PER_S = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """A drive that is open; for several threads at once.
+
+    Attributes:
+        name: what a person calls it.
+        log: its log.
+        series: the log's columns, at least one row.
+        events: in the order of their times.
+    """
+
+    name: str
+    log: DriveLog
+    series: DriveSeries
+    events: tuple[DriveEvent, ...]
+
+    @classmethod
+    def open(cls, name: str, path: Path) -> "Drive":
+        """Read what is read at once.
+
+        Raises:
+            UserError: the file is no drive log, is damaged, or holds no frame.
+        """
+        log = DriveLog(path)
+        series = log.series()
+        if not len(series):
+            raise UserError(f"{path}: the log holds no frame; there is nothing to review")
+        events = sorted(find_events(series), key=lambda event: (event.start_s, event.end_s))
+        return cls(name, log, series, tuple(events))
+
+    @property
+    def header(self) -> DriveHeader:
+        """What the log was opened with."""
+        return self.log.header
+
+    @property
+    def complete(self) -> bool:
+        """False where the program that wrote the log was killed."""
+        return self.log.complete
+
+    @property
+    def first_ns(self) -> int:
+        """Time of the first frame, from which seconds count."""
+        return int(self.series.time_ns[0])
+
+    @property
+    def duration_s(self) -> float:
+        """From the first frame to the last."""
+        return self.series.duration_s
+
+    @property
+    def last_row(self) -> int:
+        """Row of the last frame."""
+        return len(self.series) - 1
+
+    def time_s(self, row: int) -> float:
+        """Seconds from the first frame."""
+        return (int(self.series.time_ns[row]) - self.first_ns) / NS_PER_S
+
+    def row_at(self, time_s: float) -> int:
+        """Row of the frame shown at a time; the first or the last one beyond the ends."""
+        if not math.isfinite(time_s):
+            return 0
+        return self.series.row_at(self.first_ns + round(time_s * NS_PER_S))
+
+    def rows_between(self, start_s: float, end_s: float) -> slice:
+        """Rows of a range of time, with the one before and the one after, so that lines reach its edges."""
+        times_ns = self.series.time_ns
+        start, end = (self.first_ns + round(time_s * NS_PER_S) for time_s in (start_s, end_s))
+        first = int(np.searchsorted(times_ns, start)) - 1
+        last = int(np.searchsorted(times_ns, end, side="right")) + 1
+        return slice(max(first, 0), min(last, len(times_ns)))
+
+    def frame_index(self, row: int) -> int:
+        """`FrameResult.index` of a row."""
+        return int(self.series.frame_index[row])
+
+    def pictures(self) -> LogPictures:
+        """A reader of its pictures, for one thread."""
+        return LogPictures(self.log)
+
+    def worst_event(self) -> int | None:
+        """Number of the most severe event; None where there is none."""
+        ranked = by_severity(self.events)
+        return ranked[0] if ranked else None
+
+
+def by_severity(events: tuple[DriveEvent, ...]) -> list[int]:
+    """Numbers of events, the most severe first, then the earlier one."""
+    return sorted(range(len(events)), key=lambda number: (-events[number].severity, events[number].start_s))
+
+
+def time_text(time_s: float, decimals: int = 1) -> str:
+    """A moment of a drive: 7.5 s, 1:07.5, 1:02:07.5."""
+    rounded = round(max(time_s, 0.0), decimals)
+    minutes, seconds = divmod(rounded, 60)
+    hours, minutes = divmod(int(minutes), 60)
+    if rounded < 60:
+        return f"{seconds:.{decimals}f} s"
+    width = 3 + decimals if decimals else 2
+    tail = f"{seconds:0{width}.{decimals}f}"
+    return f"{hours}:{minutes:02d}:{tail}" if hours else f"{minutes}:{tail}"
+
+
+def duration_text(duration_s: float) -> str:
+    """How long something is: 40 s, 12 min, 1.5 h."""
+    if duration_s < 100:
+        return f"{duration_s:.0f} s"
+    if duration_s < 5400:
+        return f"{duration_s / 60:.0f} min"
+    return f"{duration_s / 3600:.1f} h"

@@ -1,0 +1,62 @@
+"""Playing a recorded drive by the clock: the frame that is due is shown, what cannot be is left out."""
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw_viz.page.playback import NANOSECONDS, Clock, PlayingThread
+
+SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+"""Seconds of the drive for each second."""
+
+
+class Player(PlayingThread):
+    """Plays the rows of one drive after the other's clock, whatever showing one takes.
+
+    Where a frame takes longer to show than it lasts, the next one shown is the one that is due by then: what
+    is seen is never behind by more than one frame's own showing.
+    """
+
+    def __init__(
+        self,
+        ready: Callable[[threading.Event], None],
+        show: Callable[[int], None],
+        on_end: Callable[[str], None],
+        clock: Clock | None = None,
+    ) -> None:
+        """Nothing is played before `load` and `play`.
+
+        Args:
+            ready: returns once another frame can be shown, or the event is set; in the player's thread.
+            show: shows a row; called in that thread, and may take its time.
+            on_end: called there when playing has ended, by whatever; with a message where it failed.
+            clock: for tests.
+        """
+        super().__init__(on_end, clock)
+        self._ready = ready
+        self._show = show
+        self._times_ns: NDArray[np.int64] = np.zeros(0, np.int64)
+
+    def load(self, times_ns: NDArray[np.int64]) -> None:
+        """Play another drive from now on: the times of its frames, ascending."""
+        self.stop()
+        self._times_ns = times_ns
+
+    def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
+        clock, times_ns = self._clock, self._times_ns
+        last = len(times_ns) - 1
+        row = min(start_index, last)
+        started_s, first_ns = clock.now_s(), int(times_ns[row])
+        while row < last:
+            next_due_s = started_s + (int(times_ns[row + 1]) - first_ns) / NANOSECONDS / speed
+            clock.wait_s(max(next_due_s - clock.now_s(), 0.0), stop)
+            self._ready(stop)
+            if stop.is_set():
+                return
+            due_ns = first_ns + (clock.now_s() - started_s) * speed * NANOSECONDS
+            # The clock may wait a trifle less than it was told to.
+            due = int(np.searchsorted(times_ns, due_ns, side="right")) - 1
+            row = min(max(due, row + 1), last)
+            self._show(row)

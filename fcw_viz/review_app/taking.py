@@ -1,0 +1,89 @@
+"""Files to take along from a drive, and the rerun viewer on a part of it."""
+
+import io
+import tempfile
+import threading
+from contextlib import ExitStack
+from pathlib import Path
+
+from rich.console import Console
+
+from fcw_viz.export_job import ExportJob, run_export_job
+from fcw_viz.rerun_viewer import has_display, native_viewer, web_viewer
+
+AROUND_S = 5.0
+"""A clip begins so long before its event, and ends so long after it."""
+MOST_VIEWERS = 4
+"""Rerun viewers at once; the oldest is ended for another one."""
+
+
+def clip_around(start_s: float, end_s: float, duration_s: float) -> tuple[float, float]:
+    """The part of a drive that shows an event."""
+    return max(start_s - AROUND_S, 0.0), min(end_s + AROUND_S, duration_s)
+
+
+def exported_file(log: Path, export_format: str, between: tuple[float, float]) -> bytes:
+    """A part of a drive in a format of `fcw export`.
+
+    Raises:
+        UserError: the drive cannot be read, or there is no room for the file.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"clip.{export_format}"
+        run_export_job(ExportJob((log,), export_format, file, between=between), _silent())
+        return file.read_bytes()
+
+
+def event_table(log: Path) -> bytes:
+    """All events of a drive as CSV.
+
+    Raises:
+        UserError: the drive cannot be read, or there is no room for the file.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "events.csv"
+        run_export_job(ExportJob((log,), "csv", file, events=True), _silent())
+        return file.read_bytes()
+
+
+class RerunViewers:
+    """Rerun viewers that were started from the page; they end with it."""
+
+    def __init__(self) -> None:
+        self._viewers: list[ExitStack] = []
+        self._lock = threading.Lock()
+
+    def open(self, log: Path, between: tuple[float, float]) -> str | None:
+        """Start a viewer on a part of a drive.
+
+        Returns:
+            Where a browser finds it; None where it has a window of its own.
+
+        Raises:
+            UserError: the drive cannot be read, or the viewer does not start.
+        """
+        with ExitStack() as stack:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+            recording = folder / "drive.rrd"
+            run_export_job(ExportJob((log,), "rrd", recording, between=between), _silent())
+            make = native_viewer if has_display() else web_viewer
+            viewer = stack.enter_context(make(recording))
+            with self._lock:
+                self._viewers.append(stack.pop_all())
+                ended = self._viewers[:-MOST_VIEWERS]
+                self._viewers = self._viewers[-MOST_VIEWERS:]
+        for old in ended:
+            old.close()
+        return viewer.url
+
+    def close(self) -> None:
+        """End all of them."""
+        with self._lock:
+            ended, self._viewers = self._viewers, []
+        for viewer in ended:
+            viewer.close()
+
+
+def _silent() -> Console:
+    """Progress and notes of an export are nothing for the server's terminal."""
+    return Console(file=io.StringIO())

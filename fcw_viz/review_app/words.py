@@ -1,0 +1,118 @@
+"""What the page says of events and of what people said, in words."""
+
+import math
+from datetime import UTC, datetime
+
+from fcw.annotation.records import Entry, Judgement, Verdict
+from fcw.events import DriveEvent
+from fcw.logs.records import FrameResult
+from fcw.tracking.types import Track
+from fcw.units import distance_text, speed_text
+from fcw.warning.describe import REASONS
+from fcw.warning.driver import STANDARD_GRAVITY_MPS2
+from fcw.warning.types import WarningLevel
+
+NEAR_MISS, MOUNT_MOVED = "near miss", "mount moved"
+KIND_TITLES = {
+    "warning": "Warning",
+    "caution": "Caution",
+    "advisory": "Advisory",
+    NEAR_MISS: "Near miss",
+    MOUNT_MOVED: "Lost calibration",
+}
+"""What kinds of events are called."""
+KIND_MEANINGS = {
+    "warning": "act now was shown",
+    "caution": "get ready was shown",
+    "advisory": "following too closely",
+    NEAR_MISS: "close, and nothing shown",
+    MOUNT_MOVED: "the camera has moved",
+}
+"""What kinds of events are, in a few words."""
+JUDGEMENT_SIGNS = {
+    Judgement.RIGHT: "✓",
+    Judgement.TOO_EARLY: "◂",
+    Judgement.TOO_LATE: "▸",
+    Judgement.FALSE: "✗",
+}
+DISAGREEMENT_SIGN = "≠"
+LEVEL_NAMES = {
+    WarningLevel.NONE: "no warning",
+    WarningLevel.ADVISORY: "advisory: following too closely",
+    WarningLevel.CAUTION: "caution: get ready",
+    WarningLevel.WARNING: "warning: act now",
+}
+
+
+def kind_title(kind: str) -> str:
+    """What an event of a kind is called."""
+    return KIND_TITLES.get(kind, kind.capitalize())
+
+
+def event_line(event: DriveEvent, imperial: bool) -> str:
+    """The figures of an event in one short line."""
+    parts = []
+    if event.min_distance_m is not None:
+        parts.append(distance_text(event.min_distance_m, imperial))
+    if event.min_ttc_s is not None:
+        parts.append(f"TTC {event.min_ttc_s:.1f} s")
+    if event.max_required_deceleration_mps2:
+        parts.append(_g_text(event.max_required_deceleration_mps2))
+    return " · ".join(parts)
+
+
+def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
+    """Why there is a warning at a frame, or none: pairs of what and how much."""
+    warning = result.warning
+    rows = [("Level", LEVEL_NAMES[warning.level])]
+    if warning.rule:
+        rows.append(("Rule", REASONS.get(warning.rule, warning.rule)))
+    about = next((track for track in result.tracks if track.track_id == warning.track_id), None)
+    track = about or result.lead
+    if track is None:
+        rows.append(("Ahead", "no vehicle in the own path" if warning.track_id is None else "no longer seen"))
+        return rows
+    rows.append(("Vehicle", f"#{track.track_id}{', the lead' if track.track_id == result.lead_id else ''}"))
+    distance = f"{distance_text(track.distance_m, imperial)}, {interval_words(track, imperial)}"
+    rows.append(("Distance", distance))
+    sigma_mps = track.closing_speed_sigma_mps
+    closing = f"{speed_text(abs(track.closing_speed_mps), imperial)} ± {speed_text(sigma_mps, imperial)}"
+    rows.append(("Closing" if track.closing_speed_mps >= 0 else "Opening", closing))
+    if track.ttc_s is not None:
+        rows.append(("Collision in", f"{track.ttc_s:.1f} s"))
+    if warning.required_deceleration_mps2 is not None:
+        rows.append(("Needs", f"braking of {_g_text(warning.required_deceleration_mps2)}"))
+    if warning.headway_s is not None:
+        rows.append(("Headway", f"{warning.headway_s:.1f} s"))
+    if result.ego_speed_mps is not None:
+        rows.append(("Own speed", speed_text(result.ego_speed_mps, imperial)))
+    return rows
+
+
+def interval_words(track: Track, imperial: bool) -> str:
+    """The interval of a distance: two times out of three it is in there."""
+    low = distance_text(track.distance_low_m, imperial)
+    if not math.isfinite(track.distance_high_m):
+        return f"more than {low}"
+    return f"{low} to {distance_text(track.distance_high_m, imperial)}"
+
+
+def verdict_words(entry: Entry[Verdict]) -> str:
+    """Somebody's verdict: who, what, why."""
+    verdict = entry.said
+    parts = [verdict.judgement.value]
+    if verdict.reason is not None:
+        parts.append(verdict.reason.value)
+    if verdict.text:
+        parts.append(verdict.text)
+    return f"{entry.person}: {', '.join(parts)}"
+
+
+def when_words(time: str) -> str:
+    """The date and time of an entry, in local time."""
+    moment = datetime.strptime(time, "%Y-%m-%dT%H:%M:%S.%fZ").replace(tzinfo=UTC).astimezone()
+    return moment.strftime("%Y-%m-%d %H:%M")
+
+
+def _g_text(deceleration_mps2: float) -> str:
+    return f"{deceleration_mps2 / STANDARD_GRAVITY_MPS2:.2f} g"

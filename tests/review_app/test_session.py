@@ -1,0 +1,111 @@
+"""What tabs share: drives worst first, words kept at once, and everybody told."""
+
+import shutil
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from review_drives import QUIET_S, write_drive
+
+from fcw.annotation.records import Judgement, Note, Verdict
+from fcw.annotation.review import reference_to
+from fcw.annotation.store import ReviewStore
+from fcw.errors import UserError
+from fcw.logs.mcap_reader import DriveLog
+from fcw_viz.review_app.session import DRIVES_KEPT, ReviewSession
+
+
+@pytest.fixture
+def log(drive_log: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copy(drive_log, tmp_path))
+
+
+@pytest.fixture
+def session(log: Path) -> Iterator[ReviewSession]:
+    one = ReviewSession({"made": log}, "anna")
+    yield one
+    one.close()
+
+
+def test_the_folder_is_listed_worst_first_with_what_cannot_be_read_last(log: Path, tmp_path: Path):
+    no_log = tmp_path / "no.mcap"
+    no_log.write_bytes(b"something")
+    quiet = write_drive(tmp_path / "quiet" / "drive.mcap", QUIET_S)
+    torn = write_drive(tmp_path / "torn" / "drive.mcap", finished=False)
+    session = ReviewSession({"no": no_log, "quiet": quiet, "torn": torn, "made": log}, "anna")
+    told = threading.Event()
+    session.join("tab", lambda: told.set() if not session.unread else None)
+    session.start()
+    assert told.wait(60)
+    cards = session.cards
+    session.close()
+    assert [card.name for card in cards][2:] == ["quiet", "no"]
+    assert {card.name for card in cards[:2]} == {"made", "torn"}
+    assert next(card for card in cards if card.name == "torn").complete is False
+    assert "not a drive log" in cards[-1].trouble
+    assert all(card.thumbnail for card in cards[:-1])
+
+
+def test_a_verdict_is_on_the_disk_and_told_to_all(session: ReviewSession, log: Path):
+    told: list[str] = []
+    session.join("one", lambda: told.append("one"))
+    session.join("two", lambda: told.append("two"))
+    drive = session.open("one", "made")
+    session.open("two", "made")
+    session.say("made", Verdict(reference_to(drive.events[0]), Judgement.TOO_EARLY))
+    assert sorted(told) == ["one", "two"]
+    assert session.review("made").events[0].judgement is Judgement.TOO_EARLY
+    assert b"too_early" in log.with_name("drive.review.anna.jsonl").read_bytes()
+
+
+def test_taking_back_and_taking_that_back(session: ReviewSession):
+    session.open("tab", "made")
+    (entry,) = session.say("made", Note(3.0, "rain"))
+    taken_back = session.take_back("made", entry.entry_id)
+    assert session.review("made").review.notes == ()
+    session.take_back("made", taken_back.entry_id)
+    assert [one.said.text for one in session.review("made").review.notes] == ["rain"]
+
+
+def test_what_another_program_says_comes_by_itself(session: ReviewSession, log: Path):
+    told = threading.Event()
+    session.open("tab", "made")
+    session.join("tab", lambda: told.set() if session.review("made").review.notes else None)
+    session.start()
+    store = ReviewStore(DriveLog(log))
+    store.add("bert", Note(3.0, "from elsewhere"))
+    store.close()
+    assert told.wait(30)
+    (note,) = session.review("made").review.notes
+    assert note.person == "bert"
+
+
+def test_drives_that_nobody_looks_at_are_let_go(log: Path, tmp_path: Path):
+    count = DRIVES_KEPT + 3
+    drives = {f"drive {k}": Path(shutil.copy(log, tmp_path / f"{k}.mcap")) for k in range(count)}
+    session = ReviewSession(drives, "anna")
+    first = session.open("stays", "drive 0")
+    opened = [session.open("moves", name) for name in list(drives)[1:]]
+    assert session.open("stays", "drive 0") is first
+    assert session.open("moves", f"drive {count - 1}") is opened[-1]
+    assert session.open("moves", "drive 1") is not opened[0]
+    session.close()
+
+
+def test_an_unknown_drive_is_named(session: ReviewSession):
+    with pytest.raises(UserError, match="no drive 'other' here"):
+        session.open("tab", "other")
+
+
+def test_a_listener_that_fails_does_not_keep_the_others_from_hearing(session: ReviewSession):
+    told = threading.Event()
+
+    def fail() -> None:
+        raise ValueError("broken tab")
+
+    session.join("broken", fail)
+    session.join("whole", told.set)
+    session.open("whole", "made")
+    session.say("made", Note(1.0, "x"))
+    assert told.is_set()

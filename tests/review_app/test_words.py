@@ -1,0 +1,73 @@
+"""What is said of an event, and in the lists."""
+
+import math
+from dataclasses import replace
+
+from review_drives import CAUTION_S, NEAR_MISS_S, RATE_HZ, WARNING_S, result
+
+from fcw.annotation.records import Entry, EventReference, Judgement, Reason, Verdict
+from fcw.annotation.review import fold, judged_events
+from fcw_viz.review_app.drive import Drive, by_severity
+from fcw_viz.review_app.event_list import list_html, list_order, verdict_html
+from fcw_viz.review_app.words import event_line, verdict_words, why
+
+
+def row(time_s: float) -> int:
+    return round(time_s * RATE_HZ)
+
+
+def test_why_a_warning_came_is_its_level_rule_ttc_distance_with_interval_and_closing_speed():
+    said = dict(why(result(row(WARNING_S)), False))
+    assert said["Level"] == "warning: act now"
+    assert said["Rule"] == "short time to collision"
+    assert said["Collision in"] == "1.5 s"
+    assert said["Distance"] == "22 m, 20 m to 27 m"
+    assert said["Closing"] == "54 km/h ± 2 km/h"
+    assert said["Needs"] == "braking of 0.51 g"
+    assert said["Headway"] == "1.1 s"
+    assert said["Own speed"] == "72 km/h"
+
+
+def test_why_in_feet_and_miles():
+    said = dict(why(result(row(WARNING_S)), True))
+    assert said["Distance"] == "74 ft, 66 ft to 89 ft"
+    assert said["Closing"] == "34 mph ± 1 mph"
+
+
+def test_a_near_miss_is_told_by_the_lead():
+    said = dict(why(result(row(NEAR_MISS_S)), False))
+    assert said["Level"] == "no warning"
+    assert said["Vehicle"] == "#9, the lead"
+    assert said["Collision in"] == "1.1 s"
+
+
+def test_nothing_ahead_and_no_upper_end():
+    one = result(row(CAUTION_S))
+    assert dict(why(replace(one, tracks=()), False))["Ahead"] == "no longer seen"
+    far = replace(one.tracks[1], distance_high_m=math.inf)
+    assert dict(why(replace(one, tracks=(far,)), False))["Distance"] == "22 m, more than 20 m"
+
+
+def test_the_line_of_an_event(drive: Drive):
+    lines = [event_line(event, False) for event in drive.events]
+    assert lines == ["22 m · TTC 1.5 s · 0.51 g", "11.0 m · TTC 1.1 s · 0.46 g", "12.0 m", ""]
+
+
+def test_lists_are_sorted_by_severity_or_by_time(drive: Drive):
+    judged, _ = judged_events(fold(()), drive.events[::-1])
+    assert list_order(judged, by_time=False)[0] == 3
+    assert list_order(judged, by_time=True) == [0, 1, 2, 3]
+    severities = [drive.events[number].severity for number in by_severity(drive.events)]
+    assert severities == sorted(severities, reverse=True)
+
+
+def test_what_people_typed_is_no_html(drive: Drive):
+    event = drive.events[0]
+    about = EventReference(event.kind, event.track_id, event.start_s, event.end_s)
+    verdict = Verdict(about, Judgement.FALSE, Reason.CURVE, "<script>x</script>")
+    entry = Entry("1", "2026-11-20T10:00:00.000000Z", "be<r>t", verdict)
+    judged, _ = judged_events(fold([entry]), drive.events)
+    assert verdict_words(entry).startswith("be<r>t: false, vehicle beside the path in a curve")
+    for html in (verdict_html(judged[0], "anna"), list_html(judged, False, 0, False)):
+        assert "<script>" not in html
+        assert "be&lt;r&gt;t" in html
