@@ -17,7 +17,7 @@ const STAYS_MS = 500; // after a picture, until it is drawn sharply
 const DECODED_MS = 150; // a new picture is decoded by then, or the old one is drawn once more
 const settings = window.__viserTestpoints.devSettings;
 const usual_ms = []; // what the last frames took at full resolution
-let dragging = false, passing = null, sharpDpr = null;
+let dragging = false, passing = false, stays = null, sharpDpr = null;
 let hasArrived = false, heldBack = [], release = null;
 let drawNow = null, gl = null, inWork = null, soon = null;
 let pictureSentAt = -Infinity, pictureBefore = null;
@@ -117,9 +117,12 @@ queue.push = (message) => {
   if (message.name === "/picture" && message.updates?._data) {
     pictureSentAt = performance.now();
     pictureBefore = picture();
-    clearTimeout(passing);
-    passing = setTimeout(() => {
-      passing = null;
+    // One alone is sharp at once: changing the resolution takes frames, too.
+    passing ||= stays !== null;
+    clearTimeout(stays);
+    stays = setTimeout(() => {
+      stays = null;
+      passing = false;
       setResolution();
     }, STAYS_MS);
     setResolution();
@@ -136,7 +139,7 @@ const showPanels = () => {
 };
 
 const setResolution = () => {
-  const isCoarse = dragging || passing !== null;
+  const isCoarse = dragging || passing;
   if (isCoarse && sharpDpr === null && isSlow()) {
     sharpDpr = settings.get().fixedDpr ?? window.devicePixelRatio;
     settings.set({ fixedDpr: sharpDpr * COARSE });
