@@ -59,14 +59,15 @@ def vanishing_row(first: Segment, second: Segment, click_sigma_px: float) -> Gau
             "draw them along the left and the right marking of your lane where the road is straight"
         )
     meeting = row / scale
-    if meeting >= min(a[1], b[1], c[1], d[1]):
+    meeting_row_px = middle_row + spread * meeting
+    if meeting_row_px >= min(row_px for _, row_px in points):
         raise UserError(
             "the two lane lines do not meet ahead, above where they were drawn; "
             "draw one along the left and the other along the right marking of a straight lane"
         )
     by_ends = (slope[1] - meeting * slope[2] for slope in slopes)
     sigma_px = spread * sigma * math.hypot(*by_ends) / abs(scale)
-    return Gaussian(middle_row + spread * meeting, sigma_px)
+    return Gaussian(meeting_row_px, sigma_px)
 
 
 def combined(beliefs: list[Gaussian]) -> Gaussian | None:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from fcw.camera.calibration import Gaussian
@@ -83,6 +83,14 @@ def test_lines_that_say_nothing_are_refused_with_the_mend(first, second, message
 ENDS = st.tuples(st.floats(0, 1279), st.floats(0, 719))
 
 
+# A level line: where it meets the other one rounds to its own row.
+@example(
+    (0.0, 1.0),
+    (406.56248570156066, 1.0),
+    (420.3934866615732, 613.5633693494591),
+    (827.1839353551982, 638.0),
+    1.0,
+)
 @given(ENDS, ENDS, ENDS, ENDS, st.floats(0.05, 20))
 def test_any_lines_give_a_finite_row_above_them_or_a_message(a, b, c, d, sigma_px):
     try:
