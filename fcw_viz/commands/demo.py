@@ -1,4 +1,4 @@
-"""`fcw demo`: the whole job on the drive that ships with the program, and what it is worth."""
+"""`fcw demo`: the whole job on the drive that ships with the program, what it is worth, and its review."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,10 +19,10 @@ DEMO_FOLDERS = (_PACKAGE / "demo_drive", _PACKAGE.parent / "recordings" / "demo"
 
 @dataclass(frozen=True, slots=True)
 class DemoCommand:
-    """Run everything on the shipped drive, compare it with the truth, and say where the logs are."""
+    """Run everything on the shipped drive, compare it with the truth, and open the review page on it."""
 
     no_serve: bool = False
-    """Do not open the review page afterwards (there is none yet: the demo ends by itself either way)."""
+    """End after the run, without the review page."""
     out: Path = Path("recordings/demo/out")
     """Folder for the logs and summary.json."""
 
@@ -57,7 +57,14 @@ def run_demo(command: DemoCommand) -> int:
         results = list(DriveLog(command.out / MCAP_NAME).results())
         print_comparison(compare_with_truth(results, truth), console)
     report_drive(outcome, command.out, console)
-    return 130 if outcome.interrupted else 0
+    if outcome.interrupted:
+        return 130
+    if command.no_serve:
+        return 0
+    from fcw_viz.commands.review import ReviewCommand, run_review
+
+    console.print()
+    return run_review(ReviewCommand(command.out))
 
 
 def print_comparison(comparison: "SimulatedComparison", console: "Console") -> None:

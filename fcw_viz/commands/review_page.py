@@ -23,7 +23,7 @@ def review_in_page(command: ReviewCommand) -> int:
     drives = find_drives([path])
     port = command.port or DEFAULT_PORT
     title = next(iter(drives)) if len(drives) == 1 else path.resolve().name
-    page = ReviewPage(drives, title, command.reviewer or getpass.getuser(), port, command.dark)
+    page = ReviewPage(drives, title, command.reviewer or login_name(), port, command.dark)
     console = Console(highlight=False, soft_wrap=True)
     try:
         if page.port != port:
@@ -35,3 +35,11 @@ def review_in_page(command: ReviewCommand) -> int:
     finally:
         page.stop()
     return 0
+
+
+def login_name() -> str:
+    """Who is logged in; a container may not know."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return "reviewer"

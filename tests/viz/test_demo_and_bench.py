@@ -20,7 +20,9 @@ from fcw.simulation.truth_file import read_truth
 from fcw.simulation.world import World
 from fcw_viz.benchmark import DECODE, ENCODED, FULL, PRIOR, RELAYED
 from fcw_viz.cli import main
+from fcw_viz.commands import review
 from fcw_viz.commands.demo import demo_folder
+from fcw_viz.commands.review import ReviewCommand
 
 LARGEST_SHIPPED_BYTES = 8_000_000
 
@@ -29,6 +31,7 @@ LARGEST_SHIPPED_BYTES = 8_000_000
 class Demo:
     out: Path
     told: str
+    reviewed: list[Path]
     results: list[FrameResult]
     truth: list[FrameTruth]
 
@@ -37,10 +40,17 @@ class Demo:
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
     """One run of the whole demo."""
     out = tmp_path_factory.mktemp("demo") / "out"
-    with contextlib.redirect_stdout(io.StringIO()) as told:
-        assert main(["demo", "--no-serve", "--out", str(out)]) == 0
+    reviewed: list[Path] = []
+
+    def note_review(command: ReviewCommand) -> int:
+        reviewed.append(command.path)
+        return 0
+
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()) as told:
+        patch.setattr(review, "run_review", note_review)  # it serves until Ctrl-C
+        assert main(["demo", "--out", str(out)]) == 0
     results = list(DriveLog(out / "drive.mcap").results())
-    return Demo(out, told.getvalue(), results, read_truth(demo_folder() / "truth.csv"))
+    return Demo(out, told.getvalue(), reviewed, results, read_truth(demo_folder() / "truth.csv"))
 
 
 def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> None:
@@ -51,6 +61,10 @@ def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> No
     assert f"off by {median:.1%} (median)" in demo.told
     assert f"{comparison.detection_rate:.1%} of {comparison.vehicles} found" in demo.told
     assert f"came at {comparison.due[0].warned_s:.2f} s" in demo.told
+
+
+def test_the_demo_ends_in_the_review_of_its_drive(demo: Demo) -> None:
+    assert demo.reviewed == [demo.out]
 
 
 def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
