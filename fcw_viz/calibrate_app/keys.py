@@ -1,39 +1,22 @@
 """The keys of the page: each does what some button or drag does, and stands in the command palette."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-import viser
+from fcw_viz.page.keys import ZOOM_STEP, Key
 
 if TYPE_CHECKING:
     from fcw_viz.calibrate_app.tab import Tab
 
 NUDGE_PX = 0.1
 LARGE_NUDGE_PX = 1.0
-ZOOM_STEP = 1.4
 NUMBER_KEYS = 9
 ARROWS = (("left", -1, 0), ("right", 1, 0), ("up", 0, -1), ("down", 0, 1))
 
 
-class Key(NamedTuple):
-    """A command with its key.
-
-    Attributes:
-        label: what it does, in the palette.
-        key: as viser names it.
-        modifier: held with it; None for none.
-        action: what it does.
-    """
-
-    label: str
-    key: str
-    modifier: str | None
-    action: Callable[["Tab"], object]
-
-
-def _keys() -> list[Key]:
-    keys = [
+def all_keys() -> "list[Key[Tab]]":
+    """Every key of the page."""
+    keys: list[Key[Tab]] = [
         Key("Undo", "Z", "cmd/ctrl", lambda tab: tab.undo()),
         Key("Redo", "Z", "cmd/ctrl+shift", lambda tab: tab.redo()),
         Key("Redo", "Y", "cmd/ctrl", lambda tab: tab.redo()),
@@ -72,19 +55,6 @@ def _select(tab: "Tab", number: int) -> None:
         tab.select(marks[number - 1].id)
 
 
-def add_keys(gui: viser.GuiApi, tab: "Tab") -> None:
-    """Register every key of the page in a tab."""
-    for key in _keys():
-        # viser's type lists letters and a few names; its browser side takes every key.
-        hotkey: Any = key.key
-        modifier: Any = key.modifier
-        command = gui.add_command(key.label, hotkey=hotkey, modifier=modifier)
-
-        @command.on_trigger
-        async def _(_event: viser.CommandEvent, action: Callable[["Tab"], object] = key.action) -> None:
-            tab.run(partial(action, tab))
-
-
 HELP_ROWS = (
     ("Click", "add a point; drag it to move it"),
     ("1 … 9", "select a point, as a click on it or its row does"),
@@ -101,12 +71,3 @@ HELP_ROWS = (
     ("Ctrl S", "save"),
     ("Ctrl K", "every command"),
 )
-
-
-def help_html() -> str:
-    """The keys in a table."""
-    rows = "".join(
-        f"<tr><td><kbd>{keys}</kbd></td><td style='text-align:left;white-space:normal'>{words}</td></tr>"
-        for keys, words in HELP_ROWS
-    )
-    return f"<table>{rows}</table>"

@@ -12,13 +12,14 @@ from fcw.errors import UserError
 from fcw_viz.calibrate_app.document import Mark
 from fcw_viz.calibrate_app.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.fields import NumberField
-from fcw_viz.calibrate_app.keys import add_keys
+from fcw_viz.calibrate_app.keys import all_keys
 from fcw_viz.calibrate_app.panels import Panels
 from fcw_viz.calibrate_app.picture_handles import PictureHandles, mark_handle
 from fcw_viz.calibrate_app.picture_overlay import PictureOverlay
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.keys import add_keys
 from fcw_viz.page.page_script import install
 from fcw_viz.page.picture_view import PictureView
 from fcw_viz.page.pictures import Pictures
@@ -71,7 +72,7 @@ class Tab:
         self.overlay = PictureOverlay(self.view, client)
         self._handles = PictureHandles(self)
         self.panels = Panels(client.gui, self, dark)
-        add_keys(client.gui, self)
+        add_keys(client.gui, self, all_keys(), self.run)
         self.view.on_click(self._clicked)
         self.view.on_view_change(lambda: self._handles.show(self.state))
         self.person = session.join(self._hear)

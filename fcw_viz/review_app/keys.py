@@ -1,40 +1,21 @@
 """The keys of the page: each does what some button does, and stands in the command palette."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-import viser
+from typing import TYPE_CHECKING
 
 from fcw.annotation.records import Judgement
+from fcw_viz.page.keys import ZOOM_STEP, Key
 from fcw_viz.review_app.event_list import JUDGEMENT_KEYS
 
 if TYPE_CHECKING:
     from fcw_viz.review_app.tab import Tab
 
-ZOOM_STEP = 1.4
 SKIP_S = 1.0
 
 
-class Key(NamedTuple):
-    """A command with its key.
-
-    Attributes:
-        label: what it does, in the palette.
-        key: as viser names it.
-        modifier: held with it; None for none.
-        action: what it does.
-    """
-
-    label: str
-    key: str
-    modifier: str | None
-    action: Callable[["Tab"], object]
-
-
-def all_keys() -> list[Key]:
+def all_keys() -> "list[Key[Tab]]":
     """Every key of the page."""
-    keys = [
+    keys: list[Key[Tab]] = [
         Key("Play or stop", "space", None, lambda tab: tab.playing.toggle()),
         Key("Play the event", "space", "shift", lambda tab: tab.playing.play_event()),
         Key("Next frame", "arrowright", None, lambda tab: tab.step(1)),
@@ -80,19 +61,6 @@ def _judge(tab: "Tab", judgement: Judgement) -> None:
     tab.annotating.judge(judgement)
 
 
-def add_keys(gui: viser.GuiApi, tab: "Tab") -> None:
-    """Register every key of the page in a tab."""
-    for key in all_keys():
-        # viser's type lists letters and a few names; its browser side takes every key.
-        hotkey: Any = key.key
-        modifier: Any = key.modifier
-        command = gui.add_command(key.label, hotkey=hotkey, modifier=modifier)
-
-        @command.on_trigger
-        async def _(_event: viser.CommandEvent, action: Callable[["Tab"], object] = key.action) -> None:
-            tab.run(partial(action, tab))
-
-
 HELP_ROWS = (
     ("Space", "play, stop; with Shift the event"),
     ("← →, . ,", "frame back, on; with Shift a second"),
@@ -111,12 +79,3 @@ HELP_ROWS = (
     ("L", "all drives"),
     ("Ctrl K", "every command"),
 )
-
-
-def help_html() -> str:
-    """The keys in a table."""
-    rows = "".join(
-        f"<tr><td><kbd>{keys}</kbd></td><td style='text-align:left;white-space:normal'>{words}</td></tr>"
-        for keys, words in HELP_ROWS
-    )
-    return f"<table>{rows}</table>"

@@ -13,6 +13,7 @@ import viser
 from fcw.annotation.review import JudgedEvent
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
+from fcw_viz.page.keys import add_keys
 from fcw_viz.page.page_channel import PageChannel
 from fcw_viz.page.page_script import focus_element, install, run_script
 from fcw_viz.page.picture_view import PictureView
@@ -20,7 +21,7 @@ from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.box_editor import BoxEditor
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.event_list import list_order
-from fcw_viz.review_app.keys import add_keys
+from fcw_viz.review_app.keys import all_keys
 from fcw_viz.review_app.panels import NOTE_ID, Panels
 from fcw_viz.review_app.playing import DRAWN_PATIENCE_S, LEAD_IN_S, Playing
 from fcw_viz.review_app.screen import STILL_QUALITY, Screen
@@ -71,7 +72,7 @@ class Tab:
         self.boxes = BoxEditor(self)
         self.panels = Panels(client.gui, self, dark)
         self.screen = Screen(self)
-        add_keys(client.gui, self)
+        add_keys(client.gui, self, all_keys(), self.run)
         self.view.on_click(self.boxes.click)
         self.view.on_view_change(self.boxes.redraw)
         session.join(self, self._hear)
