@@ -24,8 +24,10 @@ class RunCommand:
     """Calibration file; by default `<name>.calibration.yaml` beside the source."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the logs and summary.json; by default recordings/<name>. Earlier logs there are replaced."""
-    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full")] = "acf"
-    """acf searches where the calibration allows a vehicle; acf-full the whole picture."""
+    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full|onnx:FILE")] = "acf"
+    """acf searches where the calibration allows a vehicle; acf-full the whole picture; onnx: a YOLO net."""
+    detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
+    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
     """Own speed: metres per second, a CSV file with the columns time_s and speed_mps, or a GPX track."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
@@ -53,6 +55,7 @@ def run_run(command: RunCommand) -> int:
         out=out,
         calibration=command.calibration,
         detector=command.detector,
+        detector_classes=command.detector_classes,
         ego_speed=command.ego_speed,
         warning_policy=command.warning_policy,
         imperial=command.units == "imperial",

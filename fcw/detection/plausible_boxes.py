@@ -1,0 +1,71 @@
+"""The distance prior as a filter: which boxes of any detector can be vehicles on the road.
+
+It is the geometry of `fcw.detection.windows` with widths in the place of sizes: a vehicle of W metres is
+W / h times as wide as the rows from the horizon to its bottom edge, for some pitch within the tolerance.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.sources.frame import ImageSize
+
+CUT_MARGIN_PX = 2.0
+"""An edge this near the picture's border may be the border and not the vehicle's edge."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlausibleVehicles:
+    """What a vehicle may be like.
+
+    Attributes:
+        narrowest_m: a motorcycle with its mirrors is 0.7 m wide.
+        widest_m: a car seen from its side is 4.7 m wide; the widest lorries are 2.6 m from behind.
+        nearest_m: from the camera; nearer, a bumper hides the road.
+        farthest_m: farther than the detector with the distance prior looks, boxes tell no distance.
+        pitch_tolerance_rad: as `fcw.detection.acf.AcfSettings` has it.
+    """
+
+    narrowest_m: float = 0.6
+    widest_m: float = 5.0
+    nearest_m: float = 1.0
+    farthest_m: float = 80.0
+    pitch_tolerance_rad: float = math.radians(1.0)
+
+
+ROAD_VEHICLES = PlausibleVehicles()
+
+
+def plausible(
+    boxes: NDArray[np.float64],
+    camera: GroundPlaneCamera,
+    size: ImageSize,
+    vehicles: PlausibleVehicles = ROAD_VEHICLES,
+) -> NDArray[np.bool_]:
+    """Which boxes can be vehicles standing on the road.
+
+    What the picture's border cuts off may be wider, and stand nearer, than it looks. Cut off on three sides
+    it is the own bonnet, or too near to be measured.
+
+    Args:
+        boxes: (N, 4) x, y, w, h.
+        camera: as calibrated.
+        size: of the picture.
+        vehicles: what they may be like.
+    """
+    tolerance_rad = vehicles.pitch_tolerance_rad
+    up, down = (replace(camera, pitch_rad=camera.pitch_rad + sign * tolerance_rad) for sign in (1, -1))
+    bottoms, widths_in_heights = boxes[:, 1] + boxes[:, 3], boxes[:, 2] * camera.height_m
+    first = np.maximum(
+        up.horizon_row_px + widths_in_heights / vehicles.widest_m, up.row_at(vehicles.farthest_m)
+    )
+    last = down.horizon_row_px + widths_in_heights / vehicles.narrowest_m
+    far_edges, limits = boxes[:, :2] + boxes[:, 2:], np.array([size.width, size.height]) - 0.5
+    cut_left, cut_right = boxes[:, 0] < CUT_MARGIN_PX, far_edges[:, 0] > limits[0] - CUT_MARGIN_PX
+    last = np.minimum(np.where(cut_left | cut_right, np.inf, last), down.row_at(vehicles.nearest_m))
+    cut_below = bottoms > limits[1] - CUT_MARGIN_PX
+    possible = ((bottoms >= first) | cut_below) & ((bottoms <= last) | (cut_below & (last >= limits[1])))
+    return possible & ~(cut_left & cut_right & cut_below)
