@@ -12,7 +12,7 @@ from fcw.errors import UserError
 from fcw.evaluation.charts import Chart, Series
 from fcw.files import write_whole
 from fcw_viz.benchmark.figures import Figures
-from fcw_viz.benchmark.picture_cases import FARTHEST_M, FULL, PITCH_TOLERANCES_DEG, PRIOR_PREFIX, prior_name
+from fcw_viz.benchmark.picture_cases import FARTHEST_M, PITCH_TOLERANCES_DEG, PRIOR_PREFIX, prior_name
 
 TEXT_NAME, JSON_NAME = "bench.txt", "bench.json"
 WINDOWS_NAME, PITCH_NAME = "speed-windows.svg", "speed-pitch.svg"
@@ -74,9 +74,9 @@ def windows_chart(figures: Figures) -> Chart:
     prior = [point for case, point in points.items() if case.startswith(PRIOR_PREFIX)]
     plain = [point for case, point in points.items() if not case.startswith(PRIOR_PREFIX)]
     return Chart(
-        "Time and windows of a picture",
+        "Time and windows",
         "thousands of windows",
-        "ms, one thread",
+        "ms a picture, one thread",
         (0.0, ROOM * max(x for x, _ in points.values())),
         (0.0, ROOM * max(y for _, y in points.values())),
         (Series(PRIOR_PREFIX, prior, dot_px=4.0), Series("plain ACF", plain, dot_px=4.0)),
@@ -96,15 +96,12 @@ def pitch_chart(figures: Figures) -> Chart:
         )
         for farthest_m in FARTHEST_M
     ]
-    plain_ms = statistics.median(figures.picture_ms[FULL])
-    ends = (0.0, ROOM * PITCH_TOLERANCES_DEG[-1])
-    lines.append(Series("plain ACF", [(end, plain_ms) for end in ends], line=True))
-    highest = max(y for line in lines for _, y in line.points)
+    highest_ms = max(y for line in lines for _, y in line.points)
     return Chart(
-        "What the pitch tolerance costs",
+        "Cost of the pitch tolerance",
         "pitch tolerance, degrees up and down",
-        "ms, one thread",
-        ends,
-        (0.0, ROOM * highest),
+        "ms a picture, one thread",
+        (0.0, ROOM * PITCH_TOLERANCES_DEG[-1]),
+        (0.0, ROOM * highest_ms),
         lines,
     )
