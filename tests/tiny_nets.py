@@ -16,16 +16,21 @@ def write_net(
     output: NDArray[np.float32],
     shown: tuple[int | str, int | str],
     metadata: Mapping[str, str] | None = None,
+    *,
+    batch: int | str = 1,
+    takes: int = TensorProto.FLOAT,
 ) -> Path:
     """A net for 1x3xHxW pictures that puts out `output`, whatever it is shown.
 
-    H and W are numbers, or names where the net takes any.
+    H and W are numbers, or names where the net takes any; so is the batch. `takes` is ONNX's number of the
+    type of the picture's numbers.
     """
-    picture = helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, *shown])
+    picture = helper.make_tensor_value_info("images", takes, [batch, 3, *shown])
     put_out = helper.make_tensor_value_info("output", TensorProto.FLOAT, [1, None, None])
     graph = helper.make_graph(
         [
-            helper.make_node("ReduceMean", ["images"], ["mean"], keepdims=0),
+            helper.make_node("Cast", ["images"], ["picture"], to=TensorProto.FLOAT),
+            helper.make_node("ReduceMean", ["picture"], ["mean"], keepdims=0),
             helper.make_node("Mul", ["mean", "zero"], ["nothing"]),
             helper.make_node("Add", ["constant", "nothing"], ["output"]),
         ],

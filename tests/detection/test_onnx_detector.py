@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from onnx import TensorProto
 from tiny_nets import write_net
 
 from fcw.camera.calibration import Calibration
@@ -186,7 +187,7 @@ def test_classes_are_chosen_by_name_or_number(tmp_path: Path) -> None:
         UserError, match=r"own\.onnx.*which of its 2 classes.*tram, lorry.*--detector-classes"
     ):
         OnnxModel.load(path)
-    with pytest.raises(UserError, match="--detector-classes bus: .*tram, lorry, or a number from 0 to 1"):
+    with pytest.raises(UserError, match=r"--detector-classes bus: .*tram, lorry, or a number from 0 to 1"):
         OnnxModel.load(path, ["bus"])
     with pytest.raises(UserError, match="--detector-classes 2: "):
         OnnxModel.load(path, ["2"])
@@ -213,6 +214,18 @@ def test_a_model_for_any_size_is_shown_what_it_was_trained_on(tmp_path: Path) ->
     )
     assert OnnxModel.load(path).shown == SHOWN
     check(detect(path), [Put(NEAR, 0.6, COCO_CAR)])
+
+
+def test_models_of_half_precision_and_of_any_batch_are_taken(tmp_path: Path) -> None:
+    output, size = output_of(Layout.YOLOV8, [Put(NEAR, 0.6, COCO_CAR)]), (SHOWN.height, SHOWN.width)
+    half = write_net(tmp_path / "half.onnx", output, size, batch="batch", takes=TensorProto.FLOAT16)
+    check(detect(half), [Put(NEAR, 0.6, COCO_CAR)])
+    whole = write_net(tmp_path / "whole.onnx", output, size, takes=TensorProto.UINT8)
+    with pytest.raises(UserError, match=r"whole\.onnx: takes images: tensor\(uint8\) 1x3x192x320; expected"):
+        OnnxModel.load(whole)
+    many = write_net(tmp_path / "many.onnx", output, size, batch=8)
+    with pytest.raises(UserError, match=r"8x3x192x320; expected one picture"):
+        OnnxModel.load(many)
 
 
 @given(
