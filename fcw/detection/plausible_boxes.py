@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.sources.frame import ImageSize
 
-CUT_MARGIN_PX = 2.0
-"""An edge this near the picture's border may be the border and not the vehicle's edge."""
+CUT_MARGIN = 0.01
+"""An edge this near the picture's border, in heights of the picture, may be the border and not the vehicle's
+edge: three pixels of a net that is shown pictures of 320 px.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,14 +26,16 @@ class PlausibleVehicles:
     Attributes:
         narrowest_m: a motorcycle with its mirrors is 0.7 m wide.
         widest_m: a car seen from its side is 4.7 m wide; the widest lorries are 2.6 m from behind.
-        nearest_m: from the camera; nearer, a bumper hides the road.
+        lowest_m: the roofs of sports cars are 1.1 m high, some of their boxes end below.
+        nearest_m: from the camera, most of it behind the own bumper.
         farthest_m: farther than the detector with the distance prior looks, boxes tell no distance.
         pitch_tolerance_rad: as `fcw.detection.acf.AcfSettings` has it.
     """
 
     narrowest_m: float = 0.6
     widest_m: float = 5.0
-    nearest_m: float = 1.0
+    lowest_m: float = 1.0
+    nearest_m: float = 2.0
     farthest_m: float = 80.0
     pitch_tolerance_rad: float = math.radians(1.0)
 
@@ -47,8 +51,8 @@ def plausible(
 ) -> NDArray[np.bool_]:
     """Which boxes can be vehicles standing on the road.
 
-    What the picture's border cuts off may be wider, and stand nearer, than it looks. Cut off on three sides
-    it is the own bonnet, or too near to be measured.
+    What the picture's border cuts off may be wider, and stand nearer, than it looks. Cut off below it is the
+    own bonnet where even the nearest vehicle would be too low, or where it is cut off on both sides as well.
 
     Args:
         boxes: (N, 4) x, y, w, h.
@@ -64,8 +68,13 @@ def plausible(
     )
     last = down.horizon_row_px + widths_in_heights / vehicles.narrowest_m
     far_edges, limits = boxes[:, :2] + boxes[:, 2:], np.array([size.width, size.height]) - 0.5
-    cut_left, cut_right = boxes[:, 0] < CUT_MARGIN_PX, far_edges[:, 0] > limits[0] - CUT_MARGIN_PX
+    margin_px = CUT_MARGIN * size.height
+    cut_left, cut_right = boxes[:, 0] < margin_px, far_edges[:, 0] > limits[0] - margin_px
     last = np.minimum(np.where(cut_left | cut_right, np.inf, last), down.row_at(vehicles.nearest_m))
-    cut_below = bottoms > limits[1] - CUT_MARGIN_PX
+    cut_below = bottoms > limits[1] - margin_px
+    # Heights are to the camera's as the rows above the bottom edge to those from there to the horizon.
+    nearest_rows_px = down.row_at(vehicles.nearest_m) - down.horizon_row_px
+    highest_m = camera.height_m * (1 - (boxes[:, 1] - down.horizon_row_px) / nearest_rows_px)
+    bonnet = cut_below & ((highest_m < vehicles.lowest_m) | (cut_left & cut_right))
     possible = ((bottoms >= first) | cut_below) & ((bottoms <= last) | (cut_below & (last >= limits[1])))
-    return possible & ~(cut_left & cut_right & cut_below)
+    return possible & ~bonnet

@@ -67,9 +67,19 @@ def test_a_vehicle_cut_off_aside_is_wider_than_it_looks() -> None:
     assert not is_plausible(300, bottom - 250, 60, 250)
 
 
-@pytest.mark.parametrize("height", [60.0, 300.0])
-def test_the_own_bonnet_is_no_vehicle(height: float) -> None:
-    assert not is_plausible(-0.5, 719.5 - height, 1280, height)
+@pytest.mark.parametrize("box", [(-0.5, 660, 1280, 60), (-0.5, 420, 1280, 300), (400, 660, 600, 60)])
+def test_the_own_bonnet_is_no_vehicle(box: tuple[float, float, float, float]) -> None:
+    assert not is_plausible(*box)
+
+
+@given(st.floats(2.05, 4), st.floats(1.05, 3), st.floats(-0.9, 0.9))
+def test_a_near_vehicle_cut_off_below_passes_whatever_its_height(distance_m, height_m, pitch_share):
+    pitched = GroundPlaneCamera(
+        CAMERA.pitch_rad + pitch_share * VEHICLES.pitch_tolerance_rad, 1000.0, 380.0, 1.5, 640.0
+    )
+    rear = pitched.ground_box(distance_m, 0.0, 1.8, height_m)
+    assume(rear.bottom > SIZE.height)
+    assert is_plausible(rear.x, rear.y, rear.w, SIZE.height - 0.5 - rear.y)
 
 
 def test_nothing_stands_in_the_sky() -> None:
