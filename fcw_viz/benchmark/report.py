@@ -24,11 +24,11 @@ ROOM = 1.08
 def print_figures(figures: Figures, console: Console) -> None:
     """Print the figures for a person."""
     console.print(figures.heading, highlight=False)
-    numbers = ("median ms", "min ms")
-    pictures = Table("a picture, one thread", *numbers, "/ Luv", "/ plain", "windows", box=None)
+    numbers = ("median", "least")
+    pictures = Table("ms a picture, one thread", *numbers, "/ Luv", "/ plain", "windows", box=None)
     for row in figures.picture_rows():
         pictures.add_row(*row)
-    drives = Table("many frames, by the clock", *numbers, "frames/s", box=None)
+    drives = Table("ms a frame, by the clock", *numbers, "frames/s", box=None)
     for row in figures.drive_rows():
         drives.add_row(*row)
     ratios = Table("ratio, median of the rounds", "", box=None)
