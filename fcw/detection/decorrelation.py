@@ -125,22 +125,24 @@ class SecondStageScorer:
         self._rectangle = np.empty((2, 0), np.float32)
         self._segments = Segments(_SEGMENTS)
 
-    def scores(
-        self, grids: NDArray[np.uint8], rows: int, row_pitch: int, places: NDArray[np.int64]
-    ) -> NDArray[np.float32]:
-        """Scores of windows.
+    def score(
+        self,
+        grids: NDArray[np.uint8],
+        rows: int,
+        row_pitch: int,
+        places: NDArray[np.int64],
+        out: NDArray[np.float32],
+    ) -> None:
+        """Score windows.
 
         Args:
             grids: planar channels, flat, and after them `SLACK` elements that do not matter.
             rows: rows of cells in a channel.
             row_pitch: elements from a row of cells to the next.
             places: (N,) of the windows in the first channel, ascending.
-
-        Returns:
-            (N,).
+            out: (N,) receives their scores.
         """
         offsets = self._offsets_in(rows, row_pitch)
-        out = np.empty(len(places), np.float32)
         side = self._window.cells - FILTER_CELLS + 1
         _respond_around(
             grids,
@@ -167,7 +169,6 @@ class SecondStageScorer:
             self._segments.lowest,
             out,
         )
-        return out
 
     def _offsets_in(self, rows: int, row_pitch: int) -> NDArray[np.int64]:
         """Places of the trees' responses from a window's own, with memory for grids of this size."""

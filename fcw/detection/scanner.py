@@ -12,12 +12,12 @@ from fcw.detection.cascade import SLACK, Cascade, feature_offsets
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
 from fcw.detection.decorrelation import SecondStageScorer
 from fcw.detection.jit import kernel
-from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model, Window
-from fcw.detection.windows import PAD_CELLS, Level
+from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model
+from fcw.detection.windows import PAD_CELLS, Level, vehicles_in_levels
 from fcw.sources.frame import ImageSize
 
-FIRST_CAPACITY = 4096
-"""Windows of a level that the result buffers hold at first; they grow where more come through."""
+FIRST_CAPACITY = 1024
+"""Windows that there is room for at first: more than pass in any usual picture."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,16 +155,32 @@ class _LevelGrid:
             interpolation=cv2.INTER_LINEAR,
         )
 
-    def features(self, window: Window, places: NDArray[np.int64]) -> NDArray[np.uint8]:
-        """(N, 2560) features of windows in these places."""
-        out = np.empty((len(places), CHANNEL_COUNT, window.cells, window.cells), np.uint8)
-        _gather(self.flat, self.rows, self.row_pitch, places, out)
-        return out.reshape(len(places), window.feature_count)
 
-    def vehicles(self, window: Window, places: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(N, 3) where vehicles in windows in these places stand: middle, bottom, sqrt(w h)."""
-        rows, columns = np.divmod(places, self.row_pitch)
-        return np.column_stack(self.level.vehicles(window, rows - self.first_row, columns))
+class _Found:
+    """Windows that passed in the levels so far, in memory that grows when more pass than ever before.
+
+    Attributes:
+        count: how many there are.
+        places: (N,) int64, of which the first `count` are filled, as of the others.
+        scores: (N,) float32, of the cascade.
+        second_scores: (N,) float32.
+        features: (N, 2560) uint8.
+    """
+
+    def __init__(self, feature_count: int) -> None:
+        self.count = 0
+        self.places = np.empty(FIRST_CAPACITY, np.int64)
+        self.scores = np.empty(FIRST_CAPACITY, np.float32)
+        self.second_scores = np.zeros(FIRST_CAPACITY, np.float32)
+        self.features = np.empty((FIRST_CAPACITY, feature_count), np.uint8)
+
+    def make_room(self, count: int) -> None:
+        """Room for so many, twice over."""
+        for name in ("places", "scores", "second_scores", "features"):
+            before = getattr(self, name)
+            after = np.zeros((2 * count, *before.shape[1:]), before.dtype)
+            after[: self.count] = before[: self.count]
+            setattr(self, name, after)
 
 
 class Scanner:
@@ -184,10 +200,12 @@ class Scanner:
         level_cells = max((level.rows * level.columns for level in levels), default=0)
         memory = _memory(cut_cells), _memory(level_cells)
         self._grids = [_LevelGrid(self._octaves[level.octave], level, model, *memory) for level in levels]
+        self._row_pitches = np.array([grid.row_pitch for grid in self._grids], np.int64)
+        self._first_rows = np.array([grid.first_row for grid in self._grids], np.int64)
         self._cascade = Cascade(model.trees, model.rejection_threshold)
         self._second = SecondStageScorer(model.second, model.window) if model.second else None
-        self._places = np.empty(FIRST_CAPACITY, np.int64)
-        self._scores = np.empty(FIRST_CAPACITY, np.float32)
+        self._levels = levels
+        self._found = _Found(model.window.feature_count)
 
     def scan(
         self,
@@ -200,41 +218,26 @@ class Scanner:
 
         Aspect ratios are asked for by the bottom rows.
         """
-        window = self._model.window
         self._compute_channels(image)
-        placements, scores, second_scores = (
-            [np.empty((0, 3))],
-            [np.empty(0, np.float32)],
-            [np.empty(0, np.float32)],
-        )
-        features = [np.empty((0, window.feature_count), np.uint8)]
-        for grid in self._grids:
+        found, counts = self._found, np.zeros(len(self._grids), np.int64)
+        found.count = 0
+        for number, grid in enumerate(self._grids):
             grid.fill()
-            count = self._run(grid, threshold if self._second is None else -np.inf)
-            if not count:
-                continue
-            places, score = self._places[:count], self._scores[:count]
-            if self._second:
-                second = self._second.scores(grid.flat, grid.rows, grid.row_pitch, places)
-                passed = np.flatnonzero(score.astype(np.float64) + second >= threshold)
-                places, score = places[passed], score[passed]
-                second_scores.append(second[passed])
-            placements.append(grid.vehicles(window, places))
-            scores.append(score.copy())
-            if with_features:
-                features.append(grid.features(window, places))
-        score = np.concatenate(scores)
-        order = np.argsort(-score, kind="stable")
-        placement = np.concatenate(placements)[order]
-        middle, bottom, size_px = placement.T
+            counts[number] = self._run(grid, threshold, with_features)
+        order = np.argsort(-found.scores[: found.count], kind="stable")
+        level = np.repeat(np.arange(len(counts)), counts)[order]
+        rows, columns = np.divmod(found.places[order], self._row_pitches[level])
+        middle, bottom, size_px = vehicles_in_levels(
+            self._levels, level, self._model.window, rows - self._first_rows[level], columns
+        )
         root = np.sqrt(aspect_ratios(bottom))
         w, h = size_px * root, size_px / root
         return Proposals(
             cut_to_picture(np.column_stack([middle - w / 2, bottom - h, w, h]), self.size),
-            placement,
-            score[order],
-            np.concatenate(second_scores)[order] if self._second else None,
-            np.concatenate(features)[order] if with_features else None,
+            np.column_stack([middle, bottom, size_px]),
+            found.scores[order],
+            found.second_scores[order] if self._second else None,
+            found.features[order] if with_features else None,
         )
 
     def _compute_channels(self, image: NDArray[np.uint8]) -> None:
@@ -242,8 +245,9 @@ class Scanner:
         for number, octave in self._octaves.items():
             octave.compute(self._halves.rows(image, number, octave.picture_rows))
 
-    def _run(self, grid: _LevelGrid, threshold: float) -> int:
-        """Run the cascade; the windows' places in the grid and their scores are left in the buffers."""
+    def _run(self, grid: _LevelGrid, threshold: float, with_features: bool) -> int:
+        """Run the scoring stages over a level, and add the windows that pass to those found; how many."""
+        found = self._found
         while True:
             count = self._cascade.run(
                 grid.flat,
@@ -251,26 +255,65 @@ class Scanner:
                 grid.window_rows,
                 grid.level.window_columns,
                 grid.offsets,
-                threshold,
-                self._places,
-                self._scores,
+                -np.inf if self._second else threshold,
+                found.places[found.count :],
+                found.scores[found.count :],
             )
-            if count <= len(self._scores):
-                return count
-            self._places = np.empty(2 * count, np.int64)
-            self._scores = np.empty(2 * count, np.float32)
+            if found.count + count <= len(found.places):
+                break
+            found.make_room(found.count + count)
+        if not count:
+            return 0
+        new = slice(found.count, found.count + count)
+        if self._second:
+            self._second.score(
+                grid.flat, grid.rows, grid.row_pitch, found.places[new], found.second_scores[new]
+            )
+        kept = _keep(
+            found.places[new],
+            found.scores[new],
+            found.second_scores[new],
+            threshold,
+            grid.flat,
+            grid.rows * grid.row_pitch,
+            grid.row_pitch,
+            self._model.window.cells,
+            found.features[new],
+            with_features,
+        )
+        found.count += kept
+        return kept
 
 
 @kernel()
-def _gather(
-    grids: NDArray[np.uint8], rows: int, row_pitch: int, places: NDArray[np.int64], out: NDArray[np.uint8]
-) -> None:
-    cells = out.shape[3]
-    for index in range(len(out)):
-        for channel in range(out.shape[1]):
-            for row in range(out.shape[2]):
-                first = places[index] + (channel * rows + row) * row_pitch
-                out[index, channel, row] = grids[first : first + cells]
+def _keep(
+    places: NDArray[np.int64],
+    scores: NDArray[np.float32],
+    second_scores: NDArray[np.float32],
+    threshold: float,
+    grids: NDArray[np.uint8],
+    channel_pitch: int,
+    row_pitch: int,
+    window_cells: int,
+    features: NDArray[np.uint8],
+    with_features: bool,
+) -> int:
+    """Close the ranks over windows below the threshold, and take the features of the others; how many."""
+    kept = 0
+    for i in range(len(places)):
+        if np.float64(scores[i]) + np.float64(second_scores[i]) < threshold:
+            continue
+        places[kept], scores[kept], second_scores[kept] = places[i], scores[i], second_scores[i]
+        if with_features:
+            to = np.uint64(0)
+            for channel in range(CHANNEL_COUNT):
+                for row in range(window_cells):
+                    first = np.uint64(places[kept] + channel * channel_pitch + row * row_pitch)
+                    for column in range(window_cells):
+                        features[kept, to] = grids[first + np.uint64(column)]
+                        to += np.uint64(1)
+        kept += 1
+    return kept
 
 
 def _memory(cells: int) -> NDArray[np.uint8]:
