@@ -133,6 +133,9 @@ class _LevelGrid:
             self.first_row = 0
             self._source = octave.grid[:, first : first + level.cut_rows]
             self._cut = _shaped(cut_memory, level.cut_rows, level.cut_columns)
+            # All channels one above the other; windows keep clear of rows where two of them mix.
+            self._stacked_cut = self._cut.reshape(-1, level.cut_columns)
+            self._stacked = self.channels.reshape(-1, level.columns)
         else:
             self.channels = octave.grid
             self.first_row = first
@@ -146,14 +149,8 @@ class _LevelGrid:
         if not self.level.resized:
             return
         np.copyto(self._cut, self._source)
-        # All channels in one call, one above the other; windows keep clear of rows where two of them mix.
-        stacked = self.channels.reshape(-1, self.level.columns)
-        cv2.resize(
-            self._cut.reshape(-1, self.level.cut_columns),
-            (stacked.shape[1], stacked.shape[0]),
-            dst=stacked,
-            interpolation=cv2.INTER_LINEAR,
-        )
+        height, width = self._stacked.shape
+        cv2.resize(self._stacked_cut, (width, height), dst=self._stacked, interpolation=cv2.INTER_LINEAR)
 
 
 class _Found:

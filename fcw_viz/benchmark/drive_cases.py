@@ -12,6 +12,7 @@ from fcw.detection.acf import AcfDetector
 from fcw.detection.model import Model
 from fcw.sources import open_source
 from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.threads import one_opencv_thread
 from fcw_viz.benchmark.picture_cases import Picture
 from fcw_viz.drive_job import DriveJob, run_drive
 
@@ -89,7 +90,7 @@ def thread_cases(
                 1 for image in pictures[number::threads] if detectors[number].detect(image) is not None
             )
 
-        with ThreadPoolExecutor(threads) as pool:
+        with one_opencv_thread(), ThreadPoolExecutor(threads) as pool:
             return sum(pool.map(work, range(threads)))
 
     return {ONE_THREAD: lambda: detect_all(1), TWO_THREADS: lambda: detect_all(2)}

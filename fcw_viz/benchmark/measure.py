@@ -5,12 +5,10 @@ import platform
 import statistics
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
-import cv2
 from rich.console import Console
 from rich.progress import Progress
 
@@ -18,6 +16,7 @@ from fcw.detection.choice import DetectorModel
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.sources import open_source
 from fcw.sources.frame import Source
+from fcw.threads import one_opencv_thread
 from fcw.versions import machine, versions
 from fcw_viz.benchmark.drive_cases import drive_cases, thread_cases
 from fcw_viz.benchmark.figures import Figures
@@ -75,23 +74,13 @@ def _picture_round(cases: Mapping[str, PictureCase], pictures: Sequence[Picture]
     The thread's own time is counted, not that of others which the scheduler lets in between.
     """
     taken: dict[str, list[float]] = {name: [] for name in cases}
-    with _one_opencv_thread():
+    with one_opencv_thread():
         for picture in pictures:
             for name, case in cases.items():
                 start = time.thread_time()
                 case.run(picture)
                 taken[name].append(1e3 * (time.thread_time() - start))
     return {name: statistics.median(values) for name, values in taken.items()}
-
-
-@contextmanager
-def _one_opencv_thread() -> Iterator[None]:
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(before)
 
 
 def _heading(source: Source, rounds: int, pictures: int) -> str:
