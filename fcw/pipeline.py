@@ -15,6 +15,7 @@ from fcw.detection.types import Detection, Detector
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.sources.encode import VideoEncoder
 from fcw.sources.frame import Frame, Source, VideoPacket
+from fcw.threads import one_opencv_thread
 from fcw.tracking.tracker import Tracker
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningPolicy
@@ -59,6 +60,7 @@ def run_pipeline(
         on_result: called after each frame was written.
     """
     with ExitStack() as stack:
+        stack.enter_context(one_opencv_thread())
         for sink in stages.sinks:
             sink.open(header)
             stack.callback(sink.close)

@@ -2,19 +2,24 @@
 
 import os
 import platform
-from importlib.metadata import version
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from fcw import __version__
 
 _LIBRARIES = ("numpy", "scipy", "opencv-python-headless", "numba", "av", "mcap", "rerun-sdk")
+_EXTRAS = ("onnxruntime",)
 
 
 def versions() -> dict[str, str]:
-    """Version by name."""
-    return {"fcw": __version__, "python": platform.python_version()} | {
-        name: version(name) for name in _LIBRARIES
-    }
+    """Version by name; of extras where they are installed."""
+    found = {"fcw": __version__, "python": platform.python_version()}
+    found |= {name: version(name) for name in _LIBRARIES}
+    for name in _EXTRAS:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def machine() -> str:

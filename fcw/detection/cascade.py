@@ -1,8 +1,20 @@
 """The soft cascade: boosted depth-2 trees over all windows of a level.
 
 A window's score is the sum of one leaf of each tree. Bourdev and Brandt's soft cascade with a constant
-threshold (as in ACF): a window is dropped as soon as its running score falls below it. The first trees, which
-drop most windows, run over whole rows of windows at once (vectorised); the survivors go on one by one.
+threshold (as in ACF): a window is dropped as soon as its running score falls below it.
+
+No window is scored alone: one tree is evaluated for many neighbouring windows at once, whose features lie
+side by side. Windows are told by their place, the index of their first cell in a channel; a level's places
+are one run without gaps, in which the last places of a row stand for no window and are left out at the end.
+
+1. The first `COARSE_TREES` trees run over all places, in chunks that stay in the nearest cache, in 16 bit
+   steps: leaves are rounded up, so that no window is dropped that single precision would keep.
+2. What is left is cut into segments of `SEGMENT` places, and all trees run over these in single precision, in
+   the trees' order: scores and survivors are those of a plain evaluation, to the bit. Segments in which no
+   window is left are dropped along the way.
+
+Both loops are over trees outside and places inside: the tree's numbers stay in registers, and the places'
+running scores do not wait for each other.
 """
 
 import numpy as np
@@ -11,9 +23,20 @@ from numpy.typing import NDArray
 from fcw.detection.jit import kernel
 from fcw.detection.model import BoostedTrees, Window
 
-ROW_TREES = 64
-"""Trees that run over whole rows of windows."""
+COARSE_TREES = 128
+"""Trees that run over all places: they leave about one window in thirty."""
+SEGMENT = 16
+"""Places of a segment: as many single precision numbers as the widest registers hold."""
+SLACK = 2 * SEGMENT
+"""Elements after the channels that segments at their end may read."""
+_CHUNK = 4096
+_DROP_EVERY = 64
+"""Trees after which dead segments are dropped."""
+_LARGEST_STEPS = 32000
+_LARGEST_INT16 = np.int16(np.iinfo(np.int16).max)
 _LARGEST = np.float32(np.finfo(np.float32).max)
+_index = np.uint64
+"""Indices in the inner loops are unsigned: signed ones are checked for being negative."""
 
 
 def feature_offsets(
@@ -32,60 +55,88 @@ def feature_offsets(
     return channel * channel_pitch + row * row_pitch + column
 
 
-def score_windows(
-    grids: NDArray[np.uint8],
-    row_pitch: int,
-    first_row: int,
-    end_row: int,
-    columns: int,
-    offsets: NDArray[np.int64],
-    thresholds: NDArray[np.uint8],
-    leaves: NDArray[np.float32],
-    rejection_threshold: float,
-    score_threshold: float,
-    scratch: NDArray[np.float32],
-    places: NDArray[np.int32],
-    scores: NDArray[np.float32],
-) -> int:
-    """Windows that survive the cascade with a score of at least `score_threshold`.
+class Segments:
+    """Memory for segments: first places, running scores and the lowest that they have been."""
 
-    Args:
-        grids: planar channels, flat.
-        row_pitch: elements from a row of cells to the next.
-        first_row: first row of cells with windows' tops.
-        end_row: one past the last.
-        columns: windows in a row.
-        offsets: (T, 3) from `feature_offsets`.
-        thresholds: (T, 3) of the trees.
-        leaves: (T, 4) of the trees.
-        rejection_threshold: running score below which a window is dropped; finite.
-        score_threshold: final score from which a window is put out.
-        scratch: (2, columns or more).
-        places: (N, 2) receives row and column of the windows.
-        scores: (N,) receives their scores.
+    def __init__(self, count: int) -> None:
+        self.starts = np.empty(count, np.int64)
+        self.running = np.empty((count, SEGMENT), np.float32)
+        self.lowest = np.empty((count, SEGMENT), np.float32)
 
-    Returns:
-        How many there are; where that is more than N, only the first N were written.
+
+class Cascade:
+    """Runs a model's cascade, in memory it keeps: one instance for each thread."""
+
+    def __init__(self, trees: BoostedTrees, rejection_threshold: float) -> None:
+        """`rejection_threshold`: running score below which a window is dropped; finite."""
+        self._thresholds = np.ascontiguousarray(trees.threshold, np.uint8)
+        self._leaves = np.ascontiguousarray(trees.leaf, np.float32)
+        self._rejection_threshold = np.float32(rejection_threshold)
+        self._steps, self._fewest_steps = _in_steps(self._leaves[:COARSE_TREES], rejection_threshold)
+        self._coarse = np.empty((2, _CHUNK), np.int16)
+        self._segments = Segments(_CHUNK // SEGMENT + 1)
+
+    def run(
+        self,
+        grids: NDArray[np.uint8],
+        row_pitch: int,
+        rows: range,
+        columns: int,
+        offsets: NDArray[np.int64],
+        score_threshold: float,
+        places: NDArray[np.int64],
+        scores: NDArray[np.float32],
+    ) -> int:
+        """Windows that survive the cascade with a score of at least `score_threshold`, row by row.
+
+        Args:
+            grids: planar channels, flat, and after them `SLACK` elements that do not matter.
+            row_pitch: elements from a row of cells to the next.
+            rows: rows of cells where windows have their top.
+            columns: windows in a row.
+            offsets: (T, 3) from `feature_offsets`.
+            score_threshold: final score from which a window is put out.
+            places: (N,) receives the places of the windows in the first channel.
+            scores: (N,) receives their scores.
+
+        Returns:
+            How many there are; where that is more than N, only the first N were written.
+        """
+        return _run(
+            grids,
+            row_pitch,
+            rows.start,
+            rows.stop,
+            columns,
+            offsets,
+            self._thresholds,
+            self._leaves,
+            self._steps,
+            self._fewest_steps,
+            self._rejection_threshold,
+            np.float32(score_threshold),
+            self._coarse,
+            self._segments.starts,
+            self._segments.running,
+            self._segments.lowest,
+            places,
+            scores,
+        )
+
+
+def _in_steps(leaves: NDArray[np.float32], rejection_threshold: float) -> tuple[NDArray[np.int16], np.int16]:
+    """Leaves in steps as fine as no sum of them leaves 16 bits, rounded up; and the threshold, rounded down.
+
+    One step more is left for the rounding of single precision.
     """
-    return _score_windows(
-        grids,
-        row_pitch,
-        first_row,
-        end_row,
-        columns,
-        offsets,
-        thresholds,
-        leaves,
-        np.float32(rejection_threshold),
-        np.float32(score_threshold),
-        scratch,
-        places,
-        scores,
-    )
+    highest, lowest = leaves.max(axis=1, initial=0.0).sum(), leaves.min(axis=1, initial=0.0).sum()
+    scale = _LARGEST_STEPS / max(float(highest), -float(lowest), 1e-6)
+    limit = max(np.floor(rejection_threshold * scale) - 1, np.iinfo(np.int16).min)
+    return np.ceil(leaves * scale).astype(np.int16), np.int16(min(limit, _LARGEST_INT16))
 
 
 @kernel()
-def _score_windows(
+def _run(
     grids: NDArray[np.uint8],
     row_pitch: int,
     first_row: int,
@@ -94,53 +145,147 @@ def _score_windows(
     offsets: NDArray[np.int64],
     thresholds: NDArray[np.uint8],
     leaves: NDArray[np.float32],
+    steps: NDArray[np.int16],
+    fewest_steps: np.int16,
     rejection_threshold: np.float32,
     score_threshold: np.float32,
-    scratch: NDArray[np.float32],
-    places: NDArray[np.int32],
+    coarse: NDArray[np.int16],
+    starts: NDArray[np.int64],
+    running: NDArray[np.float32],
+    lowest: NDArray[np.float32],
+    places: NDArray[np.int64],
     scores: NDArray[np.float32],
 ) -> int:
-    tree_count = len(offsets)
-    row_trees = min(ROW_TREES, tree_count)
-    score, lowest = scratch[0, :columns], scratch[1, :columns]
     found = 0
-    for row in range(first_row, end_row):
-        base = row * row_pitch
-        score[:] = np.float32(0)
-        lowest[:] = _LARGEST
-        for t in range(row_trees):
-            at0, at1, at2 = base + offsets[t, 0], base + offsets[t, 1], base + offsets[t, 2]
-            root, left, right = (
-                grids[at0 : at0 + columns],
-                grids[at1 : at1 + columns],
-                grids[at2 : at2 + columns],
+    level_end = (end_row - 1) * row_pitch + columns
+    for first in range(first_row * row_pitch, level_end, _CHUNK):
+        end = min(first + _CHUNK, level_end)
+        _coarse_trees(grids, first, end, offsets, thresholds, steps, coarse)
+        count = _cut_into_segments(first, end, coarse[1], fewest_steps, starts)
+        running[:count] = np.float32(0)
+        lowest[:count] = _LARGEST
+        for t in range(0, len(offsets), _DROP_EVERY):
+            stop = min(t + _DROP_EVERY, len(offsets))
+            add_trees(
+                grids, starts[:count], offsets[t:stop], thresholds[t:stop], leaves[t:stop], running, lowest
             )
-            limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
-            leaf0, leaf1, leaf2, leaf3 = leaves[t, 0], leaves[t, 1], leaves[t, 2], leaves[t, 3]
-            for x in range(columns):
-                leaf_left = leaf0 if left[x] <= limit1 else leaf1
-                leaf_right = leaf2 if right[x] <= limit2 else leaf3
-                running = score[x] + (leaf_left if root[x] <= limit0 else leaf_right)
-                score[x] = running
-                lowest[x] = min(lowest[x], running)
-        for x in range(columns):
-            if lowest[x] < rejection_threshold:
-                continue
-            running = score[x]
-            at = base + x
-            alive = True
-            for t in range(row_trees, tree_count):
-                if grids[at + offsets[t, 0]] <= thresholds[t, 0]:
-                    running += leaves[t, 0] if grids[at + offsets[t, 1]] <= thresholds[t, 1] else leaves[t, 1]
-                else:
-                    running += leaves[t, 2] if grids[at + offsets[t, 2]] <= thresholds[t, 2] else leaves[t, 3]
-                if running < rejection_threshold:
-                    alive = False
-                    break
-            if alive and running >= score_threshold:
-                if found < len(scores):
-                    places[found, 0] = row
-                    places[found, 1] = x
-                    scores[found] = running
-                found += 1
+            if stop > COARSE_TREES:  # before, the coarse steps have seen to it
+                count = _drop_dead(starts, running, lowest, count, rejection_threshold)
+        for i in range(count):
+            for x in range(SEGMENT):
+                place = starts[i] + x
+                if (
+                    place < end
+                    and place % row_pitch < columns
+                    and lowest[i, x] >= rejection_threshold
+                    and running[i, x] >= score_threshold
+                ):
+                    if found < len(places):
+                        places[found] = place
+                        scores[found] = running[i, x]
+                    found += 1
     return found
+
+
+@kernel()
+def _coarse_trees(
+    grids: NDArray[np.uint8],
+    first: int,
+    end: int,
+    offsets: NDArray[np.int64],
+    thresholds: NDArray[np.uint8],
+    steps: NDArray[np.int16],
+    coarse: NDArray[np.int16],
+) -> None:
+    """Running scores of the places first..end-1 and their lowest, in steps, into the rows of `coarse`."""
+    count = end - first
+    running, lowest = coarse[0, :count], coarse[1, :count]
+    running[:] = np.int16(0)
+    lowest[:] = _LARGEST_INT16
+    for t in range(len(steps)):
+        at0, at1, at2 = first + offsets[t, 0], first + offsets[t, 1], first + offsets[t, 2]
+        root, left, right = grids[at0 : at0 + count], grids[at1 : at1 + count], grids[at2 : at2 + count]
+        limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
+        leaf0, leaf1, leaf2, leaf3 = steps[t, 0], steps[t, 1], steps[t, 2], steps[t, 3]
+        for x in range(count):
+            leaf_left = leaf0 if left[x] <= limit1 else leaf1
+            leaf_right = leaf2 if right[x] <= limit2 else leaf3
+            score = np.int16(running[x] + (leaf_left if root[x] <= limit0 else leaf_right))
+            running[x] = score
+            if score < lowest[x]:
+                lowest[x] = score
+
+
+@kernel()
+def _cut_into_segments(
+    first: int, end: int, lowest: NDArray[np.int16], fewest_steps: np.int16, starts: NDArray[np.int64]
+) -> int:
+    """Starts of segments that hold every place with a window left; how many there are."""
+    count = 0
+    covered = 0
+    for x in range(end - first):
+        if x >= covered and lowest[x] >= fewest_steps:
+            starts[count] = first + x
+            count += 1
+            covered = x + SEGMENT
+    return count
+
+
+@kernel()
+def add_trees(
+    grids: NDArray[np.uint8],
+    starts: NDArray[np.int64],
+    offsets: NDArray[np.int64],
+    thresholds: NDArray[np.uint8],
+    leaves: NDArray[np.float32],
+    running: NDArray[np.float32],
+    lowest: NDArray[np.float32],
+) -> None:
+    """Add trees to the running scores of segments, and note the lowest.
+
+    Args:
+        grids: what the trees look at.
+        starts: (N,) first places of the segments.
+        offsets: (T, 3) places of the nodes' features from a window's own.
+        thresholds: (T, 3).
+        leaves: (T, 4).
+        running: (N or more, SEGMENT) running scores.
+        lowest: (N or more, SEGMENT) the lowest that they have been.
+    """
+    for t in range(len(offsets)):
+        offset0, offset1, offset2 = _index(offsets[t, 0]), _index(offsets[t, 1]), _index(offsets[t, 2])
+        limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
+        leaf0, leaf1, leaf2, leaf3 = leaves[t, 0], leaves[t, 1], leaves[t, 2], leaves[t, 3]
+        for segment in range(len(starts)):
+            i = _index(segment)
+            start = _index(starts[i])
+            root, left, right = start + offset0, start + offset1, start + offset2
+            for lane in range(SEGMENT):
+                x = _index(lane)
+                leaf_left = leaf0 if grids[left + x] <= limit1 else leaf1
+                leaf_right = leaf2 if grids[right + x] <= limit2 else leaf3
+                score = running[i, x] + (leaf_left if grids[root + x] <= limit0 else leaf_right)
+                running[i, x] = score
+                lowest[i, x] = min(lowest[i, x], score)
+
+
+@kernel()
+def _drop_dead(
+    starts: NDArray[np.int64],
+    running: NDArray[np.float32],
+    lowest: NDArray[np.float32],
+    count: int,
+    rejection_threshold: np.float32,
+) -> int:
+    """Close the ranks over segments without a window left; how many remain."""
+    alive = 0
+    for i in range(count):
+        highest = -_LARGEST
+        for x in range(SEGMENT):
+            highest = max(highest, lowest[i, x])
+        if highest >= rejection_threshold:
+            starts[alive] = starts[i]
+            for x in range(SEGMENT):
+                running[alive, x], lowest[alive, x] = running[i, x], lowest[i, x]
+            alive += 1
+    return alive

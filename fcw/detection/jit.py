@@ -1,17 +1,22 @@
-"""How the detector's kernels are compiled: without the interpreter's lock, kept on disk where possible."""
+"""How the detector's kernels are compiled: without the interpreter's lock, and kept on disk."""
 
+import os
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import config
 
 
 def kernel() -> Callable[[Callable[..., Any]], Any]:
     """Decorator: compile a function at its first use, for the types it is then called with.
 
     nogil lets frames be worked on in several threads; fastmath lets LLVM vectorise. The machine code is
-    cached beside the source or in numba's cache folder; where neither can be written to (a read-only install
-    without a home folder) numba refuses, and the kernel is compiled anew in each process.
+    kept beside the source, or in the user's cache folder. Where neither can be written to (a read-only
+    install without a home folder) numba refuses; then it is kept in the folder for temporary files, and only
+    where that is not safe either is the kernel compiled anew in each process.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's own type
@@ -19,6 +24,34 @@ def kernel() -> Callable[[Callable[..., Any]], Any]:
         try:
             return numba.njit(cache=True, **options)(function)
         except RuntimeError:  # "cannot cache function ...: no locator available"
+            folder = private_temporary_folder()
+        if folder is None:
             return numba.njit(**options)(function)
+        settings: Any = config  # its attributes are made when it is loaded
+        before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)  # read once, for this function
+        try:
+            return numba.njit(cache=True, **options)(function)
+        except RuntimeError:
+            return numba.njit(**options)(function)
+        finally:
+            settings.CACHE_DIR = before
 
     return compiled
+
+
+def private_temporary_folder() -> Path | None:
+    """A folder among the temporary files that this user alone can write to; None where there is none.
+
+    What is loaded from it is run: in a folder that all users share, another one may have made it before us.
+    """
+    user = os.getuid() if hasattr(os, "getuid") else None
+    folder = Path(tempfile.gettempdir()) / ("fcw-kernels" if user is None else f"fcw-kernels-{user}")
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    if user is None:  # Windows: temporary files are the user's own
+        return folder
+    own = status.st_uid == user and not status.st_mode & 0o077 and not folder.is_symlink()
+    return folder if own else None

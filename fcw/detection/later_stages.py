@@ -1,4 +1,4 @@
-"""From the windows that pass the cascade to vehicles: second stage, placing, suppression."""
+"""From the windows that pass the scoring stages to vehicles: placing, suppression."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.box_regression import regressed_boxes
-from fcw.detection.decorrelation import SecondStageScorer
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, cut_to_picture
 from fcw.detection.suppression import merge, suppress
@@ -36,27 +35,30 @@ class Vehicles:
 
 
 class LaterStages:
-    """A model's stages after the cascade; with neither, suppression and box voting alone."""
+    """A model's stages after the scores; without a regressor, suppression and box voting alone."""
 
     def __init__(self, model: Model) -> None:
         self._regressor = model.regressor
-        self._scorer = SecondStageScorer(model.second, model.window) if model.second else None
-        self.need_features = bool(model.second or model.regressor)
+        self._two_scores = model.second is not None
+        self.need_features = model.regressor is not None
 
     def gate(self, score_threshold: float) -> float:
-        """Cascade score from which windows matter for vehicles of a final score."""
-        return -np.inf if self._scorer else min(score_threshold, UNDECIDED_SCORE)
+        """Score from which windows matter for vehicles of a final score.
+
+        Others have no say in a box, and suppress only what is worse than they.
+        """
+        return min(score_threshold, UNDECIDED_SCORE)
 
     def vehicles(self, proposals: Proposals, largest_overlap: float, size: ImageSize) -> Vehicles:
-        """Score the windows, keep the best of those that overlap, and place their boxes.
+        """Keep the best of those that overlap, and place their boxes.
 
         A box is the mean of the windows that agree with the best one (box voting), each where the regressor
         puts it; boxes that then overlap too much are suppressed once more.
         """
         scores = proposals.scores.astype(np.float64)
-        if self._scorer and len(scores):
-            assert proposals.features is not None
-            scores += self._scorer.scores(proposals.features)
+        if self._two_scores:
+            assert proposals.second_scores is not None
+            scores += proposals.second_scores
         kept = suppress(proposals.boxes, scores, largest_overlap)
         weights = np.maximum(scores - UNDECIDED_SCORE, 0.0) ** 2  # squares: the surest windows stand best
         weights[kept] = np.maximum(weights[kept], LONE_WEIGHT)

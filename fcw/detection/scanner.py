@@ -8,31 +8,34 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import feature_offsets, score_windows
+from fcw.detection.cascade import SLACK, Cascade, feature_offsets
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
+from fcw.detection.decorrelation import SecondStageScorer
 from fcw.detection.jit import kernel
-from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model, Window
-from fcw.detection.windows import PAD_CELLS, Level
+from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model
+from fcw.detection.windows import PAD_CELLS, Level, vehicles_in_levels
 from fcw.sources.frame import ImageSize
 
-FIRST_CAPACITY = 4096
-"""Windows that the result buffers hold at first; they grow where a low threshold lets more through."""
+FIRST_CAPACITY = 1024
+"""Windows that there is room for at first: more than pass in any usual picture."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proposals:
-    """Windows that passed the cascade, best score first, before any suppression.
+    """Windows that passed the scoring stages, best score of the cascade first, before any suppression.
 
     Attributes:
         boxes: (N, 4) float64, x, y, w, h of the vehicles, cut to the picture.
         placements: (N, 3) float64, where each window expects its vehicle: middle, bottom, sqrt(w h).
-        scores: (N,) float32.
+        scores: (N,) float32, of the cascade.
+        second_scores: (N,) float32, of the second stage; None where the model has none.
         features: (N, 2560) uint8, what the trees saw: channel, row, column; None unless asked for.
     """
 
     boxes: NDArray[np.float64]
     placements: NDArray[np.float64]
     scores: NDArray[np.float32]
+    second_scores: NDArray[np.float32] | None
     features: NDArray[np.uint8] | None
 
 
@@ -54,9 +57,9 @@ class _Octave:
         self._computer = ChannelComputer(ImageSize(size.width, height), settings)
         self._wanted = first - first_cell, end - first_cell
         self._inside = slice(first - first_cut, end - first_cut)
-        self.grid = np.empty(
-            (CHANNEL_COUNT, end_cut - first_cut, self._computer.columns + 2 * PAD_CELLS), np.uint8
-        )
+        rows, columns = end_cut - first_cut, self._computer.columns + 2 * PAD_CELLS
+        self.memory = _memory(rows * columns)
+        self.grid = _shaped(self.memory, rows, columns)
 
     def compute(self, picture_rows: NDArray[np.uint8]) -> None:
         """Fill the grid from the rows asked for."""
@@ -107,9 +110,12 @@ class _LevelGrid:
     Attributes:
         level: the level.
         channels: (10, rows, columns).
+        rows: their rows.
+        row_pitch: their columns.
         first_row: row of `channels` that is the level's first.
+        window_rows: rows of `channels` where windows have their top.
         offsets: (T, 3) places of the trees' features.
-        flat: `channels`, flat.
+        flat: `channels`, flat, and `SLACK` elements more.
     """
 
     def __init__(
@@ -127,34 +133,51 @@ class _LevelGrid:
             self.first_row = 0
             self._source = octave.grid[:, first : first + level.cut_rows]
             self._cut = _shaped(cut_memory, level.cut_rows, level.cut_columns)
+            # All channels one above the other; windows keep clear of rows where two of them mix.
+            self._stacked_cut = self._cut.reshape(-1, level.cut_columns)
+            self._stacked = self.channels.reshape(-1, level.columns)
         else:
             self.channels = octave.grid
             self.first_row = first
-        rows, columns = self.channels.shape[1:]
-        self.offsets = feature_offsets(model.trees, model.window, rows * columns, columns)
-        self.flat = self.channels.reshape(-1)
+        _, self.rows, self.row_pitch = self.channels.shape
+        self.flat = (level_memory if level.resized else octave.memory)[: self.channels.size + SLACK]
+        self.offsets = feature_offsets(model.trees, model.window, self.rows * self.row_pitch, self.row_pitch)
+        self.window_rows = range(self.first_row + level.first_window, self.first_row + level.end_window)
 
     def fill(self) -> None:
         """Resize the octave's channels, as they are now."""
         if not self.level.resized:
             return
         np.copyto(self._cut, self._source)
-        # All channels in one call, one above the other; windows keep clear of rows where two of them mix.
-        stacked = self.channels.reshape(-1, self.level.columns)
-        cv2.resize(
-            self._cut.reshape(-1, self.level.cut_columns),
-            (stacked.shape[1], stacked.shape[0]),
-            dst=stacked,
-            interpolation=cv2.INTER_LINEAR,
-        )
+        height, width = self._stacked.shape
+        cv2.resize(self._stacked_cut, (width, height), dst=self._stacked, interpolation=cv2.INTER_LINEAR)
 
-    def features(
-        self, window: Window, rows: NDArray[np.int32], columns: NDArray[np.int32]
-    ) -> NDArray[np.uint8]:
-        """(N, 2560) features of windows with these top-left cells in `channels`."""
-        out = np.empty((len(rows), window.feature_count), np.uint8)
-        _gather(self.channels, rows, columns, out.reshape(-1, CHANNEL_COUNT, window.cells, window.cells))
-        return out
+
+class _Found:
+    """Windows that passed in the levels so far, in memory that grows when more pass than ever before.
+
+    Attributes:
+        count: how many there are.
+        places: (N,) int64, of which the first `count` are filled, as of the others.
+        scores: (N,) float32, of the cascade.
+        second_scores: (N,) float32.
+        features: (N, 2560) uint8.
+    """
+
+    def __init__(self, feature_count: int) -> None:
+        self.count = 0
+        self.places = np.empty(FIRST_CAPACITY, np.int64)
+        self.scores = np.empty(FIRST_CAPACITY, np.float32)
+        self.second_scores = np.zeros(FIRST_CAPACITY, np.float32)
+        self.features = np.empty((FIRST_CAPACITY, feature_count), np.uint8)
+
+    def make_room(self, count: int) -> None:
+        """Room for so many, twice over."""
+        for name in ("places", "scores", "second_scores", "features"):
+            before = getattr(self, name)
+            after = np.zeros((2 * count, *before.shape[1:]), before.dtype)
+            after[: self.count] = before[: self.count]
+            setattr(self, name, after)
 
 
 class Scanner:
@@ -172,17 +195,14 @@ class Scanner:
         self._halves = _Halves(size, self._octaves)
         cut_cells = max((level.cut_rows * level.cut_columns for level in levels), default=0)
         level_cells = max((level.rows * level.columns for level in levels), default=0)
-        memory = (
-            np.empty(CHANNEL_COUNT * cut_cells, np.uint8),
-            np.empty(CHANNEL_COUNT * level_cells, np.uint8),
-        )
+        memory = _memory(cut_cells), _memory(level_cells)
         self._grids = [_LevelGrid(self._octaves[level.octave], level, model, *memory) for level in levels]
-        window_columns = max((level.window_columns for level in levels), default=0)
-        self._running = np.empty((2, window_columns), np.float32)
-        self._places = np.empty((FIRST_CAPACITY, 2), np.int32)
-        self._scores = np.empty(FIRST_CAPACITY, np.float32)
-        self._leaves = np.ascontiguousarray(model.trees.leaf, np.float32)
-        self._thresholds = np.ascontiguousarray(model.trees.threshold, np.uint8)
+        self._row_pitches = np.array([grid.row_pitch for grid in self._grids], np.int64)
+        self._first_rows = np.array([grid.first_row for grid in self._grids], np.int64)
+        self._cascade = Cascade(model.trees, model.rejection_threshold)
+        self._second = SecondStageScorer(model.second, model.window) if model.second else None
+        self._levels = levels
+        self._found = _Found(model.window.feature_count)
 
     def scan(
         self,
@@ -191,36 +211,30 @@ class Scanner:
         aspect_ratios: Callable[[NDArray[np.float64]], NDArray[np.float64]],
         with_features: bool,
     ) -> Proposals:
-        """All windows scored at least `threshold`; `aspect_ratios` are asked for by their bottom rows."""
-        boxes: list[NDArray[np.float64]] = []
-        placements: list[NDArray[np.float64]] = []
-        scores: list[NDArray[np.float32]] = []
-        features: list[NDArray[np.uint8]] = []
+        """All windows that both scoring stages together give at least `threshold`.
+
+        Aspect ratios are asked for by the bottom rows.
+        """
         self._compute_channels(image)
-        for grid in self._grids:
+        found, counts = self._found, np.zeros(len(self._grids), np.int64)
+        found.count = 0
+        for number, grid in enumerate(self._grids):
             grid.fill()
-            count = self._run(grid, threshold)
-            if not count:
-                continue
-            rows, columns = self._places[:count, 0], self._places[:count, 1]
-            if with_features:
-                features.append(grid.features(self._model.window, rows, columns))
-            middle, bottom, size_px = grid.level.vehicles(self._model.window, rows - grid.first_row, columns)
-            root = np.sqrt(aspect_ratios(bottom))
-            w, h = size_px * root, size_px / root
-            boxes.append(np.column_stack([middle - w / 2, bottom - h, w, h]))
-            placements.append(np.column_stack([middle, bottom, size_px]))
-            scores.append(self._scores[:count].copy())
-        if not scores:
-            none = np.empty((0, self._model.window.feature_count), np.uint8) if with_features else None
-            return Proposals(np.empty((0, 4)), np.empty((0, 3)), np.empty(0, np.float32), none)
-        all_scores = np.concatenate(scores)
-        order = np.argsort(-all_scores, kind="stable")
+            counts[number] = self._run(grid, threshold, with_features)
+        order = np.argsort(-found.scores[: found.count], kind="stable")
+        level = np.repeat(np.arange(len(counts)), counts)[order]
+        rows, columns = np.divmod(found.places[order], self._row_pitches[level])
+        middle, bottom, size_px = vehicles_in_levels(
+            self._levels, level, self._model.window, rows - self._first_rows[level], columns
+        )
+        root = np.sqrt(aspect_ratios(bottom))
+        w, h = size_px * root, size_px / root
         return Proposals(
-            cut_to_picture(np.concatenate(boxes)[order], self.size),
-            np.concatenate(placements)[order],
-            all_scores[order],
-            np.concatenate(features)[order] if with_features else None,
+            cut_to_picture(np.column_stack([middle - w / 2, bottom - h, w, h]), self.size),
+            np.column_stack([middle, bottom, size_px]),
+            found.scores[order],
+            found.second_scores[order] if self._second else None,
+            found.features[order] if with_features else None,
         )
 
     def _compute_channels(self, image: NDArray[np.uint8]) -> None:
@@ -228,40 +242,80 @@ class Scanner:
         for number, octave in self._octaves.items():
             octave.compute(self._halves.rows(image, number, octave.picture_rows))
 
-    def _run(self, grid: _LevelGrid, threshold: float) -> int:
-        """Run the cascade; the windows' places in the grid and their scores are left in the buffers."""
+    def _run(self, grid: _LevelGrid, threshold: float, with_features: bool) -> int:
+        """Run the scoring stages over a level, and add the windows that pass to those found; how many."""
+        found = self._found
         while True:
-            count = score_windows(
+            count = self._cascade.run(
                 grid.flat,
-                grid.channels.shape[2],
-                grid.first_row + grid.level.first_window,
-                grid.first_row + grid.level.end_window,
+                grid.row_pitch,
+                grid.window_rows,
                 grid.level.window_columns,
                 grid.offsets,
-                self._thresholds,
-                self._leaves,
-                self._model.rejection_threshold,
-                threshold,
-                self._running,
-                self._places,
-                self._scores,
+                -np.inf if self._second else threshold,
+                found.places[found.count :],
+                found.scores[found.count :],
             )
-            if count <= len(self._scores):
-                return count
-            self._places = np.empty((2 * count, 2), np.int32)
-            self._scores = np.empty(2 * count, np.float32)
+            if found.count + count <= len(found.places):
+                break
+            found.make_room(found.count + count)
+        if not count:
+            return 0
+        new = slice(found.count, found.count + count)
+        if self._second:
+            self._second.score(
+                grid.flat, grid.rows, grid.row_pitch, found.places[new], found.second_scores[new]
+            )
+        kept = _keep(
+            found.places[new],
+            found.scores[new],
+            found.second_scores[new],
+            threshold,
+            grid.flat,
+            grid.rows * grid.row_pitch,
+            grid.row_pitch,
+            self._model.window.cells,
+            found.features[new],
+            with_features,
+        )
+        found.count += kept
+        return kept
 
 
 @kernel()
-def _gather(
-    channels: NDArray[np.uint8], rows: NDArray[np.int32], columns: NDArray[np.int32], out: NDArray[np.uint8]
-) -> None:
-    for index in range(len(out)):
-        top, left = rows[index], columns[index]
-        for channel in range(out.shape[1]):
-            for row in range(out.shape[2]):
-                for column in range(out.shape[3]):
-                    out[index, channel, row, column] = channels[channel, top + row, left + column]
+def _keep(
+    places: NDArray[np.int64],
+    scores: NDArray[np.float32],
+    second_scores: NDArray[np.float32],
+    threshold: float,
+    grids: NDArray[np.uint8],
+    channel_pitch: int,
+    row_pitch: int,
+    window_cells: int,
+    features: NDArray[np.uint8],
+    with_features: bool,
+) -> int:
+    """Close the ranks over windows below the threshold, and take the features of the others; how many."""
+    kept = 0
+    for i in range(len(places)):
+        if np.float64(scores[i]) + np.float64(second_scores[i]) < threshold:
+            continue
+        places[kept], scores[kept], second_scores[kept] = places[i], scores[i], second_scores[i]
+        if with_features:
+            to = np.uint64(0)
+            for channel in range(CHANNEL_COUNT):
+                for row in range(window_cells):
+                    first = np.uint64(places[kept] + channel * channel_pitch + row * row_pitch)
+                    for column in range(window_cells):
+                        features[kept, to] = grids[first + np.uint64(column)]
+                        to += np.uint64(1)
+        kept += 1
+    return kept
+
+
+def _memory(cells: int) -> NDArray[np.uint8]:
+    """Room for ten channels of so many cells, and for what segments at their end may read."""
+    return np.zeros(CHANNEL_COUNT * cells + SLACK, np.uint8)
 
 
 def _shaped(memory: NDArray[np.uint8], rows: int, columns: int) -> NDArray[np.uint8]:

@@ -17,11 +17,13 @@ class Series:
         name: in the legend.
         points: x and y; what is not finite, or outside the axes, is left out.
         line: whether they are joined.
+        dot_px: radius of points that are not joined.
     """
 
     name: str
     points: Sequence[tuple[float, float]]
     line: bool = False
+    dot_px: float = 1.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +97,8 @@ class Chart:
             parts.append(f'<path d="M{path}" fill="none" stroke="{colour}" stroke-width="1.5"/>')
         else:
             parts += [
-                f'<circle cx="{x:.1f}" cy="{y:.1f}" r="1.6" fill="{colour}" fill-opacity="0.5"/>'
+                f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{series.dot_px:g}" fill="{colour}" '
+                'fill-opacity="0.5"/>'
                 for x, y in inside
             ]
         return parts

@@ -2,21 +2,18 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
-from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
+from fcw.detection.choice import DetectorModel, make_detector
 from fcw.detection.dataset import LabelledImage
-from fcw.detection.model import Model
 from fcw.detection.types import Detector
-from fcw.errors import UserError
 from fcw.evaluation.labels import AnnotatedImage
 
-DETECTOR_NAMES = ("acf", "acf-full")
 EVERY_SCORE = float("-inf")
 """With this threshold a detector puts out all that passes its cascade: the whole curve."""
 
@@ -45,39 +42,26 @@ class DetectorCase:
     """A detector as it is measured.
 
     Attributes:
-        name: `acf` or `acf-full`.
+        name: `acf`, `acf-full` or `onnx:FILE`.
         model: its model.
-        score_threshold: from which score a window counts; None: the model's own.
+        score_threshold: from which score a box counts; None: the model's own.
         largest_scale: how far pictures are enlarged; None: the detector's own.
     """
 
     name: str
-    model: Model
+    model: DetectorModel
     score_threshold: float | None = None
     largest_scale: float | None = None
 
-    def __post_init__(self) -> None:
-        if self.name not in DETECTOR_NAMES:
-            raise UserError(
-                f"--detector {self.name}: no such detector; expected one of {', '.join(DETECTOR_NAMES)}"
-            )
-
     def detector_of(self, calibration_of: CalibrationOf) -> DetectorOf:
         """A function from a picture to its detector, the same for all pictures of one clip and size."""
-        prior = AcfSettings(score_threshold=self.score_threshold)
-        full = FullAcfSettings(score_threshold=self.score_threshold)
-        if self.largest_scale is not None:
-            prior = replace(prior, largest_scale=self.largest_scale)
-            full = replace(full, largest_scale=self.largest_scale)
         made: dict[object, Detector] = {}
 
         def detector_of(image: LabelledImage) -> Detector:
             key = image.clip, image.size
             if key not in made:
-                made[key] = (
-                    AcfDetector(self.model, calibration_of(image), prior)
-                    if self.name == "acf"
-                    else FullAcfDetector(self.model, full)
+                made[key] = make_detector(
+                    self.name, self.model, calibration_of(image), self.score_threshold, self.largest_scale
                 )
             return made[key]
 

@@ -16,9 +16,15 @@ class BenchCommand:
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Its calibration file; by default `<name>.calibration.yaml` beside the source."""
     rounds: int = 3
-    """How often each case is run; medians are reported."""
+    """How often each case is run; medians and minima are reported."""
     detector_frames: int = 60
-    """Frames on which the detectors are compared in each round, one thread."""
+    """Pictures on which the detectors are compared in each round, one thread."""
+    onnx: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """A YOLO net to measure beside the own detectors."""
+    detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
+    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
+    report: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
+    """Write bench.txt, bench.json, and pictures of time against windows and against pitch tolerance there."""
     json: bool = False
     """Print the figures as JSON on stdout, alone."""
 
@@ -29,25 +35,31 @@ def run_bench(command: BenchCommand) -> int:
     import sys
 
     from rich.console import Console
-    from rich.table import Table
 
+    from fcw.detection.choice import ONNX_PREFIX, load_model
     from fcw.errors import UserError
-    from fcw_viz.benchmark import measure
+    from fcw_viz.benchmark.measure import measure
+    from fcw_viz.benchmark.report import print_figures, write_report
     from fcw_viz.commands.demo import demo_folder
 
     if command.rounds < 1 or command.detector_frames < 1:
         raise UserError("--rounds and --detector-frames: expected at least 1")
+    if command.detector_classes and not command.onnx:
+        raise UserError(f"--detector-classes {' '.join(command.detector_classes)}: expected only with --onnx")
+    plugged_in = None
+    if command.onnx:
+        name = f"{ONNX_PREFIX}{command.onnx}"
+        plugged_in = name, load_model(name, command.detector_classes)
     source = command.source or demo_folder() / "drive.mp4"
+    messages = Console(stderr=True)
     figures = measure(
-        source, command.calibration, command.rounds, command.detector_frames, Console(stderr=True)
+        source, command.calibration, command.rounds, command.detector_frames, messages, plugged_in
     )
+    if command.report:
+        for path in write_report(figures, command.report):
+            messages.print(str(path), highlight=False, soft_wrap=True)
     if command.json:
         sys.stdout.write(json.dumps(figures.as_json(), indent=2) + "\n")
-        return 0
-    console = Console()
-    console.print(figures.heading, highlight=False)
-    table = Table("case", "median", "minimum", "ratio to the first of its kind", box=None)
-    for row in figures.table_rows():
-        table.add_row(*row)
-    console.print(table)
+    else:
+        print_figures(figures, Console())
     return 0

@@ -20,8 +20,10 @@ class EvaluateDetectionCommand:
     """Folder that the labels' file names are relative to."""
     calibration: Annotated[Path, tyro.conf.arg(metavar="FILE|DIR")]
     """Calibration file for all pictures, or a folder with <clip>.yaml for each clip."""
-    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full")] = "acf"
-    """acf searches where the calibration allows a vehicle; acf-full the whole picture."""
+    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full|onnx:FILE")] = "acf"
+    """acf searches where the calibration allows a vehicle; acf-full the whole picture; onnx: a YOLO net."""
+    detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
+    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
     model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Model file, as `fcw train` writes it; by default the shipped one."""
     at_fppi: Annotated[tuple[float, ...], tyro.conf.arg(metavar="X ...")] = ()
@@ -44,7 +46,7 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from fcw.detection.model import SHIPPED_MODEL_PATH, Model
+    from fcw.detection.choice import load_model
     from fcw.errors import UserError
     from fcw.evaluation.coco import write_coco_results
     from fcw.evaluation.detection_figures import evaluate
@@ -67,7 +69,7 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
     calibration_of = calibration_source(command.calibration)
     for image in images:
         calibration_of(image.labelled)  # one that is missing is better told now than halfway
-    model = Model.load(command.model or SHIPPED_MODEL_PATH)
+    model = load_model(command.detector, command.detector_classes, command.model)
     cases = {
         "shipped": DetectorCase(command.detector, model),
         "every score": DetectorCase(command.detector, model, EVERY_SCORE),

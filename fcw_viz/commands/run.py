@@ -28,8 +28,10 @@ class RunCommand:
     """Of an MCAP file: the pictures to run on; needed where it has several topics of pictures."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the logs and summary.json; by default recordings/<name>. Earlier logs there are replaced."""
-    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full")] = "acf"
-    """acf searches where the calibration allows a vehicle; acf-full the whole picture."""
+    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full|onnx:FILE")] = "acf"
+    """acf searches where the calibration allows a vehicle; acf-full the whole picture; onnx: a YOLO net."""
+    detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
+    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
     """Own speed: metres per second, a CSV file with the columns time_s and speed_mps, or a GPX track; by
     default what an MCAP file says of it."""
@@ -59,6 +61,7 @@ def run_run(command: RunCommand) -> int:
         calibration=command.calibration,
         topic=command.topic,
         detector=command.detector,
+        detector_classes=command.detector_classes,
         ego_speed=command.ego_speed,
         warning_policy=command.warning_policy,
         imperial=command.units == "imperial",

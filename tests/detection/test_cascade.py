@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import ROW_TREES, feature_offsets, score_windows
+from fcw.detection.cascade import COARSE_TREES, SEGMENT, SLACK, Cascade, Segments, add_trees, feature_offsets
 from fcw.detection.model import BoostedTrees, Window
 
 WINDOW = Window()
@@ -33,6 +33,11 @@ def plain_score(trees: BoostedTrees, features: NDArray[np.uint8], rejection: flo
     return score
 
 
+def with_slack(grids: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Flat, and after them what must not matter."""
+    return np.concatenate([grids.reshape(-1), np.random.default_rng(1).integers(0, 256, SLACK, np.uint8)])
+
+
 def run(
     grids: NDArray[np.uint8],
     trees: BoostedTrees,
@@ -42,24 +47,21 @@ def run(
     capacity: int = 4096,
 ) -> tuple[int, dict[tuple[int, int], np.float32]]:
     columns = grids.shape[2] - WINDOW.cells + 1
-    places, scores = np.zeros((capacity, 2), np.int32), np.zeros(capacity, np.float32)
-    count = score_windows(
-        grids.reshape(-1),
-        grids.shape[2],
-        rows.start,
-        rows.stop,
+    pitch = grids.shape[2]
+    places, scores = np.zeros(capacity, np.int64), np.zeros(capacity, np.float32)
+    count = Cascade(trees, rejection).run(
+        with_slack(grids),
+        pitch,
+        rows,
         columns,
-        feature_offsets(trees, WINDOW, grids.shape[1] * grids.shape[2], grids.shape[2]),
-        trees.threshold,
-        trees.leaf,
-        rejection,
+        feature_offsets(trees, WINDOW, grids.shape[1] * pitch, pitch),
         threshold,
-        np.zeros((2, columns + 3), np.float32),
         places,
         scores,
     )
     kept = min(count, capacity)
-    return count, {(int(r), int(c)): s for (r, c), s in zip(places[:kept], scores[:kept], strict=True)}
+    assert (np.diff(places[:kept]) > 0).all()
+    return count, {divmod(int(p), pitch): s for p, s in zip(places[:kept], scores[:kept], strict=True)}
 
 
 def expected(
@@ -78,7 +80,7 @@ def expected(
 @settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
-    tree_count=st.sampled_from([1, 5, ROW_TREES, ROW_TREES + 1, ROW_TREES + 6]),
+    tree_count=st.sampled_from([1, 5, COARSE_TREES, COARSE_TREES + 1, COARSE_TREES + 70]),
     rejection=st.sampled_from([-0.5, -1.0, -3.0, -1e6]),
     threshold=st.sampled_from([-2.0, 0.0, 1.0]),
 )
@@ -127,3 +129,52 @@ def test_features_are_counted_channel_by_channel_row_by_row():
     np.testing.assert_array_equal(
         feature_offsets(trees, WINDOW, 5000, 100), [[0, 101, 9 * 5000 + 15 * 100 + 15]]
     )
+
+
+@pytest.mark.parametrize("size", [(16, 16), (17, 40), (16, 2000), (60, 300)])
+def test_every_window_is_scored_once_whatever_the_size_of_the_level(size: tuple[int, int]):
+    # Levels of one window, of rows longer than a segment or a chunk, and of many chunks.
+    grids = np.random.default_rng(2).integers(0, 256, (10, *size)).astype(np.uint8)
+    trees = random_trees(3, 4)
+    rows = range(size[0] - WINDOW.cells + 1)
+    count, found = run(grids, trees, rows, -1e6, -1e6, capacity=20_000)
+    assert count == len(rows) * (size[1] - WINDOW.cells + 1)
+    assert found == expected(grids, trees, rows, -1e6, -1e6)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    largest_leaf=st.sampled_from([1e-4, 0.3, 4.0]),
+    rejection=st.floats(-6.0, 1.0),
+)
+def test_the_coarse_steps_never_drop_what_single_precision_keeps(
+    seed: int, largest_leaf: float, rejection: float
+):
+    generator = np.random.default_rng(seed)
+    trees = random_trees(COARSE_TREES, seed)
+    leaves = generator.uniform(-largest_leaf, largest_leaf, trees.leaf.shape).astype(np.float32)
+    trees = BoostedTrees(trees.feature, trees.threshold, leaves)
+    grids = generator.integers(0, 256, (10, 16, 80)).astype(np.uint8)
+    assert run(grids, trees, range(1), rejection, -1e6)[1] == expected(
+        grids, trees, range(1), rejection, -1e6
+    )
+
+
+def test_segments_hold_the_running_score_and_its_lowest_of_each_place():
+    flat = np.random.default_rng(5).integers(0, 256, 5000).astype(np.uint8)
+    trees = random_trees(7, 6)
+    offsets = np.random.default_rng(7).integers(0, 900, (7, 3))
+    segments = Segments(3)
+    segments.starts[:] = [0, 11, 4000]
+    segments.running[:] = 0
+    segments.lowest[:] = np.inf
+    add_trees(flat, segments.starts, offsets, trees.threshold, trees.leaf, segments.running, segments.lowest)
+    places = segments.starts[:, None] + np.arange(SEGMENT)
+    running, lowest = np.zeros(places.shape, np.float32), np.full(places.shape, np.inf, np.float32)
+    for offset, threshold, leaf in zip(offsets, trees.threshold, trees.leaf, strict=True):
+        goes_right = flat[places[..., None] + offset] > threshold
+        running += leaf[np.where(goes_right[..., 0], 2 + goes_right[..., 2], goes_right[..., 1])]
+        lowest = np.minimum(lowest, running)
+    np.testing.assert_array_equal(segments.running, running)
+    np.testing.assert_array_equal(segments.lowest, lowest)

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from fcw.detection.boosting import running_scores, train_trees
+from fcw.detection.cascade import SLACK
 from fcw.detection.decorrelation import WEIGHT_STEPS, SecondStageScorer, decorrelated, learn_filters
 from fcw.detection.model import BoostedTrees, SecondStage, Window
 
@@ -86,19 +87,42 @@ def test_steps_are_used_well(windows: NDArray[np.uint8], filters: Filters):
     assert ((steps == 0) | (steps == 255)).mean() < 0.01
 
 
-def test_the_kernel_scores_as_the_trees_over_the_responses_do(filters: Filters):
+@pytest.mark.parametrize("size", [(16, 16), (17, 33), (30, 70)])
+@pytest.mark.parametrize("share", [0.02, 0.3, 1.0])
+def test_the_kernel_scores_as_the_trees_over_the_responses_do(
+    filters: Filters, size: tuple[int, int], share: float
+):
     stage = random_stage(filters, 200, seed=2)
-    others = np.concatenate(
-        [smooth_windows(50, seed=3), np.random.default_rng(4).integers(0, 256, (50, 2560), np.uint8)]
-    )
-    responses = decorrelated(others, WINDOW, stage.weights, stage.means, stage.shifts)
-    expected = running_scores(stage.trees, responses)[:, -1]
-    np.testing.assert_allclose(SecondStageScorer(stage, WINDOW).scores(others), expected, atol=1e-4)
+    generator = np.random.default_rng(4)
+    smooth = ndimage.gaussian_filter(generator.normal(size=(10, *size)), (0, 0.7, 0.7))
+    grids = np.clip(128 + 90 * smooth / smooth.std(), 0, 255).astype(np.uint8)
+    scorer = SecondStageScorer(stage, WINDOW)
+    for _ in range(2):  # what was computed before must not matter
+        tops, lefts = np.nonzero(generator.uniform(size=(size[0] - 15, size[1] - 15)) < share)
+        features = np.array(
+            [grids[:, r : r + 16, c : c + 16].ravel() for r, c in zip(tops, lefts, strict=True)]
+        )
+        responses = decorrelated(features.reshape(-1, 2560), WINDOW, stage.weights, stage.means, stage.shifts)
+        expected = running_scores(stage.trees, responses)[:, -1]
+        flat = np.concatenate([grids.ravel(), generator.integers(0, 256, SLACK, np.uint8)])
+        scores = np.empty(len(tops), np.float32)
+        scorer.score(flat, *size, tops * size[1] + lefts, scores)
+        np.testing.assert_allclose(scores, expected, atol=1e-4)
 
 
-def test_no_windows_have_no_scores(filters: Filters):
-    scorer = SecondStageScorer(random_stage(filters, 100, seed=5), WINDOW)
-    assert scorer.scores(np.empty((0, 2560), np.uint8)).shape == (0,)
+def test_one_scorer_serves_levels_of_all_sizes(filters: Filters):
+    stage = random_stage(filters, 100, seed=5)
+    scorer = SecondStageScorer(stage, WINDOW)
+    generator = np.random.default_rng(6)
+    for rows, columns in [(20, 30), (60, 300), (16, 40), (20, 30)]:
+        flat = generator.integers(0, 256, 10 * rows * columns + SLACK, np.uint8)
+        places = np.sort(generator.choice((rows - 15) * columns - 15, 5, replace=False))
+        places = places[places % columns <= columns - 16]
+        shared, alone = np.zeros((2, len(places)), np.float32)
+        scorer.score(flat, rows, columns, places, shared)
+        SecondStageScorer(stage, WINDOW).score(flat, rows, columns, places, alone)
+        assert alone.any()
+        np.testing.assert_array_equal(shared, alone)
 
 
 def test_trees_over_filters_tell_textures_apart_that_trees_over_cells_hardly_do(filters: Filters):

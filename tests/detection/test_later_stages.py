@@ -1,12 +1,13 @@
 """What follows the cascade: scores add up, boxes go where the regressor says, and stand apart at the end."""
 
 from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from fcw.detection.decorrelation import SecondStageScorer, learn_filters
 from fcw.detection.later_stages import LaterStages
 from fcw.detection.model import BoostedTrees, BoxRegressor, Model, SecondStage, VehicleStatistics, Window
 from fcw.detection.scanner import Proposals
@@ -18,13 +19,21 @@ NO_TREES = BoostedTrees(np.zeros((0, 3), np.uint16), np.zeros((0, 3), np.uint8),
 PLAIN = Model(WINDOW, NO_TREES, None, None, VehicleStatistics(1, 2, 4, (10.0,), (1.0,)), -3.0, 1.0, 1.0)
 
 
-def windows(middles: list[float], scores: list[float], seed: int = 0) -> Proposals:
+def windows(
+    middles: list[float], scores: list[float], second_scores: list[float] | None = None, seed: int = 0
+) -> Proposals:
     """Square windows of 40 px side by side on row 200, with random features."""
     count = len(middles)
     boxes = np.array([[middle - 20, 160, 40, 40] for middle in middles], np.float64)
     placements = np.array([[middle, 200, 40] for middle in middles], np.float64)
     features = np.random.default_rng(seed).integers(0, 256, (count, 2560), np.uint8)
-    return Proposals(boxes, placements, np.array(scores, np.float32), features)
+    second = None if second_scores is None else np.array(second_scores, np.float32)
+    return Proposals(boxes, placements, np.array(scores, np.float32), second, features)
+
+
+def empty() -> Proposals:
+    none = windows([], [])
+    return replace(none, boxes=none.boxes.reshape(0, 4), placements=none.placements.reshape(0, 3))
 
 
 def moving(dx: float, dy: float, log_w: float, log_h: float) -> BoxRegressor:
@@ -32,32 +41,39 @@ def moving(dx: float, dy: float, log_w: float, log_h: float) -> BoxRegressor:
     return BoxRegressor(np.zeros((2560, 3), np.float32), np.array([dx, log_w, log_h], np.float32), dy)
 
 
-def second_stage(features: NDArray[np.uint8]) -> SecondStage:
-    generator = np.random.default_rng(1)
-    trees = BoostedTrees(
-        generator.integers(0, 5760, (30, 3)).astype(np.uint16),
-        generator.integers(100, 150, (30, 3)).astype(np.uint8),
-        generator.normal(size=(30, 4)).astype(np.float32),
-    )
-    return SecondStage(*learn_filters(features, WINDOW), trees=trees)
+SECOND = SecondStage(
+    np.zeros((10, 4, 5, 5), np.int8), np.zeros((10, 4), np.int32), np.zeros((10, 4), np.uint8), NO_TREES
+)
 
 
 def test_the_score_is_the_sum_of_both_stages_and_orders_the_vehicles():
-    found = windows([100, 300, 500], [3.0, 2.0, 1.0])
-    assert found.features is not None
-    stage = second_stage(found.features)
-    vehicles = LaterStages(replace(PLAIN, second=stage)).vehicles(found, 0.5, SIZE)
-    total = found.scores + SecondStageScorer(stage, WINDOW).scores(found.features)
-    assert vehicles.windows.tolist() == np.argsort(-total).tolist() != [0, 1, 2]
-    np.testing.assert_allclose(vehicles.scores, total[vehicles.windows], atol=1e-6)
+    found = windows([100, 300, 500], [3.0, 2.0, 1.0], [-1.0, 1.5, 0.5])
+    vehicles = LaterStages(replace(PLAIN, second=SECOND)).vehicles(found, 0.5, SIZE)
+    assert vehicles.windows.tolist() == [1, 0, 2]
+    assert vehicles.scores.tolist() == [3.5, 2.0, 1.5]
+    assert LaterStages(PLAIN).vehicles(found, 0.5, SIZE).windows.tolist() == [0, 1, 2]
 
 
-def test_every_window_that_passes_the_cascade_matters_to_a_second_stage():
-    found = windows([100], [3.0])
-    assert found.features is not None
-    assert LaterStages(replace(PLAIN, second=second_stage(found.features))).gate(5.0) == -np.inf
-    assert LaterStages(PLAIN).gate(5.0) == 0.0  # those above 0 have a say in the box
-    assert LaterStages(PLAIN).gate(-2.0) == -2.0
+@settings(max_examples=100, deadline=None)
+@given(
+    middles=st.lists(st.integers(20, 200), min_size=1, max_size=12),
+    seed=st.integers(0, 1000),
+    threshold=st.sampled_from([-2.0, 0.0, 1.5]),
+)
+def test_windows_below_the_gate_do_not_matter_for_vehicles_above_the_threshold(
+    middles: list[int], seed: int, threshold: float
+):
+    scores = np.random.default_rng(seed).normal(0, 3, len(middles)).tolist()
+    stages = LaterStages(replace(PLAIN, regressor=moving(0.1, 0.0, 0.1, 0.0)))
+    passing = [score >= stages.gate(threshold) for score in scores]
+    some = windows(list(compress(middles, passing)), list(compress(scores, passing)))
+    if not any(passing):
+        some = empty()
+    everything, gated = (
+        stages.vehicles(found, 0.5, SIZE) for found in (windows(list(middles), scores), some)
+    )
+    above = everything.scores >= threshold
+    np.testing.assert_allclose(gated.boxes[gated.scores >= threshold], everything.boxes[above], atol=1e-6)
 
 
 def test_boxes_go_where_the_regressor_puts_them():
@@ -84,9 +100,5 @@ def test_boxes_are_cut_to_the_picture():
 
 
 def test_no_windows_are_no_vehicles():
-    empty = windows([], [])
-    nothing = Proposals(
-        empty.boxes.reshape(0, 4), empty.placements.reshape(0, 3), empty.scores, empty.features
-    )
     stages = LaterStages(replace(PLAIN, regressor=moving(0, 0, 0, 0)))
-    assert stages.vehicles(nothing, 0.5, SIZE).boxes.shape == (0, 4)
+    assert stages.vehicles(empty(), 0.5, SIZE).boxes.shape == (0, 4)

@@ -6,8 +6,12 @@ import io
 import json
 import statistics
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
+from tiny_nets import write_net
 
 from fcw.camera.calibration import Calibration
 from fcw.evaluation.simulated import compare_with_truth
@@ -18,7 +22,17 @@ from fcw.simulation.scenario import IMAGE_SIZE, load_scenario
 from fcw.simulation.truth import FrameTruth, frame_truth
 from fcw.simulation.truth_file import read_truth
 from fcw.simulation.world import World
-from fcw_viz.benchmark import DECODE, ENCODED, FULL, PRIOR, RELAYED
+from fcw_viz.benchmark.drive_cases import DECODE, ENCODED, ONE_THREAD, RELAYED, TWO_THREADS
+from fcw_viz.benchmark.picture_cases import (
+    CHANNELS,
+    FARTHEST_M,
+    FULL,
+    LUV,
+    PITCH_TOLERANCES_DEG,
+    PRIOR,
+    PRIOR_NEAR,
+    prior_name,
+)
 from fcw_viz.cli import main
 from fcw_viz.commands import review
 from fcw_viz.commands.demo import demo_folder
@@ -114,18 +128,65 @@ def test_the_shipped_drive_is_what_its_scenario_says(demo: Demo) -> None:
         assert shipped.row_at(distance_m) == pytest.approx(true.row_at(distance_m), abs=1e-6)
 
 
-def test_bench_reports_every_case_and_its_ratios(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    write_drive(dataclasses.replace(load_scenario("braking"), duration_s=1.0), tmp_path, seed=1)
-    arguments = ["bench", str(tmp_path / "drive.mp4"), "--rounds", "1", "--detector-frames", "2", "--json"]
-    assert main(arguments) == 0
-    figures = json.loads(capsys.readouterr().out)
-    assert set(figures["ms_per_frame"]) == {DECODE, RELAYED, ENCODED, PRIOR, FULL}
-    assert all(value > 0 for values in figures["ms_per_frame"].values() for value in values)
-    decode_ms, whole_ms = (figures["ms_per_frame"][case][0] for case in (DECODE, RELAYED))
-    assert figures["rate_of_whole_job_to_decoding"][RELAYED] == pytest.approx(decode_ms / whole_ms)
-    assert figures["windows_per_frame"][PRIOR] > 1000
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The figures of `fcw bench` on a short drive with a net beside the own detectors, and the report."""
+    folder = tmp_path_factory.mktemp("bench")
+    write_drive(dataclasses.replace(load_scenario("braking"), duration_s=1.0), folder, seed=1)
+    net = write_net(folder / "tiny.onnx", np.zeros((1, 300, 6), np.float32), (192, 320))
+    arguments = ["bench", str(folder / "drive.mp4"), "--rounds", "2", "--detector-frames", "2", "--json"]
+    with contextlib.redirect_stdout(io.StringIO()) as told:
+        assert main([*arguments, "--onnx", str(net), "--report", str(folder / "report")]) == 0
+    return json.loads(told.getvalue()) | {"folder": folder / "report"}
+
+
+def test_bench_reports_every_case_in_every_round(bench: dict[str, Any]) -> None:
+    times = bench["ms_per_frame"]
+    assert {DECODE, RELAYED, ENCODED, ONE_THREAD, TWO_THREADS} < set(times)
+    assert {LUV, CHANNELS, PRIOR, PRIOR_NEAR, FULL, "onnx:tiny.onnx"} < set(times)
+    assert all(len(values) == 2 and min(values) > 0 for values in times.values())
+
+
+def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
+    times, ratios = bench["ms_per_frame"], bench["ratios"]
+    expected = {
+        "distance prior 4-80 m / plain ACF at the same scales": (PRIOR, FULL),
+        "channels of the whole picture / cv2 BGR to Luv": (CHANNELS, LUV),
+        "rate of two threads / one": (ONE_THREAD, TWO_THREADS),
+        "rate of the whole job, video relayed / decoding": (DECODE, RELAYED),
+    }
+    for name, (case, to) in expected.items():
+        each = [a / b for a, b in zip(times[case], times[to], strict=True)]
+        assert ratios[name] == pytest.approx(sum(each) / 2)  # the median of two
+
+
+def test_the_prior_looks_at_more_windows_the_farther_and_the_less_sure_of_the_pitch(bench: dict[str, Any]):
+    windows = bench["windows_per_frame"]
+    for deg in PITCH_TOLERANCES_DEG:
+        counts = [windows[prior_name(farthest_m, deg)] for farthest_m in FARTHEST_M]
+        assert 1000 < counts[0] < counts[1] < counts[2] < windows[FULL]
+    for farthest_m in FARTHEST_M:
+        counts = [windows[prior_name(farthest_m, deg)] for deg in PITCH_TOLERANCES_DEG]
+        assert counts == sorted(set(counts))
+
+
+def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[str, Any]) -> None:
+    folder = bench["folder"]
+    text = (folder / "bench.txt").read_text()
+    assert all(case in text for case in bench["ms_per_frame"])
+    assert all(f"{ratio:.2f}" in text for ratio in bench["ratios"].values())
+    assert json.loads((folder / "bench.json").read_text())["ratios"] == bench["ratios"]
+    dots = ElementTree.parse(folder / "speed-windows.svg").findall(".//{*}circle")
+    assert len(dots) == len(bench["windows_per_frame"])
+    paths = ElementTree.parse(folder / "speed-pitch.svg").findall(".//{*}path")
+    assert len([path for path in paths if path.get("fill") == "none"]) == len(FARTHEST_M)
 
 
 def test_bench_refuses_no_rounds(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--rounds", "0"]) == 2
     assert "--rounds" in capsys.readouterr().err
+
+
+def test_bench_refuses_classes_without_a_net(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--detector-classes", "car"]) == 2
+    assert "--onnx" in capsys.readouterr().err

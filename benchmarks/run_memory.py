@@ -1,0 +1,121 @@
+"""Memory of `fcw run` over a long drive, made by repeating the packets of a short one.
+
+    python benchmarks/run_memory.py CLIP --calibration FILE [--minutes 20]
+
+Prints the resident memory over the frames read; the peak is that of the whole process. A run whose memory
+does not grow is as good for a day as for a minute.
+"""
+
+import argparse
+import resource
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import av
+from rich.console import Console
+from rich.table import Table
+
+from fcw.sources import open_source
+from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.versions import machine
+from fcw_viz.drive_job import DriveJob, run_drive
+
+ROWS = 20
+MEGABYTE = 1e6
+
+
+class Watched:
+    """A source that notes the resident memory every so many frames."""
+
+    def __init__(self, source: Source, every: int) -> None:
+        self._source, self._every = source, every
+        self.resident: list[tuple[int, float]] = []
+
+    @property
+    def name(self) -> str:
+        return self._source.name
+
+    @property
+    def image_size(self) -> ImageSize:
+        return self._source.image_size
+
+    @property
+    def frame_count(self) -> int | None:
+        return self._source.frame_count
+
+    @property
+    def frame_rate_hz(self) -> float:
+        return self._source.frame_rate_hz
+
+    @property
+    def relays_video(self) -> bool:
+        return self._source.relays_video
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self._source.notes
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        for frame in self._source.frames(start_ns):
+            if frame.index % self._every == 0:
+                self.resident.append((frame.index, resident_mb()))
+            yield frame
+
+
+def resident_mb() -> float:
+    """Resident memory of this process now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / MEGABYTE
+
+
+def repeat_packets(clip: Path, out: Path, minutes: float) -> None:
+    """Write a clip again and again into one file, its packets as they are."""
+    with av.open(str(clip)) as source, av.open(str(out), "w") as target:
+        stream = source.streams.video[0]
+        copy = target.add_stream_from_template(stream)
+        assert stream.time_base is not None
+        packets = [(bytes(p), p.pts, p.dts, p.is_keyframe) for p in source.demux(stream) if p.size]
+        times = sorted(pts for _, pts, _, _ in packets if pts is not None)
+        length = times[-1] - times[0] + (times[-1] - times[0]) // (len(times) - 1)
+        for repeat in range(round(minutes * 60 / float(length * stream.time_base)) or 1):
+            for data, pts, dts, keyframe in packets:
+                packet = av.Packet(data)
+                packet.pts = None if pts is None else pts + repeat * length
+                packet.dts = None if dts is None else dts + repeat * length
+                packet.time_base, packet.stream, packet.is_keyframe = stream.time_base, copy, keyframe
+                target.mux(packet)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("clip", type=Path)
+    parser.add_argument("--calibration", type=Path, required=True)
+    parser.add_argument("--minutes", type=float, default=20.0)
+    arguments = parser.parse_args()
+    console = Console()
+    with tempfile.TemporaryDirectory() as folder:
+        long = Path(folder) / "long.mp4"
+        repeat_packets(arguments.clip, long, arguments.minutes)
+        opened = open_source(long)
+        count = opened.frame_count or 0
+        source = Watched(opened, max(count // ROWS, 1))
+        job = DriveJob(source=long, out=Path(folder) / "out", calibration=arguments.calibration)
+        start = time.perf_counter()
+        outcome = run_drive(job, Console(stderr=True), source)
+        seconds = time.perf_counter() - start
+    console.print(
+        f"{machine()}; {arguments.clip.name} repeated to {outcome.summary['duration_s'] / 60:.1f} min, "
+        f"{outcome.summary['frames']} frames of {source.image_size} in {seconds:.0f} s"
+    )
+    table = Table("frame", "resident MB", box=None)
+    for index, megabytes in source.resident:
+        table.add_row(str(index), f"{megabytes:.0f}")
+    console.print(table)
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / MEGABYTE
+    console.print(f"peak of the process {peak_mb:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""Detectors by the names that the command line has for them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model
+from fcw.detection.onnx_detector import OnnxDetector, OnnxModel
+from fcw.detection.types import Detector
+from fcw.errors import UserError
+
+ACF, ACF_FULL, ONNX_PREFIX = "acf", "acf-full", "onnx:"
+DETECTOR_NAMES = (ACF, ACF_FULL, f"{ONNX_PREFIX}FILE")
+
+DetectorModel = Model | OnnxModel
+
+
+def model_path(name: str, path: Path | None = None) -> Path:
+    """The file of a detector's model.
+
+    Args:
+        name: `acf`, `acf-full` or `onnx:FILE`.
+        path: another model than the shipped one, for the first two.
+
+    Raises:
+        UserError: there is no detector of that name, or an ONNX model is named twice.
+    """
+    if name.startswith(ONNX_PREFIX):
+        if path is not None:
+            raise UserError(f"--model {path}: --detector {name} names a model already; leave one of them out")
+        return Path(name.removeprefix(ONNX_PREFIX))
+    if name not in DETECTOR_NAMES:
+        raise UserError(f"--detector {name}: no such detector; expected one of {', '.join(DETECTOR_NAMES)}")
+    return path or SHIPPED_MODEL_PATH
+
+
+def load_model(name: str, classes: Sequence[str] = (), path: Path | None = None) -> DetectorModel:
+    """Load the model of a detector, once for all its threads.
+
+    Args:
+        name: `acf`, `acf-full` or `onnx:FILE`.
+        classes: of an ONNX model, which are vehicles; see `OnnxModel.load`.
+        path: another model than the shipped one, for the first two.
+
+    Raises:
+        UserError: there is no detector of that name, its model cannot be used, or classes are given to a
+            detector that has none.
+    """
+    file = model_path(name, path)
+    if name.startswith(ONNX_PREFIX):
+        return OnnxModel.load(file, classes)
+    if classes:
+        raise UserError(
+            f"--detector-classes {' '.join(classes)}: --detector {name} finds vehicles alone; expected only "
+            f"with --detector {ONNX_PREFIX}FILE"
+        )
+    return Model.load(file)
+
+
+def make_detector(
+    name: str,
+    model: DetectorModel,
+    calibration: Calibration,
+    score_threshold: float | None = None,
+    largest_scale: float | None = None,
+) -> Detector:
+    """A detector by its name, for one thread.
+
+    Args:
+        name: `acf`, `acf-full` or `onnx:FILE`.
+        model: its model, as `load_model` gives it.
+        calibration: for the size of the pictures.
+        score_threshold: from which score a box counts; None: the model's own.
+        largest_scale: how far the first two enlarge pictures; None: as far as they do by default.
+
+    Raises:
+        UserError: there is no detector of that name, or by the calibration the road is not in the picture.
+    """
+    if isinstance(model, OnnxModel):
+        return OnnxDetector(model, calibration, score_threshold)
+    model_path(name)
+    enlarging = {} if largest_scale is None else {"largest_scale": largest_scale}
+    if name == ACF:
+        settings = AcfSettings(score_threshold=score_threshold)
+        return AcfDetector(model, calibration, replace(settings, **enlarging))
+    return FullAcfDetector(model, replace(FullAcfSettings(score_threshold=score_threshold), **enlarging))

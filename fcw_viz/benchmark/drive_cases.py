@@ -1,0 +1,96 @@
+"""What is timed by the clock over many frames: decoding, the whole job, and one and two threads."""
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from rich.console import Console
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.acf import AcfDetector
+from fcw.detection.model import Model
+from fcw.sources import open_source
+from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.threads import one_opencv_thread
+from fcw_viz.benchmark.picture_cases import Picture
+from fcw_viz.drive_job import DriveJob, run_drive
+
+DECODE, RELAYED, ENCODED = "decoding alone", "whole job, video relayed", "whole job, video encoded anew"
+ONE_THREAD, TWO_THREADS = "detector acf, one thread", "detector acf, two threads over frames"
+
+
+class _WithoutPackets:
+    """A source whose video has to be encoded anew."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self.relays_video = False
+
+    @property
+    def name(self) -> str:
+        return self._source.name
+
+    @property
+    def image_size(self) -> ImageSize:
+        return self._source.image_size
+
+    @property
+    def frame_count(self) -> int | None:
+        return self._source.frame_count
+
+    @property
+    def frame_rate_hz(self) -> float:
+        return self._source.frame_rate_hz
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self._source.notes
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        for frame in self._source.frames(start_ns):
+            yield Frame(frame.index, frame.time_ns, frame.image)
+
+
+def drive_cases(path: Path, calibration_path: Path | None) -> dict[str, Callable[[], int]]:
+    """Decoding alone and the whole job with both logs, each from the opened source to its end.
+
+    Args:
+        path: the drive.
+        calibration_path: its calibration; None looks beside it.
+
+    Returns:
+        By name what to run; it returns the number of frames.
+    """
+
+    def decode() -> int:
+        return sum(1 for _ in open_source(path).frames())
+
+    def whole_job(source: Source) -> int:
+        with tempfile.TemporaryDirectory() as folder:
+            job = DriveJob(source=path, out=Path(folder), calibration=calibration_path)
+            return run_drive(job, Console(quiet=True), source).summary["frames"]
+
+    cases = {DECODE: decode}
+    if open_source(path).relays_video:
+        cases[RELAYED] = lambda: whole_job(open_source(path))
+    cases[ENCODED] = lambda: whole_job(_WithoutPackets(open_source(path)))
+    return cases
+
+
+def thread_cases(
+    pictures: Sequence[Picture], calibration: Calibration, model: Model
+) -> dict[str, Callable[[], int]]:
+    """The default detector over pictures in one and in two threads; what to run returns their number."""
+    detectors = [AcfDetector(model, calibration) for _ in range(2)]
+
+    def detect_all(threads: int) -> int:
+        def work(number: int) -> int:
+            return sum(
+                1 for image in pictures[number::threads] if detectors[number].detect(image) is not None
+            )
+
+        with one_opencv_thread(), ThreadPoolExecutor(threads) as pool:
+            return sum(pool.map(work, range(threads)))
+
+    return {ONE_THREAD: lambda: detect_all(1), TWO_THREADS: lambda: detect_all(2)}

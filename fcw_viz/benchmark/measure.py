@@ -1,0 +1,92 @@
+"""The rounds of a benchmark: each runs every case once."""
+
+import datetime
+import platform
+import statistics
+import time
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from fcw.detection.choice import DetectorModel
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
+from fcw.sources import open_source
+from fcw.sources.frame import Source
+from fcw.threads import one_opencv_thread
+from fcw.versions import machine, versions
+from fcw_viz.benchmark.drive_cases import drive_cases, thread_cases
+from fcw_viz.benchmark.figures import Figures
+from fcw_viz.benchmark.picture_cases import Picture, PictureCase, picture_cases
+from fcw_viz.drive_job import DriveJob, load_calibration
+
+
+def measure(
+    path: Path,
+    calibration_path: Path | None,
+    rounds: int,
+    picture_count: int,
+    console: Console,
+    plugged_in: tuple[str, DetectorModel] | None = None,
+) -> Figures:
+    """Measure every case on one drive, after a round that is not counted: kernels compile there.
+
+    Args:
+        path: the drive.
+        calibration_path: its calibration; None looks beside it.
+        rounds: that are counted.
+        picture_count: pictures of a round, from all over the drive.
+        console: where the progress is drawn; nothing is drawn unless it is a terminal.
+        plugged_in: name and model of another detector to measure beside the own ones.
+    """
+    source = open_source(path)
+    calibration = load_calibration(DriveJob(source=path, out=Path(), calibration=calibration_path), source)
+    model = Model.load(SHIPPED_MODEL_PATH)
+    step = max((source.frame_count or picture_count) // picture_count, 1)
+    pictures = [frame.image for frame in islice(source.frames(), 0, step * picture_count, step)]
+    on_pictures = picture_cases(pictures[0], calibration, model, plugged_in)
+    on_drive = drive_cases(path, calibration_path) | thread_cases(pictures, calibration, model)
+    picture_ms: dict[str, list[float]] = defaultdict(list)
+    drive_ms: dict[str, list[float]] = defaultdict(list)
+    with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
+        bar = progress.add_task("measuring", total=(rounds + 1) * (len(on_drive) + 1))
+        for measured_round in range(-1, rounds):
+            for name, run in on_drive.items():
+                start = time.perf_counter()
+                frames = run()
+                if measured_round >= 0:
+                    drive_ms[name].append(1e3 * (time.perf_counter() - start) / frames)
+                progress.advance(bar)
+            for name, value in _picture_round(on_pictures, pictures).items():
+                if measured_round >= 0:
+                    picture_ms[name].append(value)
+            progress.advance(bar)
+    windows = {name: case.windows for name, case in on_pictures.items() if case.windows is not None}
+    return Figures(_heading(source, rounds, len(pictures)), picture_ms, drive_ms, windows)
+
+
+def _picture_round(cases: Mapping[str, PictureCase], pictures: Sequence[Picture]) -> dict[str, float]:
+    """Milliseconds of each case, the median over the pictures, on which they take turns.
+
+    The thread's own time is counted, not that of others which the scheduler lets in between.
+    """
+    taken: dict[str, list[float]] = {name: [] for name in cases}
+    with one_opencv_thread():
+        for picture in pictures:
+            for name, case in cases.items():
+                start = time.thread_time()
+                case.run(picture)
+                taken[name].append(1e3 * (time.thread_time() - start))
+    return {name: statistics.median(values) for name, values in taken.items()}
+
+
+def _heading(source: Source, rounds: int, pictures: int) -> str:
+    libraries = ", ".join(f"{name} {value}" for name, value in versions().items())
+    return (
+        f"{source.name}, {source.image_size}; {rounds} rounds, {pictures} pictures in each; "
+        f"model {model_sha256(SHIPPED_MODEL_PATH)[:12]}\n"
+        f"{machine()}, {platform.system()}; {datetime.date.today()}\n{libraries}"
+    )
