@@ -2,8 +2,7 @@
 
     python benchmarks/log_size.py VIDEO [--calibration FILE]
 
-Runs the whole job and prints, for drive.mcap and drive.rrd, the bytes a frame beyond those of the video packets
-in them.
+Runs the whole job and prints, for drive.mcap and drive.rrd, the bytes a frame beyond those of the video in them.
 """
 
 import argparse
