@@ -92,7 +92,9 @@ class Strip:
         """Its ground, which tells its size."""
         set_html(self._frame, f'<div class="fcw-strip" {says_size("strip")}></div>')
 
-    def show_bar(self, playing: bool, speed: float, window: str, several_events: bool) -> None:
+    def show_bar(
+        self, playing: bool, speed: float, window: str, several_events: bool, from_above: bool
+    ) -> None:
         """The buttons."""
         off = "" if several_events else " disabled"
         buttons = (
@@ -115,7 +117,8 @@ class Strip:
         html = (
             f'<div class="fcw-strip fcw-now"><div class="fcw-bar" style="pointer-events: all">{buttons}'
             f'<span class="dim">speed</span><span class="fcw-choice">{speeds}</span>'
-            '<span class="space"></span>'
+            f'<span class="space"></span><button class="{"on" if from_above else ""}" {says("birdseye:")} '
+            'title="The road from above, or the picture (B)">From above</button>'
             f'<span class="dim">plots of</span><span class="fcw-choice">{windows}</span></div></div>'
         )
         set_html(self._bar, html)
