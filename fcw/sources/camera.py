@@ -25,7 +25,7 @@ DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
 FALLBACK_RATE_HZ = 25.0
 OWN_CLOCKS = ("rtsp", "video4linux2,v4l2", "avfoundation")
 """Inputs whose times are the camera's own; for others FFmpeg counts frames, and the arrival says more."""
-STREAM_OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "rtsp_transport": "tcp"}
+STREAM_OPTIONS = {"flags": "low_delay", "rtsp_transport": "tcp"}
 _NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
 
 
@@ -63,7 +63,10 @@ class CameraSource:
         self._name = camera_name(address)
         self._notes: tuple[str, ...] = ()
         with self._opened() as (container, stream):
-            first = next(self._pictures(container, stream), None)
+            try:
+                first = next(self._pictures(container, stream), None)
+            except FFmpegError as error:
+                raise UserError(f"{self._name}: the camera gives no picture ({error.strerror})") from error
             if first is None:
                 raise UserError(f"{self._name}: the camera gives no picture that can be decoded")
             self._orient, _ = orientation(first)

@@ -41,7 +41,7 @@ def run_live(command: RunCommand) -> int:
     if not is_mcap(job.source):
         load_calibration(job, source)  # before a page is opened
     feed = LiveFeed(source)
-    port = command.port or DEFAULT_PORT
+    port = DEFAULT_PORT if command.port is None else command.port
     page = LivePage(feed, job.source.stem or source.name, port)
     messages = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
