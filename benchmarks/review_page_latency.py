@@ -5,8 +5,8 @@
 The page serves a log of an hour, made by repeating a drive, in a process of its own. A seek's clock starts
 when the browser gets the mouse event on the time line (its own time stamp) and stops at the end of the first
 frame that shows another picture: when the graphics process has drawn it. The server's share is the processor
-time of all its threads, and so no less than the time that it adds. For playback a drive is made whose pictures
-carry their number: what is seen is compared with where the time line stands, and with the clock.
+time of all its threads, and so no less than the time that it adds. For playback a drive is made whose
+pictures carry their number: what is seen is compared with where the time line stands, and with the clock.
 """
 
 import argparse
@@ -255,7 +255,8 @@ def main() -> None:
             page = open_page(browser, server)
             ready_ms, first_ms = page.evaluate("[window.readyAt, window.firstPictureAt]")
             say(
-                f"page ready to first picture: {first_ms - ready_ms:.0f} ms ({first_ms:.0f} ms after the address)\n"
+                f"page ready to first picture: {first_ms - ready_ms:.0f} ms "
+                f"({first_ms:.0f} ms after the address)\n"
             )
             shown_ms, server_ms = seek(page, server, options.seeks)
             say(f"random seek, mouse to picture: {summary(shown_ms)} of {options.seeks}\n")
@@ -273,8 +274,9 @@ def main() -> None:
     drive_ms = seen[:, 1] / PLAYED_RATE_HZ * 1000
     late_ms = (seen[:, 0] - seen[0, 0]) - (drive_ms - drive_ms[0])
     say(
-        f"playback of {PLAYED} at {PLAYED_RATE_HZ}/s and 1x for {WATCHED_S} s: {len(seen) / WATCHED_S:.1f} pictures a "
-        f"second\npicture and time line apart: median {np.median(apart_ms):.0f} ms, at most {apart_ms.max():.0f} ms\n"
+        f"playback of {PLAYED} at {PLAYED_RATE_HZ}/s and 1x for {WATCHED_S} s: "
+        f"{len(seen) / WATCHED_S:.1f} pictures a second\n"
+        f"picture and time line apart: median {np.median(apart_ms):.0f} ms, at most {apart_ms.max():.0f} ms\n"
         f"behind the clock, beside the first picture: median {np.median(late_ms):.0f} ms, at most "
         f"{late_ms.max():.0f} ms; at the end {late_ms[-10:].mean():.0f} ms\n"
     )

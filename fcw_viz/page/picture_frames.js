@@ -2,7 +2,8 @@
 // the same. Left alone, viser draws on and on after every change, the browser queues these frames, and what is new
 // is drawn behind several old ones. Here a frame is drawn when the one before is done, with all that has come until
 // then. While something is dragged it has half the resolution, and is drawn only when there is something new; the
-// panels, which the browser draws with the same processor, follow at their own pace.
+// panels, which the browser draws with the same processor, follow at their own pace. Pictures that follow one
+// another, too, have half the resolution until one stays.
 if (viewer.framesArePaced) return; // the connection was lost and is there again
 viewer.framesArePaced = true;
 
@@ -12,11 +13,14 @@ const TAIL_MS = 100; // what a change brings later (a picture must be decoded) i
 const PANELS_MS = 300; // from a change until the panels show it
 const POLL_MS = 1;
 const COARSE = 0.5; // of the screen's resolution
+const STAYS_MS = 500; // after a picture, until it is drawn sharply
+const DECODED_MS = 150; // a new picture is decoded by then, or the old one is drawn once more
 const settings = window.__viserTestpoints.devSettings;
 const usual_ms = []; // what the last frames took at full resolution
-let dragging = false, sharpDpr = null;
+let dragging = false, passing = false, stays = null, sharpDpr = null;
 let hasArrived = false, heldBack = [], release = null;
 let drawNow = null, gl = null, inWork = null, soon = null;
+let pictureSentAt = -Infinity, pictureBefore = null;
 let wanted = false, isNew = false, askedAt = 0, drawnAt = 0, drawnSize = "";
 
 const isSlow = () => [...usual_ms].sort((a, b) => a - b)[usual_ms.length >> 1] > SLOW_MS;
@@ -48,9 +52,26 @@ const draw = () => {
   setTimeout(look, POLL_MS);
 };
 
+const picture = () => {
+  let found = null;
+  viewer.nodeRefFromName["/picture"]?.traverse((node) => {
+    if (node.isMesh && node.material.map) found = found ?? node.material.map;
+  });
+  return found;
+};
+const isDecoding = () => performance.now() < pictureSentAt + DECODED_MS && picture() === pictureBefore;
+
 // Not within viser's own frame: what its messages changed, React puts into the scene only after it.
 const drawSoon = () => {
   if (!wanted || inWork !== null || soon !== null) return;
+  if (isDecoding()) {
+    // A frame with the old picture would only keep the one with the new picture waiting.
+    soon = setTimeout(() => {
+      soon = null;
+      drawSoon();
+    }, POLL_MS);
+    return;
+  }
   const tailAt = askedAt + TAIL_MS;
   const isTail = drawnAt < tailAt && performance.now() >= tailAt;
   if (!dragging || isNew || isTail) soon = setTimeout(draw, 0);
@@ -93,6 +114,19 @@ const enqueue = queue.push.bind(queue);
 queue.push = (message) => {
   const isForPanels = message.type.startsWith("Gui") && !message.type.startsWith("Gui3D");
   if (!isForPanels) hasArrived = true;
+  if (message.name === "/picture" && message.updates?._data) {
+    pictureSentAt = performance.now();
+    pictureBefore = picture();
+    // One alone is sharp at once: changing the resolution takes frames, too.
+    passing ||= stays !== null;
+    clearTimeout(stays);
+    stays = setTimeout(() => {
+      stays = null;
+      passing = false;
+      setResolution();
+    }, STAYS_MS);
+    setResolution();
+  }
   if (!isForPanels || !(heldBack.length || (dragging && isSlow()))) return enqueue(message);
   release ??= setTimeout(showPanels, PANELS_MS);
   return heldBack.push(message);
@@ -104,14 +138,19 @@ const showPanels = () => {
   request();
 };
 
-viewer.dragged = (phase) => {
-  dragging = phase !== "end";
-  if (!dragging) showPanels();
-  if (dragging && sharpDpr === null && isSlow()) {
+const setResolution = () => {
+  const isCoarse = dragging || passing;
+  if (isCoarse && sharpDpr === null && isSlow()) {
     sharpDpr = settings.get().fixedDpr ?? window.devicePixelRatio;
     settings.set({ fixedDpr: sharpDpr * COARSE });
-  } else if (!dragging && sharpDpr !== null) {
+  } else if (!isCoarse && sharpDpr !== null) {
     settings.set({ fixedDpr: sharpDpr });
     sharpDpr = null;
   }
+};
+
+viewer.dragged = (phase) => {
+  dragging = phase !== "end";
+  if (!dragging) showPanels();
+  setResolution();
 };

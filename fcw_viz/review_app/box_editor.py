@@ -128,8 +128,10 @@ class BoxEditor:
             self._labels[self._dragged[0]] = self._dragged[1]
         if self.selected not in self._labels:
             self.selected = None
-        self._lines.show([self._line(box_id, label) for box_id, label in self._labels.items()])
-        self._show_handles(self._labels[self.selected] if self.selected else None)
+        # At once: a handle that has no place yet could be taken hold of anywhere.
+        with self._tab.client.atomic():
+            self._lines.show([self._line(box_id, label) for box_id, label in self._labels.items()])
+            self._show_handles(self._labels[self.selected] if self.selected else None)
 
     @property
     def confirmed_by(self) -> tuple[str, ...]:

@@ -10,7 +10,14 @@ from fcw_viz.review_app.drive import by_severity, duration_text, time_text
 from fcw_viz.review_app.session import DriveCard
 from fcw_viz.review_app.time_axis import TimeAxis
 from fcw_viz.review_app.timeline import HEIGHT_PX, kind_color, timeline_svg
-from fcw_viz.review_app.words import JUDGEMENT_SIGNS, event_line, kind_title, verdict_words
+from fcw_viz.review_app.words import (
+    JUDGEMENT_SIGNS,
+    KIND_MEANINGS,
+    KIND_TITLES,
+    event_line,
+    kind_title,
+    verdict_words,
+)
 
 NARROWEST_PX = 300.0
 BESIDE_PX = 302.0
@@ -29,6 +36,23 @@ def folder_html(title: str, cards: Sequence[DriveCard], unread: int, width_px: f
     axis_px = max(width_px - BESIDE_PX, NARROWEST_PX)
     rows = "".join(_row(card, axis_px) for card in cards)
     return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{rows}"
+
+
+def legend_html() -> str:
+    """What the marks of the time lines mean."""
+    kinds = "".join(
+        f'<p class="fcw-title" style="--kind: {kind_color(kind)}"><i></i><b>{title}</b>'
+        f'<span class="fcw-meaning">{KIND_MEANINGS[kind]}</span></p>'
+        for kind, title in KIND_TITLES.items()
+    )
+    signs = "".join(
+        f"<tr><td>{sign}</td><td style='text-align:left'>{judgement.value}</td></tr>"
+        for judgement, sign in JUDGEMENT_SIGNS.items()
+    )
+    return (
+        f'<div class="fcw-legend">{kinds}<p>Over a mark stands what it was judged:</p>'
+        f"<table>{signs}</table></div>"
+    )
 
 
 def _summary(cards: Sequence[DriveCard], unread: int) -> str:
@@ -85,15 +109,17 @@ def _row(card: DriveCard, axis_px: float) -> str:
         )
     else:
         worst = '<div class="fcw-worst"><span>Nothing happened.</span></div>'
+    calm = not (card.events or card.review.entries)
     # A mark of the time line opens the drive there: its message names the drive, too.
     svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")
     notice = "" if card.complete else "<span>not finished: read as far as it goes</span>"
     return (
-        f'<div class="fcw-row" data-drive="{escape(card.name)}" {says(f"open:{card.name}")}>'
+        f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
+        f"{says(f'open:{card.name}')}>"
         f'<div class="fcw-thumb"{thumbnail}></div>'
         f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"
-        f'<div style="height:{HEIGHT_PX:.0f}px">{svg}</div></div></div>'
+        f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div></div></div>'
     )
 
 

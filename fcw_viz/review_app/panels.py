@@ -11,7 +11,7 @@ from fcw_viz.page.page_style import STYLE, set_html, text_block
 from fcw_viz.review_app.boxes_panel import BoxesPanel
 from fcw_viz.review_app.drive import duration_text
 from fcw_viz.review_app.event_panel import EventPanel
-from fcw_viz.review_app.folder_list import folder_html
+from fcw_viz.review_app.folder_list import folder_html, legend_html
 from fcw_viz.review_app.page_panel import PagePanel
 from fcw_viz.review_app.remarks_panel import RemarksPanel
 from fcw_viz.review_app.take_panel import TakePanel
@@ -91,7 +91,7 @@ class Panels:
         tab = self._tab
         who = f'<p class="dim">You review as <b>{escape(tab.session.reviewer)}</b>.</p>'
         if tab.drive is None:
-            return f'<div class="fcw-drive"><b>{escape(tab.folder)}</b></div>{who}'
+            return f'<div class="fcw-drive"><b>{escape(tab.folder)}</b></div>{who}{legend_html()}'
         header = tab.drive.header
         several = len(tab.session.drives) > 1
         back = f'<button {says("list:")} title="All drives (L)">‹ All drives</button>' if several else ""

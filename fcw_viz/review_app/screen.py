@@ -92,14 +92,17 @@ class Screen:
                 self.show_strip()
 
     def turn(self, quality: int) -> None:
-        """Show the tab's row: the picture with its cursors first, then what follows from it."""
+        """Show the tab's row: the picture with its cursors."""
         tab = self._tab
-        paged = self._page(tab.time_s, tab.playing.now)
         with tab.client.atomic():
             self.show_picture(quality)
             self._show_now()
-        tab.client.flush()  # the eye is on the picture: it does not wait for the rest
-        if paged:
+        tab.client.flush()
+
+    def follow(self) -> None:
+        """Bring time line and plots to where the tab's row is, where they do not hold it yet."""
+        tab = self._tab
+        if self._page(tab.time_s, tab.playing.now):
             self.show_strip()
         elif self._outlined != tab.selected:
             self.show_timeline()

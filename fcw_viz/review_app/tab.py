@@ -4,6 +4,7 @@ All of a tab happens in one thread, its picture's: what is clicked, pressed and 
 """
 
 import json
+import threading
 import time
 from collections.abc import Callable
 
@@ -22,7 +23,7 @@ from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.event_list import list_order
 from fcw_viz.review_app.keys import add_keys
 from fcw_viz.review_app.panels import NOTE_ID, Panels
-from fcw_viz.review_app.playing import LEAD_IN_S, Playing
+from fcw_viz.review_app.playing import DRAWN_PATIENCE_S, LEAD_IN_S, Playing
 from fcw_viz.review_app.screen import STILL_QUALITY, Screen
 from fcw_viz.review_app.session import DriveReview, ReviewSession
 
@@ -62,7 +63,7 @@ class Tab:
         self.selected: int | None = None
         self.by_time = False
         self._wanted_row: int | None = None
-        self._refresh_waits = self._closed = False
+        self._refresh_waits = self._rest_waits = self._closed = False
         self._panels_s = float("-inf")
 
         install(client, f"{folder} · fcw review")
@@ -92,7 +93,7 @@ class Tab:
         for name, callback in {
             "ready": self._arrive,
             "size": self._resized,
-            "drawn": lambda _: self.playing.drawn(),
+            "drawn": lambda _: self._drawn(),
             "open": self.open_at,
             "list": lambda _: self.show_list(),
             "seek": lambda about: self.go_to_time(float(about)),
@@ -276,9 +277,31 @@ class Tab:
         followed = self._follow_event()
         self.screen.turn(quality)
         now_s = time.monotonic()
-        if followed or not self.playing.now or now_s - self._panels_s > PANELS_S:
+        if not self.playing.now:
+            # The eye is on the picture: the browser does nothing else before it is drawn.
+            self._rest_waits = True
+            patience = threading.Timer(DRAWN_PATIENCE_S, self.run, [self._show_rest])
+            patience.daemon = True
+            patience.start()
+        elif followed or now_s - self._panels_s > PANELS_S:
             self._panels_s = now_s
+            self.screen.follow()
             self.panels.show()
+        else:
+            self.screen.follow()
+
+    def _show_rest(self) -> None:
+        """What follows from the frame that is shown: plots, and the panel at the right."""
+        if self._rest_waits and self.drive is not None:
+            self._rest_waits = False
+            with self.client.atomic():
+                self.screen.follow()
+                self.panels.show()
+
+    def _drawn(self) -> None:
+        """The browser has drawn a picture."""
+        self.playing.drawn()
+        self._show_rest()
 
     def rest(self) -> None:
         """Playing has ended."""

@@ -21,6 +21,14 @@ KIND_TITLES = {
     MOUNT_MOVED: "Lost calibration",
 }
 """What kinds of events are called."""
+KIND_MEANINGS = {
+    "warning": "act now was shown",
+    "caution": "get ready was shown",
+    "advisory": "following too closely",
+    NEAR_MISS: "close, and nothing shown",
+    MOUNT_MOVED: "the camera has moved",
+}
+"""What kinds of events are, in a few words."""
 JUDGEMENT_SIGNS = {
     Judgement.RIGHT: "✓",
     Judgement.TOO_EARLY: "◂",

@@ -170,6 +170,7 @@ def test_a_corner_goes_where_the_mouse_takes_it(
     wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
     person.browser.click(BOX.x + 20, BOX.y + 20)
     wait_for(lambda: node_is_there(person, "/handles/corner bottom right"))
+    person.browser.wait_until_still()
     end = person.browser.mouse_position(BOX.right + 37, BOX.bottom + 21)
     person.browser.drag((BOX.right, BOX.bottom), (BOX.right + 37, BOX.bottom + 21))
     wait_for(lambda: bool(said_of(drive_log).frames))
@@ -225,12 +226,15 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     assert [entry.said.judgement for entry in said_of(drive_log).verdicts] == [Judgement.TOO_LATE]
     assert [entry.said for entry in said_of(drive_log).notes] == [Note(9.4, "brakes late")]
 
+    person.browser.page.evaluate("document.querySelector('.fcw-clock').dataset.old = 'yes'")
     process, again = start(drive_log)
     assert again == url
     # The page that was open finds the server by itself, at the moment where it was.
+    is_new = "() => document.querySelector('.fcw-clock')?.dataset.old === undefined"
+    wait_for(lambda: person.browser.page.evaluate(is_new) and person.sees(row_of(9.4)))
+    wait_for(lambda: person.words(".fcw-event em") == "▸")
+    person.tab("Remarks")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
-    person.tab("Events")
-    wait_for(lambda: person.words(".fcw-event em") == "▸" and person.sees(row_of(9.4)))
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=20)
     assert process.returncode == 130

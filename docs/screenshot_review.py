@@ -1,0 +1,168 @@
+"""Take the pictures of the review page that stand in the documentation.
+
+    python docs/screenshot_review.py DRIVES [--out docs/images] [--only review-event]
+
+Needs a Chromium and playwright, of the `dev` group. DRIVES is a folder with the logs of some drives, the
+shipped one among them under the name `demo`: what is on the pictures is said of copies of them.
+"""
+
+import argparse
+import shutil
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
+
+from fcw.annotation.records import Judgement, Note, Reason, Verdict
+from fcw.annotation.review import reference_to
+from fcw.annotation.store import ReviewStore
+from fcw.events import find_events
+from fcw.logs.export.clip import DRIVE_NAME, find_drives
+from fcw.logs.mcap_reader import DriveLog
+from fcw_viz.review_app.server import ReviewPage
+
+ROOT = Path(__file__).parents[1]
+BROWSER_ARGUMENTS = (
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
+READY_MS = 60_000
+STEADY_MS, STEADY_LOOKS = 1_500, 20
+"""The page counts as drawn once it has stayed the same this long: software rendering is slow."""
+WITHOUT_WARNING = """
+  const ask = WebGL2RenderingContext.prototype.getParameter;
+  WebGL2RenderingContext.prototype.getParameter = function (name) {
+    return name === 37446 ? "hardware" : ask.call(this, name);
+  };
+"""
+"""viser warns of software rendering over the picture; 37446 is UNMASKED_RENDERER_WEBGL."""
+SHIPPED = "demo"
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """One picture.
+
+    Attributes:
+        name: of the file.
+        act: what is done on the page.
+        dark: its colours.
+        place: where it begins; empty for the list of drives.
+    """
+
+    name: str
+    act: Callable[[Page], None]
+    dark: bool = False
+    place: str = f"{SHIPPED}#0"
+
+
+def look(page: Page) -> None:
+    """Do nothing."""
+
+
+def judge(page: Page) -> None:
+    """Judge the event, with a reason."""
+    page.keyboard.press("2")
+    page.locator("select[data-fcw-choice=reason]").select_option("DRIVER_AWARE")
+
+
+def correct_box(page: Page) -> None:
+    """Take hold of the lead's box."""
+    page.get_by_role("tab", name="Boxes").click()
+    page.keyboard.press("e")
+    canvas = page.locator("canvas[data-engine]").bounding_box()
+    assert canvas is not None
+    # The vehicle ahead fills the middle of the shipped drive's worst moment.
+    page.wait_for_timeout(STEADY_MS)
+    page.mouse.click(canvas["x"] + canvas["width"] * 0.5, canvas["y"] + canvas["height"] * 0.55)
+
+
+SCENES = (
+    Scene("review-folder", look, place=""),
+    Scene("review-event", look),
+    Scene("review-verdict", judge, dark=True),
+    Scene("review-boxes", correct_box),
+)
+
+
+def main() -> None:
+    """Read the command line and take the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
+    parser.add_argument("drives", type=Path, help="folder with the logs")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder of the pictures")
+    parser.add_argument("--only", help="name of the one picture to take")
+    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
+    parser.add_argument("--size", default="1400x900", help="of the window, WIDTHxHEIGHT")
+    options = parser.parse_args()
+    width, height = (int(length) for length in options.size.split("x"))
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
+        for scene in SCENES:
+            if options.only in (None, scene.name):
+                window = ViewportSize(width=width, height=height)
+                take(scene, options.drives, browser, window, options.out / f"{scene.name}.png")
+        browser.close()
+
+
+def take(scene: Scene, drives: Path, browser: Browser, window: ViewportSize, file: Path) -> None:
+    """Serve copies of the drives and take the picture."""
+    with tempfile.TemporaryDirectory() as folder:
+        copies: dict[str, Path] = {}
+        for name, log in find_drives([drives]).items():
+            (Path(folder) / name).mkdir()
+            copies[name] = Path(shutil.copy(log, Path(folder) / name / DRIVE_NAME))
+        say_something(copies)
+        served = ReviewPage(copies, "Test drives", "anna", dark=scene.dark)
+        try:
+            context = browser.new_context(viewport=window)
+            context.add_init_script(WITHOUT_WARNING)
+            page = context.new_page()
+            page.goto(f"{served.url}/?fixedDpr=1")
+            page.wait_for_function("!document.body.innerText.includes('to be read')", timeout=READY_MS)
+            page.wait_for_selector(".fcw-row", timeout=READY_MS)
+            steady_screenshot(page)
+            if scene.place:
+                name, _, event = scene.place.partition("#")
+                page.locator(f'.fcw-row[data-drive="{name}"] [data-event="{event}"]').click()
+                page.wait_for_selector(".fcw-clock", timeout=READY_MS)
+                page.wait_for_timeout(STEADY_MS)
+                scene.act(page)
+            file.write_bytes(steady_screenshot(page))
+            context.close()
+        finally:
+            served.stop()
+
+
+def say_something(drives: dict[str, Path]) -> None:
+    """What somebody else has said of the drives before."""
+    for name, path in drives.items():
+        log = DriveLog(path)
+        events = find_events(log.series())
+        store = ReviewStore(log)
+        if name == SHIPPED:
+            store.add("bert", Note(16.0, "the lead pulls away"))
+        elif events:
+            verdict = Verdict(reference_to(events[0]), Judgement.FALSE, Reason.OTHER_LANE)
+            store.add("bert", verdict)
+        store.close()
+
+
+def steady_screenshot(page: Page) -> bytes:
+    """The page as a PNG, once two looks at it are the same."""
+    before = b""
+    for _ in range(STEADY_LOOKS):
+        page.wait_for_timeout(STEADY_MS)
+        seen = page.screenshot()
+        if seen == before:
+            return seen
+        before = seen
+    raise SystemExit("the page does not come to rest")
+
+
+if __name__ == "__main__":
+    main()

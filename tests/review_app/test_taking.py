@@ -1,0 +1,40 @@
+"""What is taken along from the page is what it says."""
+
+import csv
+import io
+from pathlib import Path
+
+import av
+import pytest
+from review_drives import CAUTION_S, RATE_HZ, WARNING_END_S
+
+from fcw.logs.mcap_reader import DriveLog
+from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.taking import AROUND_S, clip_around, event_table, exported_file
+
+
+def test_a_clip_reaches_around_its_event_and_not_beyond_the_drive():
+    assert clip_around(20.0, 22.0, 100.0) == (20.0 - AROUND_S, 22.0 + AROUND_S)
+    assert clip_around(1.0, 9.0, 10.0) == (0.0, 10.0)
+
+
+def test_the_clip_as_mcap_holds_the_event(drive: Drive, tmp_path: Path):
+    between = clip_around(CAUTION_S, WARNING_END_S, drive.duration_s)
+    file = tmp_path / "clip.mcap"
+    file.write_bytes(exported_file(drive.log.path, "mcap", between))
+    clip = Drive.open("clip", file)
+    assert clip.events[0].kind == "warning"
+    assert clip.duration_s == pytest.approx(between[1] - between[0], abs=1.1)  # from a keyframe on
+    assert DriveLog(file).complete
+
+
+def test_the_clip_as_mp4_plays_as_long(drive: Drive):
+    content = exported_file(drive.log.path, "mp4", (9.0, 11.0))
+    with av.open(io.BytesIO(content), "r") as video:
+        assert sum(1 for _ in video.decode(video=0)) == pytest.approx(2 * RATE_HZ, abs=1)
+
+
+def test_the_table_has_every_event(drive: Drive):
+    rows = list(csv.DictReader(io.StringIO(event_table(drive.log.path).decode())))
+    assert [row["kind"] for row in rows] == [event.kind for event in drive.events]
+    assert [float(row["start_s"]) for row in rows] == pytest.approx([e.start_s for e in drive.events])
