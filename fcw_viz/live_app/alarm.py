@@ -31,9 +31,7 @@ class Alarm:
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self._banner = client.gui.add_html("")
-        client.gui.add_html(
-            '<div class="fcw-late">No picture has come for a while: this one is old</div>'
-        )
+        client.gui.add_html('<div class="fcw-late">No picture has come for a while: this one is old</div>')
         self.muted = False
         run_script(client, _BROWSER_SIDE)
 

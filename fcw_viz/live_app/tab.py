@@ -59,7 +59,7 @@ class LiveTab:
         self._alarm = Alarm(client)
         self._add_keys()
         # Heard at once: a drawn picture's time is that of the message, not of the tab's thread.
-        channel = PageChannel(client, lambda work: work())
+        channel = PageChannel(client, _at_once)
         channel.on("drawn", lambda _: self._was_drawn())
         channel.on("size", lambda about: self.run(partial(self._resized, about)))
         channel.on("mute", lambda _: self.run(self._mute))
@@ -193,3 +193,7 @@ class LiveTab:
             work()
         except UserError as error:
             self.client.add_notification(str(error), "", color="orange")
+
+
+def _at_once(work: Callable[[], object]) -> None:
+    work()
