@@ -2,8 +2,8 @@
 
     python benchmarks/live_page.py [--seconds 20]
 
-Needs a Chromium and playwright, of the `dev` group. The shipped drive runs live twice, watched by nobody and by
-a headless Chromium with software rendering; latencies count from a picture's coming to the program.
+Needs a Chromium and playwright, of the `dev` group. The shipped drive runs live twice, watched by nobody and
+by a headless Chromium with software rendering; latencies count from a picture's coming to the program.
 """
 
 import argparse
@@ -98,10 +98,11 @@ def live(page: Page | None, seconds: float) -> None:
             pipeline.join()
             start_s = latencies.found_s[0][0] + WARM_UP_S
             ages_ms = np.array([age_s for now_s, age_s in latencies.found_s if now_s > start_s]) * 1000
+            who = "nobody" if page is None else "a browser"
+            median_ms, p95_ms = np.quantile(ages_ms, (0.5, 0.95))
             say(
-                f"{'nobody' if page is None else 'a browser'} watches: result after {np.median(ages_ms):.0f} ms, "
-                f"p95 {np.quantile(ages_ms, 0.95):.0f} ms, of {len(latencies.found_s)} pictures; "
-                f"{source.dropped} left out\n"
+                f"{who} watches: result after {median_ms:.0f} ms, p95 {p95_ms:.0f} ms, "
+                f"of {len(latencies.found_s)} pictures; {source.dropped} left out\n"
             )
             if page is not None:
                 (tab,) = served._tabs.values()
@@ -113,7 +114,7 @@ def live(page: Page | None, seconds: float) -> None:
 
 
 def from_above(tab: LiveTab, path: Path) -> None:
-    """The server's processor time of an update, in the tab's own thread as always."""
+    """The server's processor time of an update with its picture, in the tab's own thread as always."""
     log, taken_ms, done = DriveLog(path), [], threading.Event()
     pictures = LogPictures(log)
 
@@ -124,7 +125,8 @@ def from_above(tab: LiveTab, path: Path) -> None:
                 break
             image = pictures.at(result.index)
             start_s = time.thread_time()
-            tab.birds_eye.show(result, image)
+            tab.view.show(image)
+            tab.birds_eye.show(result)
             taken_ms.append((time.thread_time() - start_s) * 1000)
             time.sleep(0.02)  # the sender's turn, as between frames
         done.set()

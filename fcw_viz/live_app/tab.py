@@ -133,7 +133,7 @@ class LiveTab:
         with self.client.atomic():
             self.latency.sent(moment.captured_s, moment.found_s)
             self.view.show(image, QUALITY)
-            self.birds_eye.show(moment.result, image)
+            self.birds_eye.show(moment.result)
 
     def _sound(self, moment: Moment) -> None:
         header = self._feed.header

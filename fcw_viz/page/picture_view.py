@@ -142,6 +142,11 @@ class PictureView:
             self._image_bgr = image_bgr
             self._place_magnifier()
 
+    @property
+    def sent(self) -> bytes:
+        """The picture as it was sent last; a small JPEG while the camera is away."""
+        return self._picture._data
+
     def world(self, column_px: float, row_px: float, layer: int = 0) -> tuple[float, float, float]:
         """The scene position of a pixel; higher layers are nearer to the eye."""
         return self.plane.world(column_px, row_px, layer)

@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from fcw.logs.overlay import OTHER_TRACK_COLOR, OWN_CAR_SIZE_M, ROW_COLOR
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw_viz.page.picture_away import Orbit, small_jpeg
+from fcw_viz.page.picture_away import Orbit
 from fcw_viz.page.picture_view import PictureView
 from fcw_viz.review_app import birds_eye
 from fcw_viz.review_app.birds_eye import Ground, GroundVehicle
@@ -81,21 +80,18 @@ class BirdsEye:
             self._view.come_back()
             self._nodes.root.visible = self._small.visible = False
 
-    def show(
-        self, result: FrameResult, image_bgr: NDArray[np.uint8], yaw_rate_radps: float | None = None
-    ) -> None:
-        """Follow to a frame, where it is looked at.
+    def show(self, result: FrameResult, yaw_rate_radps: float | None = None) -> None:
+        """Follow to a frame, where it is looked at; its picture is that of the view.
 
         Args:
             result: of the frame.
-            image_bgr: its picture with what is drawn over it.
             yaw_rate_radps: how fast we turn, where that is known.
         """
         if not self.active or self._header is None or self._nodes is None:
             return
         seen = birds_eye.ground(result, self._header.calibration, self._header.imperial, yaw_rate_radps)
         with self._client.atomic():
-            self._small._format, self._small._data = "jpeg", small_jpeg(image_bgr)
+            self._small._format, self._small._data = "jpeg", self._view.sent
             self._nodes.show(seen)
 
 

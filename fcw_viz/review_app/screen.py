@@ -120,7 +120,7 @@ class Screen:
             tab.notify("This picture is missing", trouble, trouble=True)
         tab.playing.sent()
         tab.view.show(image, quality)
-        tab.birds_eye.show(self.result, image)
+        tab.birds_eye.show(self.result)
         tab.boxes.redraw()
 
     def show_strip(self) -> None:
