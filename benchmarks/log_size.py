@@ -2,7 +2,7 @@
 
     python benchmarks/log_size.py VIDEO [--calibration FILE]
 
-Runs the whole job and prints, for drive.mcap and drive.rrd, the bytes a frame beyond those of the video in them.
+Runs the whole job and prints the bytes a frame of drive.mcap and drive.rrd beyond those of the video in them.
 """
 
 import argparse

@@ -34,6 +34,8 @@ class Stages:
         policy: decides the warning.
         ego_speed: own speed over time, and the yaw rate where it is known; None when unknown.
         sinks: where the drive is written.
+        frames_in_flight: read at most so many ahead of what is written; a live drive wants few, as each
+            waits for those before it.
     """
 
     detectors: Sequence[Detector]
@@ -41,6 +43,7 @@ class Stages:
     policy: WarningPolicy
     ego_speed: EgoSpeed | None = None
     sinks: Sequence[Sink] = ()
+    frames_in_flight: int = FRAMES_IN_FLIGHT
 
 
 def run_pipeline(
@@ -109,7 +112,8 @@ def _detected_frames(
             idle_detectors.put(detector)
 
     abandoned = threading.Event()
-    pending: queue.Queue[_Pending | BaseException | None] = queue.Queue(maxsize=FRAMES_IN_FLIGHT)
+    pending: queue.SimpleQueue[_Pending | BaseException | None] = queue.SimpleQueue()
+    room = threading.Semaphore(stages.frames_in_flight)
     encoder = (
         VideoEncoder(source.image_size, source.frame_rate_hz)
         if stages.sinks and not source.relays_video
@@ -118,11 +122,12 @@ def _detected_frames(
 
     def read() -> None:
         try:
-            frames = source.frames()
-            for frame in frames:
+            frames = iter(source.frames())
+            # Room first: the frame is as new as can be when its detection begins.
+            while room.acquire() and not abandoned.is_set() and (frame := next(frames, None)) is not None:
                 encoding = encoding_pool.submit(encoder.encode, frame) if encoder else None
                 pending.put((frame, detection_pool.submit(detect, frame), encoding))
-                if stop.is_set() or abandoned.is_set():
+                if stop.is_set():
                     break
             pending.put(None)
         except BaseException as error:
@@ -140,13 +145,10 @@ def _detected_frames(
                     raise item
                 frame, detecting, encoding = item
                 yield frame, detecting.result(), encoding.result() if encoding else frame.packets
+                room.release()
         finally:
             abandoned.set()
-            while reader.is_alive():  # it may be waiting for room in the queue
-                try:
-                    pending.get(timeout=0.05)
-                except queue.Empty:
-                    continue
+            room.release()  # the reader may be waiting for it
             reader.join()
             if encoder:
                 encoder.close()

@@ -5,7 +5,7 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.logs.mcap_writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult, Sink
-from fcw.pipeline import Stages, run_pipeline
+from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
 from fcw.sources import is_mcap, open_source
 from fcw.sources.frame import Source
 from fcw.summary import DriveSummary
@@ -41,6 +41,8 @@ RRD_NAME = "drive.rrd"
 SUMMARY_NAME = "summary.json"
 DETECTION_THREADS = 2
 """Detection takes twice as long as decoding; on two cores the second thread uses what decoding leaves."""
+LIVE_FRAMES_IN_FLIGHT = DETECTION_THREADS
+"""One in each detector, and none that waits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,13 +137,22 @@ def _ego_speed(job: DriveJob, source: Source, facts: "McapFacts | None") -> EgoS
     return EgoSpeed(tuple(time_s + start_s for time_s in speed.times_s), speed.speeds_mps)
 
 
-def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> DriveOutcome:
+def run_drive(
+    job: DriveJob,
+    console: Console,
+    source: Source | None = None,
+    watchers: Sequence[Sink] = (),
+    stop: threading.Event | None = None,
+) -> DriveOutcome:
     """Run a job with a progress bar on `console`; Ctrl-C ends it early with complete logs.
 
     Args:
         job: what to run.
         console: where the bar is drawn; nothing is drawn unless it is a terminal.
         source: the job's source where it is open already.
+        watchers: who is told of every frame beside the logs; with any of them few frames are under way at
+            once, so that results are as new as can be.
+        stop: what Ctrl-C sets; an event of its own by default.
     """
     source = source or open_source(job.source, job.frame_rate_hz, job.topic)
     facts = None
@@ -183,14 +194,15 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
             "name one that can be written"
         ) from error
     sinks: tuple[Sink, ...] = (McapSink(job.out / MCAP_NAME), RerunSink(job.out / RRD_NAME))
+    in_flight = LIVE_FRAMES_IN_FLIGHT if watchers else FRAMES_IN_FLIGHT
     # The noise of the own detector's boxes holds for a plugged-in one's too: against the boxes drawn by hand
     # on the training pictures, edges of YOLOv5n's and YOLOX-nano's scatter by 3 to 6 % of the height (the
     # model says 1 px and 4 %), heights are measured, and a visible side is taken in. Lower edges are 1 to 4 %
     # of the height lower than drawn, so that distances come out a little short.
-    stages = Stages(detectors, Tracker(calibration), policy, ego_speed, sinks)
+    stages = Stages(detectors, Tracker(calibration), policy, ego_speed, (*sinks, *watchers), in_flight)
 
     start = time.perf_counter()
-    with stop_on_interrupt() as stop, _progress(console, source) as advance:
+    with stop_on_interrupt(stop) as stop, _progress(console, source) as advance:
 
         def on_result(result: FrameResult) -> None:
             summary.add(result)
@@ -205,9 +217,9 @@ def run_drive(job: DriveJob, console: Console, source: Source | None = None) -> 
 
 
 @contextmanager
-def stop_on_interrupt() -> Iterator[threading.Event]:
+def stop_on_interrupt(event: threading.Event | None = None) -> Iterator[threading.Event]:
     """An event that the first Ctrl-C (or SIGTERM) sets; a second one interrupts at once."""
-    stop = threading.Event()
+    stop = event or threading.Event()
 
     def on_signal(number: int, _stack: FrameType | None) -> None:
         if stop.is_set():

@@ -94,6 +94,7 @@ def run(
     detectors: Sequence[UnevenDetector] = (UnevenDetector(1), UnevenDetector(2), UnevenDetector(3)),
     stop: threading.Event | None = None,
     stop_after: int | None = None,
+    **options: int,
 ) -> None:
     header = DriveHeader(
         source.name, SIZE, source.frame_rate_hz, CALIBRATION, source.relays_video, "uneven", "", {}
@@ -105,7 +106,7 @@ def run(
 
     threads_before = threading.active_count()
     try:
-        stages = Stages(detectors, Tracker(CALIBRATION), make_policy(), None, sinks)
+        stages = Stages(detectors, Tracker(CALIBRATION), make_policy(), None, sinks, **options)
         run_pipeline(source, stages, header, stop, on_result)
     finally:
         assert threading.active_count() == threads_before
@@ -178,3 +179,21 @@ def test_when_one_log_cannot_be_opened_the_one_already_open_is_closed() -> None:
     with pytest.raises(OSError, match="read-only"):
         run(CountingSource(5), [first, refused])
     assert (first.closed, refused.closed) == (1, 0)
+
+
+@pytest.mark.parametrize("frames_in_flight", [1, 2, 5])
+def test_no_more_frames_are_read_ahead_than_are_wanted_under_way(frames_in_flight: int) -> None:
+    sink = MemorySink()
+
+    class Watched(CountingSource):
+        ahead = 0
+
+        def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+            for frame in super().frames(start_ns):
+                self.ahead = max(self.ahead, frame.index + 1 - len(sink.results))
+                yield frame
+
+    source = Watched(100)
+    run(source, [sink], frames_in_flight=frames_in_flight)
+    assert len(sink.results) == 100
+    assert source.ahead == frames_in_flight

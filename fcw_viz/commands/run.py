@@ -9,7 +9,7 @@ import tyro
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fcw_viz.drive_job import DriveOutcome
+    from fcw_viz.drive_job import DriveJob, DriveOutcome
 
 RECORDINGS = Path("recordings")
 FOXGLOVE_LAYOUT = Path(__file__).parents[1] / "foxglove_layout.json"
@@ -20,14 +20,16 @@ FOXGLOVE_LAYOUT = Path(__file__).parents[1] / "foxglove_layout.json"
 class RunCommand:
     """Find the vehicles ahead, measure their distance, warn, and write drive.mcap and drive.rrd."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE")]
-    """Video or MCAP file, or folder of pictures."""
+    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE")]
+    """Video or MCAP file, or folder of pictures; with --live also a camera: its number, /dev/video0, or an
+    rtsp or http address."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Calibration file; by default `<name>.calibration.yaml` beside the source, else that in an MCAP file."""
     topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
     """Of an MCAP file: the pictures to run on; needed where it has several topics of pictures."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """Folder for the logs and summary.json; by default recordings/<name>. Earlier logs there are replaced."""
+    """Folder for the logs and summary.json; by default recordings/<name>, of a camera with the time. Earlier
+    logs there are replaced."""
     detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full|onnx:FILE")] = "acf"
     """acf searches where the calibration allows a vehicle; acf-full the whole picture; onnx: a YOLO net."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
@@ -41,6 +43,13 @@ class RunCommand:
     """Frames per second of a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
     """Units of the distances that people are shown."""
+    live: bool = False
+    """Show the drive in the browser while it runs, at its own rate, with warnings that are heard; then review
+    it there. Pictures are left out rather than late."""
+    port: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
+    """With --live: port of the page on this computer; by default 8080, or the next free one."""
+    no_open: bool = False
+    """With --live: do not open a browser; the address is printed."""
     json: bool = False
     """Print the summary as JSON on stdout, alone."""
 
@@ -52,12 +61,43 @@ def run_run(command: RunCommand) -> int:
 
     from rich.console import Console
 
-    from fcw_viz.drive_job import DriveJob, run_drive
+    from fcw.errors import UserError
+    from fcw_viz.drive_job import run_drive
 
-    out = command.out or RECORDINGS / (command.source.stem or command.source.resolve().name)
-    job = DriveJob(
-        source=command.source,
-        out=out,
+    if command.live:
+        from fcw_viz.commands.run_live import run_live
+
+        return run_live(command)
+    if command.port is not None or command.no_open:
+        raise UserError("--port, --no-open: they are for the page of --live; add it, or leave them out")
+    path = Path(command.source)
+    if not path.exists() and _is_camera(command.source):
+        raise UserError(f"{command.source}: a camera runs live only; add --live")
+    job = job_of(command, path)
+    messages = Console(stderr=True)
+    outcome = run_drive(job, messages)
+    for note in outcome.notes:
+        messages.print(f"note: {note}", highlight=False)
+    if command.json:
+        sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
+    else:
+        report_drive(outcome, job.out, Console(), imperial=job.imperial)
+    return 130 if outcome.interrupted else 0
+
+
+def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "DriveJob":
+    """What the command asks for.
+
+    Args:
+        command: as it was typed.
+        source: of the drive.
+        out: where its logs go; None for what was typed, or the default.
+    """
+    from fcw_viz.drive_job import DriveJob
+
+    return DriveJob(
+        source=source,
+        out=out or command.out or RECORDINGS / (source.stem or source.resolve().name),
         calibration=command.calibration,
         topic=command.topic,
         detector=command.detector,
@@ -67,15 +107,12 @@ def run_run(command: RunCommand) -> int:
         imperial=command.units == "imperial",
         frame_rate_hz=command.frame_rate,
     )
-    messages = Console(stderr=True)
-    outcome = run_drive(job, messages)
-    for note in outcome.notes:
-        messages.print(f"note: {note}", highlight=False)
-    if command.json:
-        sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
-    else:
-        report_drive(outcome, out, Console(), imperial=job.imperial)
-    return 130 if outcome.interrupted else 0
+
+
+def _is_camera(source: str) -> bool:
+    from fcw.sources.camera import is_camera
+
+    return is_camera(source)
 
 
 def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False) -> None:

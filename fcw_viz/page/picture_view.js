@@ -5,29 +5,34 @@ const viewer = window.__viserMutable;
 const { cameraControl: controls, camera, canvas } = viewer;
 const TRUCK = 2, TOUCH_TRUCK = 128; // camera-controls' ACTION, which viser does not export
 
-// The view never tilts or rolls, whatever is dragged, touched or pressed.
-controls.minPolarAngle = controls.maxPolarAngle = Math.PI / 2;
-controls.minAzimuthAngle = controls.maxAzimuthAngle = Math.PI / 2; // viser's -y is three's x
-// Dragging slides the picture, the wheel zooms to the mouse.
-controls.mouseButtons.left = TRUCK;
-controls.touches.one = TOUCH_TRUCK;
+viewer.away = null; // not so while the camera looks at something else, see picture_away.js
+const hold = () => {
+  // The view never tilts or rolls, whatever is dragged, touched or pressed.
+  controls.minPolarAngle = controls.maxPolarAngle = Math.PI / 2;
+  controls.minAzimuthAngle = controls.maxAzimuthAngle = Math.PI / 2; // viser's -y is three's x
+  // Dragging slides the picture, the wheel zooms to the mouse.
+  controls.mouseButtons.left = TRUCK;
+  controls.touches.one = TOUCH_TRUCK;
+  controls.dollyToCursor = true;
+};
+hold();
 // camera-controls hears one movement a frame: where frames are slow, the picture would be left behind by the mouse.
 Object.defineProperty(controls, "_dragNeedsUpdate", { get: () => true, set: () => {}, configurable: true });
-controls.dollyToCursor = true;
 controls.dollySpeed = 2.0; // 1.4 times a notch of the wheel
 // The middle of the view stays on the picture, so that it is never lost.
-viewer.setPictureBounds = (halfWidth, halfHeight) =>
-  controls.setBoundary({
-    min: { x: 0, y: -halfHeight, z: -halfWidth },
-    max: { x: 0, y: halfHeight, z: halfWidth },
-  });
+let bounds;
+const bound = () => controls.setBoundary(viewer.away ? undefined : bounds);
+viewer.setPictureBounds = (halfWidth, halfHeight) => {
+  bounds = { min: { x: 0, y: -halfHeight, z: -halfWidth }, max: { x: 0, y: halfHeight, z: halfWidth } };
+  bound();
+};
 viewer.setPictureBounds(halfWidth, halfHeight);
 
 // Layers lie very close to the picture, so that they do not shift against it towards the edges of the view:
 // depth must be resolved around the picture at every zoom.
 const clip = () => {
-  camera.near = controls.distance / 2;
-  camera.far = controls.distance * 2;
+  const [near, far] = viewer.away?.depths ?? [controls.distance / 2, controls.distance * 2];
+  [camera.near, camera.far] = [near, far];
   camera.updateProjectionMatrix();
 };
 controls.addEventListener("update", clip);

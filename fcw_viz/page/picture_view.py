@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 
 from fcw.sources.frame import ImageSize
 from fcw_viz.page.page_script import run_script
+from fcw_viz.page.picture_away import Orbit, small_jpeg
 from fcw_viz.page.picture_handle import Handle, OnClick, OnDrag
 from fcw_viz.page.picture_magnifier import Magnifier
 from fcw_viz.page.picture_plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
 
 _BROWSER_SIDE = "\n".join(
-    Path(__file__).with_name(f"picture_{topic}.js").read_text() for topic in ("view", "frames")
+    Path(__file__).with_name(f"picture_{topic}.js").read_text() for topic in ("view", "away", "frames")
 )
 _TELL_DRAWN = Path(__file__).with_name("picture_drawn.js").read_text()
 _FIT_MARGIN = 1.02
@@ -54,7 +55,7 @@ class PictureView:
         self._handles: dict[str, Handle] = {}
         self._fits: deque[tuple[float, float, float]] = deque(maxlen=_REMEMBERED_FITS)
         self._seen: tuple[float, ...] = ()
-        self._view_change_waits = False
+        self._view_change_waits = self._away = False
         self._image_bgr: NDArray[np.uint8] | None = None
         self._magnified: Handle | None = None
         self._in_order = ThreadPoolExecutor(max_workers=1, thread_name_prefix="picture")
@@ -101,6 +102,24 @@ class PictureView:
         """From now on the page's channel is told `drawn` when a new picture is on the screen."""
         run_script(self._client, _TELL_DRAWN)
 
+    @property
+    def away(self) -> bool:
+        """Whether the camera looks at something else than the picture."""
+        return self._away
+
+    def leave(self, orbit: Orbit) -> None:
+        """Look at another place of the scene, where the camera orbits freely and clicks mean nothing here.
+
+        Until `come_back` the picture is kept small, and fitting, zooming and sliding do nothing.
+        """
+        self._away = True
+        run_script(self._client, f"window.__viserMutable.leavePicture({orbit.script_arguments()});")
+
+    def come_back(self) -> None:
+        """Look at the picture again exactly as before; it has to be shown anew."""
+        self._away = False
+        run_script(self._client, "window.__viserMutable.backToPicture();")
+
     def show(self, image_bgr: NDArray[np.uint8], quality: int | None = None) -> None:
         """Replaces the picture.
 
@@ -108,16 +127,25 @@ class PictureView:
             image_bgr: (height, width, 3) of the view's size.
             quality: of a JPEG, 0 to 100, for playback; None shows every pixel as it is.
         """
-        if quality is None:
-            image_format, (_, data) = "png", cv2.imencode(".png", image_bgr)
+        if self._away:
+            image_format, data = "jpeg", small_jpeg(image_bgr)
+        elif quality is None:
+            image_format, (_, encoded) = "png", cv2.imencode(".png", image_bgr)
+            data = encoded.tobytes()
         else:
             image_format = "jpeg"
-            _, data = cv2.imencode(".jpg", image_bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
+            _, encoded = cv2.imencode(".jpg", image_bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
+            data = encoded.tobytes()
         with self._client.atomic():
             self._picture._format = image_format
-            self._picture._data = data.tobytes()
+            self._picture._data = data
             self._image_bgr = image_bgr
             self._place_magnifier()
+
+    @property
+    def sent(self) -> bytes:
+        """The picture as it was sent last; a small JPEG while the camera is away."""
+        return self._picture._data
 
     def world(self, column_px: float, row_px: float, layer: int = 0) -> tuple[float, float, float]:
         """The scene position of a pixel; higher layers are nearer to the eye."""
@@ -200,6 +228,8 @@ class PictureView:
 
     def fit(self) -> None:
         """Shows the whole picture; it stays whole when the window changes, until somebody zooms or slides."""
+        if self._away:
+            return
         camera = self._client.camera
         size = self.plane.size
         across = max(size.width / camera.image_width, size.height / camera.image_height)
@@ -260,6 +290,8 @@ class PictureView:
         return self.plane.pixels_per_screen_pixel(limited, camera.image_height)
 
     def _look_at(self, column_px: float, row_px: float, pixels_per_screen_pixel: float) -> None:
+        if self._away:
+            return
         column_px = min(max(column_px, -0.5), self.plane.size.width - 0.5)
         row_px = min(max(row_px, -0.5), self.plane.size.height - 0.5)
         x, _, z = self.world(column_px, row_px)

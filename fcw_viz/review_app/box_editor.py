@@ -56,6 +56,7 @@ class BoxEditor:
         else:
             self._tab.playing.stop()
             self._tab.opened  # noqa: B018 - raises where no drive is open
+            self._tab.birds_eye.come_back()
             self.active = True
             self._tab.view.on_box(self.draw)
         self._tab.screen.show_picture()

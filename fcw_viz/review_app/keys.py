@@ -44,6 +44,7 @@ def all_keys() -> "list[Key[Tab]]":
         Key("Say it again", "Y", "cmd/ctrl", lambda tab: tab.annotating.redo()),
         Key("Say it again", "Z", "cmd/ctrl+shift", lambda tab: tab.annotating.redo()),
         Key("Picture with or without overlay", "O", None, lambda tab: tab.screen.switch_overlay()),
+        Key("The road from above, or the picture", "B", None, lambda tab: tab.screen.switch_birds_eye()),
         Key("Whole picture", "F", None, lambda tab: tab.view.fit()),
         Key("Zoom in", "=", None, lambda tab: tab.view.zoom(ZOOM_STEP)),
         Key("Zoom in", "[plus]", None, lambda tab: tab.view.zoom(ZOOM_STEP)),
@@ -76,6 +77,7 @@ HELP_ROWS = (
     ("Home End", "first, last frame"),
     ("Wheel, + −", "zoom; F: whole picture"),
     ("O", "picture without the overlay"),
+    ("B", "the road from above, or the picture"),
     ("L", "all drives"),
     ("Ctrl K", "every command"),
 )

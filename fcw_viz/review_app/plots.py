@@ -3,16 +3,18 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR
+from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries
 from fcw.units import FEET_PER_METRE, KMH_PER_MPS, MPH_PER_MPS
 from fcw.warning.types import WarningLevel
 from fcw_viz.page.svg import line, words
-from fcw_viz.review_app.drive import NS_PER_S, Drive, time_text
+from fcw_viz.review_app.drive import NS_PER_S, time_text
 from fcw_viz.review_app.time_axis import TimeAxis
 
 DISTANCE_SHARE = 1.8
@@ -38,6 +40,29 @@ def css_color(rgb: tuple[int, int, int]) -> str:
 
 
 CURVE_COLOR = css_color(ROW_COLOR)
+
+
+class Plotted(Protocol):
+    """A drive, or what is known of one that still runs."""
+
+    @property
+    def header(self) -> DriveHeader:
+        """Of the drive."""
+        ...
+
+    @property
+    def series(self) -> DriveSeries:
+        """Its columns."""
+        ...
+
+    @property
+    def first_ns(self) -> int:
+        """From when seconds count."""
+        ...
+
+    def rows_between(self, start_s: float, end_s: float) -> slice:
+        """Rows of a range of time, with the one before and the one after."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +159,7 @@ def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, 
     )
 
 
-def plots_svg(drive: Drive, axis: TimeAxis, height_px: float) -> str:
+def plots_svg(drive: Plotted, axis: TimeAxis, height_px: float) -> str:
     """The four plots one above the other along the same axis of time, whose words stand under them."""
     rows = drive.rows_between(axis.start_s, axis.end_s)
     times_s = (drive.series.time_ns[rows] - drive.first_ns) / NS_PER_S

@@ -43,12 +43,14 @@ class Screen:
         """Begin with a drive, at the tab's row."""
         self._frames = FramePictures(drive)
         self._tab.view.set_size(drive.header.image_size)
+        self._tab.birds_eye.load(drive.header)
         self._center_window()
         self.show_picture()
         self._strip.show_frame()
 
     def close(self) -> None:
         """Let go of the drive, and show nothing."""
+        self._tab.birds_eye.come_back()
         if self._frames is not None:
             self._frames.close()
         self._frames, self.result = None, None
@@ -72,6 +74,14 @@ class Screen:
         """The picture with all that is drawn over it, or bare."""
         self.overlay_shown = not self.overlay_shown
         self.show_picture()
+
+    def switch_birds_eye(self) -> None:
+        """The drive from above, or its picture again."""
+        self._tab.opened  # noqa: B018 - raises where no drive is open
+        self._tab.boxes.stop()
+        self._tab.birds_eye.toggle()
+        self.show_picture()
+        self.show_bar()
 
     def resized(self, about: str) -> None:
         """The browser has told an element's size."""
@@ -110,6 +120,7 @@ class Screen:
             tab.notify("This picture is missing", trouble, trouble=True)
         tab.playing.sent()
         tab.view.show(image, quality)
+        tab.birds_eye.show(self.result)
         tab.boxes.redraw()
 
     def show_strip(self) -> None:
@@ -129,7 +140,9 @@ class Screen:
         """The buttons of playback."""
         tab = self._tab
         several = bool(tab.opened.events)
-        self._strip.show_bar(tab.playing.now, tab.playing.speed, self.window_name, several)
+        self._strip.show_bar(
+            tab.playing.now, tab.playing.speed, self.window_name, several, tab.birds_eye.active
+        )
 
     def _show_now(self) -> None:
         self._strip.show_now(self._tab.opened, self._tab.row, self._window, self._layout)

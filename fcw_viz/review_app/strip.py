@@ -10,7 +10,7 @@ from fcw_viz.page.page_channel import says, says_size, slides
 from fcw_viz.page.page_style import set_html
 from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.player import SPEEDS
-from fcw_viz.review_app.plots import make_plots, plot_places, plots_svg, value_text
+from fcw_viz.review_app.plots import Plotted, make_plots, plot_places, plots_svg, value_text
 from fcw_viz.review_app.session import DriveReview
 from fcw_viz.review_app.time_axis import TimeAxis
 from fcw_viz.review_app.timeline import HEIGHT_PX as TIMELINE_PX
@@ -92,7 +92,9 @@ class Strip:
         """Its ground, which tells its size."""
         set_html(self._frame, f'<div class="fcw-strip" {says_size("strip")}></div>')
 
-    def show_bar(self, playing: bool, speed: float, window: str, several_events: bool) -> None:
+    def show_bar(
+        self, playing: bool, speed: float, window: str, several_events: bool, from_above: bool
+    ) -> None:
         """The buttons."""
         off = "" if several_events else " disabled"
         buttons = (
@@ -115,7 +117,8 @@ class Strip:
         html = (
             f'<div class="fcw-strip fcw-now"><div class="fcw-bar" style="pointer-events: all">{buttons}'
             f'<span class="dim">speed</span><span class="fcw-choice">{speeds}</span>'
-            '<span class="space"></span>'
+            f'<span class="space"></span><button class="{"on" if from_above else ""}" {says("birdseye:")} '
+            'title="The road from above, or the picture (B)">From above</button>'
             f'<span class="dim">plots of</span><span class="fcw-choice">{windows}</span></div></div>'
         )
         set_html(self._bar, html)
@@ -162,7 +165,7 @@ class Strip:
         ]
         if plots.holds(time_s):
             html.append(_cursor("plots", LEFT_PX + plots.x(time_s), PLOTS_TOP_PX, layout.plots_px - 16))
-        html += _figures(drive, row, layout)
+        html += figures_html(drive, row, layout.plots_px)
         set_html(self._now, f'<div class="fcw-strip fcw-now">{"".join(html)}</div>')
 
 
@@ -178,18 +181,18 @@ def _cursor(name: str, x: float, top: float, height: float) -> str:
     )
 
 
-def _figures(drive: Drive, row: int, layout: StripLayout) -> Sequence[str]:
+def figures_html(drive: Plotted, row: int, height_px: float, top_px: float = PLOTS_TOP_PX) -> Sequence[str]:
     """Name and value of each plot, beside it."""
     plots = make_plots(drive.series, slice(row, row + 1), drive.header.imperial)
     figures = []
-    for plot, (top_px, _) in zip(plots, plot_places(plots, layout.plots_px), strict=True):
+    for plot, (own_top_px, _) in zip(plots, plot_places(plots, height_px), strict=True):
         small = ""
         if plot.low is not None and plot.high is not None and plot.low[0] == plot.low[0]:
             high = f"{plot.high[0]:.{plot.decimals}f}" if plot.high[0] < float("inf") else "∞"
             small = f"<small>{plot.low[0]:.{plot.decimals}f} – {high}</small>"
         figures.append(
             f'<div class="fcw-figure" data-figure="{plot.key}" '
-            f'style="top:{PLOTS_TOP_PX + top_px:.0f}px;width:{LEFT_PX - 16:.0f}px">'
+            f'style="top:{top_px + own_top_px:.0f}px;width:{LEFT_PX - 16:.0f}px">'
             f"<span>{escape(plot.title)}</span><b>{value_text(float(plot.values[0]), plot)}</b>{small}</div>"
         )
     return figures

@@ -18,6 +18,7 @@ from fcw_viz.page.page_channel import PageChannel
 from fcw_viz.page.page_script import focus_element, install, run_script
 from fcw_viz.page.picture_view import PictureView
 from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.birds_eye_view import BirdsEye
 from fcw_viz.review_app.box_editor import BoxEditor
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.event_list import list_order
@@ -47,6 +48,7 @@ class Tab:
         selected: number of the event that is judged; None for none.
         by_time: the order of the event list.
         screen: what is shown of the drive.
+        birds_eye: the same from above.
         playing: plays it.
         annotating: what is said here of it.
         boxes: corrects the boxes of a frame.
@@ -67,6 +69,7 @@ class Tab:
 
         install(client, f"{folder} · fcw review")
         self.view = PictureView(client, FIRST_SIZE)
+        self.birds_eye = BirdsEye(client, self.view)
         self.playing = Playing(self)
         self.annotating = Annotating(self)
         self.boxes = BoxEditor(self)
@@ -103,6 +106,7 @@ class Tab:
             "event": self._event_clicked,
             "sort": lambda about: self.sort(about == "time"),
             "playevent": lambda _: self.playing.play_event(),
+            "birdseye": lambda _: self.screen.switch_birds_eye(),
             **self.annotating.messages,
         }.items():
             channel.on(name, callback)
@@ -252,6 +256,8 @@ class Tab:
         self.playing.stop()
         if self.boxes.active:
             self.boxes.toggle()
+        elif self.birds_eye.active:
+            self.screen.switch_birds_eye()
 
     # Showing
 

@@ -1,0 +1,79 @@
+"""Take the pictures of a live drive, and of the road from above, that stand in the documentation.
+
+    python docs/screenshot_live.py [--out docs/images]
+
+Needs a Chromium and playwright, of the `dev` group. The shipped drive runs live, which takes as long as it
+lasts; one picture is taken while it warns, the other one of its review afterwards.
+"""
+
+import argparse
+import shutil
+import tempfile
+import threading
+from pathlib import Path
+
+from playwright.sync_api import Page, ViewportSize, sync_playwright
+from rich.console import Console
+from screenshot_review import BROWSER_ARGUMENTS, READY_MS, STEADY_MS, WITHOUT_WARNING, steady_screenshot
+
+from fcw.sources import open_source
+from fcw.sources.live import LiveSource
+from fcw_viz.drive_job import MCAP_NAME, DriveJob, run_drive
+from fcw_viz.live_app.feed import LiveFeed
+from fcw_viz.live_app.server import LivePage
+
+ROOT = Path(__file__).parents[1]
+DRIVE = ROOT / "recordings" / "demo" / "drive.mp4"
+INTO_WARNING_MS = 1_400
+"""From the beginning of the warning to its picture."""
+FROM_ABOVE_S = 31.0
+"""Of the drive, while it warns."""
+
+
+def main() -> None:
+    """Read the command line and take the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder of the pictures")
+    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
+    parser.add_argument("--size", default="1400x900", help="of the window, WIDTHxHEIGHT")
+    options = parser.parse_args()
+    width, height = (int(length) for length in options.size.split("x"))
+
+    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
+        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
+        context = browser.new_context(viewport=ViewportSize(width=width, height=height))
+        context.add_init_script(WITHOUT_WARNING)
+        take(context.new_page(), Path(folder), options.out)
+        browser.close()
+
+
+def take(page: Page, logs: Path, out: Path) -> None:
+    """Run the drive and take both pictures."""
+    source = LiveSource(open_source(DRIVE), threading.Event())
+    feed = LiveFeed(source)
+    served = LivePage(feed, "drive")
+    job = DriveJob(DRIVE, logs, ego_speed=str(DRIVE.with_name("drive.speed.csv")))
+    arguments = (job, Console(quiet=True), source, (feed,))
+    pipeline = threading.Thread(target=run_drive, args=arguments)
+    try:
+        page.goto(f"{served.url}/?fixedDpr=1")
+        page.wait_for_selector(".fcw-live", timeout=READY_MS)
+        page.mouse.click(300, 300)  # without a gesture there is no sound
+        pipeline.start()
+        page.wait_for_selector(".fcw-alarm.warning", timeout=READY_MS)
+        page.wait_for_timeout(INTO_WARNING_MS)
+        (out / "review-live.png").write_bytes(page.screenshot())
+        pipeline.join()
+        served.review(logs / MCAP_NAME, "anna")
+        page.goto(f"{served.url}/?fixedDpr=1&at=drive@{FROM_ABOVE_S}")
+        page.wait_for_selector(".fcw-clock", timeout=READY_MS)
+        steady_screenshot(page)
+        page.keyboard.press("b")
+        page.wait_for_timeout(STEADY_MS)
+        (out / "review-birds-eye.png").write_bytes(steady_screenshot(page))
+    finally:
+        served.stop()
+
+
+if __name__ == "__main__":
+    main()

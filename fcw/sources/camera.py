@@ -1,0 +1,181 @@
+"""A camera: a device of this computer, or a stream on the network, by FFmpeg's libraries."""
+
+import re
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from urllib.parse import urlsplit
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.error import FFmpegError, InvalidDataError
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+
+from fcw.errors import UserError
+from fcw.sources.decoding import NANOSECONDS, to_ns
+from fcw.sources.frame import Frame, ImageSize
+from fcw.sources.orientation import orientation
+
+OPEN_TIMEOUT_S, READ_TIMEOUT_S = 10.0, 10.0
+DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
+"""FFmpeg's inputs for the cameras of a computer, which count them."""
+FALLBACK_RATE_HZ = 25.0
+OWN_CLOCKS = ("rtsp", "video4linux2,v4l2", "avfoundation")
+"""Inputs whose times are the camera's own; for others FFmpeg counts frames, and the arrival says more."""
+STREAM_OPTIONS = {"flags": "low_delay", "rtsp_transport": "tcp"}
+_NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
+
+
+def is_camera(address: str) -> bool:
+    """Whether an address is that of a camera: a number, a video device, or a URL."""
+    return address.isdigit() or address.startswith("/dev/video") or "://" in address
+
+
+def camera_name(address: str) -> str:
+    """What a camera is called in logs and file names; passwords of a URL are no part of it."""
+    if address.isdigit() or "://" not in address:
+        return f"camera-{address.removeprefix('/dev/video')}"
+    url = urlsplit(address)
+    return _NOT_FOR_NAMES.sub("-", f"{url.hostname or ''}{url.path}").strip("-") or "camera"
+
+
+class CameraSource:
+    """Pictures of a camera from the moment on at which they are asked for; there is no end.
+
+    Attributes:
+        recorded: whether the stream is a recording after all, which the network gives as fast as it can.
+    """
+
+    def __init__(self, address: str, wanted_size: ImageSize | None = None) -> None:
+        """Look at the first picture.
+
+        Args:
+            address: a number, `/dev/video0`, or a URL that FFmpeg knows (rtsp, http ...).
+            wanted_size: asked of a device, which has several; a stream has the one that it has.
+
+        Raises:
+            UserError: there is no camera there, or it gives no picture.
+        """
+        self._address, self._wanted_size = address, wanted_size
+        self._name = camera_name(address)
+        self._notes: tuple[str, ...] = ()
+        with self._opened() as (container, stream):
+            try:
+                first = next(self._pictures(container, stream), None)
+            except FFmpegError as error:
+                raise UserError(f"{self._name}: the camera gives no picture ({error.strerror})") from error
+            if first is None:
+                raise UserError(f"{self._name}: the camera gives no picture that can be decoded")
+            self._orient, _ = orientation(first)
+            height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
+            self._image_size = ImageSize(width, height)
+            self._frame_rate_hz = float(stream.average_rate or stream.guessed_rate or FALLBACK_RATE_HZ)
+            self.recorded = container.duration is not None
+
+    @property
+    def name(self) -> str:
+        """`camera-0`, or the host and path of a URL."""
+        return self._name
+
+    @property
+    def image_size(self) -> ImageSize:
+        """Of the first picture."""
+        return self._image_size
+
+    @property
+    def frame_count(self) -> int | None:
+        """None: a camera has no end."""
+        return None
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """As the camera states it."""
+        return self._frame_rate_hz
+
+    @property
+    def relays_video(self) -> bool:
+        """False: few cameras give what a log can hold."""
+        return False
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Why the pictures ended."""
+        return self._notes
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """Pictures as they come; times begin with 0 at the first one.
+
+        Args:
+            start_ns: those before it are left out.
+        """
+        self._notes = ()
+        with self._opened() as (container, stream):
+            own_clock = self.recorded or container.format.name in OWN_CLOCKS
+            first_s, first_ns, last_ns, index = 0.0, None, -1, 0
+            try:
+                for picture in self._pictures(container, stream):
+                    now_s = time.monotonic()
+                    image = self._orient(np.asarray(picture.to_ndarray(format="bgr24"), np.uint8))
+                    if (size := ImageSize(image.shape[1], image.shape[0])) != self._image_size:
+                        self._notes = (
+                            f"{self._name}: its pictures are {size} now, no longer {self._image_size}",
+                        )
+                        return
+                    if index == 0:
+                        first_s = now_s
+                        first_ns = None if picture.pts is None else to_ns(picture.pts, stream)
+                    time_ns = round((now_s - first_s) * NANOSECONDS)
+                    if own_clock and first_ns is not None and picture.pts is not None:
+                        time_ns = to_ns(picture.pts, stream) - first_ns
+                    last_ns = time_ns = max(time_ns, last_ns + 1)
+                    if start_ns is None or time_ns >= start_ns:
+                        yield Frame(index, time_ns, image)
+                    index += 1
+            except FFmpegError as error:
+                self._notes = (f"{self._name}: the camera is gone ({error.strerror})",)
+
+    def _pictures(self, container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
+        """Decoded pictures; damaged ones are left out."""
+        for packet in container.demux(stream):
+            try:
+                yield from packet.decode()
+            except InvalidDataError:
+                continue
+
+    @contextmanager
+    def _opened(self) -> Iterator[tuple[InputContainer, VideoStream]]:
+        file, format_name, options = self._where()
+        try:
+            container = av.open(
+                file, format=format_name, options=options, timeout=(OPEN_TIMEOUT_S, READ_TIMEOUT_S)
+            )
+        except (FFmpegError, ValueError) as error:
+            reason = error.strerror if isinstance(error, FFmpegError) else str(error)
+            size = f" with pictures of {self._wanted_size}" if self._wanted_size and format_name else ""
+            raise UserError(
+                f"{self._name}: no camera there{size} ({reason}); expected the number of a camera, "
+                "/dev/video0, or an rtsp or http address that gives video"
+            ) from error
+        with container:
+            if not container.streams.video:
+                raise UserError(f"{self._name}: no video in what the address gives; expected a camera's")
+            stream = container.streams.video[0]
+            stream.thread_type = "SLICE"  # frame threads would hold pictures back
+            yield container, stream
+
+    def _where(self) -> tuple[str, str | None, dict[str, str]]:
+        """What FFmpeg opens: the file, its input format, options."""
+        if "://" in self._address:
+            return self._address, None, STREAM_OPTIONS
+        format_name = DEVICE_FORMATS.get(sys.platform)
+        if format_name is None:
+            raise UserError(
+                f"{self._address}: cameras of this computer are read on Linux and macOS only; "
+                "expected an rtsp or http address"
+            )
+        options = {"video_size": str(self._wanted_size)} if self._wanted_size else {}
+        number = self._address.removeprefix("/dev/video")
+        return (f"/dev/video{number}" if format_name == "v4l2" else number), format_name, options

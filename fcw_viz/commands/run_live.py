@@ -1,0 +1,92 @@
+"""`fcw run --live`: the pipeline on a camera, or on a file at its own rate, with a page that shows it."""
+
+import getpass
+import json
+import sys
+import threading
+import webbrowser
+from datetime import datetime
+from pathlib import Path
+
+from rich.console import Console
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.file import default_path
+from fcw.errors import UserError
+from fcw.sources import is_mcap, open_source
+from fcw.sources.camera import CameraSource, camera_name, is_camera
+from fcw.sources.frame import ImageSize
+from fcw.sources.live import LiveSource
+from fcw_viz.commands.run import RECORDINGS, RunCommand, job_of, report_drive
+from fcw_viz.drive_job import MCAP_NAME, DriveJob, load_calibration, run_drive
+from fcw_viz.live_app.feed import LiveFeed
+from fcw_viz.live_app.server import LivePage
+from fcw_viz.page.server import DEFAULT_PORT
+
+
+def run_live(command: RunCommand) -> int:
+    """Run the drive to its end or to Ctrl-C, with complete logs; then, at its end, serve its review.
+
+    Raises:
+        UserError: the source, the calibration or an option is wrong.
+        KeyboardInterrupt: the end of the review.
+    """
+    camera = is_camera(command.source)
+    # A camera's drives must not replace each other: they have no names of their own.
+    name = f"{camera_name(command.source)}-{datetime.now():%Y%m%d-%H%M%S}"
+    out = command.out or (RECORDINGS / name if camera else None)
+    job = job_of(command, Path(camera_name(command.source)) if camera else Path(command.source), out)
+    stop = threading.Event()
+    source = _open_camera(command, job, stop) if camera else _open_file(job, stop)
+    if not is_mcap(job.source):
+        load_calibration(job, source)  # before a page is opened
+    feed = LiveFeed(source)
+    port = DEFAULT_PORT if command.port is None else command.port
+    page = LivePage(feed, job.source.stem or source.name, port)
+    messages = Console(stderr=True, highlight=False, soft_wrap=True)
+    try:
+        if page.port != port:
+            messages.print(f"port {port} is taken, this is the next free one: {page.port}")
+        messages.print(f"live at {page.url} (Ctrl-C ends the drive, with complete logs)")
+        if not command.no_open:
+            webbrowser.open(page.url)
+        outcome = run_drive(job, messages, source, (feed,), stop)
+        for note in outcome.notes:
+            messages.print(f"note: {note}")
+        if command.json:
+            sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
+            sys.stdout.flush()
+        else:
+            report_drive(outcome, job.out, Console(), imperial=job.imperial)
+        if outcome.interrupted or not outcome.summary["frames"]:
+            page.say_ended(f"ended by hand; look at it with: fcw review {job.out}")
+            return 130
+        page.review(job.out / MCAP_NAME, getpass.getuser())
+        messages.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; every word is kept)")
+        page.wait()
+    finally:
+        page.stop()
+    return 0
+
+
+def _open_file(job: DriveJob, stop: threading.Event) -> LiveSource:
+    """A recording, played at its own rate."""
+    return LiveSource(open_source(job.source, job.frame_rate_hz, job.topic), stop)
+
+
+def _open_camera(command: RunCommand, job: DriveJob, stop: threading.Event) -> LiveSource:
+    """A camera, asked for pictures as large as its calibration is for."""
+    if command.frame_rate is not None or command.topic is not None:
+        raise UserError(f"{command.source}: a camera has neither --frame-rate nor --topic; leave them out")
+    source = CameraSource(command.source, _calibrated_size(job))
+    return LiveSource(source, stop, paced=source.recorded)
+
+
+def _calibrated_size(job: DriveJob) -> ImageSize:
+    path = job.calibration or default_path(job.source)
+    if not path.is_file():
+        raise UserError(
+            f"{path}: no calibration for {job.source}; make one with `fcw calibrate --points ... "
+            f"--height ... --image-size WxH --save {path}`, or name an existing one with --calibration"
+        )
+    return Calibration.load(path).image_size

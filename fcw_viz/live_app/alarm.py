@@ -1,0 +1,69 @@
+"""The warning as it is seen and heard: a border with words over the picture, and sounds of the page's own."""
+
+from html import escape
+from pathlib import Path
+
+import viser
+
+from fcw.logs.overlay import LEVEL_COLORS
+from fcw.logs.records import FrameResult
+from fcw.units import distance_text
+from fcw.warning.types import WarningLevel
+from fcw_viz.page.page_script import run_script
+from fcw_viz.page.page_style import set_html
+
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+
+COMMANDS = {
+    WarningLevel.ADVISORY: "Keep more distance",
+    WarningLevel.CAUTION: "Get ready to brake",
+    WarningLevel.WARNING: "Brake!",
+}
+"""Short enough to be read at a glance."""
+SOUNDING = {WarningLevel.CAUTION: "caution", WarningLevel.WARNING: "warning"}
+"""Levels that are heard, by their names in alarm.js; an advisory is only seen."""
+SILENT = "none"
+
+
+class Alarm:
+    """The warning in one tab."""
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self._client = client
+        self._banner = client.gui.add_html("")
+        client.gui.add_html('<div class="fcw-late">No picture has come for a while: this one is old</div>')
+        self.muted = False
+        run_script(client, _BROWSER_SIDE)
+
+    def show(self, result: FrameResult, imperial: bool) -> None:
+        """Show and sound a frame's warning; called for every picture, which is how the page knows of life."""
+        level = result.warning.level
+        set_html(self._banner, banner_html(result, imperial))
+        run_script(self._client, f"window.fcwAlarm.tell('{SOUNDING.get(level, SILENT)}');")
+
+    def mute(self, muted: bool) -> None:
+        """Silent, or not."""
+        self.muted = muted
+        run_script(self._client, f"window.fcwAlarm.mute({'true' if muted else 'false'});")
+
+    def end(self) -> None:
+        """The drive has ended."""
+        set_html(self._banner, "")
+        run_script(self._client, "window.fcwAlarm.end();")
+
+
+def banner_html(result: FrameResult, imperial: bool) -> str:
+    """A border in the level's colour and what to do; nothing without a warning."""
+    warning = result.warning
+    if warning.level is WarningLevel.NONE:
+        return ""
+    track = next((track for track in result.tracks if track.track_id == warning.track_id), None)
+    figures = [] if track is None else [distance_text(track.distance_m, imperial)]
+    if warning.ttc_s is not None:
+        figures.append(f"{warning.ttc_s:.1f} s")
+    color = "rgb({}, {}, {})".format(*LEVEL_COLORS[warning.level])
+    name = warning.level.name.lower()
+    return (
+        f'<div class="fcw-alarm {name}" data-level="{name}" style="--level: {color}">'
+        f"<b>{escape(COMMANDS[warning.level])}</b><span>{' · '.join(figures)}</span></div>"
+    )

@@ -1,0 +1,152 @@
+"""What stands beside and under the picture of a live drive: words, and the plots of the last seconds."""
+
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+import viser
+
+from fcw.logs.overlay import LEVEL_COLORS
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.logs.series import DriveSeries
+from fcw_viz.live_app.feed import HISTORY_S, NANOSECONDS
+from fcw_viz.live_app.latency import LatencyFigures
+from fcw_viz.page.page_channel import says, says_size
+from fcw_viz.page.page_style import STYLE, set_html, text_block
+from fcw_viz.review_app.drive import time_text
+from fcw_viz.review_app.panels import OWN_STYLE, PANEL_WIDTH_PX
+from fcw_viz.review_app.plots import css_color, plots_svg
+from fcw_viz.review_app.strip import BOTTOM_PX, LEFT_PX, StripLayout, figures_html
+from fcw_viz.review_app.time_axis import TimeAxis
+from fcw_viz.review_app.words import why
+
+LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text()
+TOP_PX = 8.0
+"""Over the plots."""
+FIRST_LAYOUT = StripLayout(1040.0, 300.0)
+KEYS = (
+    ("B", "the road from above, or the picture"),
+    ("M", "sound off, on"),
+    ("O", "picture without the overlay"),
+    ("F", "whole picture"),
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class History:
+    """The last seconds of a drive that runs, as the plots want it.
+
+    Attributes:
+        header: of the drive.
+        series: columns, at least one row.
+        first_ns: time of the drive's first frame.
+    """
+
+    header: DriveHeader
+    series: DriveSeries
+    first_ns: int
+
+    def rows_between(self, start_s: float, end_s: float) -> slice:
+        """All of them: the last seconds are what is shown."""
+        return slice(0, len(self.series))
+
+    @property
+    def last_s(self) -> float:
+        """Time of the last frame."""
+        return (int(self.series.time_ns[-1]) - self.first_ns) / NANOSECONDS
+
+
+class LivePanels:
+    """Panel and strip of one tab."""
+
+    def __init__(self, gui: viser.GuiApi, title: str) -> None:
+        self._title = title
+        self._layout = FIRST_LAYOUT
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_WIDTH_PX)
+        gui.add_html(f"{STYLE}<style>{OWN_STYLE}{LIVE_STYLE}</style>")
+        self._sizes = gui.add_html("")
+        gui.add_html(f'<div class="fcw-strip" {says_size("strip")}></div>')
+        self._plots = gui.add_html("")
+        self._figures = gui.add_html("")
+        self._head = gui.add_html("")
+        gui.add_html(text_block(_sound_html()))
+        self._why = gui.add_html("")
+        self._latency = gui.add_html("")
+        gui.add_html(text_block(_keys_html()))
+        self.show_aspect(16, 9)
+        self.show_head("waits for the first picture", False)
+
+    def resized(self, about: str) -> None:
+        """The browser has told an element's size."""
+        self._layout = StripLayout.parse(about) or self._layout
+
+    def show_aspect(self, width: int, height: int) -> None:
+        """The strip leaves the picture its room."""
+        sizes = f"--fcw-docked: {PANEL_WIDTH_PX}px; --fcw-aspect: {height / width:.5f};"
+        set_html(self._sizes, f"<style>:root {{ {sizes} }}</style>")
+
+    def show_head(self, words: str, ended: bool) -> None:
+        """What is running, and how."""
+        sign = '<span class="fcw-live ended">ended</span>' if ended else '<span class="fcw-live">LIVE</span>'
+        set_html(
+            self._head,
+            text_block(
+                f'<div class="fcw-drive"><b>{escape(self._title)}</b>{sign}</div><p class="dim">{words}</p>'
+            ),
+        )
+
+    def show_result(
+        self, result: FrameResult, header: DriveHeader, time_s: float, dropped: int, latency: LatencyFigures
+    ) -> None:
+        """What was found in a frame, and how old it is."""
+        left_out = f" · {dropped} pictures left out" if dropped else ""
+        self.show_head(
+            f"{time_text(time_s)} · {header.image_size} · {escape(header.detector)}{left_out}", False
+        )
+        (_, level), *rows = why(result, header.imperial)
+        listed = "".join(f"<dt>{escape(what)}</dt><dd>{escape(much)}</dd>" for what, much in rows)
+        color = css_color(LEVEL_COLORS[result.warning.level])
+        set_html(
+            self._why,
+            text_block(
+                f'<p class="fcw-level" style="--level: {color}">{escape(level)}</p>'
+                f'<dl class="fcw-why">{listed}</dl>'
+            ),
+        )
+        set_html(
+            self._latency,
+            text_block(
+                f'<p class="dim" data-name="latency">After the picture came to the program: '
+                f"{latency.words()}. What the camera itself takes is not in it.</p>"
+            ),
+        )
+
+    def show_plots(self, history: History) -> None:
+        """The last seconds."""
+        layout, end_s = self._layout, max(history.last_s, HISTORY_S)
+        axis = TimeAxis(end_s - HISTORY_S, end_s, layout.axis_px)
+        height_px = layout.height_px - TOP_PX - BOTTOM_PX
+        svg = plots_svg(history, axis, height_px)
+        area = (
+            f'<div class="fcw-area" style="left:{LEFT_PX:.0f}px;top:{TOP_PX:.0f}px;'
+            f'width:{axis.width_px:.0f}px;height:{height_px:.0f}px">{svg}</div>'
+        )
+        set_html(self._plots, f'<div class="fcw-strip fcw-now">{area}</div>')
+        figures = figures_html(history, len(history.series) - 1, height_px, TOP_PX)
+        set_html(self._figures, f'<div class="fcw-strip fcw-now">{"".join(figures)}</div>')
+
+
+def _sound_html() -> str:
+    return (
+        '<div class="fcw-sound">'
+        f'<button {says("mute:")} title="Sound off, on (M)">Sound</button>'
+        '<span class="waits">silent until you click or press a key here</span>'
+        '<span class="on">on</span><span class="muted">off</span></div>'
+        f'<button {says("birdseye:")} title="The road from above, or the picture (B)">From above</button>'
+    )
+
+
+def _keys_html() -> str:
+    rows = "".join(f"<tr><td><kbd>{key}</kbd></td><td>{words}</td></tr>" for key, words in KEYS)
+    return f"<table class='fcw-keys'>{rows}</table>"

@@ -1,0 +1,199 @@
+"""One browser tab on a running drive: it follows as fast as its browser draws, with the latest frame."""
+
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import viser
+
+from fcw.errors import UserError
+from fcw.sources.frame import ImageSize
+from fcw_viz.live_app.alarm import Alarm
+from fcw_viz.live_app.feed import NANOSECONDS, LiveFeed, Moment
+from fcw_viz.live_app.latency import LatencyMeter
+from fcw_viz.live_app.panels import History, LivePanels
+from fcw_viz.overlay import OverlayPainter
+from fcw_viz.page.page_channel import PageChannel
+from fcw_viz.page.page_script import install
+from fcw_viz.page.picture_view import PictureView
+from fcw_viz.review_app.birds_eye_view import BirdsEye
+
+FIRST_SIZE = ImageSize(1280, 720)
+"""Of the picture before the drive begins."""
+QUALITY = 80
+"""Of the pictures' JPEGs."""
+DRAWN_PATIENCE_S = 0.5
+"""A browser that does not say that it has drawn a picture gets the next one after this."""
+LOOK_S = 0.01
+PLOTS_S, WORDS_S = 0.4, 0.2
+"""Plots and words follow in such steps: they are read, not watched."""
+
+
+class LiveTab:
+    """One tab on a feed.
+
+    Attributes:
+        client: the browser's side.
+        view: the picture of this tab.
+        birds_eye: the same from above.
+        latency: how old what it shows is.
+    """
+
+    def __init__(self, client: viser.ClientHandle, feed: LiveFeed, title: str) -> None:
+        self.client = client
+        self._feed = feed
+        self._moment: Moment | None = None
+        self._painter: OverlayPainter | None = None
+        self._overlay_shown = True
+        self._plots_s = self._words_s = float("-inf")
+        self._drawn, self._closed = threading.Event(), threading.Event()
+        self._drawn.set()
+
+        install(client, f"{title} · live · fcw")
+        self.view = PictureView(client, FIRST_SIZE)
+        self.birds_eye = BirdsEye(client, self.view)
+        self.latency = LatencyMeter()
+        self._panels = LivePanels(client.gui, title)
+        self._alarm = Alarm(client)
+        self._add_keys()
+        # Heard at once: a drawn picture's time is that of the message, not of the tab's thread.
+        channel = PageChannel(client, _at_once)
+        channel.on("drawn", lambda _: self._was_drawn())
+        channel.on("size", lambda about: self.run(partial(self._resized, about)))
+        channel.on("mute", lambda _: self.run(self._mute))
+        channel.on("birdseye", lambda _: self.run(self._switch_birds_eye))
+        channel.open()
+        self.view.tell_drawn()
+        threading.Thread(target=self._follow, name="live tab", daemon=True).start()
+
+    def close(self) -> None:
+        """The tab is gone."""
+        self._closed.set()
+        self.view.close()
+
+    def run(self, work: Callable[[], object]) -> None:
+        """Do something in this tab's thread, after everything that came before."""
+        self.view.run_in_order(self._run, work)
+
+    def show_end(self, words: str) -> None:
+        """The drive has ended, and what comes now."""
+        self.run(lambda: (self._alarm.end(), self._panels.show_head(words, True)))
+
+    def _follow(self) -> None:
+        """Have the latest moment shown when the browser is ready, a new level at once; in a thread."""
+        seen, told, sent_s = -1, None, float("-inf")
+        waiting: Moment | None = None
+        while not self._closed.is_set():
+            newer = self._feed.newer_than(seen, LOOK_S)
+            if newer is not None:
+                seen, waiting = newer.result.index, newer
+                level = newer.result.warning.level
+                if level is not told:
+                    told = level
+                    self.run(partial(self._sound, newer))
+            elif self._feed.ended and waiting is None:
+                return
+            patient = time.monotonic() - sent_s < DRAWN_PATIENCE_S
+            if waiting is None or (patient and not self._drawn.is_set()):
+                if newer is None and self._feed.ended:
+                    self._closed.wait(LOOK_S)  # the feed waits no longer
+                continue
+            if not self._drawn.is_set():
+                self.latency.given_up()
+            self._drawn.clear()
+            shown = threading.Event()
+            self.run(partial(self._show, waiting, shown))
+            while not shown.wait(LOOK_S) and not self._closed.is_set():
+                pass
+            waiting, sent_s = None, time.monotonic()
+
+    def _show(self, moment: Moment, shown: threading.Event) -> None:
+        try:
+            self._show_picture(moment)
+            self._sound(moment)
+            self.client.flush()  # the eye is on the picture: it does not wait for the rest
+            self._show_rest(moment)
+        finally:
+            shown.set()
+
+    def _show_picture(self, moment: Moment) -> None:
+        header = self._feed.header
+        assert header is not None  # it comes before the first result
+        if self._painter is None:
+            self._painter = OverlayPainter(header, self._feed.first_ns)
+            self.view.set_size(header.image_size)
+            self._panels.show_aspect(header.image_size.width, header.image_size.height)
+            self.birds_eye.load(header)
+        self._moment = moment
+        image = moment.image.copy()
+        if self._overlay_shown:
+            self._painter.paint(image, moment.result)
+        with self.client.atomic():
+            self.latency.sent(moment.captured_s, moment.found_s)
+            self.view.show(image, QUALITY)
+            self.birds_eye.show(moment.result)
+
+    def _sound(self, moment: Moment) -> None:
+        header = self._feed.header
+        if header is not None:
+            self._alarm.show(moment.result, header.imperial)
+
+    def _show_rest(self, moment: Moment) -> None:
+        header, feed, now_s = self._feed.header, self._feed, time.monotonic()
+        if header is None:
+            return
+        if now_s - self._words_s > WORDS_S:
+            self._words_s = now_s
+            time_s = (moment.result.time_ns - feed.first_ns) / NANOSECONDS
+            self._panels.show_result(moment.result, header, time_s, feed.dropped, self.latency.figures)
+        if now_s - self._plots_s > PLOTS_S:
+            self._plots_s = now_s
+            self._panels.show_plots(History(header, feed.history(), feed.first_ns))
+
+    def _was_drawn(self) -> None:
+        self.latency.drawn(self._feed.now_s())
+        self._drawn.set()
+
+    def _resized(self, about: str) -> None:
+        self._panels.resized(about)
+        self._plots_s = float("-inf")
+
+    def _mute(self) -> None:
+        self._alarm.mute(not self._alarm.muted)
+
+    def _switch_birds_eye(self) -> None:
+        self.birds_eye.toggle()
+        if self._moment is not None:
+            self._show_picture(self._moment)
+
+    def _switch_overlay(self) -> None:
+        self._overlay_shown = not self._overlay_shown
+
+    def _add_keys(self) -> None:
+        actions: dict[str, tuple[str, Callable[[], object]]] = {
+            "B": ("The road from above, or the picture", self._switch_birds_eye),
+            "M": ("Sound off, on", self._mute),
+            "O": ("Picture with or without overlay", self._switch_overlay),
+            "F": ("Whole picture", self.view.fit),
+        }
+        for key, (label, action) in actions.items():
+            hotkey: Any = key  # viser's type lists letters one by one
+            command = self.client.gui.add_command(label, hotkey=hotkey)
+
+            @command.on_trigger
+            async def _(_event: viser.CommandEvent, action: Callable[[], object] = action) -> None:
+                self.run(action)
+
+    def _run(self, work: Callable[[], object]) -> None:
+        if self._closed.is_set():
+            return
+        try:
+            work()
+        except UserError as error:
+            self.client.add_notification(str(error), "", color="orange")
+
+
+def _at_once(work: Callable[[], object]) -> None:
+    work()

@@ -1,0 +1,102 @@
+"""A camera gives pictures with times of their own. Tests have streams on this machine for one."""
+
+import socket
+import threading
+from collections.abc import Callable, Generator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from camera_streams import PERIOD_S, StreamServer
+from conftest import MakeVideo
+from numpy.typing import NDArray
+
+from fcw.errors import UserError
+from fcw.sources.camera import CameraSource, camera_name, is_camera
+from fcw.sources.frame import ImageSize
+from fcw.sources.live import LiveSource
+
+Serve = Callable[..., StreamServer]
+
+
+@pytest.fixture
+def serve() -> Generator[Serve]:
+    servers: list[StreamServer] = []
+
+    def start(images: list[NDArray[np.uint8]], file: Path | None = None) -> StreamServer:
+        servers.append(StreamServer(images, file))
+        return servers[-1]
+
+    yield start
+    for server in servers:
+        server.close()
+
+
+def number(image: NDArray[np.uint8]) -> int:
+    """The number in the bands of `numbered_images`."""
+    return sum(1 << bit for bit in range(8) if image[24, 8 * bit + 4].mean() > 128)
+
+
+def test_pictures_of_a_stream_come_in_order_at_the_times_of_their_arrival(
+    serve: Serve, numbered_images: list[NDArray[np.uint8]]
+):
+    server = serve(numbered_images[:20])
+    source = CameraSource(f"{server.url}/camera.mjpg")
+    assert source.image_size == ImageSize(64, 48)
+    assert not source.recorded
+    frames = list(source.frames())
+    numbers = [number(frame.image) for frame in frames]
+    assert numbers == sorted(set(numbers))
+    assert len(numbers) > 15
+    times_s = np.array([frame.time_ns for frame in frames]) / 1e9
+    assert (np.diff(times_s) > 0).all()
+    # A camera that sends 25 a second: the times are those of the pictures, on the whole, and begin at 0.
+    assert times_s[0] == 0
+    sent_s = np.array([server.sent_s[one] for one in numbers])
+    assert np.median(np.abs((times_s - times_s.mean()) - (sent_s - sent_s.mean()))) < PERIOD_S
+
+
+def test_a_recording_on_the_network_keeps_its_own_times_and_its_own_rate(
+    serve: Serve, make_video: MakeVideo, numbered_images: list[NDArray[np.uint8]]
+):
+    file = make_video("drive.mkv", numbered_images[:12])  # read from its beginning to its end
+    source = CameraSource(f"{serve([], file).url}/file")
+    assert source.recorded
+    times_ns = [frame.time_ns for frame in source.frames()]
+    assert times_ns == pytest.approx([index * 1e9 / 30 for index in range(12)], abs=0.6e6)  # milliseconds
+    live = LiveSource(source, threading.Event(), paced=source.recorded)
+    frames = list(live.frames())
+    assert len(frames) + live.dropped == 12
+    first, last = live.capture(0), live.capture(len(frames) - 1)
+    assert first is not None
+    assert last is not None
+    assert last.captured_s - first.captured_s >= 11 / 30 - 0.05
+
+
+def test_where_no_camera_is_the_message_says_what_was_expected():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with pytest.raises(UserError, match=r"127.0.0.1-camera: no camera there \(.*refused.*the number"):
+        CameraSource(f"http://127.0.0.1:{port}/camera")
+    with pytest.raises(UserError, match=r"camera-97: no camera there with pictures of 640x480"):
+        CameraSource("97", ImageSize(640, 480))
+
+
+@pytest.mark.parametrize(
+    ("address", "name"),
+    [
+        ("0", "camera-0"),
+        ("/dev/video2", "camera-2"),
+        ("rtsp://me:secret@10.0.0.7:554/live/main", "10.0.0.7-live-main"),
+        ("http://car.local/stream?token=secret", "car.local-stream"),
+    ],
+)
+def test_names_hold_no_passwords(address: str, name: str):
+    assert is_camera(address)
+    assert camera_name(address) == name
+
+
+@pytest.mark.parametrize("address", ["drive.mp4", "pictures", "0.mp4", "/data/drive.mcap"])
+def test_files_are_no_cameras(address: str):
+    assert not is_camera(address)
