@@ -13,7 +13,7 @@ filter weights and stored channel values; less the filter's mean and divided by 
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import SEGMENT, SLACK, Segments, add_trees
+from fcw.detection.cascade import DROPPED, SEGMENT, SLACK, Segments, add_trees
 from fcw.detection.jit import kernel
 from fcw.detection.model import (
     CHANNEL_COUNT,
@@ -27,7 +27,9 @@ WEIGHT_STEPS = 100
 """A filter's weights, of unit norm, are stored as int8 in hundredths."""
 SPREAD = 3.5
 """Standard deviations on either side of the mean that the 256 steps must hold."""
-_SEGMENTS = 256
+_BLOCK = 16
+"""Cells side by side of which all have responses or none."""
+_SEGMENTS = 128
 """Segments that trees run over at a time: their scores stay in the nearest cache."""
 _CHUNK = 1024
 """Windows filtered at a time in training, which bounds its memory."""
@@ -166,7 +168,6 @@ class SecondStageScorer:
             self._leaves,
             self._segments.starts,
             self._segments.running,
-            self._segments.lowest,
             out,
         )
 
@@ -178,9 +179,9 @@ class SecondStageScorer:
             shape = (CHANNEL_COUNT * FILTERS_PER_CHANNEL, side, side)
             plane, row, column = np.unravel_index(self._features, shape)
             self._offsets[key] = plane * rows * row_pitch + row * row_pitch + column
-            blocks = row_pitch // SEGMENT + 1
+            blocks = row_pitch // _BLOCK + 1
             self._extents = np.empty((2, max(blocks, self._extents.shape[1])), np.int64)
-            cells = rows * (blocks * SEGMENT + FILTER_CELLS - 1)
+            cells = rows * (blocks * _BLOCK + FILTER_CELLS - 1)
             self._rectangle = np.empty((2, max(cells, self._rectangle.shape[1])), np.float32)
             responses = shape[0] * rows * row_pitch + SLACK
             self._responses = np.empty(max(responses, len(self._responses)), np.uint8)
@@ -202,14 +203,14 @@ def _respond_around(
     sums: NDArray[np.float32],
     responses: NDArray[np.uint8],
 ) -> None:
-    """Responses where windows have them, `side` both ways: in rectangles of blocks `SEGMENT` cells wide."""
-    blocks = row_pitch // SEGMENT + 1
+    """Responses where windows have them, `side` both ways: in rectangles of blocks `_BLOCK` cells wide."""
+    blocks = row_pitch // _BLOCK + 1
     first_row, end_row = extents[0], extents[1]
     first_row[:] = rows
     end_row[:] = 0
     for place in places:
         row, column = place // row_pitch, place % row_pitch
-        for block in range(column // SEGMENT, (column + side - 1) // SEGMENT + 1):
+        for block in range(column // _BLOCK, (column + side - 1) // _BLOCK + 1):
             first_row[block] = min(first_row[block], row)
             end_row[block] = max(end_row[block], row + side)
     block = 0
@@ -219,7 +220,7 @@ def _respond_around(
             top, bottom = min(top, first_row[block]), max(bottom, end_row[block])
             block += 1
         if block > first:
-            left, right = first * SEGMENT, min(block * SEGMENT, row_pitch - FILTER_CELLS + 1)
+            left, right = first * _BLOCK, min(block * _BLOCK, row_pitch - FILTER_CELLS + 1)
             for channel in range(CHANNEL_COUNT):
                 at = channel * rows * row_pitch
                 _unpack(
@@ -312,7 +313,6 @@ def _score(
     leaves: NDArray[np.float32],
     starts: NDArray[np.int64],
     running: NDArray[np.float32],
-    lowest: NDArray[np.float32],
     out: NDArray[np.float32],
 ) -> None:
     """Scores of windows in ascending places, as many segments at a time as there is room for."""
@@ -327,7 +327,7 @@ def _score(
                 segments += 1
             last += 1
         running[:segments] = np.float32(0)
-        add_trees(responses, starts[:segments], offsets, thresholds, leaves, running, lowest)
+        add_trees(responses, starts[:segments], offsets, thresholds, leaves, DROPPED, running)
         segment = 0
         for i in range(done, last):
             while places[i] >= starts[segment] + SEGMENT:
