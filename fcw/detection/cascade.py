@@ -25,8 +25,9 @@ from fcw.detection.model import BoostedTrees, Window
 
 COARSE_TREES = 128
 """Trees that run over all places: they leave about one window in thirty."""
-SEGMENT = 16
-"""Places of a segment: as many single precision numbers as the widest registers hold."""
+SEGMENT = 32
+"""Places of a segment: two of the widest registers. The compiler unrolls shorter loops instead of vectorising
+them; longer segments hold more places without a window left."""
 SLACK = 2 * SEGMENT
 """Elements after the channels that segments at their end may read."""
 _CHUNK = 4096
@@ -34,7 +35,9 @@ _DROP_EVERY = 64
 """Trees after which dead segments are dropped."""
 _LARGEST_STEPS = 32000
 _LARGEST_INT16 = np.int16(np.iinfo(np.int16).max)
-_LARGEST = np.float32(np.finfo(np.float32).max)
+DROPPED = np.float32(-1e30)
+"""A score so low that no leaf changes it. It needs no second array that says which windows are dropped:
+before each segment the compiled loop asks whether its arrays overlap, which costs as much as the loop."""
 _index = np.uint64
 """Indices in the inner loops are unsigned: signed ones are checked for being negative."""
 
@@ -56,12 +59,11 @@ def feature_offsets(
 
 
 class Segments:
-    """Memory for segments: first places, running scores and the lowest that they have been."""
+    """Memory for segments: their first places and running scores."""
 
     def __init__(self, count: int) -> None:
         self.starts = np.empty(count, np.int64)
         self.running = np.empty((count, SEGMENT), np.float32)
-        self.lowest = np.empty((count, SEGMENT), np.float32)
 
 
 class Cascade:
@@ -118,7 +120,6 @@ class Cascade:
             self._coarse,
             self._segments.starts,
             self._segments.running,
-            self._segments.lowest,
             places,
             scores,
         )
@@ -152,34 +153,34 @@ def _run(
     coarse: NDArray[np.int16],
     starts: NDArray[np.int64],
     running: NDArray[np.float32],
-    lowest: NDArray[np.float32],
     places: NDArray[np.int64],
     scores: NDArray[np.float32],
 ) -> int:
     found = 0
+    lowest_score = max(score_threshold, rejection_threshold)
     level_end = (end_row - 1) * row_pitch + columns
     for first in range(first_row * row_pitch, level_end, _CHUNK):
         end = min(first + _CHUNK, level_end)
         _coarse_trees(grids, first, end, offsets, thresholds, steps, coarse)
         count = _cut_into_segments(first, end, coarse[1], fewest_steps, starts)
         running[:count] = np.float32(0)
-        lowest[:count] = _LARGEST
         for t in range(0, len(offsets), _DROP_EVERY):
             stop = min(t + _DROP_EVERY, len(offsets))
             add_trees(
-                grids, starts[:count], offsets[t:stop], thresholds[t:stop], leaves[t:stop], running, lowest
+                grids,
+                starts[:count],
+                offsets[t:stop],
+                thresholds[t:stop],
+                leaves[t:stop],
+                rejection_threshold,
+                running,
             )
             if stop > COARSE_TREES:  # before, the coarse steps have seen to it
-                count = _drop_dead(starts, running, lowest, count, rejection_threshold)
+                count = _drop_dead(starts, running, count, rejection_threshold)
         for i in range(count):
             for x in range(SEGMENT):
                 place = starts[i] + x
-                if (
-                    place < end
-                    and place % row_pitch < columns
-                    and lowest[i, x] >= rejection_threshold
-                    and running[i, x] >= score_threshold
-                ):
+                if place < end and place % row_pitch < columns and running[i, x] >= lowest_score:
                     if found < len(places):
                         places[found] = place
                         scores[found] = running[i, x]
@@ -238,10 +239,10 @@ def add_trees(
     offsets: NDArray[np.int64],
     thresholds: NDArray[np.uint8],
     leaves: NDArray[np.float32],
+    rejection_threshold: np.float32,
     running: NDArray[np.float32],
-    lowest: NDArray[np.float32],
 ) -> None:
-    """Add trees to the running scores of segments, and note the lowest.
+    """Add trees to the running scores of segments.
 
     Args:
         grids: what the trees look at.
@@ -249,8 +250,8 @@ def add_trees(
         offsets: (T, 3) places of the nodes' features from a window's own.
         thresholds: (T, 3).
         leaves: (T, 4).
+        rejection_threshold: a score that falls below it becomes `DROPPED`, for good.
         running: (N or more, SEGMENT) running scores.
-        lowest: (N or more, SEGMENT) the lowest that they have been.
     """
     for t in range(len(offsets)):
         offset0, offset1, offset2 = _index(offsets[t, 0]), _index(offsets[t, 1]), _index(offsets[t, 2])
@@ -265,27 +266,25 @@ def add_trees(
                 leaf_left = leaf0 if grids[left + x] <= limit1 else leaf1
                 leaf_right = leaf2 if grids[right + x] <= limit2 else leaf3
                 score = running[i, x] + (leaf_left if grids[root + x] <= limit0 else leaf_right)
-                running[i, x] = score
-                lowest[i, x] = min(lowest[i, x], score)
+                running[i, x] = score if score >= rejection_threshold else DROPPED
 
 
 @kernel()
 def _drop_dead(
     starts: NDArray[np.int64],
     running: NDArray[np.float32],
-    lowest: NDArray[np.float32],
     count: int,
     rejection_threshold: np.float32,
 ) -> int:
     """Close the ranks over segments without a window left; how many remain."""
     alive = 0
     for i in range(count):
-        highest = -_LARGEST
+        highest = DROPPED
         for x in range(SEGMENT):
-            highest = max(highest, lowest[i, x])
+            highest = max(highest, running[i, x])
         if highest >= rejection_threshold:
             starts[alive] = starts[i]
             for x in range(SEGMENT):
-                running[alive, x], lowest[alive, x] = running[i, x], lowest[i, x]
+                running[alive, x] = running[i, x]
             alive += 1
     return alive

@@ -98,7 +98,7 @@ class VehicleStatistics:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SecondStage:
-    """Trees over locally decorrelated channels (`fcw.detection.decorrelation`).
+    """Trees over locally decorrelated channels (`fcw.detection.second_stage`).
 
     Attributes:
         weights: (10, 4, 5, 5) int8, the filters.

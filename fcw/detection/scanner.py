@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from fcw.detection.cascade import SLACK, Cascade, feature_offsets
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
-from fcw.detection.decorrelation import SecondStageScorer
 from fcw.detection.jit import kernel
 from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model
+from fcw.detection.second_stage import SecondStageScorer
 from fcw.detection.windows import PAD_CELLS, Level, vehicles_in_levels
 from fcw.sources.frame import ImageSize
 

@@ -6,7 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import COARSE_TREES, SEGMENT, SLACK, Cascade, Segments, add_trees, feature_offsets
+from fcw.detection.cascade import (
+    COARSE_TREES,
+    DROPPED,
+    SEGMENT,
+    SLACK,
+    Cascade,
+    Segments,
+    add_trees,
+    feature_offsets,
+)
 from fcw.detection.model import BoostedTrees, Window
 
 WINDOW = Window()
@@ -161,20 +170,20 @@ def test_the_coarse_steps_never_drop_what_single_precision_keeps(
     )
 
 
-def test_segments_hold_the_running_score_and_its_lowest_of_each_place():
+def test_segments_hold_the_running_scores_of_their_places():
     flat = np.random.default_rng(5).integers(0, 256, 5000).astype(np.uint8)
     trees = random_trees(7, 6)
     offsets = np.random.default_rng(7).integers(0, 900, (7, 3))
     segments = Segments(3)
     segments.starts[:] = [0, 11, 4000]
     segments.running[:] = 0
-    segments.lowest[:] = np.inf
-    add_trees(flat, segments.starts, offsets, trees.threshold, trees.leaf, segments.running, segments.lowest)
+    rejection = np.float32(-0.4)
+    add_trees(flat, segments.starts, offsets, trees.threshold, trees.leaf, rejection, segments.running)
     places = segments.starts[:, None] + np.arange(SEGMENT)
-    running, lowest = np.zeros(places.shape, np.float32), np.full(places.shape, np.inf, np.float32)
+    running, dropped = np.zeros(places.shape, np.float32), np.zeros(places.shape, bool)
     for offset, threshold, leaf in zip(offsets, trees.threshold, trees.leaf, strict=True):
         goes_right = flat[places[..., None] + offset] > threshold
         running += leaf[np.where(goes_right[..., 0], 2 + goes_right[..., 2], goes_right[..., 1])]
-        lowest = np.minimum(lowest, running)
-    np.testing.assert_array_equal(segments.running, running)
-    np.testing.assert_array_equal(segments.lowest, lowest)
+        dropped |= running < rejection
+    assert 0 < dropped.sum() < dropped.size
+    np.testing.assert_array_equal(segments.running, np.where(dropped, DROPPED, running))

@@ -7,8 +7,9 @@ from scipy import ndimage
 
 from fcw.detection.boosting import running_scores, train_trees
 from fcw.detection.cascade import SLACK
-from fcw.detection.decorrelation import WEIGHT_STEPS, SecondStageScorer, decorrelated, learn_filters
+from fcw.detection.decorrelation import WEIGHT_STEPS, decorrelated, learn_filters
 from fcw.detection.model import BoostedTrees, SecondStage, Window
+from fcw.detection.second_stage import SecondStageScorer
 
 WINDOW = Window()
 
