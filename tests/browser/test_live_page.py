@@ -114,7 +114,7 @@ def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
 
     page.wait_for_selector(".fcw-alarm.warning")
     assert WARNED_S[0] < drive.time_s < WARNED_S[1]
-    assert "Brake!" in person.words(".fcw-alarm")
+    wait_for(lambda: "Brake!" in person.words(".fcw-alarm"))
     wait_for(lambda: WARNING_HZ in page.evaluate("tones"))
     page.keyboard.press("m")
     page.wait_for_function("document.documentElement.dataset.fcwSound === 'muted'")
@@ -126,8 +126,8 @@ def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
     drive.page.review(drive.out / "drive.mcap", "anna")
     wait_for(lambda: person.row >= 0)
     person.browser.wait_until_ready()
-    assert person.browser.page.locator(".fcw-event").count() >= 1
-    assert person.browser.page.locator(".fcw-alarm").count() == 0
+    wait_for(lambda: person.browser.page.locator(".fcw-event").count() >= 1)
+    wait_for(lambda: person.browser.page.locator(".fcw-alarm").count() == 0)
 
 
 def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: OpenPage, wait_for: WaitFor):
@@ -140,5 +140,5 @@ def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: Ope
     wait_for(lambda: person.at(".fcw-late").is_visible())
     drive.page.say_ended("ended by hand")
     wait_for(lambda: not person.at(".fcw-late").is_visible())
-    assert person.words(".fcw-drive span") == "ended"
-    assert "ended by hand" in person.words(".fcw-drive + p")
+    wait_for(lambda: person.words(".fcw-drive span") == "ended")
+    wait_for(lambda: "ended by hand" in person.words(".fcw-drive + p"))

@@ -68,7 +68,7 @@ def test_the_worst_moment_of_five_drives_is_two_clicks_away(
     assert "not a drive log" in last
     person.at(".fcw-row").click()
     wait_for(lambda: person.sees(WORST_ROW))
-    assert "Warning" in person.words(".fcw-title")
+    wait_for(lambda: "Warning" in person.words(".fcw-title"))
     person.press("l")
     wait_for(lambda: person.browser.page.locator(".fcw-row").count() == 5)
     person.at('.fcw-row .fcw-mark[data-event="1"]').click()
@@ -114,15 +114,15 @@ def test_event_list_and_plots_lead_to_their_moments(
     assert listed == ["Warning", "Near miss", "Advisory", "Lost calibration"]
     person.at('.fcw-event[data-event="1"]').click()
     wait_for(lambda: person.sees(row_of(NEAR_MISS_S)))
-    assert "Near miss" in person.words(".fcw-title")
-    assert "TTC" in person.words(".fcw-event.selected")
+    wait_for(lambda: "Near miss" in person.words(".fcw-title"))
+    wait_for(lambda: "TTC" in person.words(".fcw-event.selected"))
 
     x, y = person.place_on("#fcw-plots", 0.5)
     person.browser.page.mouse.click(x, y)
     # The plots reach from the first frame to the last.
     middle, later, early = (round(part * (FRAMES - 1)) for part in (0.5, 0.75, 0.25))
     wait_for(lambda: abs(person.row - middle) <= 1 and person.sees(person.row))
-    assert person.cursor_x("plots") == pytest.approx(x, abs=2)
+    wait_for(lambda: person.cursor_x("plots") == pytest.approx(x, abs=2))
     mouse = person.browser.page.mouse
     mouse.down()
     mouse.move(*person.place_on("#fcw-plots", 0.75), steps=4)
@@ -130,8 +130,9 @@ def test_event_list_and_plots_lead_to_their_moments(
     mouse.up()
     mouse.click(*person.place_on("#fcw-whole", 0.25))
     wait_for(lambda: abs(person.row - early) <= 1 and person.sees(person.row))
-    assert person.cursor_x("whole") == pytest.approx(person.place_on("#fcw-whole", 0.25)[0], abs=2)
-    assert person.words('[data-figure="distance"] b') == "40.0 m"
+    at_x, _ = person.place_on("#fcw-whole", 0.25)
+    wait_for(lambda: person.cursor_x("whole") == pytest.approx(at_x, abs=2))
+    wait_for(lambda: person.words('[data-figure="distance"] b') == "40.0 m")
     person.at('.fcw-choice button:has-text("by time")').click()
     wait_for(lambda: person.words(".fcw-list-head .on") == "by time")
 
