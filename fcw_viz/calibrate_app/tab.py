@@ -63,7 +63,7 @@ class Tab:
         self.frame_index = 0
         self.state: SessionState = session.state
         self._newest = self.state
-        self._refresh_waits = False
+        self._refresh_waits = True  # what is heard while joining is shown once it is known who this is
         self._wanted_frame: int | None = None
         self._tool_click: Callable[[float, float], None] = self._add_mark
         self._fields: list[NumberField] = []
@@ -76,6 +76,7 @@ class Tab:
         self.view.on_click(self._clicked)
         self.view.on_view_change(lambda: self._handles.show(self.state))
         self.person = session.join(self._hear)
+        self.run(self.refresh)
         frames = [mark.frame for mark in self.state.document.marks if mark.frame is not None]
         self.go_to(frames[0] if frames else 0)
 
