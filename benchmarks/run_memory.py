@@ -18,7 +18,8 @@ from rich.console import Console
 from rich.table import Table
 
 from fcw.sources import open_source
-from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.sources.forwarding import ForwardingSource
+from fcw.sources.frame import Frame, Source
 from fcw.versions import machine
 from fcw_viz.drive_job import DriveJob, run_drive
 
@@ -26,36 +27,13 @@ ROWS = 20
 MEGABYTE = 1e6
 
 
-class Watched:
+class Watched(ForwardingSource):
     """A source that notes the resident memory every so many frames."""
 
     def __init__(self, source: Source, every: int) -> None:
-        self._source, self._every = source, every
+        super().__init__(source)
+        self._every = every
         self.resident: list[tuple[int, float]] = []
-
-    @property
-    def name(self) -> str:
-        return self._source.name
-
-    @property
-    def image_size(self) -> ImageSize:
-        return self._source.image_size
-
-    @property
-    def frame_count(self) -> int | None:
-        return self._source.frame_count
-
-    @property
-    def frame_rate_hz(self) -> float:
-        return self._source.frame_rate_hz
-
-    @property
-    def relays_video(self) -> bool:
-        return self._source.relays_video
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        return self._source.notes
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         for frame in self._source.frames(start_ns):

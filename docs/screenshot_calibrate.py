@@ -13,7 +13,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
+from page_pictures import BROWSER_ARGUMENTS, READY_MS, WITHOUT_WARNING, steady_screenshot
+from playwright.sync_api import Browser, ViewportSize, sync_playwright
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path
@@ -24,22 +25,6 @@ from fcw_viz.calibrate_app.session import Person
 
 ROOT = Path(__file__).parents[1]
 DRIVE = ROOT / "recordings" / "demo" / "drive.mp4"
-BROWSER_ARGUMENTS = (
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-)
-READY_MS = 60_000
-STEADY_MS, STEADY_LOOKS = 1_500, 20
-"""The page counts as drawn once it has stayed the same this long: software rendering is slow."""
-WITHOUT_WARNING = """
-  const ask = WebGL2RenderingContext.prototype.getParameter;
-  WebGL2RenderingContext.prototype.getParameter = function (name) {
-    return name === 37446 ? "hardware" : ask.call(this, name);
-  };
-"""
-"""viser warns of software rendering over the picture; 37446 is UNMASKED_RENDERER_WEBGL."""
 SOMEBODY = Person("somebody")
 
 NEAR, MIDDLE, FAR = AddMark(640, 500.2, 0, 6.0), AddMark(640, 408.0, 0, 15.0), AddMark(640, 371.1, 0, 30.0)
@@ -134,18 +119,6 @@ def take(scene: Scene, browser: Browser, window: ViewportSize, file: Path) -> No
             context.close()
         finally:
             served.stop()
-
-
-def steady_screenshot(page: Page) -> bytes:
-    """The page as a PNG, once two looks at it are the same."""
-    before = b""
-    for _ in range(STEADY_LOOKS):
-        page.wait_for_timeout(STEADY_MS)
-        seen = page.screenshot()
-        if seen == before:
-            return seen
-        before = seen
-    raise SystemExit("the page does not come to rest")
 
 
 if __name__ == "__main__":

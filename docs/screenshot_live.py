@@ -12,9 +12,9 @@ import tempfile
 import threading
 from pathlib import Path
 
+from page_pictures import BROWSER_ARGUMENTS, READY_MS, STEADY_MS, WITHOUT_WARNING, steady_screenshot
 from playwright.sync_api import Page, ViewportSize, sync_playwright
 from rich.console import Console
-from screenshot_review import BROWSER_ARGUMENTS, READY_MS, STEADY_MS, WITHOUT_WARNING, steady_screenshot
 
 from fcw.sources import open_source
 from fcw.sources.live import LiveSource

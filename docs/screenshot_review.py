@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from page_pictures import BROWSER_ARGUMENTS, READY_MS, STEADY_MS, WITHOUT_WARNING, steady_screenshot
 from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 
 from fcw.annotation.records import Judgement, Note, Reason, Verdict
@@ -24,22 +25,6 @@ from fcw.logs.mcap_reader import DriveLog
 from fcw_viz.review_app.server import ReviewPage
 
 ROOT = Path(__file__).parents[1]
-BROWSER_ARGUMENTS = (
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-)
-READY_MS = 60_000
-STEADY_MS, STEADY_LOOKS = 1_500, 20
-"""The page counts as drawn once it has stayed the same this long: software rendering is slow."""
-WITHOUT_WARNING = """
-  const ask = WebGL2RenderingContext.prototype.getParameter;
-  WebGL2RenderingContext.prototype.getParameter = function (name) {
-    return name === 37446 ? "hardware" : ask.call(this, name);
-  };
-"""
-"""viser warns of software rendering over the picture; 37446 is UNMASKED_RENDERER_WEBGL."""
 SHIPPED = "demo"
 
 
@@ -150,18 +135,6 @@ def say_something(drives: dict[str, Path]) -> None:
             verdict = Verdict(reference_to(events[0]), Judgement.FALSE, Reason.OTHER_LANE)
             store.add("bert", verdict)
         store.close()
-
-
-def steady_screenshot(page: Page) -> bytes:
-    """The page as a PNG, once two looks at it are the same."""
-    before = b""
-    for _ in range(STEADY_LOOKS):
-        page.wait_for_timeout(STEADY_MS)
-        seen = page.screenshot()
-        if seen == before:
-            return seen
-        before = seen
-    raise SystemExit("the page does not come to rest")
 
 
 if __name__ == "__main__":

@@ -2,8 +2,9 @@
 
 import dataclasses
 import functools
+import math
 import types
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -28,6 +29,15 @@ def from_json(kind: type[T], value: Any) -> T:  # noqa: ANN401 - JSON has no typ
         ValueError: it is not of that form.
     """
     return _decoded(kind, value)
+
+
+def without_non_finite(value: Any) -> Any:  # noqa: ANN401 - JSON has no type
+    """A JSON value with None for NaN and infinities, which JSON does not know."""
+    if isinstance(value, Mapping):
+        return {key: without_non_finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_non_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def tagged_to_json(value: Any, tag: str) -> dict[str, Any]:  # noqa: ANN401 - any dataclass

@@ -1,7 +1,7 @@
 """What a detector is worth on labelled pictures: all figures of one evaluation, and their JSON."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -19,6 +19,7 @@ from fcw.evaluation.detection import (
 from fcw.evaluation.detectors import CalibrationOf, FrameDetections, mean_windows, median_milliseconds
 from fcw.evaluation.intervals import CONFIDENCE, RESAMPLES, Grouping, Interval, curve_intervals, interval
 from fcw.evaluation.labels import AnnotatedImage
+from fcw.json_form import without_non_finite
 
 DISTANCE_EDGES_M = (0.0, 5.0, 15.0, 30.0, 50.0, 80.0, math.inf)
 HEIGHT_EDGES_PX = (0.0, 20.0, 30.0, 40.0, 60.0, 100.0, math.inf)
@@ -172,7 +173,7 @@ class DetectionEvaluation:
             {"score_threshold": at.threshold, "detection_rate": at.detection_rate, "fppi": at.fppi}
             for at in self.curve.points()
         ]
-        return _finite(result)
+        return without_non_finite(result)
 
     def _binned(
         self, vehicles: NDArray[np.float64], detections: NDArray[np.float64], edges: Sequence[float]
@@ -263,12 +264,3 @@ def _stratum_json(stratum: Stratum) -> dict[str, Any]:
         "detection_rate_interval": stratum.detection_rate_interval,
         "fppi": stratum.fppi,
     }
-
-
-def _finite(value: Any) -> Any:  # noqa: ANN401 - any JSON
-    """JSON has no NaN and no infinity: None stands for them."""
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

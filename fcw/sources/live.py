@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.clock import Clock
+from fcw.sources.forwarding import ForwardingSource
+from fcw.sources.frame import Frame, Source
 
 NANOSECONDS = 1_000_000_000
 PATIENCE_S = 10.0
@@ -17,18 +19,6 @@ PATIENCE_S = 10.0
 CAPTURES_KEPT = 32
 """Pictures remembered for who shows results; more than a pipeline has under way."""
 STOP_CHECK_S = 0.05
-
-
-class Clock:
-    """Real time, and waiting in it."""
-
-    def now_s(self) -> float:
-        """Seconds since some moment."""
-        return time.monotonic()
-
-    def wait_s(self, seconds: float, stop: threading.Event) -> None:
-        """Wait, or until `stop` is set."""
-        stop.wait(seconds)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +34,7 @@ class Capture:
     captured_s: float
 
 
-class LiveSource:
+class LiveSource(ForwardingSource):
     """Frames of another source as they are due: a thread of its own reads on, and the latest one wins.
 
     A recording is played at its own rate. Frames that nobody was ready for are dropped, not shown late; the
@@ -67,7 +57,8 @@ class LiveSource:
             paced: whether frames wait for their time; those of a camera come when they come.
             clock: for tests.
         """
-        self._source, self._stop, self._clock = source, stop, clock or Clock()
+        super().__init__(source)
+        self._stop, self._clock = stop, clock or Clock()
         self._relays = source.relays_video
         self._paced = paced
         self._changed = threading.Condition()
@@ -80,24 +71,9 @@ class LiveSource:
         self.duration_s = 0.0
 
     @property
-    def name(self) -> str:
-        """The source's."""
-        return self._source.name
-
-    @property
-    def image_size(self) -> ImageSize:
-        """The source's."""
-        return self._source.image_size
-
-    @property
     def frame_count(self) -> int | None:
         """None: how many will not be dropped is not known."""
         return None
-
-    @property
-    def frame_rate_hz(self) -> float:
-        """The source's."""
-        return self._source.frame_rate_hz
 
     @property
     def relays_video(self) -> bool:

@@ -11,7 +11,8 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector
 from fcw.detection.model import Model
 from fcw.sources import open_source
-from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.sources.forwarding import ForwardingSource
+from fcw.sources.frame import Frame, Source
 from fcw.threads import one_opencv_thread
 from fcw_viz.benchmark.picture_cases import Picture
 from fcw_viz.drive_job import DriveJob, run_drive
@@ -20,32 +21,13 @@ DECODE, RELAYED, ENCODED = "decoding alone", "whole job, video relayed", "whole 
 ONE_THREAD, TWO_THREADS = "detector acf, one thread", "detector acf, two threads over frames"
 
 
-class _WithoutPackets:
+class _WithoutPackets(ForwardingSource):
     """A source whose video has to be encoded anew."""
 
-    def __init__(self, source: Source) -> None:
-        self._source = source
-        self.relays_video = False
-
     @property
-    def name(self) -> str:
-        return self._source.name
-
-    @property
-    def image_size(self) -> ImageSize:
-        return self._source.image_size
-
-    @property
-    def frame_count(self) -> int | None:
-        return self._source.frame_count
-
-    @property
-    def frame_rate_hz(self) -> float:
-        return self._source.frame_rate_hz
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        return self._source.notes
+    def relays_video(self) -> bool:
+        """False."""
+        return False
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         for frame in self._source.frames(start_ns):

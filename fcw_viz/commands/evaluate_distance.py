@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from fcw.evaluation.distance import DistanceEvaluation
 
 
+from fcw.json_form import without_non_finite
+
+
 @dataclass(frozen=True, slots=True)
 class EvaluateDistanceCommand:
     """Measure distances and closing speeds on KITTI tracking, beside the row alone and a constant width."""
@@ -87,7 +90,9 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     if command.json:
         figures = as_json(result)
         if second is not None:
-            figures["tusimple"] = _finite({name: asdict(errors) for name, errors in second.errors.items()})
+            figures["tusimple"] = without_non_finite(
+                {name: asdict(errors) for name, errors in second.errors.items()}
+            )
         if simulated is not None:
             figures["simulated"] = asdict(simulated)
         sys.stdout.write(json.dumps(figures, indent=2) + "\n")
@@ -124,7 +129,7 @@ def as_json(result: "DistanceEvaluation") -> dict[str, Any]:
     }
     for key, method in (("row", "row_m"), ("width", "width_m")):
         figures[key] = {name: asdict(errors) for name, errors in result.errors(method).items()}
-    return _finite(figures)
+    return without_non_finite(figures)
 
 
 def print_tables(result: "DistanceEvaluation") -> None:
@@ -170,12 +175,3 @@ def write_samples(result: "DistanceEvaluation", path: Path) -> None:
         values = (getattr(sample, name) for name in names)
         lines.append(",".join(f"{value:.4f}" if isinstance(value, float) else str(value) for value in values))
     write_whole(path, "\n".join(lines) + "\n")
-
-
-def _finite(value: Any) -> Any:  # noqa: ANN401 - any JSON value
-    """Numbers that JSON does not know as null."""
-    import math
-
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -2,9 +2,9 @@
 
 import logging
 import threading
-import time
 from collections.abc import Callable
 
+from fcw.clock import Clock
 from fcw.errors import UserError
 from fcw.sources.frame import Frame
 from fcw_viz.page.pictures import Pictures
@@ -15,18 +15,6 @@ is shown in this time."""
 NANOSECONDS = 1_000_000_000
 
 _log = logging.getLogger(__name__)
-
-
-class Clock:
-    """Real time, and waiting in it."""
-
-    def now_s(self) -> float:
-        """Seconds since some moment."""
-        return time.monotonic()
-
-    def wait_s(self, seconds: float, stop: threading.Event) -> None:
-        """Wait, or until `stop` is set."""
-        stop.wait(seconds)
 
 
 class PlayingThread:

@@ -6,7 +6,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw_viz.page.playback import NANOSECONDS, Clock, PlayingThread
+from fcw.clock import Clock
+from fcw_viz.page.playback import NANOSECONDS, PlayingThread
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 """Seconds of the drive for each second."""

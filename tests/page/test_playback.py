@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fcw.clock import Clock
 from fcw.errors import UserError
 from fcw.sources import open_source
 from fcw.sources.frame import Frame, ImageSize
 from fcw_viz.page.pictures import Pictures
-from fcw_viz.page.playback import LARGEST_LAG_S, Clock, Playback
+from fcw_viz.page.playback import LARGEST_LAG_S, Playback
 
 RATE_HZ = 25
 COUNT = 250

@@ -5,8 +5,8 @@ import threading
 import numpy as np
 import pytest
 
+from fcw.clock import Clock
 from fcw.errors import UserError
-from fcw_viz.page.playback import Clock
 from fcw_viz.review_app.player import SPEEDS, Player
 
 PERIOD_NS = 40_000_000

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from fcw.clock import Clock
 from fcw.errors import UserError
 from fcw.sources import live
 from fcw.sources.frame import Frame, ImageSize, VideoPacket
-from fcw.sources.live import Clock, LiveSource
+from fcw.sources.live import LiveSource
 
 RATE_HZ = 20
 WAIT_S = 10.0

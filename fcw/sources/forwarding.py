@@ -1,0 +1,46 @@
+"""A source that stands before another one."""
+
+from collections.abc import Iterator
+
+from fcw.sources.frame import Frame, ImageSize, Source
+
+
+class ForwardingSource:
+    """Says and gives what another source does; a subclass changes what it is for."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+
+    @property
+    def name(self) -> str:
+        """The source's."""
+        return self._source.name
+
+    @property
+    def image_size(self) -> ImageSize:
+        """The source's."""
+        return self._source.image_size
+
+    @property
+    def frame_count(self) -> int | None:
+        """The source's."""
+        return self._source.frame_count
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """The source's."""
+        return self._source.frame_rate_hz
+
+    @property
+    def relays_video(self) -> bool:
+        """The source's."""
+        return self._source.relays_video
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The source's."""
+        return self._source.notes
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """The source's."""
+        return self._source.frames(start_ns)
