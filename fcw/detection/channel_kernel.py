@@ -7,25 +7,28 @@ what it looks at:
     row         stage                    looks at                     writes
     step        `_luv_row`               one row of BGR pixels        luv         ring of 4 rows
     step - 1    `_smooth_row`            luv, one row either side     smooth      ring of 4 rows
-                `_add`                   smooth                       sums[0..2], the colours
-    step - 2    `_gradient_row`          smooth, one row either side  polar       ring of 16 rows
-    step - 7    `_vertical_triangle`     magnitudes, 5 either side    padded
-                `_normalise`             padded, 5 columns either side  normalised
-                `_add`, `_add_orientations`                           sums[3], sums[4..9]
+                `_add_colours`           smooth                       sums[0..2]
+    step - 2    `_gradient_row`          smooth, one row either side  magnitudes, orientations: rings of 16
+    step - 7    `_vertical_triangle`     magnitudes, 5 either side    filtered
+                `_normalise`             filtered, 5 columns either side  normalised
+                `_add_orientations`      normalised, orientations     sums[4..9]
     each last   `_cell_row`              sums of the cell's rows      cells       ring of 8 rows of cells
-    row of a    `_store_row`, one row    cells, one row either side   out, as uint8
-    cell        of cells later
+    row of a    `_total_of_orientations` cells[4..9]                  cells[3]
+    cell        `_store_row`             cells, one row either side   out, as uint8, one row of cells later
 
 Rings are indexed by the row's lowest bits, so that nothing is moved; 16 rows hold the 11 of the triangle
-filter. Rows beyond the picture repeat its edge: by clamped indices down the columns, and by one padded
-element at either end along a row, which is why colours and cells have two columns more. Only rows from
-`first` to `end` are made, with the few rows above and below that their stages look at: the sky and the
-bonnet cost nothing.
+filter. Rows beyond the picture repeat its edge: by clamped indices down the columns, and along a row by the
+elements next to its first and last. Only rows from `first` to `end` are made, with the few rows above and
+below that their stages look at: the sky and the bonnet cost nothing.
 
 Loops run over whole rows and hold no branch that the compiler cannot turn into a select, which makes them
-SIMD code; tiles narrower than the picture were 2.3 times slower. All scratch comes from the caller and is
-used again for each picture. A numpy twin of it all, written for reading, stands in
-tests/detection/test_channels.py.
+SIMD code; tiles narrower than the picture were 2.3 times slower. Two more things matter as much. All scratch
+comes from the caller, who uses it again for each picture, and each row of it starts where a cache line does
+(`fcw.detection.aligned`); of rows that are looked at beyond their ends, it is the `PAD`-th element that does.
+And stages are given whole rings with the number of a row, not a view of the row: a view costs two atomic
+counts of references, and there would be fifty for each row of the picture.
+
+A numpy twin of it all, written for reading, stands in tests/detection/test_channels.py.
 """
 
 import numpy as np
@@ -34,6 +37,8 @@ from numpy.typing import NDArray
 from fcw.detection.jit import kernel
 from fcw.detection.model import CHANNEL_COUNT
 
+MAGNITUDE = 3
+"""Its channel; the colours are before it, its parts in the orientations behind."""
 ORIENTATIONS = 6
 TRIANGLE_REACH = 5
 """Largest radius of the normalisation's triangle filter."""
@@ -62,20 +67,22 @@ _TINY = _f(1e-20)
 _QUARTER = _f(1 / 4)
 _BINS, _HALF_TURN_BINS = _f(ORIENTATIONS), _f(ORIENTATIONS / 2)
 
-_L_STEPS, _UV_STEPS, _GRADIENT_STEPS = _f(255 * 270 / 100), _f(510), _f(200)
-_UV_OFFSET, _MAX = _f(112), _f(255)
+# Stored steps: of L, u and v; of the gradients' square roots.
+_COLOUR_STEPS = (_f(255 * 270 / 100), _f(510), _f(510))
+_COLOUR_OFFSETS = (_ZERO, _f(112) - _f(510) * _GREY_U, _f(112) - _f(510) * _GREY_V)
+_GRADIENT_STEPS, _MAX = _f(200), _f(255)
 
+PAD = 16
+"""Elements before a row's first and after its last: see above."""
 # Rows kept of each stage while streaming down the picture; powers of two no smaller than what is looked at.
 LUV_RING, MAGNITUDE_RING, CELL_RING = 4, 16, 8
 
 
 @kernel()
-def _luv_row(pixels: NDArray, lightness: NDArray, u: NDArray, v: NDArray) -> None:
-    """Toolbox-scaled LUV of one row of BGR pixels into padded rows, edges repeated."""
-    width = len(lightness) - 2
-    light_row, u_row, v_row = lightness[1:-1], u[1:-1], v[1:-1]
+def _luv_row(image: NDArray, row: int, width: int, luv: NDArray, slot: int) -> None:
+    """Toolbox-scaled LUV of one row of BGR pixels."""
     for i in range(width):
-        blue, green, red = _f(pixels[3 * i]), _f(pixels[3 * i + 1]), _f(pixels[3 * i + 2])
+        blue, green, red = _f(image[row, 3 * i]), _f(image[row, 3 * i + 1]), _f(image[row, 3 * i + 2])
         x = _TO_X[0] * red + _TO_X[1] * green + _TO_X[2] * blue
         y = _TO_Y[0] * red + _TO_Y[1] * green + _TO_Y[2] * blue
         total = _TO_TOTAL[0] * red + _TO_TOTAL[1] * green + _TO_TOTAL[2] * blue
@@ -87,54 +94,76 @@ def _luv_row(pixels: NDArray, lightness: NDArray, u: NDArray, v: NDArray) -> Non
         root = root * (cube + _TWO * y) / (_TWO * cube + y)
         curved, straight = _f(116) * root - _f(16), _LINEAR_SLOPE * y
         light = (curved if y > _LINEAR_BELOW_Y else straight) * _LUV_SCALE
-        light_row[i] = light
-        u_row[i] = light * (_f(52) * x * inverse - _f(13) * _WHITE_U) + _GREY_U
-        v_row[i] = light * (_f(117) * y * inverse - _f(13) * _WHITE_V) + _GREY_V
-    for row in (lightness, u, v):
-        row[0] = row[1]
-        row[width + 1] = row[width]
+        luv[slot, 0, PAD + i] = light
+        luv[slot, 1, PAD + i] = light * (_f(52) * x * inverse - _f(13) * _WHITE_U) + _GREY_U
+        luv[slot, 2, PAD + i] = light * (_f(117) * y * inverse - _f(13) * _WHITE_V) + _GREY_V
 
 
 @kernel()
 def _smooth_row(
-    above: NDArray, here: NDArray, below: NDArray, side: float, vertical: NDArray, out: NDArray
+    ring: NDArray,
+    plane: int,
+    above: int,
+    here: int,
+    below: int,
+    width: int,
+    side: float,
+    vertical: NDArray,
+    out: NDArray,
 ) -> None:
-    """[side, 1 - 2 side, side] both ways over three padded rows; `out` is padded again."""
-    width = len(out) - 2
+    """[side, 1 - 2 side, side] both ways over three rows of a plane, into the row `here` of `out`."""
     middle = _ONE - _TWO * side
-    for x in range(width + 2):
-        vertical[x] = side * (above[x] + below[x]) + middle * here[x]
-    for x in range(1, width + 1):
-        out[x] = side * (vertical[x - 1] + vertical[x + 1]) + middle * vertical[x]
-    out[0] = out[1]
-    out[width + 1] = out[width]
+    for i in range(width):
+        x = PAD + i
+        vertical[x] = side * (ring[above, plane, x] + ring[below, plane, x]) + middle * ring[here, plane, x]
+    vertical[PAD - 1], vertical[PAD + width] = vertical[PAD], vertical[PAD + width - 1]
+    for i in range(width):
+        x = PAD + i
+        out[here, plane, x] = side * (vertical[x - 1] + vertical[x + 1]) + middle * vertical[x]
+    out[here, plane, PAD - 1] = out[here, plane, PAD]
+    out[here, plane, PAD + width] = out[here, plane, PAD + width - 1]
 
 
 @kernel()
-def _add(values: NDArray, total: NDArray) -> None:
-    for x in range(len(total)):
-        total[x] += values[x]
+def _add_colours(smooth: NDArray, slot: int, width: int, sums: NDArray) -> None:
+    for k in range(MAGNITUDE):
+        for x in range(width):
+            sums[k, x] += smooth[slot, k, PAD + x]
 
 
 @kernel()
 def _gradient_row(
-    above: NDArray, here: NDArray, below: NDArray, magnitude: NDArray, orientation: NDArray
+    smooth: NDArray,
+    above: int,
+    here: int,
+    below: int,
+    width: int,
+    magnitudes: NDArray,
+    orientations: NDArray,
+    slot: int,
 ) -> None:
     """Magnitude and orientation (in bins, [0, 6)) of the longest of three channels' gradients."""
-    above0, above1, above2 = above[0], above[1], above[2]
-    here0, here1, here2 = here[0], here[1], here[2]
-    below0, below1, below2 = below[0], below[1], below[2]
-    for x in range(len(magnitude)):
+    for x in range(width):
+        at = PAD + x
         # Twice the gradients.
-        gx, gy = here0[x + 2] - here0[x], below0[x + 1] - above0[x + 1]
-        gx1, gy1 = here1[x + 2] - here1[x], below1[x + 1] - above1[x + 1]
-        gx2, gy2 = here2[x + 2] - here2[x], below2[x + 1] - above2[x + 1]
+        gx, gy = (
+            smooth[here, 0, at + 1] - smooth[here, 0, at - 1],
+            smooth[below, 0, at] - smooth[above, 0, at],
+        )
+        gx1, gy1 = (
+            smooth[here, 1, at + 1] - smooth[here, 1, at - 1],
+            smooth[below, 1, at] - smooth[above, 1, at],
+        )
+        gx2, gy2 = (
+            smooth[here, 2, at + 1] - smooth[here, 2, at - 1],
+            smooth[below, 2, at] - smooth[above, 2, at],
+        )
         length, length1, length2 = gx * gx + gy * gy, gx1 * gx1 + gy1 * gy1, gx2 * gx2 + gy2 * gy2
         longer = length1 > length
         gx, gy, length = gx1 if longer else gx, gy1 if longer else gy, length1 if longer else length
         longer = length2 > length
         gx, gy, length = gx2 if longer else gx, gy2 if longer else gy, length2 if longer else length
-        magnitude[x] = np.sqrt(length) * _HALF
+        magnitudes[slot, x] = np.sqrt(length) * _HALF
         ax, ay = abs(gx), abs(gy)
         ratio = min(ax, ay) / (max(ax, ay) + _TINY)
         square = ratio * ratio
@@ -143,101 +172,121 @@ def _gradient_row(
             + square * (_ARCTAN[1] + square * (_ARCTAN[2] + square * (_ARCTAN[3] + square * _ARCTAN[4])))
         )
         angle = _HALF_TURN_BINS - angle if ay > ax else angle
-        orientation[x] = _BINS - angle if gx * gy < _ZERO else angle
+        orientations[slot, x] = _BINS - angle if gx * gy < _ZERO else angle
 
 
 @kernel()
-def _vertical_triangle(ring: NDArray, row: int, last: int, weights: NDArray, out: NDArray) -> None:
+def _vertical_triangle(
+    ring: NDArray, row: int, last: int, width: int, weights: NDArray, out: NDArray
+) -> None:
     """Triangle filter down the columns of the magnitudes; rows beyond 0..last repeat the edge."""
     mask = MAGNITUDE_RING - 1
     w0, w1, w2, w3, w4, w5 = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
-    a0 = ring[row & mask]
-    a1, b1 = ring[max(row - 1, 0) & mask], ring[min(row + 1, last) & mask]
-    a2, b2 = ring[max(row - 2, 0) & mask], ring[min(row + 2, last) & mask]
-    a3, b3 = ring[max(row - 3, 0) & mask], ring[min(row + 3, last) & mask]
-    a4, b4 = ring[max(row - 4, 0) & mask], ring[min(row + 4, last) & mask]
-    a5, b5 = ring[max(row - 5, 0) & mask], ring[min(row + 5, last) & mask]
-    padded = out[TRIANGLE_REACH:-TRIANGLE_REACH]
-    for x in range(len(padded)):
-        padded[x] = (
-            w0 * a0[x]
-            + w1 * (a1[x] + b1[x])
-            + w2 * (a2[x] + b2[x])
-            + w3 * (a3[x] + b3[x])
-            + w4 * (a4[x] + b4[x])
-            + w5 * (a5[x] + b5[x])
+    here = row & mask
+    a1, b1 = max(row - 1, 0) & mask, min(row + 1, last) & mask
+    a2, b2 = max(row - 2, 0) & mask, min(row + 2, last) & mask
+    a3, b3 = max(row - 3, 0) & mask, min(row + 3, last) & mask
+    a4, b4 = max(row - 4, 0) & mask, min(row + 4, last) & mask
+    a5, b5 = max(row - 5, 0) & mask, min(row + 5, last) & mask
+    for x in range(width):
+        out[PAD + x] = (
+            w0 * ring[here, x]
+            + w1 * (ring[a1, x] + ring[b1, x])
+            + w2 * (ring[a2, x] + ring[b2, x])
+            + w3 * (ring[a3, x] + ring[b3, x])
+            + w4 * (ring[a4, x] + ring[b4, x])
+            + w5 * (ring[a5, x] + ring[b5, x])
         )
     for i in range(TRIANGLE_REACH):
-        out[i] = padded[0]
-        out[-1 - i] = padded[-1]
+        out[PAD - 1 - i], out[PAD + width + i] = out[PAD], out[PAD + width - 1]
 
 
 @kernel()
-def _normalise(magnitude: NDArray, s: NDArray, weights: NDArray, constant: float, out: NDArray) -> None:
+def _normalise(
+    magnitudes: NDArray, slot: int, s: NDArray, width: int, weights: NDArray, constant: float, out: NDArray
+) -> None:
     """Magnitude over its neighbourhood's: `s` is filtered down the columns, here along the row."""
     w0, w1, w2, w3, w4, w5 = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
-    for x in range(len(out)):
+    for x in range(width):
+        at = PAD + x
         mean = (
-            w0 * s[x + 5]
-            + w1 * (s[x + 4] + s[x + 6])
-            + w2 * (s[x + 3] + s[x + 7])
-            + w3 * (s[x + 2] + s[x + 8])
-            + w4 * (s[x + 1] + s[x + 9])
-            + w5 * (s[x] + s[x + 10])
+            w0 * s[at]
+            + w1 * (s[at - 1] + s[at + 1])
+            + w2 * (s[at - 2] + s[at + 2])
+            + w3 * (s[at - 3] + s[at + 3])
+            + w4 * (s[at - 4] + s[at + 4])
+            + w5 * (s[at - 5] + s[at + 5])
         )
-        out[x] = magnitude[x] / (mean + constant)
+        out[x] = magnitudes[slot, x] / (mean + constant)
 
 
 @kernel()
-def _add_orientations(magnitude: NDArray, orientation: NDArray, sums: NDArray) -> None:
+def _add_orientations(
+    magnitude: NDArray, orientations: NDArray, slot: int, width: int, sums: NDArray
+) -> None:
     """Each pixel's magnitude, shared between its two nearest orientations, onto the column sums."""
-    for k in range(ORIENTATIONS):
+    first = MAGNITUDE + 1
+    for x in range(width):
+        away = min(orientations[slot, x], _BINS - orientations[slot, x])  # the first is near the last
+        sums[first, x] += magnitude[x] * max(_ONE - away, _ZERO)
+    for k in range(1, ORIENTATIONS):
         centre = _f(k)
-        total = sums[k]
-        for x in range(len(magnitude)):
-            away = abs(orientation[x] - centre)
-            away = min(away, _BINS - away)
-            total[x] += magnitude[x] * max(_ONE - away, _ZERO)
+        for x in range(width):
+            away = abs(orientations[slot, x] - centre)
+            sums[first + k, x] += magnitude[x] * max(_ONE - away, _ZERO)
 
 
 @kernel()
-def _cell_row(sums: NDArray, cell_px: int, out: NDArray) -> None:
-    """Sums of four (or two) columns each into a padded row of cells, and the sums back to zero."""
-    cells = len(out) - 2
-    if cell_px == 4:
-        for c in range(cells):
-            out[c + 1] = sums[4 * c] + sums[4 * c + 1] + sums[4 * c + 2] + sums[4 * c + 3]
-    else:
-        for c in range(cells):
-            out[c + 1] = sums[2 * c] + sums[2 * c + 1]
-    out[0] = out[1]
-    out[cells + 1] = out[cells]
-    sums[:] = _ZERO
+def _cell_row(
+    sums: NDArray, first: int, end: int, columns: int, cell_px: int, cells: NDArray, slot: int
+) -> None:
+    """Sums of four (or two) columns each into a row of cells of some channels, and the sums back to zero."""
+    for k in range(first, end):
+        if cell_px == 4:
+            for c in range(columns):
+                left, right = sums[k, 4 * c] + sums[k, 4 * c + 1], sums[k, 4 * c + 2] + sums[k, 4 * c + 3]
+                cells[slot, k, PAD + c] = left + right
+        else:
+            for c in range(columns):
+                cells[slot, k, PAD + c] = sums[k, 2 * c] + sums[k, 2 * c + 1]
+        for x in range(columns * cell_px):
+            sums[k, x] = _ZERO
+
+
+@kernel()
+def _total_of_orientations(cells: NDArray, slot: int, columns: int) -> None:
+    """The magnitudes of a row of cells: their parts in the six orientations add up to them."""
+    for i in range(columns):
+        x = PAD + i
+        first_three = cells[slot, 4, x] + cells[slot, 5, x] + cells[slot, 6, x]
+        cells[slot, MAGNITUDE, x] = first_three + cells[slot, 7, x] + cells[slot, 8, x] + cells[slot, 9, x]
 
 
 @kernel()
 def _store_row(
-    ring: NDArray, row: int, last: int, cell_px: int, smooth: NDArray, vertical: NDArray, out: NDArray
+    cells: NDArray, row: int, last: int, cell_px: int, vertical: NDArray, out: NDArray, to: int
 ) -> None:
-    """Smooth one row of cells of every channel and store it as uint8 in out (columns, 10)."""
-    part = _ONE / _f(cell_px * cell_px)
+    """Smooth one row of cells of every channel and store it as uint8."""
+    columns = out.shape[2]
+    part = _ONE / _f(cell_px * cell_px)  # sums over a cell's pixels become means
     mask = CELL_RING - 1
-    above, here, below = ring[max(row - 1, 0) & mask], ring[row & mask], ring[min(row + 1, last) & mask]
+    above, here, below = max(row - 1, 0) & mask, row & mask, min(row + 1, last) & mask
     for k in range(CHANNEL_COUNT):
-        _smooth_row(above[k], here[k], below[k], _QUARTER, vertical, smooth)
-        cells = out[:, k]
-        # Sums over a cell's pixels become means here.
-        if k == 0:
-            for x in range(len(cells)):
-                cells[x] = np.uint8(min(_L_STEPS * part * smooth[x + 1] + _HALF, _MAX))
-        elif k < 3:
-            grey = _GREY_U if k == 1 else _GREY_V
-            for x in range(len(cells)):
-                value = _UV_OFFSET + _UV_STEPS * (part * smooth[x + 1] - grey)
-                cells[x] = np.uint8(min(max(value + _HALF, _ZERO), _MAX))
+        for c in range(columns):
+            x = PAD + c
+            vertical[x] = _QUARTER * (cells[above, k, x] + cells[below, k, x]) + _HALF * cells[here, k, x]
+        vertical[PAD - 1], vertical[PAD + columns] = vertical[PAD], vertical[PAD + columns - 1]
+        if k < MAGNITUDE:
+            steps, offset = _COLOUR_STEPS[k] * part, _COLOUR_OFFSETS[k] + _HALF
+            for c in range(columns):
+                x = PAD + c
+                smooth = _QUARTER * (vertical[x - 1] + vertical[x + 1]) + _HALF * vertical[x]
+                out[k, to, c] = np.uint8(min(max(steps * smooth + offset, _ZERO), _MAX))
         else:
-            for x in range(len(cells)):
-                cells[x] = np.uint8(min(_GRADIENT_STEPS * np.sqrt(part * smooth[x + 1]) + _HALF, _MAX))
+            for c in range(columns):
+                x = PAD + c
+                smooth = _QUARTER * (vertical[x - 1] + vertical[x + 1]) + _HALF * vertical[x]
+                out[k, to, c] = np.uint8(min(_GRADIENT_STEPS * np.sqrt(part * smooth) + _HALF, _MAX))
 
 
 @kernel()
@@ -251,9 +300,10 @@ def channel_rows(
     constant: float,
     luv: NDArray,
     smooth: NDArray,
-    polar: NDArray,
+    magnitudes: NDArray,
+    orientations: NDArray,
     normalised: NDArray,
-    padded: NDArray,
+    rows: NDArray,
     sums: NDArray,
     cells: NDArray,
     out: NDArray,
@@ -261,25 +311,25 @@ def channel_rows(
     """Rows first..end-1 of cells into `out`, streaming down the picture, each stage some rows behind.
 
     Args:
-        image: (height, width, 3) BGR.
+        image: (height, 3 * width or more) BGR.
         first: first row of cells wanted.
         end: one past the last.
         cell_px: side of a cell, 4 or 2.
         side: outer weights of the smoothing of the colours.
         triangle: (6,) weights of the normalisation's triangle filter from its middle outwards.
         constant: what is added to the filtered magnitude.
-        luv: (LUV_RING, 3, width + 2) scratch, as all up to `out`.
-        smooth: (LUV_RING, 3, width + 2).
-        polar: (2, MAGNITUDE_RING, width), magnitude and orientation.
+        luv: (LUV_RING, 3, padded width) scratch, as all up to `out`.
+        smooth: (LUV_RING, 3, padded width).
+        magnitudes: (MAGNITUDE_RING, width or more).
+        orientations: (MAGNITUDE_RING, width or more).
         normalised: (width,).
-        padded: (3, width + 2 * TRIANGLE_REACH).
-        sums: (10, width).
-        cells: (CELL_RING, 10, columns + 2).
-        out: (end - first, columns, 10).
+        rows: (2, padded width).
+        sums: (10, width or more).
+        cells: (CELL_RING, 10, padded columns).
+        out: (10, end - first, columns).
     """
-    columns = out.shape[1]
-    width = columns * cell_px
-    cell_rows = image.shape[0] // cell_px
+    columns = out.shape[2]
+    width, cell_rows = columns * cell_px, image.shape[0] // cell_px
     last_row, last_cell = cell_rows * cell_px - 1, cell_rows - 1
     # Pixel rows whose normalised gradients are wanted, and those each earlier stage needs for them.
     top, bottom = max(first - 1, 0) * cell_px, min(end + 1, cell_rows) * cell_px - 1
@@ -287,47 +337,39 @@ def channel_rows(
     magnitude_bottom = min(bottom + TRIANGLE_REACH, last_row)
     smooth_top, smooth_bottom = max(magnitude_top - 1, 0), min(magnitude_bottom + 1, last_row)
     luv_top, luv_bottom = max(smooth_top - 1, 0), min(smooth_bottom + 1, last_row)
-    vertical, filtered = padded[0, : width + 2], padded[1]
-    cell_smooth = padded[2, : columns + 2]
+    vertical, filtered = rows[0], rows[1]
     sums[:] = _ZERO
 
     for step in range(luv_top, bottom + TRIANGLE_REACH + 3):
         if step <= luv_bottom:
-            _luv_row(image[step].reshape(-1), luv[step & 3, 0], luv[step & 3, 1], luv[step & 3, 2])
+            _luv_row(image, step, width, luv, step & 3)
         row = step - 1
         if smooth_top <= row <= smooth_bottom:
-            above, here, below = luv[max(row - 1, 0) & 3], luv[row & 3], luv[min(row + 1, last_row) & 3]
+            above, below = max(row - 1, 0) & 3, min(row + 1, last_row) & 3
             for k in range(3):
-                _smooth_row(above[k], here[k], below[k], side, vertical, smooth[row & 3, k])
+                _smooth_row(luv, k, above, row & 3, below, width, side, vertical, smooth)
             if top <= row <= bottom:
-                for k in range(3):
-                    _add(smooth[row & 3, k, 1:-1], sums[k])
+                _add_colours(smooth, row & 3, width, sums)
                 if row % cell_px == cell_px - 1:
-                    for k in range(3):
-                        _cell_row(sums[k], cell_px, cells[(row // cell_px) & (CELL_RING - 1)][k])
+                    slot = (row // cell_px) & (CELL_RING - 1)
+                    _cell_row(sums, 0, MAGNITUDE, columns, cell_px, cells, slot)
         row = step - 2
         if magnitude_top <= row <= magnitude_bottom:
-            above, here, below = (
-                smooth[max(row - 1, 0) & 3],
-                smooth[row & 3],
-                smooth[min(row + 1, last_row) & 3],
-            )
+            above, below = max(row - 1, 0) & 3, min(row + 1, last_row) & 3
             slot = row & (MAGNITUDE_RING - 1)
-            _gradient_row(above, here, below, polar[0, slot], polar[1, slot])
+            _gradient_row(smooth, above, row & 3, below, width, magnitudes, orientations, slot)
         row = step - 2 - TRIANGLE_REACH
         if top <= row <= bottom:
             slot = row & (MAGNITUDE_RING - 1)
-            _vertical_triangle(polar[0], row, last_row, triangle, filtered)
-            _normalise(polar[0, slot], filtered, triangle, constant, normalised)
-            _add(normalised, sums[3])
-            _add_orientations(normalised, polar[1, slot], sums[4:])
+            _vertical_triangle(magnitudes, row, last_row, width, triangle, filtered)
+            _normalise(magnitudes, slot, filtered, width, triangle, constant, normalised)
+            _add_orientations(normalised, orientations, slot, width, sums)
             if row % cell_px == cell_px - 1:
                 cell = row // cell_px
-                for k in range(3, CHANNEL_COUNT):
-                    _cell_row(sums[k], cell_px, cells[cell & (CELL_RING - 1)][k])
+                slot = cell & (CELL_RING - 1)
+                _cell_row(sums, MAGNITUDE + 1, CHANNEL_COUNT, columns, cell_px, cells, slot)
+                _total_of_orientations(cells, slot, columns)
                 if first <= cell - 1 < end:
-                    _store_row(
-                        cells, cell - 1, last_cell, cell_px, cell_smooth, vertical, out[cell - 1 - first]
-                    )
+                    _store_row(cells, cell - 1, last_cell, cell_px, vertical, out, cell - 1 - first)
                 if cell == last_cell and end == cell_rows:
-                    _store_row(cells, cell, last_cell, cell_px, cell_smooth, vertical, out[cell - first])
+                    _store_row(cells, cell, last_cell, cell_px, vertical, out, cell - first)

@@ -35,7 +35,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.channel_kernel import CELL_RING, LUV_RING, MAGNITUDE_RING, TRIANGLE_REACH, channel_rows
+from fcw.detection.aligned import aligned_row, aligned_zeros
+from fcw.detection.channel_kernel import (
+    CELL_RING,
+    LUV_RING,
+    MAGNITUDE_RING,
+    PAD,
+    TRIANGLE_REACH,
+    channel_rows,
+)
 from fcw.detection.model import CELL_PX, CHANNEL_COUNT
 from fcw.sources.frame import ImageSize
 
@@ -79,13 +87,16 @@ class ChannelComputer:
         width = self.columns * cell_px
         weights = np.maximum(settings.triangle_radius + 1 - np.arange(TRIANGLE_REACH + 1), 0)
         self._triangle = (weights / (settings.triangle_radius + 1) ** 2).astype(np.float32)
-        self._luv = np.zeros((LUV_RING, 3, width + 2), np.float32)
-        self._smooth = np.zeros((LUV_RING, 3, width + 2), np.float32)
-        self._polar = np.zeros((2, MAGNITUDE_RING, width), np.float32)
-        self._normalised = np.zeros(width, np.float32)
-        self._padded = np.zeros((3, width + 2 * TRIANGLE_REACH), np.float32)
-        self._sums = np.zeros((CHANNEL_COUNT, width), np.float32)
-        self._cells = np.zeros((CELL_RING, CHANNEL_COUNT, self.columns + 2), np.float32)
+        pixels, cells = aligned_row(width, np.float32), aligned_row(self.columns, np.float32)
+        padded_pixels, padded_cells = pixels + 2 * PAD, cells + 2 * PAD
+        self._luv = aligned_zeros((LUV_RING, 3, padded_pixels), np.float32)
+        self._smooth = aligned_zeros((LUV_RING, 3, padded_pixels), np.float32)
+        self._magnitudes = aligned_zeros((MAGNITUDE_RING, pixels), np.float32)
+        self._orientations = aligned_zeros((MAGNITUDE_RING, pixels), np.float32)
+        self._normalised = aligned_zeros((pixels,), np.float32)
+        self._rows = aligned_zeros((2, padded_pixels), np.float32)
+        self._sums = aligned_zeros((CHANNEL_COUNT, pixels), np.float32)
+        self._cells = aligned_zeros((CELL_RING, CHANNEL_COUNT, padded_cells), np.float32)
 
     def compute(
         self,
@@ -121,7 +132,7 @@ class ChannelComputer:
         elif out.shape != shape:
             raise ValueError(f"`out` must be of shape {shape}, got {out.shape}")
         # One type for every caller, and so one compiled kernel: read-only, and never contiguous by luck.
-        readonly = np.ascontiguousarray(image).view()
+        readonly = np.ascontiguousarray(image).reshape(len(image), -1)
         readonly.flags.writeable = False
         channel_rows(
             readonly,
@@ -133,12 +144,13 @@ class ChannelComputer:
             np.float32(self._settings.normalisation_constant),
             self._luv,
             self._smooth,
-            self._polar,
+            self._magnitudes,
+            self._orientations,
             self._normalised,
-            self._padded,
+            self._rows,
             self._sums,
             self._cells,
-            out.transpose(1, 2, 0),
+            out,
         )
         return out
 

@@ -1,9 +1,12 @@
 """How the detector's kernels are compiled: without the interpreter's lock, and kept on disk."""
 
+import functools
+import hashlib
 import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -17,12 +20,15 @@ def kernel() -> Callable[[Callable[..., Any]], Any]:
     kept beside the source, or in the user's cache folder. Where neither can be written to (a read-only
     install without a home folder) numba refuses; then it is kept in the folder for temporary files, and only
     where that is not safe either is the kernel compiled anew in each process.
+
+    What is kept is used as long as no file in the source's folder changes: numba itself looks at the one
+    file alone, and would run code with the constants and callees that another file had at the time.
     """
 
-    def compiled(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's own type
+    def compiled(function: FunctionType) -> Any:  # noqa: ANN401 - numba's own type
         options = {"nogil": True, "fastmath": True, "error_model": "numpy"}
         try:
-            return numba.njit(cache=True, **options)(function)
+            return _cached(function, options)
         except RuntimeError:  # "cannot cache function ...: no locator available"
             folder = private_temporary_folder()
         if folder is None:
@@ -30,13 +36,28 @@ def kernel() -> Callable[[Callable[..., Any]], Any]:
         settings: Any = config  # its attributes are made when it is loaded
         before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)  # read once, for this function
         try:
-            return numba.njit(cache=True, **options)(function)
+            return _cached(function, options)
         except RuntimeError:
             return numba.njit(**options)(function)
         finally:
             settings.CACHE_DIR = before
 
     return compiled
+
+
+def _cached(function: FunctionType, options: dict[str, Any]) -> Any:  # noqa: ANN401 - numba's own type
+    dispatcher: Any = numba.njit(cache=True, **options)(function)
+    stamp = _digest_of_sources(Path(function.__code__.co_filename).parent)
+    dispatcher._cache._cache_file._source_stamp = stamp  # numba has no public way
+    return dispatcher
+
+
+@functools.cache
+def _digest_of_sources(folder: Path) -> bytes:
+    digest = hashlib.sha256()
+    for path in sorted(folder.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.digest()
 
 
 def private_temporary_folder() -> Path | None:

@@ -61,6 +61,19 @@ def test_in_a_read_only_install_without_a_home_kernels_are_kept_for_the_next_pro
     assert run(read_only_install, temporary) == (42, 1)
 
 
+def test_a_kernel_is_compiled_anew_when_a_constant_in_another_file_changes(tmp_path: Path) -> None:
+    install = tmp_path / "install"
+    install.mkdir()
+    (install / "a_kernel.py").write_text(
+        SOURCE.replace("2 * x", "FACTOR * x").replace("@", "from b import FACTOR\n\n@", 1)
+    )
+    (install / "b.py").write_text("FACTOR = 2\n")
+    assert run(install, tmp_path) == (42, 0)
+    assert run(install, tmp_path) == (42, 1)
+    (install / "b.py").write_text("FACTOR = 3\n")
+    assert run(install, tmp_path) == (63, 0)
+
+
 def test_with_home_unset_a_kernel_runs(read_only_install: Path, tmp_path: Path) -> None:
     assert run(read_only_install, tmp_path, home=None)[0] == 42
 

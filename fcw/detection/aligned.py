@@ -1,0 +1,27 @@
+"""Memory for the kernels that starts on a cache line's boundary.
+
+The widest registers are as long as a cache line. Loads and stores that straddle two lines cost twice, and
+where a row starts in the middle of a line all of them do: summing up the orientations takes half the time
+with rows that start where a line does. NumPy promises 16 bytes.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+LINE_BYTES = 64
+
+
+def aligned_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray:
+    """An array of zeros that starts on a cache line's boundary."""
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    memory = np.zeros(size + LINE_BYTES, np.uint8)
+    first = -memory.ctypes.data % LINE_BYTES
+    return memory[first : first + size].view(dtype).reshape(shape)
+
+
+def aligned_row(count: int, dtype: DTypeLike) -> int:
+    """Elements from a row of so many to the next, for each to start on a cache line's boundary."""
+    per_line = LINE_BYTES // np.dtype(dtype).itemsize
+    return -(-count // per_line) * per_line
