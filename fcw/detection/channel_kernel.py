@@ -101,34 +101,38 @@ def _luv_row(image: NDArray, row: int, width: int, luv: NDArray, slot: int) -> N
 
 @kernel()
 def _smooth_row(
-    ring: NDArray,
-    plane: int,
+    luv: NDArray,
     above: int,
     here: int,
     below: int,
     width: int,
     side: float,
     vertical: NDArray,
-    out: NDArray,
+    smooth: NDArray,
 ) -> None:
-    """[side, 1 - 2 side, side] both ways over three rows of a plane, into the row `here` of `out`."""
-    middle = _ONE - _TWO * side
-    for i in range(width):
+    """[side, 1 - 2 side, side] both ways over three rows, into the row `here`, padded again."""
+    middle, pitch = _ONE - _TWO * side, luv.shape[1] // 3
+    for x in range(3 * pitch):
+        vertical[0, x] = side * (luv[above, x] + luv[below, x]) + middle * luv[here, x]
+    _repeat_edges(vertical, 0, pitch, width)
+    for i in range(3 * pitch - 2 * PAD):
         x = PAD + i
-        vertical[x] = side * (ring[above, plane, x] + ring[below, plane, x]) + middle * ring[here, plane, x]
-    vertical[PAD - 1], vertical[PAD + width] = vertical[PAD], vertical[PAD + width - 1]
-    for i in range(width):
-        x = PAD + i
-        out[here, plane, x] = side * (vertical[x - 1] + vertical[x + 1]) + middle * vertical[x]
-    out[here, plane, PAD - 1] = out[here, plane, PAD]
-    out[here, plane, PAD + width] = out[here, plane, PAD + width - 1]
+        smooth[here, x] = side * (vertical[0, x - 1] + vertical[0, x + 1]) + middle * vertical[0, x]
+    _repeat_edges(smooth, here, pitch, width)
 
 
 @kernel()
-def _add_colours(smooth: NDArray, slot: int, width: int, sums: NDArray) -> None:
-    for k in range(MAGNITUDE):
-        for x in range(width):
-            sums[k, x] += smooth[slot, k, PAD + x]
+def _repeat_edges(rows: NDArray, slot: int, pitch: int, width: int) -> None:
+    """Beside the first and last element of each of three colours."""
+    for k in range(3):
+        first, last = k * pitch + PAD, k * pitch + PAD + width - 1
+        rows[slot, first - 1], rows[slot, last + 1] = rows[slot, first], rows[slot, last]
+
+
+@kernel()
+def _add_colours(smooth: NDArray, slot: int, sums: NDArray) -> None:
+    for x in range(smooth.shape[1]):
+        sums[x] += smooth[slot, x]
 
 
 @kernel()
@@ -228,12 +232,12 @@ def _add_orientations(
     first = MAGNITUDE + 1
     for x in range(width):
         away = min(orientations[slot, x], _BINS - orientations[slot, x])  # the first is near the last
-        sums[first, x] += magnitude[x] * max(_ONE - away, _ZERO)
+        sums[first, PAD + x] += magnitude[x] * max(_ONE - away, _ZERO)
     for k in range(1, ORIENTATIONS):
         centre = _f(k)
         for x in range(width):
             away = abs(orientations[slot, x] - centre)
-            sums[first + k, x] += magnitude[x] * max(_ONE - away, _ZERO)
+            sums[first + k, PAD + x] += magnitude[x] * max(_ONE - away, _ZERO)
 
 
 @kernel()
@@ -244,13 +248,13 @@ def _cell_row(
     for k in range(first, end):
         if cell_px == 4:
             for c in range(columns):
-                left, right = sums[k, 4 * c] + sums[k, 4 * c + 1], sums[k, 4 * c + 2] + sums[k, 4 * c + 3]
-                cells[slot, k, PAD + c] = left + right
+                x = PAD + 4 * c
+                cells[slot, k, PAD + c] = sums[k, x] + sums[k, x + 1] + (sums[k, x + 2] + sums[k, x + 3])
         else:
             for c in range(columns):
-                cells[slot, k, PAD + c] = sums[k, 2 * c] + sums[k, 2 * c + 1]
-        for x in range(columns * cell_px):
-            sums[k, x] = _ZERO
+                x = PAD + 2 * c
+                cells[slot, k, PAD + c] = sums[k, x] + sums[k, x + 1]
+        sums[k] = _ZERO
 
 
 @kernel()
@@ -274,18 +278,18 @@ def _store_row(
     for k in range(CHANNEL_COUNT):
         for c in range(columns):
             x = PAD + c
-            vertical[x] = _QUARTER * (cells[above, k, x] + cells[below, k, x]) + _HALF * cells[here, k, x]
-        vertical[PAD - 1], vertical[PAD + columns] = vertical[PAD], vertical[PAD + columns - 1]
+            vertical[0, x] = _QUARTER * (cells[above, k, x] + cells[below, k, x]) + _HALF * cells[here, k, x]
+        vertical[0, PAD - 1], vertical[0, PAD + columns] = vertical[0, PAD], vertical[0, PAD + columns - 1]
         if k < MAGNITUDE:
             steps, offset = _COLOUR_STEPS[k] * part, _COLOUR_OFFSETS[k] + _HALF
             for c in range(columns):
                 x = PAD + c
-                smooth = _QUARTER * (vertical[x - 1] + vertical[x + 1]) + _HALF * vertical[x]
+                smooth = _QUARTER * (vertical[0, x - 1] + vertical[0, x + 1]) + _HALF * vertical[0, x]
                 out[k, to, c] = np.uint8(min(max(steps * smooth + offset, _ZERO), _MAX))
         else:
             for c in range(columns):
                 x = PAD + c
-                smooth = _QUARTER * (vertical[x - 1] + vertical[x + 1]) + _HALF * vertical[x]
+                smooth = _QUARTER * (vertical[0, x - 1] + vertical[0, x + 1]) + _HALF * vertical[0, x]
                 out[k, to, c] = np.uint8(min(_GRADIENT_STEPS * np.sqrt(part * smooth) + _HALF, _MAX))
 
 
@@ -303,7 +307,8 @@ def channel_rows(
     magnitudes: NDArray,
     orientations: NDArray,
     normalised: NDArray,
-    rows: NDArray,
+    vertical: NDArray,
+    filtered: NDArray,
     sums: NDArray,
     cells: NDArray,
     out: NDArray,
@@ -323,8 +328,9 @@ def channel_rows(
         magnitudes: (MAGNITUDE_RING, width or more).
         orientations: (MAGNITUDE_RING, width or more).
         normalised: (width,).
-        rows: (2, padded width).
-        sums: (10, width or more).
+        vertical: (1, 3 * padded width).
+        filtered: (padded width,).
+        sums: (10, padded width).
         cells: (CELL_RING, 10, padded columns).
         out: (10, end - first, columns).
     """
@@ -337,8 +343,10 @@ def channel_rows(
     magnitude_bottom = min(bottom + TRIANGLE_REACH, last_row)
     smooth_top, smooth_bottom = max(magnitude_top - 1, 0), min(magnitude_bottom + 1, last_row)
     luv_top, luv_bottom = max(smooth_top - 1, 0), min(smooth_bottom + 1, last_row)
-    vertical, filtered = rows[0], rows[1]
     sums[:] = _ZERO
+    # The colours of a row as one long row: fewer, longer loops.
+    luv_rows, smooth_rows = luv.reshape(LUV_RING, -1), smooth.reshape(LUV_RING, -1)
+    sum_row = sums.reshape(-1)
 
     for step in range(luv_top, bottom + TRIANGLE_REACH + 3):
         if step <= luv_bottom:
@@ -346,10 +354,9 @@ def channel_rows(
         row = step - 1
         if smooth_top <= row <= smooth_bottom:
             above, below = max(row - 1, 0) & 3, min(row + 1, last_row) & 3
-            for k in range(3):
-                _smooth_row(luv, k, above, row & 3, below, width, side, vertical, smooth)
+            _smooth_row(luv_rows, above, row & 3, below, width, side, vertical, smooth_rows)
             if top <= row <= bottom:
-                _add_colours(smooth, row & 3, width, sums)
+                _add_colours(smooth_rows, row & 3, sum_row)
                 if row % cell_px == cell_px - 1:
                     slot = (row // cell_px) & (CELL_RING - 1)
                     _cell_row(sums, 0, MAGNITUDE, columns, cell_px, cells, slot)

@@ -94,8 +94,9 @@ class ChannelComputer:
         self._magnitudes = aligned_zeros((MAGNITUDE_RING, pixels), np.float32)
         self._orientations = aligned_zeros((MAGNITUDE_RING, pixels), np.float32)
         self._normalised = aligned_zeros((pixels,), np.float32)
-        self._rows = aligned_zeros((2, padded_pixels), np.float32)
-        self._sums = aligned_zeros((CHANNEL_COUNT, pixels), np.float32)
+        self._vertical = aligned_zeros((1, 3 * padded_pixels), np.float32)
+        self._filtered = aligned_zeros((padded_pixels,), np.float32)
+        self._sums = aligned_zeros((CHANNEL_COUNT, padded_pixels), np.float32)
         self._cells = aligned_zeros((CELL_RING, CHANNEL_COUNT, padded_cells), np.float32)
 
     def compute(
@@ -147,7 +148,8 @@ class ChannelComputer:
             self._magnitudes,
             self._orientations,
             self._normalised,
-            self._rows,
+            self._vertical,
+            self._filtered,
             self._sums,
             self._cells,
             out,
