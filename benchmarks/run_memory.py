@@ -13,7 +13,6 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import av
 from rich.console import Console
 from rich.table import Table
 
@@ -21,6 +20,7 @@ from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource
 from fcw.sources.frame import Frame, Source
 from fcw.versions import machine
+from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.drive_job import DriveJob, run_drive
 
 ROWS = 20
@@ -48,24 +48,6 @@ def resident_mb() -> float:
     return pages * resource.getpagesize() / MEGABYTE
 
 
-def repeat_packets(clip: Path, out: Path, minutes: float) -> None:
-    """Write a clip again and again into one file, its packets as they are."""
-    with av.open(str(clip)) as source, av.open(str(out), "w") as target:
-        stream = source.streams.video[0]
-        copy = target.add_stream_from_template(stream)
-        assert stream.time_base is not None
-        packets = [(bytes(p), p.pts, p.dts, p.is_keyframe) for p in source.demux(stream) if p.size]
-        times = sorted(pts for _, pts, _, _ in packets if pts is not None)
-        length = times[-1] - times[0] + (times[-1] - times[0]) // (len(times) - 1)
-        for repeat in range(round(minutes * 60 / float(length * stream.time_base)) or 1):
-            for data, pts, dts, keyframe in packets:
-                packet = av.Packet(data)
-                packet.pts = None if pts is None else pts + repeat * length
-                packet.dts = None if dts is None else dts + repeat * length
-                packet.time_base, packet.stream, packet.is_keyframe = stream.time_base, copy, keyframe
-                target.mux(packet)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("clip", type=Path)
@@ -75,7 +57,7 @@ def main() -> None:
     console = Console()
     with tempfile.TemporaryDirectory() as folder:
         long = Path(folder) / "long.mp4"
-        repeat_packets(arguments.clip, long, arguments.minutes)
+        repeat_packets(arguments.clip, long, arguments.minutes * 60)
         opened = open_source(long)
         count = opened.frame_count or 0
         source = Watched(opened, max(count // ROWS, 1))

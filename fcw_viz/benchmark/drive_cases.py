@@ -34,12 +34,12 @@ class _WithoutPackets(ForwardingSource):
             yield Frame(frame.index, frame.time_ns, frame.image)
 
 
-def drive_cases(path: Path, calibration_path: Path | None) -> dict[str, Callable[[], int]]:
-    """Decoding alone and the whole job with both logs, each from the opened source to its end.
+def drive_cases(path: Path, calibration_path: Path) -> dict[str, Callable[[], int]]:
+    """Decoding alone and the whole job with both logs, each from opening the file to closing the logs.
 
     Args:
         path: the drive.
-        calibration_path: its calibration; None looks beside it.
+        calibration_path: its calibration.
 
     Returns:
         By name what to run; it returns the number of frames.

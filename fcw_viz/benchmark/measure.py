@@ -3,23 +3,28 @@
 import datetime
 import platform
 import statistics
+import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
 
+from fcw.camera.file import default_path
 from fcw.detection.choice import DetectorModel
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.sources import open_source
 from fcw.sources.frame import Source
+from fcw.sources.video import VideoSource
 from fcw.threads import one_opencv_thread
 from fcw.versions import machine, versions
 from fcw_viz.benchmark.drive_cases import drive_cases, thread_cases
 from fcw_viz.benchmark.figures import Figures
+from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.benchmark.picture_cases import Picture, PictureCase, picture_cases
 from fcw_viz.drive_job import DriveJob, load_calibration
 
@@ -31,6 +36,7 @@ def measure(
     picture_count: int,
     console: Console,
     plugged_in: tuple[str, DetectorModel] | None = None,
+    shortest_s: float = 0.0,
 ) -> Figures:
     """Measure every case on one drive, after a round that is not counted: kernels compile there.
 
@@ -41,6 +47,8 @@ def measure(
         picture_count: pictures of a round, from all over the drive.
         console: where the progress is drawn; nothing is drawn unless it is a terminal.
         plugged_in: name and model of another detector to measure beside the own ones.
+        shortest_s: a shorter video is repeated to about this duration for what is done with whole drives;
+            opening and closing weigh in a short one as they never do on the road.
     """
     source = open_source(path)
     calibration = load_calibration(DriveJob(source=path, out=Path(), calibration=calibration_path), source)
@@ -48,10 +56,12 @@ def measure(
     step = max((source.frame_count or picture_count) // picture_count, 1)
     pictures = [frame.image for frame in islice(source.frames(), 0, step * picture_count, step)]
     on_pictures = picture_cases(pictures[0], calibration, model, plugged_in)
-    on_drive = drive_cases(path, calibration_path) | thread_cases(pictures, calibration, model)
     picture_ms: dict[str, list[float]] = defaultdict(list)
     drive_ms: dict[str, list[float]] = defaultdict(list)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
+    with _long_enough(path, source, shortest_s) as drive, _progress_bar(console) as progress:
+        on_drive = drive_cases(drive, calibration_path or default_path(path))
+        on_drive |= thread_cases(pictures, calibration, model)
+        frames_of_drive = open_source(drive).frame_count or 0
         bar = progress.add_task("measuring", total=(rounds + 1) * (len(on_drive) + 1))
         for measured_round in range(-1, rounds):
             for name, run in on_drive.items():
@@ -65,7 +75,25 @@ def measure(
                     picture_ms[name].append(value)
             progress.advance(bar)
     windows = {name: case.windows for name, case in on_pictures.items() if case.windows is not None}
-    return Figures(_heading(source, rounds, len(pictures)), picture_ms, drive_ms, windows)
+    heading = _heading(source, rounds, len(pictures), frames_of_drive)
+    return Figures(heading, picture_ms, drive_ms, windows)
+
+
+def _progress_bar(console: Console) -> Progress:
+    return Progress(console=console, disable=not console.is_terminal, transient=True)
+
+
+@contextmanager
+def _long_enough(path: Path, source: Source, shortest_s: float) -> Iterator[Path]:
+    """The drive, or a file for as long as it is needed in which a video is repeated."""
+    duration_s = (source.frame_count or 0) / source.frame_rate_hz
+    if not isinstance(source, VideoSource) or duration_s >= shortest_s:
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        long = Path(folder) / f"{path.stem}-repeated{path.suffix}"
+        repeat_packets(path, long, shortest_s)
+        yield long
 
 
 def _picture_round(cases: Mapping[str, PictureCase], pictures: Sequence[Picture]) -> dict[str, float]:
@@ -83,10 +111,10 @@ def _picture_round(cases: Mapping[str, PictureCase], pictures: Sequence[Picture]
     return {name: statistics.median(values) for name, values in taken.items()}
 
 
-def _heading(source: Source, rounds: int, pictures: int) -> str:
+def _heading(source: Source, rounds: int, pictures: int, frames: int) -> str:
     libraries = ", ".join(f"{name} {value}" for name, value in versions().items())
     return (
-        f"{source.name}, {source.image_size}; {rounds} rounds, {pictures} pictures in each; "
-        f"model {model_sha256(SHIPPED_MODEL_PATH)[:12]}\n"
+        f"{source.name}, {source.image_size}; {rounds} rounds, {pictures} pictures and {frames} "
+        f"frames of the whole drive in each; model {model_sha256(SHIPPED_MODEL_PATH)[:12]}\n"
         f"{machine()}, {platform.system()}; {datetime.date.today()}\n{libraries}"
     )

@@ -19,6 +19,8 @@ class BenchCommand:
     """How often each case is run; medians and minima are reported."""
     detector_frames: int = 60
     """Pictures on which the detectors are compared in each round, one thread."""
+    shortest: float = 40.0
+    """Seconds; a shorter video is repeated to this duration where whole drives are measured."""
     onnx: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """A YOLO net to measure beside the own detectors."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
@@ -53,7 +55,13 @@ def run_bench(command: BenchCommand) -> int:
     source = command.source or demo_folder() / "drive.mp4"
     messages = Console(stderr=True)
     figures = measure(
-        source, command.calibration, command.rounds, command.detector_frames, messages, plugged_in
+        source,
+        command.calibration,
+        command.rounds,
+        command.detector_frames,
+        messages,
+        plugged_in,
+        command.shortest,
     )
     if command.report:
         for path in write_report(figures, command.report):

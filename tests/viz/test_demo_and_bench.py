@@ -22,6 +22,7 @@ from fcw.simulation.scenario import IMAGE_SIZE, load_scenario
 from fcw.simulation.truth import FrameTruth, frame_truth
 from fcw.simulation.truth_file import read_truth
 from fcw.simulation.world import World
+from fcw.sources import open_source
 from fcw_viz.benchmark.drive_cases import DECODE, ENCODED, ONE_THREAD, RELAYED, TWO_THREADS
 from fcw_viz.benchmark.picture_cases import (
     CHANNELS,
@@ -135,6 +136,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     write_drive(dataclasses.replace(load_scenario("braking"), duration_s=1.0), folder, seed=1)
     net = write_net(folder / "tiny.onnx", np.zeros((1, 300, 6), np.float32), (192, 320))
     arguments = ["bench", str(folder / "drive.mp4"), "--rounds", "2", "--detector-frames", "2", "--json"]
+    arguments += ["--shortest", "2"]
     with contextlib.redirect_stdout(io.StringIO()) as told:
         assert main([*arguments, "--onnx", str(net), "--report", str(folder / "report")]) == 0
     return json.loads(told.getvalue()) | {"folder": folder / "report"}
@@ -145,6 +147,13 @@ def test_bench_reports_every_case_in_every_round(bench: dict[str, Any]) -> None:
     assert {DECODE, RELAYED, ENCODED, ONE_THREAD, TWO_THREADS} < set(times)
     assert {LUV, CHANNELS, PRIOR, PRIOR_NEAR, FULL, "onnx:tiny.onnx"} < set(times)
     assert all(len(values) == 2 and min(values) > 0 for values in times.values())
+
+
+def test_bench_repeats_a_short_drive(bench: dict[str, Any]) -> None:
+    (drive,) = bench["folder"].parent.glob("*.mp4")
+    frames = open_source(drive).frame_count
+    assert frames is not None
+    assert f"{2 * frames} frames of the whole drive" in bench["heading"]
 
 
 def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
