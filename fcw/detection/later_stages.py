@@ -65,8 +65,19 @@ class _Memory(NamedTuple):
 
 def _memory(count: int, feature_count: int) -> _Memory:
     numbers, indices, boxes = np.empty((3, count)), np.empty((4, count), np.int64), np.empty((2, count, 4))
-    working = numbers[0], *indices[:3], numbers[1], boxes[0], np.empty(feature_count, np.uint8), np.empty(4)
-    return _Memory(*working, boxes[1], numbers[2], indices[3])
+    return _Memory(
+        totals=numbers[0],
+        order=indices[0],
+        spare=indices[1],
+        kept=indices[2],
+        weights=numbers[1],
+        merged=boxes[0],
+        features=np.empty(feature_count, np.uint8),
+        vote=np.empty(4),
+        boxes=boxes[1],
+        scores=numbers[2],
+        windows=indices[3],
+    )
 
 
 class LaterStages:

@@ -157,8 +157,8 @@ def _table(
         all_middles.append(middles)
         row_count += len(bottoms)
         column_count += len(middles)
-    columns = np.ascontiguousarray(np.array(integers, np.int64).reshape(-1, 8).T)
-    return LevelTable(*columns, np.concatenate(by_row), np.concatenate(all_middles))
+    a, b, c, d, e, f, g, h = np.ascontiguousarray(np.array(integers, np.int64).reshape(-1, 8).T)
+    return LevelTable(a, b, c, d, e, f, g, h, np.concatenate(by_row), np.concatenate(all_middles))
 
 
 @kernel()

@@ -100,8 +100,12 @@ class Level:
         cell_x, cell_y = self.cell_px
         octave_cell_px = CELL_PX / 2.0**self.octave
         # Half a pixel: cells start at the first pixel's edge, coordinates at its middle.
-        middles = (columns + window.cells / 2) * cell_x - PAD_CELLS * octave_cell_px - 0.5
-        bottoms = (rows + window.vehicle_bottom_px / CELL_PX) * cell_y + self.first_cut * octave_cell_px - 0.5
+        middles = (columns.astype(np.float64) + window.cells / 2) * cell_x - PAD_CELLS * octave_cell_px - 0.5
+        bottoms = (
+            (rows.astype(np.float64) + window.vehicle_bottom_px / CELL_PX) * cell_y
+            + self.first_cut * octave_cell_px
+            - 0.5
+        )
         return middles, bottoms, math.sqrt(cell_x * cell_y) / CELL_PX * window.vehicle_size_px
 
 
