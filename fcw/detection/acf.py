@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
-from fcw.detection.later_stages import LaterStages, Vehicles
+from fcw.detection.later_stages import LaterStages
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, Scanner
 from fcw.detection.types import Box, Detection
@@ -62,7 +62,7 @@ class AcfDetector:
     ) -> None:
         self._model, self._settings = model, settings
         self._stages = LaterStages(model)
-        self._prior = DistancePrior(
+        prior = DistancePrior(
             calibration.camera,
             model.statistics,
             settings.nearest_m,
@@ -72,7 +72,7 @@ class AcfDetector:
         self.levels = prior_levels(
             calibration.image_size,
             model.window,
-            self._prior,
+            prior,
             settings.scales_per_octave,
             settings.largest_scale,
         )
@@ -82,7 +82,7 @@ class AcfDetector:
                 f"{calibration.image_size}: no vehicle {settings.nearest_m:g} to {settings.farthest_m:g} m "
                 "away can be in them; calibrate again with points on the road ahead"
             )
-        self._scanner = Scanner(model, calibration.image_size, self.levels)
+        self._scanner = Scanner(model, calibration.image_size, self.levels, prior.aspect_ratios)
 
     @property
     def name(self) -> str:
@@ -101,9 +101,8 @@ class AcfDetector:
             ValueError: the picture has another size than the calibration.
         """
         threshold = _score_threshold(self._settings.score_threshold, self._model)
-        proposals = self.scan(image, self._stages.gate(threshold), self._stages.need_features)
-        vehicles = self._stages.vehicles(proposals, self._settings.largest_overlap, _size(image))
-        return _detections(vehicles, threshold)
+        _check(image, self._scanner.size)
+        return _detect(self._scanner, self._stages, image, threshold, self._settings.largest_overlap)
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool = False) -> Proposals:
         """All windows that pass the cascade with a score of at least `threshold`, as training mines them.
@@ -112,7 +111,7 @@ class AcfDetector:
             ValueError: the picture has another size than the calibration.
         """
         _check(image, self._scanner.size)
-        return self._scanner.scan(image, threshold, self._prior.aspect_ratios, with_features)
+        return self._scanner.scan(image, threshold, with_features)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,22 +153,41 @@ class FullAcfDetector:
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first."""
         threshold = _score_threshold(self._settings.score_threshold, self._model)
-        proposals = self.scan(image, self._stages.gate(threshold), self._stages.need_features)
-        vehicles = self._stages.vehicles(proposals, self._settings.largest_overlap, _size(image))
-        return _detections(vehicles, threshold)
+        scanner = self._scanner_for(image)
+        return _detect(scanner, self._stages, image, threshold, self._settings.largest_overlap)
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool = False) -> Proposals:
         """All windows that pass the cascade with a score of at least `threshold`."""
-        size = _size(image)
+        return self._scanner_for(image).scan(image, threshold, with_features)
+
+    def _scanner_for(self, image: NDArray[np.uint8]) -> Scanner:
+        """The one for pictures of this size."""
+        size = ImageSize(image.shape[1], image.shape[0])
+        _check(image, size)
         if self._scanner is None or self._scanner.size != size:
             levels = full_levels(
                 size, self._model.window, self._settings.scales_per_octave, self._settings.largest_scale
             )
-            self._scanner = Scanner(self._model, size, levels)
-        _check(image, size)
-        return self._scanner.scan(
-            image, threshold, lambda bottoms: np.full(len(bottoms), self._aspect_ratio), with_features
-        )
+            self._scanner = Scanner(self._model, size, levels, self._aspect_ratios)
+        return self._scanner
+
+    def _aspect_ratios(self, bottom_rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.full(len(bottom_rows), self._aspect_ratio)
+
+
+def _detect(
+    scanner: Scanner,
+    stages: LaterStages,
+    image: NDArray[np.uint8],
+    threshold: float,
+    largest_overlap: float,
+) -> tuple[Detection, ...]:
+    found = scanner.find(image, stages.gate(threshold))
+    vehicles = stages.find(found, largest_overlap, scanner.size, threshold)
+    return tuple(
+        Detection(Box(*box), score)
+        for box, score in zip(vehicles.boxes.tolist(), vehicles.scores.tolist(), strict=True)
+    )
 
 
 def _score_threshold(setting: float | None, model: Model) -> float:
@@ -181,15 +199,3 @@ def _check(image: NDArray[np.uint8], size: ImageSize) -> None:
         raise ValueError(
             f"the detector expects uint8 BGR pictures of {size}, got {image.dtype} of shape {image.shape}"
         )
-
-
-def _size(image: NDArray[np.uint8]) -> ImageSize:
-    return ImageSize(image.shape[1], image.shape[0])
-
-
-def _detections(vehicles: Vehicles, threshold: float) -> tuple[Detection, ...]:
-    return tuple(
-        Detection(Box(*map(float, box)), float(score))
-        for box, score in zip(vehicles.boxes, vehicles.scores, strict=True)
-        if score >= threshold
-    )

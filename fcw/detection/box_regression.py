@@ -64,33 +64,36 @@ def box_offsets(
     return np.column_stack([(x + w / 2 - middle) / size, np.log(w / size), np.log(h / size)])
 
 
-def regressed_boxes(
-    regressor: BoxRegressor, features: NDArray[np.uint8], placements: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(N, 4) boxes of the vehicles in windows.
+@kernel()
+def place_box(
+    weights: NDArray[np.float32],
+    constant: NDArray[np.float32],
+    lower: float,
+    features: NDArray[np.uint8],
+    placement: NDArray[np.float64],
+    box: NDArray[np.float64],
+) -> None:
+    """The box of the vehicle in a window.
 
     Args:
-        regressor: as learnt.
-        features: (N, F) uint8 of the windows.
-        placements: (N, 3) middle, bottom and size that the windows expect.
+        weights: (3, F), a regressor's, transposed.
+        constant: (3,).
+        lower: the regressor's `bottom`.
+        features: (F,) of the window.
+        placement: (3,) middle, bottom and size that the window expects.
+        box: (4,) receives x, y, w, h.
     """
-    offsets = np.empty((len(features), 3), np.float32)
-    _offsets(np.ascontiguousarray(features), np.ascontiguousarray(regressor.weights.T), offsets)
-    offsets += regressor.constant
-    middle, bottom, size = placements.T
-    middle = middle + offsets[:, 0] * size
-    bottom = bottom + regressor.bottom * size
-    w, h = (size * np.exp(np.clip(offsets[:, i], -LARGEST_ENLARGEMENT, LARGEST_ENLARGEMENT)) for i in (1, 2))
-    return np.column_stack([middle - w / 2, bottom - h, w, h])
-
-
-@kernel()
-def _offsets(features: NDArray[np.uint8], weights: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    """Products of (N, F) and (3, F) into (N, 3): a few windows, for which BLAS would wake its threads."""
-    for index in range(len(features)):
-        window = features[index]
-        for k in range(len(weights)):
-            row, total = weights[k], np.float32(0)
-            for i in range(len(row)):
-                total += row[i] * np.float32(window[i])
-            out[index, k] = total
+    to_middle, to_width, to_height = weights[0], weights[1], weights[2]
+    middle_sum = width_sum = height_sum = np.float32(0)
+    for i in range(len(features)):
+        value = np.float32(features[i])
+        middle_sum += to_middle[i] * value
+        width_sum += to_width[i] * value
+        height_sum += to_height[i] * value
+    size = placement[2]
+    middle = placement[0] + np.float64(middle_sum + constant[0]) * size
+    bottom = placement[1] + lower * size
+    log_width, log_height = np.float64(width_sum + constant[1]), np.float64(height_sum + constant[2])
+    width = size * np.exp(min(max(log_width, -LARGEST_ENLARGEMENT), LARGEST_ENLARGEMENT))
+    height = size * np.exp(min(max(log_height, -LARGEST_ENLARGEMENT), LARGEST_ENLARGEMENT))
+    box[0], box[1], box[2], box[3] = middle - width / 2, bottom - height, width, height

@@ -17,6 +17,8 @@ Both loops are over trees outside and places inside: the tree's numbers stay in 
 running scores do not wait for each other.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,7 +46,7 @@ _index = np.uint64
 
 def feature_offsets(
     trees: BoostedTrees, window: Window, channel_pitch: int, row_pitch: int
-) -> NDArray[np.int64]:
+) -> NDArray[np.int32]:
     """(T, 3) place of each node's feature in planar grids, counted from the window's first cell.
 
     Args:
@@ -55,74 +57,46 @@ def feature_offsets(
     """
     shape = (window.feature_count // window.cells**2, window.cells, window.cells)
     channel, row, column = np.unravel_index(trees.feature.astype(np.int64), shape)
-    return channel * channel_pitch + row * row_pitch + column
+    return (channel * channel_pitch + row * row_pitch + column).astype(np.int32)
 
 
-class Segments:
-    """Memory for segments: their first places and running scores."""
+class Cascade(NamedTuple):
+    """A model's cascade as the kernel reads it, and memory for its work: one for each thread.
 
-    def __init__(self, count: int) -> None:
-        self.starts = np.empty(count, np.int64)
-        self.running = np.empty((count, SEGMENT), np.float32)
+    Attributes:
+        thresholds: (T, 3) uint8.
+        leaves: (T, 4) float32.
+        steps: (up to `COARSE_TREES`, 4) int16, leaves of the first trees.
+        fewest_steps: running score in steps below which a window is dropped.
+        rejection_threshold: the same in single precision.
+        coarse: (2, chunk) int16, memory for running scores and their lowest.
+        starts: (S,) int64, memory for the first places of segments.
+        running: (S, SEGMENT) float32, memory for their running scores.
+    """
+
+    thresholds: NDArray[np.uint8]
+    leaves: NDArray[np.float32]
+    steps: NDArray[np.int16]
+    fewest_steps: np.int16
+    rejection_threshold: np.float32
+    coarse: NDArray[np.int16]
+    starts: NDArray[np.int64]
+    running: NDArray[np.float32]
 
 
-class Cascade:
-    """Runs a model's cascade, in memory it keeps: one instance for each thread."""
-
-    def __init__(self, trees: BoostedTrees, rejection_threshold: float) -> None:
-        """`rejection_threshold`: running score below which a window is dropped; finite."""
-        self._thresholds = np.ascontiguousarray(trees.threshold, np.uint8)
-        self._leaves = np.ascontiguousarray(trees.leaf, np.float32)
-        self._rejection_threshold = np.float32(rejection_threshold)
-        self._steps, self._fewest_steps = _in_steps(self._leaves[:COARSE_TREES], rejection_threshold)
-        self._coarse = np.empty((2, _CHUNK), np.int16)
-        self._segments = Segments(_CHUNK // SEGMENT + 1)
-
-    def run(
-        self,
-        grids: NDArray[np.uint8],
-        row_pitch: int,
-        rows: range,
-        columns: int,
-        offsets: NDArray[np.int64],
-        score_threshold: float,
-        places: NDArray[np.int64],
-        scores: NDArray[np.float32],
-    ) -> int:
-        """Windows that survive the cascade with a score of at least `score_threshold`, row by row.
-
-        Args:
-            grids: planar channels, flat, and after them `SLACK` elements that do not matter.
-            row_pitch: elements from a row of cells to the next.
-            rows: rows of cells where windows have their top.
-            columns: windows in a row.
-            offsets: (T, 3) from `feature_offsets`.
-            score_threshold: final score from which a window is put out.
-            places: (N,) receives the places of the windows in the first channel.
-            scores: (N,) receives their scores.
-
-        Returns:
-            How many there are; where that is more than N, only the first N were written.
-        """
-        return _run(
-            grids,
-            row_pitch,
-            rows.start,
-            rows.stop,
-            columns,
-            offsets,
-            self._thresholds,
-            self._leaves,
-            self._steps,
-            self._fewest_steps,
-            self._rejection_threshold,
-            np.float32(score_threshold),
-            self._coarse,
-            self._segments.starts,
-            self._segments.running,
-            places,
-            scores,
-        )
+def prepare_cascade(trees: BoostedTrees, rejection_threshold: float) -> Cascade:
+    """`rejection_threshold`: running score below which a window is dropped; finite."""
+    segments = _CHUNK // SEGMENT + 1
+    leaves = np.array(trees.leaf, np.float32, order="C")
+    return Cascade(
+        np.array(trees.threshold, np.uint8, order="C"),
+        leaves,
+        *_in_steps(leaves[:COARSE_TREES], rejection_threshold),
+        np.float32(rejection_threshold),
+        np.empty((2, _CHUNK), np.int16),
+        np.empty(segments, np.int64),
+        np.empty((segments, SEGMENT), np.float32),
+    )
 
 
 def _in_steps(leaves: NDArray[np.float32], rejection_threshold: float) -> tuple[NDArray[np.int16], np.int16]:
@@ -137,32 +111,41 @@ def _in_steps(leaves: NDArray[np.float32], rejection_threshold: float) -> tuple[
 
 
 @kernel()
-def _run(
+def run_cascade(
     grids: NDArray[np.uint8],
     row_pitch: int,
     first_row: int,
     end_row: int,
     columns: int,
-    offsets: NDArray[np.int64],
-    thresholds: NDArray[np.uint8],
-    leaves: NDArray[np.float32],
-    steps: NDArray[np.int16],
-    fewest_steps: np.int16,
-    rejection_threshold: np.float32,
-    score_threshold: np.float32,
-    coarse: NDArray[np.int16],
-    starts: NDArray[np.int64],
-    running: NDArray[np.float32],
+    offsets: NDArray[np.int32],
+    cascade: Cascade,
     places: NDArray[np.int64],
     scores: NDArray[np.float32],
 ) -> int:
+    """Windows that survive the cascade, row by row.
+
+    Args:
+        grids: planar channels, flat, and after them `SLACK` elements that do not matter.
+        row_pitch: elements from a row of cells to the next.
+        first_row: first row of cells where windows have their top.
+        end_row: one past the last.
+        columns: windows in a row.
+        offsets: (T, 3) from `feature_offsets`.
+        cascade: from `prepare_cascade`.
+        places: receives the places of the windows in the first channel; room for all windows.
+        scores: receives their scores.
+
+    Returns:
+        How many there are.
+    """
+    thresholds, leaves, starts, running = cascade.thresholds, cascade.leaves, cascade.starts, cascade.running
+    rejection_threshold = cascade.rejection_threshold
     found = 0
-    lowest_score = max(score_threshold, rejection_threshold)
     level_end = (end_row - 1) * row_pitch + columns
     for first in range(first_row * row_pitch, level_end, _CHUNK):
         end = min(first + _CHUNK, level_end)
-        _coarse_trees(grids, first, end, offsets, thresholds, steps, coarse)
-        count = _cut_into_segments(first, end, coarse[1], fewest_steps, starts)
+        _coarse_trees(grids, first, end, offsets, thresholds, cascade.steps, cascade.coarse)
+        count = _cut_into_segments(first, end, cascade.coarse[1], cascade.fewest_steps, starts)
         running[:count] = np.float32(0)
         for t in range(0, len(offsets), _DROP_EVERY):
             stop = min(t + _DROP_EVERY, len(offsets))
@@ -180,10 +163,9 @@ def _run(
         for i in range(count):
             for x in range(SEGMENT):
                 place = starts[i] + x
-                if place < end and place % row_pitch < columns and running[i, x] >= lowest_score:
-                    if found < len(places):
-                        places[found] = place
-                        scores[found] = running[i, x]
+                if place < end and place % row_pitch < columns and running[i, x] >= rejection_threshold:
+                    places[found] = place
+                    scores[found] = running[i, x]
                     found += 1
     return found
 
@@ -193,7 +175,7 @@ def _coarse_trees(
     grids: NDArray[np.uint8],
     first: int,
     end: int,
-    offsets: NDArray[np.int64],
+    offsets: NDArray[np.int32],
     thresholds: NDArray[np.uint8],
     steps: NDArray[np.int16],
     coarse: NDArray[np.int16],
@@ -236,7 +218,7 @@ def _cut_into_segments(
 def add_trees(
     grids: NDArray[np.uint8],
     starts: NDArray[np.int64],
-    offsets: NDArray[np.int64],
+    offsets: NDArray[np.int32],
     thresholds: NDArray[np.uint8],
     leaves: NDArray[np.float32],
     rejection_threshold: np.float32,

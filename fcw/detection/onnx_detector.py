@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
+from fcw.detection.overlap import cut_to_picture
 from fcw.detection.plausible_boxes import ROAD_VEHICLES, PlausibleVehicles, plausible
-from fcw.detection.scanner import cut_to_picture
 from fcw.detection.types import Box, Detection
 from fcw.detection.yolo import PAD_VALUE, Layout, Letterbox, class_count, decode, expected_shapes, recognise
 from fcw.errors import UserError

@@ -1,7 +1,10 @@
-"""Overlaps of boxes given as arrays of (x, y, w, h)."""
+"""Overlaps of boxes given as arrays of (x, y, w, h), with each other and with the picture."""
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fcw.detection.jit import kernel
+from fcw.sources.frame import ImageSize
 
 
 def intersection_areas(boxes: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -16,3 +19,19 @@ def intersection_over_union(boxes: NDArray[np.float64], others: NDArray[np.float
     """IoU of each box with each other one: (N, 4) and (M, 4) give (N, M); areas must be positive."""
     common = intersection_areas(boxes, others)
     return common / (np.prod(boxes[:, 2:], axis=1)[:, None] + np.prod(others[:, 2:], axis=1) - common)
+
+
+def cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.float64]:
+    """The parts of boxes that lie in the picture, whose edges are half a pixel outside its outer pixels."""
+    parts = np.array(boxes, np.float64, order="C").reshape(-1, 4)
+    for part in parts:
+        cut(part, size.width - 0.5, size.height - 0.5)
+    return parts
+
+
+@kernel()
+def cut(box: NDArray[np.float64], right: float, bottom: float) -> None:
+    """Cut a box to the picture whose right and bottom edges these are, in place."""
+    x, y = max(box[0], -0.5), max(box[1], -0.5)
+    box[2], box[3] = min(box[0] + box[2], right) - x, min(box[1] + box[3], bottom) - y
+    box[0], box[1] = x, y

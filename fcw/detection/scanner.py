@@ -1,23 +1,32 @@
 """Scoring the windows of planned levels in a picture: what both ACF detectors do."""
 
-import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import SLACK, Cascade, feature_offsets
-from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
+from fcw.detection.cascade import Cascade, feature_offsets, prepare_cascade, run_cascade
 from fcw.detection.jit import kernel
-from fcw.detection.model import CELL_PX, CHANNEL_COUNT, Model
-from fcw.detection.second_stage import SecondStageScorer
-from fcw.detection.windows import PAD_CELLS, Level, vehicles_in_levels
+from fcw.detection.level_grids import AspectRatios, LevelGrids, LevelTable, gather_features
+from fcw.detection.model import Model
+from fcw.detection.octaves import Halves, Octave
+from fcw.detection.overlap import cut
+from fcw.detection.second_stage import (
+    SecondStageScorer,
+    prepare_second_stage,
+    response_offsets,
+    run_second_stage,
+)
+from fcw.detection.suppression import sort_best_first
+from fcw.detection.windows import Level
 from fcw.sources.frame import ImageSize
 
 FIRST_CAPACITY = 1024
 """Windows that there is room for at first: more than pass in any usual picture."""
+LOWEST_SCORE = -1e30
+"""Lower than any score: compiled code knows no infinity."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,293 +48,256 @@ class Proposals:
     features: NDArray[np.uint8] | None
 
 
-class _Octave:
-    """One octave's channels in the rows that its levels need, edges repeated beyond the picture."""
-
-    def __init__(self, size: ImageSize, number: int, levels: list[Level]) -> None:
-        """`size` is that of the picture the channels are computed of."""
-        settings = FINE if number > 0 else COARSE
-        first_cut = min(level.first_cut for level in levels)
-        end_cut = max(level.first_cut + level.cut_rows for level in levels)
-        self.first_row = first_cut
-        first, end = max(first_cut, 0), min(end_cut, size.height // settings.cell_px)
-        context = math.ceil(CONTEXT_PX / CELL_PX)
-        first_cell, end_cell = max(first - context, 0), min(end + context, size.height // settings.cell_px)
-        self.picture_rows = slice(first_cell * settings.cell_px, end_cell * settings.cell_px)
-        """Rows of the picture that the channels depend on."""
-        height = self.picture_rows.stop - self.picture_rows.start
-        self._computer = ChannelComputer(ImageSize(size.width, height), settings)
-        self._wanted = first - first_cell, end - first_cell
-        self._inside = slice(first - first_cut, end - first_cut)
-        rows, columns = end_cut - first_cut, self._computer.columns + 2 * PAD_CELLS
-        self.memory = _memory(rows * columns)
-        self.grid = _shaped(self.memory, rows, columns)
-
-    def compute(self, picture_rows: NDArray[np.uint8]) -> None:
-        """Fill the grid from the rows asked for."""
-        grid, first, end = self.grid, self._inside.start, self._inside.stop
-        self._computer.compute(picture_rows, *self._wanted, out=grid[:, first:end, PAD_CELLS:-PAD_CELLS])
-        grid[:, :, :PAD_CELLS] = grid[:, :, PAD_CELLS : PAD_CELLS + 1]
-        grid[:, :, -PAD_CELLS:] = grid[:, :, -PAD_CELLS - 1 : -PAD_CELLS]
-        grid[:, :first] = grid[:, first : first + 1]
-        grid[:, end:] = grid[:, end - 1 : end]
-
-
-class _Halves:
-    """The picture at 1/2, 1/4, ... of its size, each in the rows needed of it and of the next."""
-
-    def __init__(self, size: ImageSize, octaves: dict[int, _Octave]) -> None:
-        self._rows: dict[int, slice] = {0: slice(0, size.height)}
-        self._reduced: dict[int, NDArray[np.uint8]] = {}
-        needed = None
-        for number in range(min(octaves, default=0), 0):
-            wanted = [needed] if needed else []
-            wanted += [octaves[number].picture_rows] if number in octaves else []
-            rows = slice(min(r.start for r in wanted), max(r.stop for r in wanted))
-            self._rows[number] = rows
-            self._reduced[number] = np.empty((rows.stop - rows.start, size.width >> -number, 3), np.uint8)
-            needed = slice(2 * rows.start, 2 * rows.stop)
-
-    def compute(self, image: NDArray[np.uint8]) -> None:
-        """Fill them from a picture."""
-        source = image
-        for number in sorted(self._reduced, reverse=True):
-            reduced, first = self._reduced[number], self._rows[number + 1].start
-            rows = slice(2 * self._rows[number].start - first, 2 * self._rows[number].stop - first)
-            height, width = reduced.shape[:2]
-            cv2.resize(source[rows, : 2 * width], (width, height), dst=reduced, interpolation=cv2.INTER_AREA)
-            source = reduced
-
-    def rows(self, image: NDArray[np.uint8], number: int, rows: slice) -> NDArray[np.uint8]:
-        """Rows of the picture at an octave; above the picture's own scale, of the picture itself."""
-        if number >= 0:
-            return image[rows]
-        first = self._rows[number].start
-        return self._reduced[number][rows.start - first : rows.stop - first]
-
-
-class _LevelGrid:
-    """A level's channels: its octave's own, or those resized into memory that the levels share.
+class WindowFeatures(NamedTuple):
+    """Where kernels find the features of windows: in rows of their own, or in the levels' memory.
 
     Attributes:
-        level: the level.
-        channels: (10, rows, columns).
-        rows: their rows.
-        row_pitch: their columns.
-        first_row: row of `channels` that is the level's first.
-        window_rows: rows of `channels` where windows have their top.
-        offsets: (T, 3) places of the trees' features.
-        flat: `channels`, flat, and `SLACK` elements more.
+        rows: (N, F); empty where they are in the levels' memory.
+        cells: memory of the levels.
+        firsts: (N,) element of the memory that is the window's first cell.
+        channel_pitches: (N,) elements from a channel to the next.
+        row_pitches: (N,) elements from a row of cells to the next.
     """
 
-    def __init__(
-        self,
-        octave: _Octave,
-        level: Level,
-        model: Model,
-        cut_memory: NDArray[np.uint8],
-        level_memory: NDArray[np.uint8],
-    ) -> None:
-        self.level = level
-        first = level.first_cut - octave.first_row
-        if level.resized:
-            self.channels = _shaped(level_memory, level.rows, level.columns)
-            self.first_row = 0
-            self._source = octave.grid[:, first : first + level.cut_rows]
-            self._cut = _shaped(cut_memory, level.cut_rows, level.cut_columns)
-            # All channels one above the other; windows keep clear of rows where two of them mix.
-            self._stacked_cut = self._cut.reshape(-1, level.cut_columns)
-            self._stacked = self.channels.reshape(-1, level.columns)
-        else:
-            self.channels = octave.grid
-            self.first_row = first
-        _, self.rows, self.row_pitch = self.channels.shape
-        self.flat = (level_memory if level.resized else octave.memory)[: self.channels.size + SLACK]
-        self.offsets = feature_offsets(model.trees, model.window, self.rows * self.row_pitch, self.row_pitch)
-        self.window_rows = range(self.first_row + level.first_window, self.first_row + level.end_window)
-
-    def fill(self) -> None:
-        """Resize the octave's channels, as they are now."""
-        if not self.level.resized:
-            return
-        np.copyto(self._cut, self._source)
-        height, width = self._stacked.shape
-        cv2.resize(self._stacked_cut, (width, height), dst=self._stacked, interpolation=cv2.INTER_LINEAR)
+    rows: NDArray[np.uint8]
+    cells: NDArray[np.uint8]
+    firsts: NDArray[np.int64]
+    channel_pitches: NDArray[np.int64]
+    row_pitches: NDArray[np.int64]
 
 
-class _Found:
-    """Windows that passed in the levels so far, in memory that grows when more pass than ever before.
+class FoundWindows(NamedTuple):
+    """Proposals as kernels read them; second scores are 0 where the model has no second stage."""
 
-    Attributes:
-        count: how many there are.
-        places: (N,) int64, of which the first `count` are filled, as of the others.
-        scores: (N,) float32, of the cascade.
-        second_scores: (N,) float32.
-        features: (N, 2560) uint8.
-    """
+    boxes: NDArray[np.float64]
+    placements: NDArray[np.float64]
+    scores: NDArray[np.float32]
+    second_scores: NDArray[np.float32]
+    features: WindowFeatures
 
-    def __init__(self, feature_count: int) -> None:
-        self.count = 0
-        self.places = np.empty(FIRST_CAPACITY, np.int64)
-        self.scores = np.empty(FIRST_CAPACITY, np.float32)
-        self.second_scores = np.zeros(FIRST_CAPACITY, np.float32)
-        self.features = np.empty((FIRST_CAPACITY, feature_count), np.uint8)
 
-    def make_room(self, count: int) -> None:
-        """Room for so many, twice over."""
-        for name in ("places", "scores", "second_scores", "features"):
-            before = getattr(self, name)
-            after = np.zeros((2 * count, *before.shape[1:]), before.dtype)
-            after[: self.count] = before[: self.count]
-            setattr(self, name, after)
+class _Passed(NamedTuple):
+    """Windows of one level that survive the cascade; room for all windows of a level."""
+
+    places: NDArray[np.int64]
+    scores: NDArray[np.float32]
+    second_scores: NDArray[np.float32]
+
+
+class _Found(NamedTuple):
+    """Windows of all levels above the threshold, as they are found, and in what order they are put out."""
+
+    levels: NDArray[np.int64]
+    places: NDArray[np.int64]
+    scores: NDArray[np.float64]
+    second_scores: NDArray[np.float32]
+    order: NDArray[np.int64]
+    spare: NDArray[np.int64]
 
 
 class Scanner:
-    """Scores the windows of given levels in pictures of one size, in memory it keeps."""
+    """Scores the windows of given levels in pictures of one size, in memory it keeps.
 
-    def __init__(self, model: Model, size: ImageSize, levels: tuple[Level, ...]) -> None:
+    The memory grows when more windows pass than ever before.
+    """
+
+    def __init__(
+        self, model: Model, size: ImageSize, levels: tuple[Level, ...], aspect_ratios: AspectRatios
+    ) -> None:
+        """`aspect_ratios` tells them by the vehicles' bottom rows."""
         self.size = size
         self.windows_per_frame = sum(level.window_count for level in levels)
-        self._model = model
-        self._octaves: dict[int, _Octave] = {}
+        self._window, self._two_scores = model.window, model.second is not None
+        self._octaves: dict[int, Octave] = {}
         for number in sorted({level.octave for level in levels}, reverse=True):
             halved = ImageSize(size.width >> max(-number, 0), size.height >> max(-number, 0))
             members = [level for level in levels if level.octave == number]
-            self._octaves[number] = _Octave(halved, number, members)
-        self._halves = _Halves(size, self._octaves)
-        cut_cells = max((level.cut_rows * level.cut_columns for level in levels), default=0)
-        level_cells = max((level.rows * level.columns for level in levels), default=0)
-        memory = _memory(cut_cells), _memory(level_cells)
-        self._grids = [_LevelGrid(self._octaves[level.octave], level, model, *memory) for level in levels]
-        self._row_pitches = np.array([grid.row_pitch for grid in self._grids], np.int64)
-        self._first_rows = np.array([grid.first_row for grid in self._grids], np.int64)
-        self._cascade = Cascade(model.trees, model.rejection_threshold)
-        self._second = SecondStageScorer(model.second, model.window) if model.second else None
-        self._levels = levels
-        self._found = _Found(model.window.feature_count)
+            self._octaves[number] = Octave(halved, number, members)
+        self._halves = Halves(size, self._octaves)
+        self._grids = LevelGrids(self._octaves, levels, model.window, aspect_ratios)
+        table = self._grids.table
+        grids = [(int(rows), int(columns)) for rows, columns in zip(table.rows, table.row_pitch, strict=True)]
+        self._cascade = prepare_cascade(model.trees, model.rejection_threshold)
+        self._cascade_offsets = _stacked(
+            [feature_offsets(model.trees, model.window, rows * pitch, pitch) for rows, pitch in grids]
+        )
+        self._second = prepare_second_stage(model.second, model.window, grids)
+        self._second_offsets = _stacked(
+            [response_offsets(model.second, model.window, rows, pitch) for rows, pitch in grids]
+        )
+        most = max((level.window_count for level in levels), default=0)
+        self._passed = _Passed(
+            np.empty(most, np.int64), np.empty(most, np.float32), np.zeros(most, np.float32)
+        )
+        self._make_room(FIRST_CAPACITY)
 
-    def scan(
-        self,
-        image: NDArray[np.uint8],
-        threshold: float,
-        aspect_ratios: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-        with_features: bool,
-    ) -> Proposals:
+    def find(self, image: NDArray[np.uint8], threshold: float) -> FoundWindows:
         """All windows that both scoring stages together give at least `threshold`.
 
-        Aspect ratios are asked for by the bottom rows.
+        The cascade's best come first. They are in memory that the next call overwrites.
         """
-        self._compute_channels(image)
-        found, counts = self._found, np.zeros(len(self._grids), np.int64)
-        found.count = 0
-        for number, grid in enumerate(self._grids):
-            grid.fill()
-            counts[number] = self._run(grid, threshold, with_features)
-        order = np.argsort(-found.scores[: found.count], kind="stable")
-        level = np.repeat(np.arange(len(counts)), counts)[order]
-        rows, columns = np.divmod(found.places[order], self._row_pitches[level])
-        middle, bottom, size_px = vehicles_in_levels(
-            self._levels, level, self._model.window, rows - self._first_rows[level], columns
-        )
-        root = np.sqrt(aspect_ratios(bottom))
-        w, h = size_px * root, size_px / root
-        return Proposals(
-            cut_to_picture(np.column_stack([middle - w / 2, bottom - h, w, h]), self.size),
-            np.column_stack([middle, bottom, size_px]),
-            found.scores[order],
-            found.second_scores[order] if self._second else None,
-            found.features[order] if with_features else None,
-        )
-
-    def _compute_channels(self, image: NDArray[np.uint8]) -> None:
         self._halves.compute(image)
         for number, octave in self._octaves.items():
             octave.compute(self._halves.rows(image, number, octave.picture_rows))
-
-    def _run(self, grid: _LevelGrid, threshold: float, with_features: bool) -> int:
-        """Run the scoring stages over a level, and add the windows that pass to those found; how many."""
-        found = self._found
-        while True:
-            count = self._cascade.run(
-                grid.flat,
-                grid.row_pitch,
-                grid.window_rows,
-                grid.level.window_columns,
-                grid.offsets,
-                -np.inf if self._second else threshold,
-                found.places[found.count :],
-                found.scores[found.count :],
-            )
-            if found.count + count <= len(found.places):
-                break
-            found.make_room(found.count + count)
-        if not count:
-            return 0
-        new = slice(found.count, found.count + count)
-        if self._second:
-            self._second.score(
-                grid.flat, grid.rows, grid.row_pitch, found.places[new], found.second_scores[new]
-            )
-        kept = _keep(
-            found.places[new],
-            found.scores[new],
-            found.second_scores[new],
-            threshold,
-            grid.flat,
-            grid.rows * grid.row_pitch,
-            grid.row_pitch,
-            self._model.window.cells,
-            found.features[new],
-            with_features,
+        self._grids.fill()
+        while (count := self._score(max(threshold, LOWEST_SCORE))) > len(self._found.levels):
+            self._make_room(2 * count)
+        out, features = self._out, self._out.features
+        return FoundWindows(
+            out.boxes[:count],
+            out.placements[:count],
+            out.scores[:count],
+            out.second_scores[:count],
+            WindowFeatures(
+                features.rows,
+                features.cells,
+                features.firsts[:count],
+                features.channel_pitches[:count],
+                features.row_pitches[:count],
+            ),
         )
-        found.count += kept
-        return kept
+
+    def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool) -> Proposals:
+        """The same windows in memory of their own."""
+        found = self.find(image, threshold)
+        features = None
+        if with_features:
+            features = np.empty((len(found.scores), self._window.feature_count), np.uint8)
+            _gather_all(found.features, self._window.cells, features)
+        return Proposals(
+            found.boxes.copy(),
+            found.placements.copy(),
+            found.scores.copy(),
+            found.second_scores.copy() if self._two_scores else None,
+            features,
+        )
+
+    def _make_room(self, count: int) -> None:
+        indices, numbers = np.empty((7, count), np.int64), np.empty((3, count), np.float32)
+        self._found = _Found(indices[0], indices[1], np.empty(count), numbers[0], indices[2], indices[3])
+        self._out = FoundWindows(
+            np.empty((count, 4)),
+            np.empty((count, 3)),
+            numbers[1],
+            numbers[2],
+            WindowFeatures(np.empty((0, 0), np.uint8), self._grids.cells, indices[4], indices[5], indices[6]),
+        )
+
+    def _score(self, threshold: float) -> int:
+        return _score_levels(
+            self._grids.cells,
+            self._grids.table,
+            self._cascade,
+            self._cascade_offsets,
+            self._second,
+            self._second_offsets,
+            threshold,
+            self.size.width - 0.5,
+            self.size.height - 0.5,
+            self._passed,
+            self._found,
+            self._out,
+        )
+
+
+def _stacked(offsets: Sequence[NDArray[np.int32]]) -> NDArray[np.int32]:
+    """(L, T, 3), also of no levels."""
+    return np.stack(offsets) if offsets else np.empty((0, 0, 3), np.int32)
 
 
 @kernel()
-def _keep(
-    places: NDArray[np.int64],
-    scores: NDArray[np.float32],
-    second_scores: NDArray[np.float32],
+def _score_levels(
+    cells: NDArray[np.uint8],
+    table: LevelTable,
+    cascade: Cascade,
+    cascade_offsets: NDArray[np.int32],
+    second: SecondStageScorer,
+    second_offsets: NDArray[np.int32],
     threshold: float,
-    grids: NDArray[np.uint8],
-    channel_pitch: int,
-    row_pitch: int,
-    window_cells: int,
-    features: NDArray[np.uint8],
-    with_features: bool,
+    right: float,
+    bottom: float,
+    passed: _Passed,
+    found: _Found,
+    out: FoundWindows,
 ) -> int:
-    """Close the ranks over windows below the threshold, and take the features of the others; how many."""
-    kept = 0
-    for i in range(len(places)):
-        if np.float64(scores[i]) + np.float64(second_scores[i]) < threshold:
-            continue
-        places[kept], scores[kept], second_scores[kept] = places[i], scores[i], second_scores[i]
-        if with_features:
-            to = np.uint64(0)
-            for channel in range(CHANNEL_COUNT):
-                for row in range(window_cells):
-                    first = np.uint64(places[kept] + channel * channel_pitch + row * row_pitch)
-                    for column in range(window_cells):
-                        features[kept, to] = grids[first + np.uint64(column)]
-                        to += np.uint64(1)
-        kept += 1
-    return kept
+    """Windows of all levels above the threshold, in order into `out`.
+
+    Returns:
+        How many there are; where that is more than there is room for, nothing was put out.
+    """
+    count = 0
+    for level in range(len(table.rows)):
+        grids, row_pitch = cells[table.first_cell[level] :], table.row_pitch[level]
+        passed_count = run_cascade(
+            grids,
+            row_pitch,
+            table.first_row[level],
+            table.end_row[level],
+            table.columns[level],
+            cascade_offsets[level],
+            cascade,
+            passed.places,
+            passed.scores,
+        )
+        if passed_count > 0 and len(second.thresholds) > 0:
+            run_second_stage(
+                grids,
+                table.rows[level],
+                row_pitch,
+                second_offsets[level],
+                second,
+                passed.places[:passed_count],
+                passed.second_scores,
+            )
+        for i in range(passed_count):
+            score = np.float64(passed.scores[i])
+            if score + np.float64(passed.second_scores[i]) < threshold:
+                continue
+            if count < len(found.levels):
+                found.levels[count], found.places[count] = level, passed.places[i]
+                found.scores[count], found.second_scores[count] = score, passed.second_scores[i]
+            count += 1
+    if count <= len(found.levels):
+        _put_out(table, found, count, right, bottom, out)
+    return count
 
 
-def _memory(cells: int) -> NDArray[np.uint8]:
-    """Room for ten channels of so many cells, and for what segments at their end may read."""
-    return np.zeros(CHANNEL_COUNT * cells + SLACK, np.uint8)
+@kernel()
+def _put_out(
+    table: LevelTable, found: _Found, count: int, right: float, bottom: float, out: FoundWindows
+) -> None:
+    """Windows in order, with the places of their vehicles, and of their features."""
+    order = found.order[:count]
+    for i in range(count):
+        order[i] = i
+    sort_best_first(found.scores, order, found.spare)
+    for to in range(count):
+        i = order[to]
+        level, place = found.levels[i], found.places[i]
+        row_pitch = table.row_pitch[level]
+        row, column = place // row_pitch - table.first_row[level], place % row_pitch
+        by_row = table.by_row[table.first_in_rows[level] + row]
+        middle = table.middles[table.first_in_columns[level] + column]
+        vehicle_bottom, size, width, height = by_row[0], by_row[1], by_row[2], by_row[3]
+        placement, box = out.placements[to], out.boxes[to]
+        placement[0], placement[1], placement[2] = middle, vehicle_bottom, size
+        box[0], box[1], box[2], box[3] = middle - width / 2, vehicle_bottom - height, width, height
+        cut(box, right, bottom)
+        out.scores[to], out.second_scores[to] = np.float32(found.scores[i]), found.second_scores[i]
+        out.features.firsts[to] = table.first_cell[level] + place
+        out.features.channel_pitches[to] = table.rows[level] * row_pitch
+        out.features.row_pitches[to] = row_pitch
 
 
-def _shaped(memory: NDArray[np.uint8], rows: int, columns: int) -> NDArray[np.uint8]:
-    """The first bytes of a buffer as channels (10, rows, columns)."""
-    return memory[: CHANNEL_COUNT * rows * columns].reshape(CHANNEL_COUNT, rows, columns)
-
-
-def cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.float64]:
-    """The parts of boxes that lie in the picture, whose edges are half a pixel outside its outer pixels."""
-    limit = np.array([size.width, size.height]) - 0.5
-    near = np.maximum(boxes[:, :2], -0.5)
-    far = np.minimum(boxes[:, :2] + boxes[:, 2:], limit)
-    return np.column_stack([near, far - near])
+@kernel()
+def _gather_all(source: WindowFeatures, window_cells: int, features: NDArray[np.uint8]) -> None:
+    """The features of all windows in the levels' memory."""
+    for i in range(len(features)):
+        gather_features(
+            source.cells,
+            source.firsts[i],
+            source.channel_pitches[i],
+            source.row_pitches[i],
+            window_cells,
+            features[i],
+        )

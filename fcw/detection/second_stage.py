@@ -1,11 +1,21 @@
 """The second stage: trees over locally decorrelated channels (`fcw.detection.decorrelation`)."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import DROPPED, SEGMENT, SLACK, Segments, add_trees
+from fcw.detection.cascade import DROPPED, SEGMENT, SLACK, add_trees
 from fcw.detection.jit import kernel
-from fcw.detection.model import CHANNEL_COUNT, FILTER_CELLS, FILTERS_PER_CHANNEL, SecondStage, Window
+from fcw.detection.model import (
+    CHANNEL_COUNT,
+    FILTER_CELLS,
+    FILTERS_PER_CHANNEL,
+    BoostedTrees,
+    SecondStage,
+    Window,
+)
 
 _BLOCK = 16
 """Cells side by side of which all have responses or none."""
@@ -13,87 +23,132 @@ _SEGMENTS = 128
 """Segments that trees run over at a time: their scores stay in the nearest cache."""
 
 
-class SecondStageScorer:
-    """Scores windows by a second stage, in memory it keeps: one instance for each thread.
+class SecondStageScorer(NamedTuple):
+    """A second stage as the kernels read it, and memory for their work: one for each thread.
 
     Windows that pass the cascade lie side by side, and share most of their responses. These are computed
     once, for rectangles of a level's cells, into planes like those of the channels; the trees then run over
     segments of places as the cascade's do.
+
+    Attributes:
+        thresholds: (T, 3) uint8; without trees no window has a score.
+        leaves: (T, 4) float32.
+        weights: (40, 25) float32: sums of 25 products of at most 100 * 255 are exact, and vectorise best.
+        means: (40,) float32.
+        parts: (40,) float32, what responses are multiplied by.
+        side: responses of a window both ways.
+        extents: (2, blocks) int64, memory for the rows of blocks with windows.
+        cells: memory for a rectangle of cells.
+        sums: memory for its sums.
+        responses: memory for the responses of a level.
+        starts: (S,) int64, memory for the first places of segments.
+        running: (S, SEGMENT) float32, memory for their running scores.
     """
 
-    def __init__(self, stage: SecondStage, window: Window) -> None:
-        self._features, self._window = stage.trees.feature.astype(np.int64), window
-        self._thresholds = np.ascontiguousarray(stage.trees.threshold, np.uint8)
-        self._leaves = np.ascontiguousarray(stage.trees.leaf, np.float32)
-        # Sums of 25 products of at most 100 * 255 are exact in float32, which vectorises best.
-        self._weights = np.ascontiguousarray(stage.weights.reshape(-1, FILTER_CELLS**2), np.float32)
-        self._means = stage.means.reshape(-1).astype(np.float32)
-        self._parts = (0.5 ** stage.shifts.reshape(-1).astype(np.float64)).astype(np.float32)
-        self._offsets: dict[tuple[int, int], NDArray[np.int64]] = {}
-        self._responses = np.empty(0, np.uint8)
-        self._extents = np.empty((2, 0), np.int64)
-        self._rectangle = np.empty((2, 0), np.float32)
-        self._segments = Segments(_SEGMENTS)
+    thresholds: NDArray[np.uint8]
+    leaves: NDArray[np.float32]
+    weights: NDArray[np.float32]
+    means: NDArray[np.float32]
+    parts: NDArray[np.float32]
+    side: int
+    extents: NDArray[np.int64]
+    cells: NDArray[np.float32]
+    sums: NDArray[np.float32]
+    responses: NDArray[np.uint8]
+    starts: NDArray[np.int64]
+    running: NDArray[np.float32]
 
-    def score(
-        self,
-        grids: NDArray[np.uint8],
-        rows: int,
-        row_pitch: int,
-        places: NDArray[np.int64],
-        out: NDArray[np.float32],
-    ) -> None:
-        """Score windows.
 
-        Args:
-            grids: planar channels, flat, and after them `SLACK` elements that do not matter.
-            rows: rows of cells in a channel.
-            row_pitch: elements from a row of cells to the next.
-            places: (N,) of the windows in the first channel, ascending.
-            out: (N,) receives their scores.
-        """
-        offsets = self._offsets_in(rows, row_pitch)
-        side = self._window.cells - FILTER_CELLS + 1
-        _respond_around(
-            grids,
-            rows,
-            row_pitch,
-            side,
-            places,
-            self._weights,
-            self._means,
-            self._parts,
-            self._extents,
-            self._rectangle[0],
-            self._rectangle[1],
-            self._responses,
-        )
-        _score(
-            self._responses,
-            places,
-            offsets,
-            self._thresholds,
-            self._leaves,
-            self._segments.starts,
-            self._segments.running,
-            out,
-        )
+def prepare_second_stage(
+    stage: SecondStage | None, window: Window, grids: Sequence[tuple[int, int]]
+) -> SecondStageScorer:
+    """`grids`: rows and columns of the levels' grids. Without a stage: one without trees."""
+    stage = stage or _NO_STAGE
+    most_columns = max((columns for _, columns in grids), default=0)
+    blocks = most_columns // _BLOCK + 1
+    most_cells = max((rows * columns for rows, columns in grids), default=0)
+    rectangle = max((rows for rows, _ in grids), default=0) * (blocks * _BLOCK + FILTER_CELLS - 1)
+    planes = CHANNEL_COUNT * FILTERS_PER_CHANNEL
+    return SecondStageScorer(
+        np.array(stage.trees.threshold, np.uint8, order="C"),
+        np.array(stage.trees.leaf, np.float32, order="C"),
+        stage.weights.reshape(planes, FILTER_CELLS**2).astype(np.float32),
+        stage.means.reshape(-1).astype(np.float32),
+        (0.5 ** stage.shifts.reshape(-1).astype(np.float64)).astype(np.float32),
+        window.cells - FILTER_CELLS + 1,
+        np.empty((2, blocks), np.int64),
+        np.empty(rectangle, np.float32),
+        np.empty(rectangle, np.float32),
+        np.empty(planes * most_cells + SLACK, np.uint8),
+        np.empty(_SEGMENTS, np.int64),
+        np.empty((_SEGMENTS, SEGMENT), np.float32),
+    )
 
-    def _offsets_in(self, rows: int, row_pitch: int) -> NDArray[np.int64]:
-        """Places of the trees' responses from a window's own, with memory for grids of this size."""
-        key = rows, row_pitch
-        if key not in self._offsets:
-            side = self._window.cells - FILTER_CELLS + 1
-            shape = (CHANNEL_COUNT * FILTERS_PER_CHANNEL, side, side)
-            plane, row, column = np.unravel_index(self._features, shape)
-            self._offsets[key] = plane * rows * row_pitch + row * row_pitch + column
-            blocks = row_pitch // _BLOCK + 1
-            self._extents = np.empty((2, max(blocks, self._extents.shape[1])), np.int64)
-            cells = rows * (blocks * _BLOCK + FILTER_CELLS - 1)
-            self._rectangle = np.empty((2, max(cells, self._rectangle.shape[1])), np.float32)
-            responses = shape[0] * rows * row_pitch + SLACK
-            self._responses = np.empty(max(responses, len(self._responses)), np.uint8)
-        return self._offsets[key]
+
+def response_offsets(
+    stage: SecondStage | None, window: Window, rows: int, row_pitch: int
+) -> NDArray[np.int32]:
+    """(T, 3) places of the trees' responses from a window's own, in planes of a grid of this size."""
+    side = window.cells - FILTER_CELLS + 1
+    shape = (CHANNEL_COUNT * FILTERS_PER_CHANNEL, side, side)
+    features = (stage or _NO_STAGE).trees.feature.astype(np.int64)
+    plane, row, column = np.unravel_index(features, shape)
+    return (plane * rows * row_pitch + row * row_pitch + column).astype(np.int32)
+
+
+_NO_STAGE = SecondStage(
+    np.zeros((CHANNEL_COUNT, FILTERS_PER_CHANNEL, FILTER_CELLS, FILTER_CELLS), np.int8),
+    np.zeros((CHANNEL_COUNT, FILTERS_PER_CHANNEL), np.int32),
+    np.zeros((CHANNEL_COUNT, FILTERS_PER_CHANNEL), np.uint8),
+    BoostedTrees(np.zeros((0, 3), np.uint16), np.zeros((0, 3), np.uint8), np.zeros((0, 4), np.float32)),
+)
+
+
+@kernel()
+def run_second_stage(
+    grids: NDArray[np.uint8],
+    rows: int,
+    row_pitch: int,
+    offsets: NDArray[np.int32],
+    scorer: SecondStageScorer,
+    places: NDArray[np.int64],
+    scores: NDArray[np.float32],
+) -> None:
+    """Score windows of a level.
+
+    Args:
+        grids: planar channels, flat, and after them `SLACK` elements that do not matter.
+        rows: rows of cells in a channel.
+        row_pitch: elements from a row of cells to the next.
+        offsets: (T, 3) from `response_offsets`.
+        scorer: from `prepare_second_stage`.
+        places: (N,) of the windows in the first channel, ascending.
+        scores: (N,) receives their scores.
+    """
+    _respond_around(
+        grids,
+        rows,
+        row_pitch,
+        scorer.side,
+        places,
+        scorer.weights,
+        scorer.means,
+        scorer.parts,
+        scorer.extents,
+        scorer.cells,
+        scorer.sums,
+        scorer.responses,
+    )
+    _score(
+        scorer.responses,
+        places,
+        offsets,
+        scorer.thresholds,
+        scorer.leaves,
+        scorer.starts,
+        scorer.running,
+        scores,
+    )
 
 
 @kernel()
@@ -216,7 +271,7 @@ def _store_steps(
 def _score(
     responses: NDArray[np.uint8],
     places: NDArray[np.int64],
-    offsets: NDArray[np.int64],
+    offsets: NDArray[np.int32],
     thresholds: NDArray[np.uint8],
     leaves: NDArray[np.float32],
     starts: NDArray[np.int64],

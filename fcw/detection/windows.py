@@ -13,7 +13,7 @@ for some pitch within the tolerance, the rows being those of eq. 13, signed.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -88,34 +88,25 @@ class Level:
 
     def vehicles(
         self, window: Window, rows: NDArray[np.integer], columns: NDArray[np.integer]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Where vehicles in these windows stand, px: the middle's column, the bottom's row, sqrt(w h)."""
-        level = np.zeros(len(rows), np.int64)
-        return vehicles_in_levels((self,), level, window, rows, columns)
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """Where vehicles stand, px: middles in windows of these columns, bottoms in those of these rows, and
+        the sqrt(w h) of all.
 
-
-def vehicles_in_levels(
-    levels: Sequence[Level],
-    level: NDArray[np.int64],
-    window: Window,
-    rows: NDArray[np.integer],
-    columns: NDArray[np.integer],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Where vehicles in windows of several levels stand, as `Level.vehicles` has it.
-
-    Args:
-        levels: the levels.
-        level: (N,) which of them each window is in.
-        window: its size.
-        rows: (N,) rows of the windows' top cells in the level.
-        columns: (N,) columns of their left cells.
-    """
-    geometry = [(*each.cell_px, CELL_PX / 2.0**each.octave, each.first_cut) for each in levels]
-    cell_x, cell_y, octave_cell_px, first_cut = np.reshape(geometry, (-1, 4))[level].T
-    # Half a pixel: cells start at the first pixel's edge, coordinates at its middle.
-    middle = (columns + window.cells / 2) * cell_x - PAD_CELLS * octave_cell_px - 0.5
-    bottom = (rows + window.vehicle_bottom_px / CELL_PX) * cell_y + first_cut * octave_cell_px - 0.5
-    return middle, bottom, np.sqrt(cell_x * cell_y) / CELL_PX * window.vehicle_size_px
+        Args:
+            window: its size.
+            rows: of windows' top cells in the level.
+            columns: of windows' left cells.
+        """
+        cell_x, cell_y = self.cell_px
+        octave_cell_px = CELL_PX / 2.0**self.octave
+        # Half a pixel: cells start at the first pixel's edge, coordinates at its middle.
+        middles = (columns.astype(np.float64) + window.cells / 2) * cell_x - PAD_CELLS * octave_cell_px - 0.5
+        bottoms = (
+            (rows.astype(np.float64) + window.vehicle_bottom_px / CELL_PX) * cell_y
+            + self.first_cut * octave_cell_px
+            - 0.5
+        )
+        return middles, bottoms, math.sqrt(cell_x * cell_y) / CELL_PX * window.vehicle_size_px
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +228,7 @@ def _level(
     # Enlarging one channel above the other, the outermost rows take from the next channel: unused.
     edge = 1 if ratio > 1 else 0
     tops = np.arange(edge, level.end_window - edge)
-    _, bottom_rows, _ = level.vehicles(window, tops, np.zeros_like(tops))
+    _, bottom_rows, _ = level.vehicles(window, tops, tops)
     last_px = min(bottoms.last_px, size.height - 0.5)
     inside = tops[(bottom_rows >= bottoms.first_px) & (bottom_rows <= last_px)]
     if not len(inside):

@@ -11,10 +11,10 @@ from fcw.detection.cascade import (
     DROPPED,
     SEGMENT,
     SLACK,
-    Cascade,
-    Segments,
     add_trees,
     feature_offsets,
+    prepare_cascade,
+    run_cascade,
 )
 from fcw.detection.model import BoostedTrees, Window
 
@@ -48,40 +48,35 @@ def with_slack(grids: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def run(
-    grids: NDArray[np.uint8],
-    trees: BoostedTrees,
-    rows: range,
-    rejection: float,
-    threshold: float,
-    capacity: int = 4096,
-) -> tuple[int, dict[tuple[int, int], np.float32]]:
-    columns = grids.shape[2] - WINDOW.cells + 1
+    grids: NDArray[np.uint8], trees: BoostedTrees, rows: range, rejection: float
+) -> dict[tuple[int, int], np.float32]:
     pitch = grids.shape[2]
-    places, scores = np.zeros(capacity, np.int64), np.zeros(capacity, np.float32)
-    count = Cascade(trees, rejection).run(
+    columns = pitch - WINDOW.cells + 1
+    places, scores = np.zeros(len(rows) * columns, np.int64), np.zeros(len(rows) * columns, np.float32)
+    count = run_cascade(
         with_slack(grids),
         pitch,
-        rows,
+        rows.start,
+        rows.stop,
         columns,
         feature_offsets(trees, WINDOW, grids.shape[1] * pitch, pitch),
-        threshold,
+        prepare_cascade(trees, rejection),
         places,
         scores,
     )
-    kept = min(count, capacity)
-    assert (np.diff(places[:kept]) > 0).all()
-    return count, {divmod(int(p), pitch): s for p, s in zip(places[:kept], scores[:kept], strict=True)}
+    assert (np.diff(places[:count]) > 0).all()
+    return {divmod(int(p), pitch): s for p, s in zip(places[:count], scores[:count], strict=True)}
 
 
 def expected(
-    grids: NDArray[np.uint8], trees: BoostedTrees, rows: range, rejection: float, threshold: float
+    grids: NDArray[np.uint8], trees: BoostedTrees, rows: range, rejection: float
 ) -> dict[tuple[int, int], np.float32]:
     found = {}
     for row in rows:
         for column in range(grids.shape[2] - WINDOW.cells + 1):
             features = grids[:, row : row + WINDOW.cells, column : column + WINDOW.cells].reshape(-1)
             score = plain_score(trees, features, rejection)
-            if score is not None and score >= threshold:
+            if score is not None:
                 found[row, column] = score
     return found
 
@@ -91,17 +86,11 @@ def expected(
     seed=st.integers(0, 2**32 - 1),
     tree_count=st.sampled_from([1, 5, COARSE_TREES, COARSE_TREES + 1, COARSE_TREES + 70]),
     rejection=st.sampled_from([-0.5, -1.0, -3.0, -1e6]),
-    threshold=st.sampled_from([-2.0, 0.0, 1.0]),
 )
-def test_scores_equal_a_plain_evaluation_exactly(
-    seed: int, tree_count: int, rejection: float, threshold: float
-):
+def test_scores_equal_a_plain_evaluation_exactly(seed: int, tree_count: int, rejection: float):
     grids = np.random.default_rng(seed).integers(0, 256, (10, 19, 37)).astype(np.uint8)
     trees = random_trees(tree_count, seed)
-    count, found = run(grids, trees, range(1, 4), rejection, threshold)
-    wanted = expected(grids, trees, range(1, 4), rejection, threshold)
-    assert found == wanted
-    assert count == len(wanted)
+    assert run(grids, trees, range(1, 4), rejection) == expected(grids, trees, range(1, 4), rejection)
 
 
 @pytest.mark.parametrize(("value", "score"), [(99, 1.0), (100, 1.0), (101, 2.0)])
@@ -112,23 +101,15 @@ def test_a_feature_equal_to_the_threshold_goes_left(value: int, score: float):
         np.array([[1, 8, 2, 8]], np.float32),
     )
     grids = np.full((10, 16, 16), value, np.uint8)
-    assert run(grids, trees, range(1), -1.0, 0.0)[1] == {(0, 0): score}
+    assert run(grids, trees, range(1), -1.0) == {(0, 0): score}
 
 
 def test_a_window_that_fell_below_the_rejection_threshold_once_is_gone_whatever_comes_later():
     leaves = np.array([[-2.0] * 4, [9.0] * 4], np.float32)
     trees = BoostedTrees(np.zeros((2, 3), np.uint16), np.zeros((2, 3), np.uint8), leaves)
     grids = np.zeros((10, 16, 16), np.uint8)
-    assert run(grids, trees, range(1), -1.0, 0.0)[1] == {}
-    assert run(grids, trees, range(1), -2.0, 0.0)[1] == {(0, 0): 7.0}
-
-
-def test_more_windows_than_there_is_room_for_are_counted():
-    grids = np.zeros((10, 17, 20), np.uint8)
-    trees = random_trees(3, 0)
-    count, found = run(grids, trees, range(2), -1e6, -100.0, capacity=3)
-    assert count == 10
-    assert set(found) == {(0, 0), (0, 1), (0, 2)}
+    assert run(grids, trees, range(1), -1.0) == {}
+    assert run(grids, trees, range(1), -2.0) == {(0, 0): 7.0}
 
 
 def test_features_are_counted_channel_by_channel_row_by_row():
@@ -146,9 +127,9 @@ def test_every_window_is_scored_once_whatever_the_size_of_the_level(size: tuple[
     grids = np.random.default_rng(2).integers(0, 256, (10, *size)).astype(np.uint8)
     trees = random_trees(3, 4)
     rows = range(size[0] - WINDOW.cells + 1)
-    count, found = run(grids, trees, rows, -1e6, -1e6, capacity=20_000)
-    assert count == len(rows) * (size[1] - WINDOW.cells + 1)
-    assert found == expected(grids, trees, rows, -1e6, -1e6)
+    found = run(grids, trees, rows, -1e6)
+    assert len(found) == len(rows) * (size[1] - WINDOW.cells + 1)
+    assert found == expected(grids, trees, rows, -1e6)
 
 
 @settings(max_examples=50, deadline=None)
@@ -165,25 +146,21 @@ def test_the_coarse_steps_never_drop_what_single_precision_keeps(
     leaves = generator.uniform(-largest_leaf, largest_leaf, trees.leaf.shape).astype(np.float32)
     trees = BoostedTrees(trees.feature, trees.threshold, leaves)
     grids = generator.integers(0, 256, (10, 16, 80)).astype(np.uint8)
-    assert run(grids, trees, range(1), rejection, -1e6)[1] == expected(
-        grids, trees, range(1), rejection, -1e6
-    )
+    assert run(grids, trees, range(1), rejection) == expected(grids, trees, range(1), rejection)
 
 
 def test_segments_hold_the_running_scores_of_their_places():
     flat = np.random.default_rng(5).integers(0, 256, 5000).astype(np.uint8)
     trees = random_trees(7, 6)
-    offsets = np.random.default_rng(7).integers(0, 900, (7, 3))
-    segments = Segments(3)
-    segments.starts[:] = [0, 11, 4000]
-    segments.running[:] = 0
+    offsets = np.random.default_rng(7).integers(0, 900, (7, 3)).astype(np.int32)
+    starts, running_scores = np.array([0, 11, 4000]), np.zeros((3, SEGMENT), np.float32)
     rejection = np.float32(-0.4)
-    add_trees(flat, segments.starts, offsets, trees.threshold, trees.leaf, rejection, segments.running)
-    places = segments.starts[:, None] + np.arange(SEGMENT)
+    add_trees(flat, starts, offsets, trees.threshold, trees.leaf, rejection, running_scores)
+    places = starts[:, None] + np.arange(SEGMENT)
     running, dropped = np.zeros(places.shape, np.float32), np.zeros(places.shape, bool)
     for offset, threshold, leaf in zip(offsets, trees.threshold, trees.leaf, strict=True):
         goes_right = flat[places[..., None] + offset] > threshold
         running += leaf[np.where(goes_right[..., 0], 2 + goes_right[..., 2], goes_right[..., 1])]
         dropped |= running < rejection
     assert 0 < dropped.sum() < dropped.size
-    np.testing.assert_array_equal(segments.running, np.where(dropped, DROPPED, running))
+    np.testing.assert_array_equal(running_scores, np.where(dropped, DROPPED, running))

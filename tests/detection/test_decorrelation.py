@@ -9,7 +9,7 @@ from fcw.detection.boosting import running_scores, train_trees
 from fcw.detection.cascade import SLACK
 from fcw.detection.decorrelation import WEIGHT_STEPS, decorrelated, learn_filters
 from fcw.detection.model import BoostedTrees, SecondStage, Window
-from fcw.detection.second_stage import SecondStageScorer
+from fcw.detection.second_stage import prepare_second_stage, response_offsets, run_second_stage
 
 WINDOW = Window()
 
@@ -97,7 +97,7 @@ def test_the_kernel_scores_as_the_trees_over_the_responses_do(
     generator = np.random.default_rng(4)
     smooth = ndimage.gaussian_filter(generator.normal(size=(10, *size)), (0, 0.7, 0.7))
     grids = np.clip(128 + 90 * smooth / smooth.std(), 0, 255).astype(np.uint8)
-    scorer = SecondStageScorer(stage, WINDOW)
+    scorer, offsets = prepare_second_stage(stage, WINDOW, [size]), response_offsets(stage, WINDOW, *size)
     for _ in range(2):  # what was computed before must not matter
         tops, lefts = np.nonzero(generator.uniform(size=(size[0] - 15, size[1] - 15)) < share)
         features = np.array(
@@ -107,21 +107,24 @@ def test_the_kernel_scores_as_the_trees_over_the_responses_do(
         expected = running_scores(stage.trees, responses)[:, -1]
         flat = np.concatenate([grids.ravel(), generator.integers(0, 256, SLACK, np.uint8)])
         scores = np.empty(len(tops), np.float32)
-        scorer.score(flat, *size, tops * size[1] + lefts, scores)
+        run_second_stage(flat, *size, offsets, scorer, tops * size[1] + lefts, scores)
         np.testing.assert_allclose(scores, expected, atol=1e-4)
 
 
 def test_one_scorer_serves_levels_of_all_sizes(filters: Filters):
     stage = random_stage(filters, 100, seed=5)
-    scorer = SecondStageScorer(stage, WINDOW)
+    sizes = [(20, 30), (60, 300), (16, 40), (20, 30)]
+    scorer = prepare_second_stage(stage, WINDOW, sizes)
     generator = np.random.default_rng(6)
-    for rows, columns in [(20, 30), (60, 300), (16, 40), (20, 30)]:
+    for rows, columns in sizes:
         flat = generator.integers(0, 256, 10 * rows * columns + SLACK, np.uint8)
         places = np.sort(generator.choice((rows - 15) * columns - 15, 5, replace=False))
         places = places[places % columns <= columns - 16]
         shared, alone = np.zeros((2, len(places)), np.float32)
-        scorer.score(flat, rows, columns, places, shared)
-        SecondStageScorer(stage, WINDOW).score(flat, rows, columns, places, alone)
+        offsets = response_offsets(stage, WINDOW, rows, columns)
+        run_second_stage(flat, rows, columns, offsets, scorer, places, shared)
+        own = prepare_second_stage(stage, WINDOW, [(rows, columns)])
+        run_second_stage(flat, rows, columns, offsets, own, places, alone)
         assert alone.any()
         np.testing.assert_array_equal(shared, alone)
 

@@ -1,5 +1,6 @@
 """What follows the cascade: scores add up, boxes go where the regressor says, and stand apart at the end."""
 
+import math
 from dataclasses import replace
 from itertools import compress
 
@@ -7,10 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
-from fcw.detection.later_stages import LaterStages
+from fcw.detection.box_regression import LARGEST_ENLARGEMENT
+from fcw.detection.later_stages import AGREEING_IOU, LONE_WEIGHT, UNDECIDED_SCORE, LaterStages
 from fcw.detection.model import BoostedTrees, BoxRegressor, Model, SecondStage, VehicleStatistics, Window
+from fcw.detection.overlap import cut_to_picture, intersection_over_union
 from fcw.detection.scanner import Proposals
+from fcw.detection.suppression import suppress
 from fcw.sources.frame import ImageSize
 
 SIZE = ImageSize(640, 360)
@@ -97,6 +102,107 @@ def test_boxes_are_cut_to_the_picture():
         windows([10], [1.0]), 0.5, SIZE
     )
     assert box.boxes[0, 0] == -0.5
+
+
+def windows_at(boxes: list[list[float]], scores: list[float]) -> Proposals:
+    """Windows that expect their vehicles in these boxes."""
+    placed = np.array(boxes, np.float64).reshape(-1, 4)
+    x, y, w, h = placed.T
+    placements = np.column_stack([x + w / 2, y + h, np.sqrt(w * h)])
+    features = np.random.default_rng(0).integers(0, 256, (len(placed), 2560), np.uint8)
+    return Proposals(placed, placements, np.array(scores, np.float32), None, features)
+
+
+def test_a_lone_box_stays_and_agreeing_ones_meet_at_their_weighted_mean():
+    # Weights are squares of the scores: 3 to 1.
+    found = windows_at([[20, 20, 10, 10], [22, 21, 10, 10], [50, 50, 8, 8]], [math.sqrt(3), 1, 0.5])
+    vehicles = LaterStages(PLAIN).vehicles(found, 0.5, SIZE)
+    np.testing.assert_allclose(vehicles.boxes, [[20.5, 20.25, 10, 10], [50, 50, 8, 8]], rtol=1e-6)
+
+
+def test_a_window_that_is_no_vehicle_has_no_say_but_stands_for_itself():
+    found = windows_at([[20, 20, 10, 10], [22, 21, 10, 10], [50, 50, 8, 8]], [1.0, -0.1, -2.0])
+    vehicles = LaterStages(PLAIN).vehicles(found, 0.5, SIZE)
+    np.testing.assert_allclose(vehicles.boxes, [[20, 20, 10, 10], [50, 50, 8, 8]])
+
+
+def test_windows_agree_by_where_they_are_and_vote_for_where_the_regressor_puts_them():
+    found = windows_at([[20, 20, 10, 10], [21, 20, 10, 10]], [1.0, 1.0])
+    assert found.features is not None
+    found.features[:] = 0
+    found.features[1, 0] = 100
+    weights = np.zeros((2560, 3), np.float32)
+    weights[0, 0] = 0.02  # moves the second by twice its size, beyond any agreement
+    regressor = BoxRegressor(weights, np.zeros(3, np.float32), 0.0)
+    vehicles = LaterStages(replace(PLAIN, regressor=regressor)).vehicles(found, 0.5, SIZE)
+    np.testing.assert_allclose(vehicles.boxes, [[30.5, 20, 10, 10]], rtol=1e-5)
+
+
+def plain_vehicles(
+    model: Model, found: Proposals, largest_overlap: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """The later stages in numpy: boxes, scores, windows."""
+    scores = found.scores.astype(np.float64)
+    if model.second is not None and found.second_scores is not None:
+        scores = scores + found.second_scores
+    kept = suppress(found.boxes, scores, largest_overlap)
+    weights = np.maximum(scores - UNDECIDED_SCORE, 0.0) ** 2
+    weights[kept] = np.maximum(weights[kept], LONE_WEIGHT)
+    boxes = found.boxes
+    if model.regressor is not None and found.features is not None:
+        dx, log_w, log_h = (found.features @ model.regressor.weights + model.regressor.constant).T
+        middle, bottom, size = found.placements.T
+        w, h = (
+            size * np.exp(np.clip(value, -LARGEST_ENLARGEMENT, LARGEST_ENLARGEMENT))
+            for value in (log_w, log_h)
+        )
+        bottom = bottom + model.regressor.bottom * size
+        boxes = np.column_stack([middle + dx * size - w / 2, bottom - h, w, h])
+    iou = intersection_over_union(found.boxes[kept], found.boxes)
+    agreeing = np.where(iou >= AGREEING_IOU, weights, 0.0)
+    boxes = cut_to_picture(agreeing @ boxes / agreeing.sum(axis=1, keepdims=True), SIZE)
+    scores = scores[kept]
+    if model.regressor is not None:
+        again = suppress(boxes, scores, largest_overlap)
+        boxes, scores, kept = boxes[again], scores[again], kept[again]
+    return boxes, scores, kept
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    count=st.sampled_from([1, 2, 10, 60]),
+    second=st.booleans(),
+    regressor=st.booleans(),
+)
+def test_the_kernel_agrees_with_plain_numpy(seed: int, count: int, second: bool, regressor: bool):
+    generator = np.random.default_rng(seed)
+    sizes = generator.uniform(20, 80, (count, 2))
+    corners = generator.uniform(0, 200, (count, 2))
+    found = windows_at(np.hstack([corners, sizes]).tolist(), generator.normal(1, 3, count).tolist())
+    second_scores = generator.normal(0, 3, count).astype(np.float32) if second else None
+    weights = generator.normal(0, 0.1 / 128 / 50, (2560, 3)).astype(np.float32)
+    constant = generator.normal(0, 0.1, 3).astype(np.float32)
+    model = replace(
+        PLAIN,
+        second=SECOND if second else None,
+        regressor=BoxRegressor(weights, constant, 0.02) if regressor else None,
+    )
+    found = replace(found, second_scores=second_scores)
+    vehicles = LaterStages(model).vehicles(found, 0.5, SIZE)
+    boxes, scores, kept = plain_vehicles(model, found, 0.5)
+    assert vehicles.windows.tolist() == kept.tolist()
+    np.testing.assert_allclose(vehicles.scores, scores, rtol=1e-6)
+    np.testing.assert_allclose(vehicles.boxes, boxes, rtol=1e-4, atol=1e-3)
+
+
+def test_proposals_that_lack_what_the_model_needs_are_refused():
+    bare = replace(windows([100], [3.0]), features=None)
+    with pytest.raises(ValueError, match="features"):
+        LaterStages(replace(PLAIN, regressor=moving(0, 0, 0, 0))).vehicles(bare, 0.5, SIZE)
+    with pytest.raises(ValueError, match="second stage"):
+        LaterStages(replace(PLAIN, second=SECOND)).vehicles(bare, 0.5, SIZE)
+    assert len(LaterStages(PLAIN).vehicles(bare, 0.5, SIZE).boxes) == 1
 
 
 def test_no_windows_are_no_vehicles():

@@ -1,12 +1,13 @@
-"""Greedy suppression by intersection over the smaller area."""
+"""Greedy suppression by intersection over the smaller area, and what it is made of."""
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fcw.detection.overlap import intersection_areas
-from fcw.detection.suppression import merge, suppress
+from fcw.detection.overlap import cut_to_picture, intersection_areas
+from fcw.detection.suppression import sort_best_first, suppress
+from fcw.sources.frame import ImageSize
 
 side = st.integers(1, 60)
 place = st.integers(0, 100)
@@ -55,25 +56,36 @@ def test_of_equal_scores_the_first_stays():
     np.testing.assert_array_equal(suppress(boxes, np.zeros(2), 0.5), [0])
 
 
-def test_a_lone_box_stays_and_agreeing_ones_meet_at_their_weighted_mean():
-    boxes = np.array([[0, 0, 10, 10], [2, 1, 10, 10], [50, 50, 8, 8]], np.float64)
-    merged = merge(boxes, boxes, np.array([3.0, 1.0, 5.0]), np.array([0, 2]), smallest_iou=0.5)
-    np.testing.assert_allclose(merged, [[0.5, 0.25, 10, 10], [50, 50, 8, 8]])
+def plain_suppress(
+    boxes: NDArray[np.float64], scores: NDArray[np.float32], largest_overlap: float
+) -> list[int]:
+    """Greedy suppression as its definition reads."""
+    overlap = overlaps(boxes, boxes)
+    kept: list[int] = []
+    for i in np.argsort(-scores, kind="stable"):
+        if all(overlap[i, k] <= largest_overlap for k in kept):
+            kept.append(int(i))
+    return kept
 
 
-def test_windows_agree_by_where_they_are_and_vote_for_other_boxes():
-    windows = np.array([[0, 0, 10, 10], [1, 0, 10, 10], [50, 50, 8, 8]], np.float64)
-    votes = np.array([[4, 4, 12, 12], [4, 4, 8, 8], [60, 60, 8, 8]], np.float64)
-    merged = merge(votes, windows, np.array([1.0, 1.0, 5.0]), np.array([0, 2]), smallest_iou=0.5)
-    np.testing.assert_allclose(merged, [[4, 4, 10, 10], [60, 60, 8, 8]])
-
-
-@given(boxes_and_scores)
-def test_merged_edges_lie_within_those_of_the_windows(data: tuple[NDArray[np.float64], NDArray[np.float32]]):
+@settings(max_examples=100, deadline=None)
+@given(boxes_and_scores, st.sampled_from([0.0, 0.3, 1.0]))
+def test_the_kernel_agrees_with_plain_numpy(
+    data: tuple[NDArray[np.float64], NDArray[np.float32]], largest_overlap: float
+):
     boxes, scores = data
-    kept = suppress(boxes, scores, 0.5)
-    merged = merge(boxes, boxes, np.exp(scores.astype(np.float64)), kept, smallest_iou=0.5)
-    assert merged.shape == (len(kept), 4)
-    if len(kept):
-        assert (merged >= boxes.min(axis=0) - 1e-9).all()
-        assert (merged <= boxes.max(axis=0) + 1e-9).all()
+    assert suppress(boxes, scores, largest_overlap).tolist() == plain_suppress(boxes, scores, largest_overlap)
+
+
+@given(st.lists(st.integers(-3, 3), max_size=70))
+def test_sorting_is_that_of_the_library_and_stable(values: list[int]):
+    scores = np.array(values, np.float64)
+    order = np.arange(len(scores))
+    sort_best_first(scores, order, np.empty_like(order))
+    assert order.tolist() == np.argsort(-scores, kind="stable").tolist()
+
+
+def test_boxes_are_cut_half_a_pixel_outside_the_outer_pixels():
+    boxes = np.array([[-3, -2, 10, 10], [95, 40, 10, 20], [10, 10, 5, 5]], np.float64)
+    cut = [[-0.5, -0.5, 7.5, 8.5], [95, 40, 4.5, 9.5], [10, 10, 5, 5]]
+    np.testing.assert_allclose(cut_to_picture(boxes, ImageSize(100, 50)), cut)

@@ -48,7 +48,8 @@ def vehicles_of(level: Level) -> tuple[NDArray[np.float64], NDArray[np.float64],
     """Column of the middle, bottom row and size of the vehicle in each of a level's windows."""
     rows = np.arange(level.first_window, level.end_window)
     rows, columns = np.meshgrid(rows, np.arange(level.window_columns), indexing="ij")
-    return level.vehicles(WINDOW, rows.ravel(), columns.ravel())
+    middles, bottoms, size_px = level.vehicles(WINDOW, rows.ravel(), columns.ravel())
+    return middles, bottoms, np.full(level.window_count, size_px)
 
 
 @settings(max_examples=60, deadline=None)
