@@ -44,6 +44,7 @@ from fcw.detection.channel_kernel import (
     TRIANGLE_REACH,
     channel_rows,
 )
+from fcw.detection.jit import rows_of_bytes
 from fcw.detection.model import CELL_PX, CHANNEL_COUNT
 from fcw.sources.frame import ImageSize
 
@@ -132,11 +133,8 @@ class ChannelComputer:
             out = np.empty(shape, np.uint8)
         elif out.shape != shape:
             raise ValueError(f"`out` must be of shape {shape}, got {out.shape}")
-        # One type for every caller, and so one compiled kernel: read-only, and never contiguous by luck.
-        readonly = np.ascontiguousarray(image).reshape(len(image), -1)
-        readonly.flags.writeable = False
         channel_rows(
-            readonly,
+            rows_of_bytes(image),
             first_row,
             end_row,
             self._settings.cell_px,

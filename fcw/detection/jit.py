@@ -10,7 +10,9 @@ from types import FunctionType
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core import config
+from numpy.typing import NDArray
 
 
 def kernel() -> Callable[[Callable[..., Any]], Any]:
@@ -58,6 +60,16 @@ def _digest_of_sources(folder: Path) -> bytes:
     for path in sorted(folder.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.digest()
+
+
+def rows_of_bytes(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """A (height, width, 3) picture as (height, 3 * width), copied where it is not contiguous.
+
+    Of one type for every caller, and so for one compiled kernel: read-only, and contiguous.
+    """
+    rows = np.ascontiguousarray(picture).reshape(len(picture), -1)
+    rows.flags.writeable = False
+    return rows
 
 
 def private_temporary_folder() -> Path | None:

@@ -2,12 +2,13 @@
 
 import math
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.aligned import aligned_zeros
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
-from fcw.detection.jit import kernel
+from fcw.detection.halving import halve_rows
+from fcw.detection.jit import kernel, rows_of_bytes
 from fcw.detection.model import CELL_PX, CHANNEL_COUNT
 from fcw.detection.windows import PAD_CELLS, Level
 from fcw.sources.frame import ImageSize
@@ -88,30 +89,30 @@ class Halves:
     """The picture at 1/2, 1/4, ... of its size, each in the rows needed of it and of the next."""
 
     def __init__(self, size: ImageSize, octaves: dict[int, Octave]) -> None:
-        self._rows: dict[int, slice] = {0: slice(0, size.height)}
+        self._first_rows = {0: 0}
         self._reduced: dict[int, NDArray[np.uint8]] = {}
         needed = None
         for number in range(min(octaves, default=0), 0):
             wanted = [needed] if needed else []
             wanted += [octaves[number].picture_rows] if number in octaves else []
             rows = slice(min(r.start for r in wanted), max(r.stop for r in wanted))
-            self._rows[number] = rows
+            self._first_rows[number] = rows.start
             self._reduced[number] = np.empty((rows.stop - rows.start, size.width >> -number, 3), np.uint8)
             needed = slice(2 * rows.start, 2 * rows.stop)
+        self._sums = aligned_zeros((3 * size.width,), np.uint16)
 
     def compute(self, image: NDArray[np.uint8]) -> None:
         """Fill them from a picture."""
         source = image
         for number in sorted(self._reduced, reverse=True):
-            reduced, first = self._reduced[number], self._rows[number + 1].start
-            rows = slice(2 * self._rows[number].start - first, 2 * self._rows[number].stop - first)
-            height, width = reduced.shape[:2]
-            cv2.resize(source[rows, : 2 * width], (width, height), dst=reduced, interpolation=cv2.INTER_AREA)
+            first = 2 * self._first_rows[number] - self._first_rows[number + 1]
+            reduced = self._reduced[number]
+            halve_rows(rows_of_bytes(source), first, self._sums, reduced.reshape(len(reduced), -1))
             source = reduced
 
     def rows(self, image: NDArray[np.uint8], number: int, rows: slice) -> NDArray[np.uint8]:
         """Rows of the picture at an octave; above the picture's own scale, of the picture itself."""
         if number >= 0:
             return image[rows]
-        first = self._rows[number].start
+        first = self._first_rows[number]
         return self._reduced[number][rows.start - first : rows.stop - first]
