@@ -36,14 +36,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.aligned import aligned_row, aligned_zeros
-from fcw.detection.channel_kernel import (
-    CELL_RING,
-    LUV_RING,
-    MAGNITUDE_RING,
-    PAD,
-    TRIANGLE_REACH,
-    channel_rows,
-)
+from fcw.detection.channel_kernel import channel_rows
+from fcw.detection.channel_stages import CELL_RING, LUV_RING, MAGNITUDE_RING, PAD, TRIANGLE_REACH
 from fcw.detection.jit import rows_of_bytes
 from fcw.detection.model import CELL_PX, CHANNEL_COUNT
 from fcw.sources.frame import ImageSize
