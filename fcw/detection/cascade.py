@@ -7,13 +7,16 @@ No window is scored alone: one tree is evaluated for many neighbouring windows a
 side by side. Windows are told by their place, the index of their first cell in a channel; a level's places
 are one run without gaps, in which the last places of a row stand for no window and are left out at the end.
 
-1. The first `COARSE_TREES` trees run over all places, in chunks that stay in the nearest cache, in 16 bit
-   steps: leaves are rounded up, so that no window is dropped that single precision would keep.
-2. What is left is cut into segments of `SEGMENT` places, and all trees run over these in single precision, in
-   the trees' order: scores and survivors are those of a plain evaluation, to the bit. Segments in which no
-   window is left are dropped along the way.
+1. The first `FIRST_TREES` trees run over all places, in chunks that stay in the nearest cache.
+2. What is left is cut into segments of `SEGMENT` places. The other trees run over these, and every few trees
+   segments without a window left are dropped.
+3. Over the segments that remain all trees run once more, in the trees' order and in single precision: scores
+   and survivors are those of a plain evaluation, to the bit.
 
-Both loops are over trees outside and places inside: the tree's numbers stay in registers, and the places'
+1 and 2 count in 16 bit steps, twice as many in a register; leaves are rounded up, so that no window is
+dropped that single precision would keep.
+
+All loops are over trees outside and places inside: a tree's numbers stay in registers, and the places'
 running scores do not wait for each other.
 """
 
@@ -24,22 +27,22 @@ from numpy.typing import NDArray
 
 from fcw.detection.jit import kernel
 from fcw.detection.model import BoostedTrees, Window
+from fcw.detection.no_alias import no_alias
 
-COARSE_TREES = 128
-"""Trees that run over all places: they leave about one window in thirty."""
+FIRST_TREES = 64
+"""Trees that run over all places: they leave about half of the segments."""
 SEGMENT = 32
-"""Places of a segment: two of the widest registers. The compiler unrolls shorter loops instead of vectorising
-them; longer segments hold more places without a window left."""
+"""Places of a segment: one of the widest registers in steps, two in single precision. The compiler unrolls
+shorter loops instead of vectorising them; longer segments hold more places without a window left."""
 SLACK = 2 * SEGMENT
 """Elements after the channels that segments at their end may read."""
 _CHUNK = 4096
-_DROP_EVERY = 64
+_DROP_EVERY = 32
 """Trees after which dead segments are dropped."""
-_LARGEST_STEPS = 32000
-_LARGEST_INT16 = np.int16(np.iinfo(np.int16).max)
+_MOST_STEPS = 32000
+"""Of the 32767 there are, some are left for the rounding of each leaf."""
 DROPPED = np.float32(-1e30)
-"""A score so low that no leaf changes it. It needs no second array that says which windows are dropped:
-before each segment the compiled loop asks whether its arrays overlap, which costs as much as the loop."""
+"""A score so low that no leaf changes it."""
 _index = np.uint64
 """Indices in the inner loops are unsigned: signed ones are checked for being negative."""
 
@@ -66,48 +69,69 @@ class Cascade(NamedTuple):
     Attributes:
         thresholds: (T, 3) uint8.
         leaves: (T, 4) float32.
-        steps: (up to `COARSE_TREES`, 4) int16, leaves of the first trees.
-        fewest_steps: running score in steps below which a window is dropped.
-        rejection_threshold: the same in single precision.
-        coarse: (2, chunk) int16, memory for running scores and their lowest.
+        rejection_threshold: running score below which a window is dropped.
+        steps: (T, 4) int16, the leaves in steps.
+        fewest_steps: the rejection threshold in steps.
+        dropped_steps: what the running score of a dropped window is set to, in steps.
+        chunk: (chunk + SEGMENT,) int16, memory for running scores of all places.
         starts: (S,) int64, memory for the first places of segments.
+        step_scores: (S, SEGMENT) int16, memory for their running scores in steps.
         running: (S, SEGMENT) float32, memory for their running scores.
     """
 
     thresholds: NDArray[np.uint8]
     leaves: NDArray[np.float32]
+    rejection_threshold: np.float32
     steps: NDArray[np.int16]
     fewest_steps: np.int16
-    rejection_threshold: np.float32
-    coarse: NDArray[np.int16]
+    dropped_steps: np.int16
+    chunk: NDArray[np.int16]
     starts: NDArray[np.int64]
+    step_scores: NDArray[np.int16]
     running: NDArray[np.float32]
 
 
-def prepare_cascade(trees: BoostedTrees, rejection_threshold: float) -> Cascade:
-    """`rejection_threshold`: running score below which a window is dropped; finite."""
-    segments = _CHUNK // SEGMENT + 1
+def prepare_cascade(trees: BoostedTrees, rejection_threshold: float, most_places: int) -> Cascade:
+    """Prepare to score levels of up to so many places.
+
+    Args:
+        trees: the cascade's.
+        rejection_threshold: running score below which a window is dropped; finite.
+        most_places: from a level's first window to its last.
+    """
+    segments = most_places // SEGMENT + most_places // _CHUNK + 2  # each chunk is cut for itself
     leaves = np.array(trees.leaf, np.float32, order="C")
     return Cascade(
         np.array(trees.threshold, np.uint8, order="C"),
         leaves,
-        *_in_steps(leaves[:COARSE_TREES], rejection_threshold),
         np.float32(rejection_threshold),
-        np.empty((2, _CHUNK), np.int16),
+        *_in_steps(leaves, rejection_threshold),
+        np.empty(_CHUNK + SEGMENT, np.int16),
         np.empty(segments, np.int64),
+        np.empty((segments, SEGMENT), np.int16),
         np.empty((segments, SEGMENT), np.float32),
     )
 
 
-def _in_steps(leaves: NDArray[np.float32], rejection_threshold: float) -> tuple[NDArray[np.int16], np.int16]:
-    """Leaves in steps as fine as no sum of them leaves 16 bits, rounded up; and the threshold, rounded down.
+def _in_steps(
+    leaves: NDArray[np.float32], rejection_threshold: float
+) -> tuple[NDArray[np.int16], np.int16, np.int16]:
+    """Leaves in steps, rounded up; the threshold, rounded down; and a score for dropped windows.
 
-    One step more is left for the rounding of single precision.
+    The steps are as fine as no running score leaves 16 bits: neither one not yet dropped nor a dropped one,
+    which stays so low that no leaf lifts it to the threshold. One step more is left for the rounding of
+    single precision.
     """
-    highest, lowest = leaves.max(axis=1, initial=0.0).sum(), leaves.min(axis=1, initial=0.0).sum()
-    scale = _LARGEST_STEPS / max(float(highest), -float(lowest), 1e-6)
-    limit = max(np.floor(rejection_threshold * scale) - 1, np.iinfo(np.int16).min)
-    return np.ceil(leaves * scale).astype(np.int16), np.int16(min(limit, _LARGEST_INT16))
+    highest, lowest = leaves.max(axis=1, initial=0.0), leaves.min(axis=1, initial=0.0)
+    threshold = max(rejection_threshold, 1.001 * float(lowest.sum()) - 1e-3)  # lower, and none is dropped
+    most_steps = _MOST_STEPS - len(leaves)
+    if most_steps < _MOST_STEPS // 2:
+        raise ValueError(f"a cascade of {len(leaves)} trees: expected up to {_MOST_STEPS // 2}")
+    largest, smallest = float(highest.max(initial=0.0)), float(lowest.min(initial=0.0))
+    scale = most_steps / max(float(highest.sum()), largest - smallest - threshold)
+    steps = np.ceil(leaves * scale).astype(np.int16)
+    fewest = np.int16(min(np.floor(threshold * scale) - 1, np.iinfo(np.int16).max))
+    return steps, fewest, np.int16(np.iinfo(np.int16).min - int(steps.min(initial=0)))
 
 
 @kernel()
@@ -138,82 +162,135 @@ def run_cascade(
     Returns:
         How many there are.
     """
-    thresholds, leaves, starts, running = cascade.thresholds, cascade.leaves, cascade.starts, cascade.running
-    rejection_threshold = cascade.rejection_threshold
-    found = 0
+    thresholds, steps, starts, running = cascade.thresholds, cascade.steps, cascade.starts, cascade.running
     level_end = (end_row - 1) * row_pitch + columns
+    count = 0
     for first in range(first_row * row_pitch, level_end, _CHUNK):
         end = min(first + _CHUNK, level_end)
-        _coarse_trees(grids, first, end, offsets, thresholds, cascade.steps, cascade.coarse)
-        count = _cut_into_segments(first, end, cascade.coarse[1], cascade.fewest_steps, starts)
-        running[:count] = np.float32(0)
-        for t in range(0, len(offsets), _DROP_EVERY):
-            stop = min(t + _DROP_EVERY, len(offsets))
-            add_trees(
-                grids,
-                starts[:count],
-                offsets[t:stop],
-                thresholds[t:stop],
-                leaves[t:stop],
-                rejection_threshold,
-                running,
-            )
-            if stop > COARSE_TREES:  # before, the coarse steps have seen to it
-                count = _drop_dead(starts, running, count, rejection_threshold)
-        for i in range(count):
-            for x in range(SEGMENT):
-                place = starts[i] + x
-                if place < end and place % row_pitch < columns and running[i, x] >= rejection_threshold:
-                    places[found] = place
-                    scores[found] = running[i, x]
-                    found += 1
+        _run_first_trees(grids, first, end - first, offsets, cascade)
+        count = _cut_into_segments(first, end - first, count, cascade)
+    for t in range(FIRST_TREES, len(offsets), _DROP_EVERY):
+        stop = min(t + _DROP_EVERY, len(offsets))
+        _add_steps(
+            grids,
+            starts[:count],
+            offsets[t:stop],
+            thresholds[t:stop],
+            steps[t:stop],
+            cascade.fewest_steps,
+            cascade.dropped_steps,
+            cascade.step_scores,
+        )
+        count = _drop_dead(starts, cascade.step_scores, count, cascade.fewest_steps)
+    for i in range(count):
+        for x in range(SEGMENT):
+            running[i, x] = np.float32(0)
+    add_trees(
+        grids, starts[:count], offsets, thresholds, cascade.leaves, cascade.rejection_threshold, running
+    )
+    found = 0
+    for i in range(count):
+        for x in range(SEGMENT):
+            place = starts[i] + x
+            alive = cascade.step_scores[i, x] >= cascade.fewest_steps  # not one that another segment holds
+            if alive and place % row_pitch < columns and running[i, x] >= cascade.rejection_threshold:
+                places[found] = place
+                scores[found] = running[i, x]
+                found += 1
     return found
 
 
 @kernel()
-def _coarse_trees(
-    grids: NDArray[np.uint8],
-    first: int,
-    end: int,
-    offsets: NDArray[np.int32],
+def _run_first_trees(
+    grids: NDArray[np.uint8], first: int, count: int, offsets: NDArray[np.int32], cascade: Cascade
+) -> None:
+    """Running scores of `count` places, in steps; after them come dropped ones, a segment long."""
+    running = cascade.chunk
+    for x in range(count):
+        running[x] = np.int16(0)
+    for x in range(count, count + SEGMENT):
+        running[x] = cascade.dropped_steps
+    for t in range(min(FIRST_TREES, len(offsets))):
+        at0, at1, at2 = first + offsets[t, 0], first + offsets[t, 1], first + offsets[t, 2]
+        _add_tree(
+            grids[at0 : at0 + count],
+            grids[at1 : at1 + count],
+            grids[at2 : at2 + count],
+            cascade.thresholds[t],
+            cascade.steps[t],
+            cascade.fewest_steps,
+            cascade.dropped_steps,
+            running,
+        )
+
+
+@no_alias
+@kernel()
+def _add_tree(
+    root: NDArray[np.uint8],
+    left: NDArray[np.uint8],
+    right: NDArray[np.uint8],
     thresholds: NDArray[np.uint8],
     steps: NDArray[np.int16],
-    coarse: NDArray[np.int16],
+    fewest_steps: np.int16,
+    dropped_steps: np.int16,
+    running: NDArray[np.int16],
 ) -> None:
-    """Running scores of the places first..end-1 and their lowest, in steps, into the rows of `coarse`."""
-    count = end - first
-    running, lowest = coarse[0, :count], coarse[1, :count]
-    running[:] = np.int16(0)
-    lowest[:] = _LARGEST_INT16
-    for t in range(len(steps)):
-        at0, at1, at2 = first + offsets[t, 0], first + offsets[t, 1], first + offsets[t, 2]
-        root, left, right = grids[at0 : at0 + count], grids[at1 : at1 + count], grids[at2 : at2 + count]
-        limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
-        leaf0, leaf1, leaf2, leaf3 = steps[t, 0], steps[t, 1], steps[t, 2], steps[t, 3]
-        for x in range(count):
-            leaf_left = leaf0 if left[x] <= limit1 else leaf1
-            leaf_right = leaf2 if right[x] <= limit2 else leaf3
-            score = np.int16(running[x] + (leaf_left if root[x] <= limit0 else leaf_right))
-            running[x] = score
-            if score < lowest[x]:
-                lowest[x] = score
+    """Add a tree to the running scores of neighbouring places, given its nodes' features there."""
+    limit0, limit1, limit2 = thresholds[0], thresholds[1], thresholds[2]
+    leaf0, leaf1, leaf2, leaf3 = steps[0], steps[1], steps[2], steps[3]
+    for x in range(len(root)):
+        leaf_left = leaf0 if left[x] <= limit1 else leaf1
+        leaf_right = leaf2 if right[x] <= limit2 else leaf3
+        score = np.int16(running[x] + (leaf_left if root[x] <= limit0 else leaf_right))
+        running[x] = score if score >= fewest_steps else dropped_steps
 
 
 @kernel()
-def _cut_into_segments(
-    first: int, end: int, lowest: NDArray[np.int16], fewest_steps: np.int16, starts: NDArray[np.int64]
-) -> int:
-    """Starts of segments that hold every place with a window left; how many there are."""
-    count = 0
+def _cut_into_segments(first: int, places: int, count: int, cascade: Cascade) -> int:
+    """Add segments that hold every place of a chunk with a window left; how many there are with them."""
+    running, starts, step_scores = cascade.chunk, cascade.starts, cascade.step_scores
     covered = 0
-    for x in range(end - first):
-        if x >= covered and lowest[x] >= fewest_steps:
+    for x in range(places):
+        if x >= covered and running[x] >= cascade.fewest_steps:
             starts[count] = first + x
+            for lane in range(SEGMENT):
+                step_scores[count, lane] = running[x + lane]
             count += 1
             covered = x + SEGMENT
     return count
 
 
+@no_alias
+@kernel()
+def _add_steps(
+    grids: NDArray[np.uint8],
+    starts: NDArray[np.int64],
+    offsets: NDArray[np.int32],
+    thresholds: NDArray[np.uint8],
+    steps: NDArray[np.int16],
+    fewest_steps: np.int16,
+    dropped_steps: np.int16,
+    running: NDArray[np.int16],
+) -> None:
+    """`add_trees` in steps."""
+    for t in range(len(offsets)):
+        offset0, offset1, offset2 = _index(offsets[t, 0]), _index(offsets[t, 1]), _index(offsets[t, 2])
+        limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
+        leaf0, leaf1, leaf2, leaf3 = steps[t, 0], steps[t, 1], steps[t, 2], steps[t, 3]
+        for segment in range(len(starts)):
+            i = _index(segment)
+            start = _index(starts[i])
+            root, left, right = start + offset0, start + offset1, start + offset2
+            for lane in range(SEGMENT):
+                x = _index(lane)
+                leaf_left = leaf0 if grids[left + x] <= limit1 else leaf1
+                leaf_right = leaf2 if grids[right + x] <= limit2 else leaf3
+                score = np.int16(running[i, x] + (leaf_left if grids[root + x] <= limit0 else leaf_right))
+                running[i, x] = score if score >= fewest_steps else dropped_steps
+
+
+@no_alias
 @kernel()
 def add_trees(
     grids: NDArray[np.uint8],
@@ -253,18 +330,15 @@ def add_trees(
 
 @kernel()
 def _drop_dead(
-    starts: NDArray[np.int64],
-    running: NDArray[np.float32],
-    count: int,
-    rejection_threshold: np.float32,
+    starts: NDArray[np.int64], running: NDArray[np.int16], count: int, fewest_steps: np.int16
 ) -> int:
     """Close the ranks over segments without a window left; how many remain."""
     alive = 0
     for i in range(count):
-        highest = DROPPED
-        for x in range(SEGMENT):
+        highest = running[i, 0]
+        for x in range(1, SEGMENT):
             highest = max(highest, running[i, x])
-        if highest >= rejection_threshold:
+        if highest >= fewest_steps:
             starts[alive] = starts[i]
             for x in range(SEGMENT):
                 running[alive, x] = running[i, x]

@@ -117,7 +117,8 @@ class Scanner:
         self._grids = LevelGrids(self._octaves, levels, model.window, aspect_ratios)
         table = self._grids.table
         grids = [(int(rows), int(columns)) for rows, columns in zip(table.rows, table.row_pitch, strict=True)]
-        self._cascade = prepare_cascade(model.trees, model.rejection_threshold)
+        places = (table.end_row - table.first_row - 1) * table.row_pitch + table.columns
+        self._cascade = prepare_cascade(model.trees, model.rejection_threshold, int(places.max(initial=0)))
         self._cascade_offsets = _stacked(
             [feature_offsets(model.trees, model.window, rows * pitch, pitch) for rows, pitch in grids]
         )

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from fcw.detection.cascade import (
-    COARSE_TREES,
     DROPPED,
+    FIRST_TREES,
     SEGMENT,
     SLACK,
     add_trees,
@@ -60,7 +60,7 @@ def run(
         rows.stop,
         columns,
         feature_offsets(trees, WINDOW, grids.shape[1] * pitch, pitch),
-        prepare_cascade(trees, rejection),
+        prepare_cascade(trees, rejection, len(rows) * pitch),
         places,
         scores,
     )
@@ -84,7 +84,7 @@ def expected(
 @settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
-    tree_count=st.sampled_from([1, 5, COARSE_TREES, COARSE_TREES + 1, COARSE_TREES + 70]),
+    tree_count=st.sampled_from([1, 5, FIRST_TREES, FIRST_TREES + 1, FIRST_TREES + 70]),
     rejection=st.sampled_from([-0.5, -1.0, -3.0, -1e6]),
 )
 def test_scores_equal_a_plain_evaluation_exactly(seed: int, tree_count: int, rejection: float):
@@ -142,7 +142,7 @@ def test_the_coarse_steps_never_drop_what_single_precision_keeps(
     seed: int, largest_leaf: float, rejection: float
 ):
     generator = np.random.default_rng(seed)
-    trees = random_trees(COARSE_TREES, seed)
+    trees = random_trees(FIRST_TREES, seed)
     leaves = generator.uniform(-largest_leaf, largest_leaf, trees.leaf.shape).astype(np.float32)
     trees = BoostedTrees(trees.feature, trees.threshold, leaves)
     grids = generator.integers(0, 256, (10, 16, 80)).astype(np.uint8)
