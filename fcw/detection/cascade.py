@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.aligned import aligned_zeros
 from fcw.detection.jit import kernel
 from fcw.detection.model import BoostedTrees, Window
 from fcw.detection.no_alias import no_alias
@@ -106,10 +107,10 @@ def prepare_cascade(trees: BoostedTrees, rejection_threshold: float, most_places
         leaves,
         np.float32(rejection_threshold),
         *_in_steps(leaves, rejection_threshold),
-        np.empty(_CHUNK + SEGMENT, np.int16),
+        aligned_zeros((_CHUNK + SEGMENT,), np.int16),
         np.empty(segments, np.int64),
-        np.empty((segments, SEGMENT), np.int16),
-        np.empty((segments, SEGMENT), np.float32),
+        aligned_zeros((segments, SEGMENT), np.int16),
+        aligned_zeros((segments, SEGMENT), np.float32),
     )
 
 
