@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from fcw.detection.jit import kernel
 from fcw.detection.model import CHANNEL_COUNT
+from fcw.detection.no_alias import no_alias
 
 MAGNITUDE = 3
 """Its channel; the colours are before it, its parts in the orientations behind."""
@@ -47,6 +48,7 @@ PAD = 16
 LUV_RING, MAGNITUDE_RING, CELL_RING = 4, 16, 8
 
 
+@no_alias
 @kernel()
 def luv_row(image: NDArray, row: int, width: int, luv: NDArray, slot: int) -> None:
     """Toolbox-scaled LUV of one row of BGR pixels."""
@@ -68,6 +70,7 @@ def luv_row(image: NDArray, row: int, width: int, luv: NDArray, slot: int) -> No
         luv[slot, 2, PAD + i] = light * (_f(117) * y * inverse - _f(13) * _WHITE_V) + _GREY_V
 
 
+@no_alias
 @kernel()
 def smooth_row(
     luv: NDArray,
@@ -90,6 +93,7 @@ def smooth_row(
     _repeat_edges(smooth, here, pitch, width)
 
 
+@no_alias
 @kernel()
 def _repeat_edges(rows: NDArray, slot: int, pitch: int, width: int) -> None:
     """Beside the first and last element of each of three colours."""
@@ -98,6 +102,7 @@ def _repeat_edges(rows: NDArray, slot: int, pitch: int, width: int) -> None:
         rows[slot, first - 1], rows[slot, last + 1] = rows[slot, first], rows[slot, last]
 
 
+@no_alias
 @kernel()
 def add_colours(smooth: NDArray, slot: int, sums: NDArray) -> None:
     """Smoothed colours onto the column sums, all three as one long row."""
@@ -105,6 +110,7 @@ def add_colours(smooth: NDArray, slot: int, sums: NDArray) -> None:
         sums[x] += smooth[slot, x]
 
 
+@no_alias
 @kernel()
 def gradient_row(
     smooth: NDArray,
@@ -149,6 +155,7 @@ def gradient_row(
         orientations[slot, x] = _BINS - angle if gx * gy < _ZERO else angle
 
 
+@no_alias
 @kernel()
 def vertical_triangle(ring: NDArray, row: int, last: int, width: int, weights: NDArray, out: NDArray) -> None:
     """Triangle filter down the columns of the magnitudes; rows beyond 0..last repeat the edge."""
@@ -173,6 +180,7 @@ def vertical_triangle(ring: NDArray, row: int, last: int, width: int, weights: N
         out[PAD - 1 - i], out[PAD + width + i] = out[PAD], out[PAD + width - 1]
 
 
+@no_alias
 @kernel()
 def normalise(
     magnitudes: NDArray, slot: int, s: NDArray, width: int, weights: NDArray, constant: float, out: NDArray
@@ -192,6 +200,7 @@ def normalise(
         out[x] = magnitudes[slot, x] / (mean + constant)
 
 
+@no_alias
 @kernel()
 def add_orientations(magnitude: NDArray, orientations: NDArray, slot: int, width: int, sums: NDArray) -> None:
     """Each pixel's magnitude, shared between its two nearest orientations, onto the column sums."""
@@ -206,6 +215,7 @@ def add_orientations(magnitude: NDArray, orientations: NDArray, slot: int, width
             sums[first + k, PAD + x] += magnitude[x] * max(_ONE - away, _ZERO)
 
 
+@no_alias
 @kernel()
 def cell_row(
     sums: NDArray, first: int, end: int, columns: int, cell_px: int, cells: NDArray, slot: int
@@ -223,6 +233,7 @@ def cell_row(
         sums[k] = _ZERO
 
 
+@no_alias
 @kernel()
 def total_of_orientations(cells: NDArray, slot: int, columns: int) -> None:
     """The magnitudes of a row of cells: their parts in the six orientations add up to them."""
@@ -232,6 +243,7 @@ def total_of_orientations(cells: NDArray, slot: int, columns: int) -> None:
         cells[slot, MAGNITUDE, x] = first_three + cells[slot, 7, x] + cells[slot, 8, x] + cells[slot, 9, x]
 
 
+@no_alias
 @kernel()
 def store_row(
     cells: NDArray, row: int, last: int, cell_px: int, vertical: NDArray, out: NDArray, to: int
