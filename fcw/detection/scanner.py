@@ -16,7 +16,6 @@ from fcw.detection.overlap import cut
 from fcw.detection.second_stage import (
     SecondStageScorer,
     prepare_second_stage,
-    response_offsets,
     run_second_stage,
 )
 from fcw.detection.suppression import sort_best_first
@@ -123,9 +122,6 @@ class Scanner:
             [feature_offsets(model.trees, model.window, rows * pitch, pitch) for rows, pitch in grids]
         )
         self._second = prepare_second_stage(model.second, model.window, grids)
-        self._second_offsets = _stacked(
-            [response_offsets(model.second, model.window, rows, pitch) for rows, pitch in grids]
-        )
         most = max((level.window_count for level in levels), default=0)
         self._passed = _Passed(
             np.empty(most, np.int64), np.empty(most, np.float32), np.zeros(most, np.float32)
@@ -191,7 +187,6 @@ class Scanner:
             self._cascade,
             self._cascade_offsets,
             self._second,
-            self._second_offsets,
             threshold,
             self.size.width - 0.5,
             self.size.height - 0.5,
@@ -213,7 +208,6 @@ def _score_levels(
     cascade: Cascade,
     cascade_offsets: NDArray[np.int32],
     second: SecondStageScorer,
-    second_offsets: NDArray[np.int32],
     threshold: float,
     right: float,
     bottom: float,
@@ -245,7 +239,6 @@ def _score_levels(
                 grids,
                 table.rows[level],
                 row_pitch,
-                second_offsets[level],
                 second,
                 passed.places[:passed_count],
                 passed.second_scores,
