@@ -25,9 +25,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import BoostedTrees, Window
-from fcw.detection.no_alias import no_alias
 
 FIRST_TREES = 64
 """Trees that run over all places: they leave about half of the segments."""
@@ -134,7 +133,7 @@ def _in_steps(
     return steps, fewest, np.int16(np.iinfo(np.int16).min - int(steps.min(initial=0)))
 
 
-@kernel()
+@inner_kernel(from_python=True)
 def run_cascade(
     grids: NDArray[np.uint8],
     row_pitch: int,
@@ -164,7 +163,7 @@ def run_cascade(
     """
     thresholds, steps, starts, running = cascade.thresholds, cascade.steps, cascade.starts, cascade.running
     level_end = (end_row - 1) * row_pitch + columns
-    count = 0
+    count = np.int64(0)  # a literal 0 would have the next kernels compiled twice
     for first in range(first_row * row_pitch, level_end, _CHUNK):
         end = min(first + _CHUNK, level_end)
         _run_first_trees(grids, first, end - first, offsets, cascade)
@@ -200,7 +199,7 @@ def run_cascade(
     return found
 
 
-@kernel()
+@inner_kernel()
 def _run_first_trees(
     grids: NDArray[np.uint8], first: int, count: int, offsets: NDArray[np.int32], cascade: Cascade
 ) -> None:
@@ -224,8 +223,7 @@ def _run_first_trees(
         )
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def _add_tree(
     root: NDArray[np.uint8],
     left: NDArray[np.uint8],
@@ -246,7 +244,7 @@ def _add_tree(
         running[x] = score if score >= fewest_steps else dropped_steps
 
 
-@kernel()
+@inner_kernel()
 def _cut_into_segments(first: int, places: int, count: int, cascade: Cascade) -> int:
     """Add segments that hold every place of a chunk with a window left; how many there are with them."""
     running, starts, step_scores = cascade.chunk, cascade.starts, cascade.step_scores
@@ -261,8 +259,7 @@ def _cut_into_segments(first: int, places: int, count: int, cascade: Cascade) ->
     return count
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def _add_steps(
     grids: NDArray[np.uint8],
     starts: NDArray[np.int64],
@@ -290,8 +287,7 @@ def _add_steps(
                 running[i, x] = score if score >= fewest_steps else dropped_steps
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True, from_python=True)
 def add_trees(
     grids: NDArray[np.uint8],
     starts: NDArray[np.int64],
@@ -328,7 +324,7 @@ def add_trees(
                 running[i, x] = score if score >= rejection_threshold else DROPPED
 
 
-@kernel()
+@inner_kernel()
 def _drop_dead(
     starts: NDArray[np.int64], running: NDArray[np.int16], count: int, fewest_steps: np.int16
 ) -> int:

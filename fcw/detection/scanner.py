@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.cascade import Cascade, feature_offsets, prepare_cascade, run_cascade
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.jit import kernel
 from fcw.detection.level_grids import AspectRatios, LevelGrids, LevelTable, gather_features
 from fcw.detection.model import Model
@@ -220,7 +221,7 @@ def _score_levels(
     Returns:
         How many there are; where that is more than there is room for, nothing was put out.
     """
-    count = 0
+    count = np.int64(0)  # a literal 0 would have the next kernel compiled twice
     for level in range(len(table.rows)):
         grids, row_pitch = cells[table.first_cell[level] :], table.row_pitch[level]
         passed_count = run_cascade(
@@ -256,7 +257,7 @@ def _score_levels(
     return count
 
 
-@kernel()
+@inner_kernel()
 def _put_out(
     table: LevelTable, found: _Found, count: int, right: float, bottom: float, out: FoundWindows
 ) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.cascade import DROPPED, SEGMENT, SLACK, add_trees
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import (
     CHANNEL_COUNT,
     FILTER_CELLS,
@@ -16,7 +16,6 @@ from fcw.detection.model import (
     SecondStage,
     Window,
 )
-from fcw.detection.no_alias import no_alias
 
 _BLOCK = 8
 """Columns of cells side by side of which all have responses or none."""
@@ -99,7 +98,7 @@ _NO_STAGE = SecondStage(
 )
 
 
-@kernel()
+@inner_kernel(from_python=True)
 def run_second_stage(
     grids: NDArray[np.uint8],
     rows: int,
@@ -144,7 +143,7 @@ def run_second_stage(
         block += 1
 
 
-@kernel()
+@inner_kernel()
 def _respond(
     grids: NDArray[np.uint8],
     rows: int,
@@ -170,8 +169,7 @@ def _respond(
                 _in_steps(scorer.sums[k], scorer.parts[channel, k], scorer.responses[to : to + count])
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def _unpack(
     grids: NDArray[np.uint8], at: int, row_pitch: int, rows: int, width: int, cells: NDArray[np.float32]
 ) -> None:
@@ -183,8 +181,7 @@ def _unpack(
             here[x] = np.float32(stored[x])
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def _filter(
     cells: NDArray[np.float32],
     width: int,
@@ -220,8 +217,7 @@ def _filter(
                 sums[k, x] = total
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def _in_steps(sums: NDArray[np.float32], part: np.float32, responses: NDArray[np.uint8]) -> None:
     """Sums in 256 steps."""
     for x in range(len(responses)):
@@ -229,7 +225,7 @@ def _in_steps(sums: NDArray[np.float32], part: np.float32, responses: NDArray[np
         responses[x] = np.uint8(min(max(step, np.float32(0)), np.float32(255)))
 
 
-@kernel()
+@inner_kernel()
 def _score(
     row_pitch: int,
     top: int,
@@ -264,8 +260,7 @@ def _score(
             scores[i] = running[segment, here - starts[segment]]
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def _place_features(
     features: NDArray[np.int32], plane_pitch: int, row_pitch: int, offsets: NDArray[np.int32]
 ) -> None:
