@@ -254,7 +254,7 @@ def _score_levels(
             count += 1
     if count <= len(found.levels):
         _put_out(table, found, count, right, bottom, out)
-    return count
+    return int(count)
 
 
 @inner_kernel()

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import DROPPED, SEGMENT, SLACK, add_trees
 from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import (
     CHANNEL_COUNT,
@@ -16,6 +15,7 @@ from fcw.detection.model import (
     SecondStage,
     Window,
 )
+from fcw.detection.tree_loops import DROPPED, SEGMENT, SLACK, add_trees
 
 _BLOCK = 8
 """Columns of cells side by side of which all have responses or none."""

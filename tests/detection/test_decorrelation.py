@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from fcw.detection.boosting import running_scores, train_trees
-from fcw.detection.cascade import SLACK
 from fcw.detection.decorrelation import WEIGHT_STEPS, decorrelated, learn_filters
 from fcw.detection.model import BoostedTrees, SecondStage, Window
 from fcw.detection.second_stage import prepare_second_stage, run_second_stage
+from fcw.detection.tree_loops import SLACK
 
 WINDOW = Window()
 
