@@ -13,7 +13,7 @@ the height too high. It gets one constant, which held-out pictures tell.
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import BoxRegressor
 
 LARGEST_ENLARGEMENT = 0.5
@@ -64,7 +64,7 @@ def box_offsets(
     return np.column_stack([(x + w / 2 - middle) / size, np.log(w / size), np.log(h / size)])
 
 
-@kernel()
+@inner_kernel(from_python=True)
 def place_box(
     weights: NDArray[np.float32],
     constant: NDArray[np.float32],

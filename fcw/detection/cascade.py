@@ -16,8 +16,7 @@ are one run without gaps, in which the last places of a row stand for no window 
 1 and 2 count in 16 bit steps, twice as many in a register; leaves are rounded up, so that no window is
 dropped that single precision would keep.
 
-All loops are over trees outside and places inside: a tree's numbers stay in registers, and the places'
-running scores do not wait for each other.
+The loops themselves stand in `fcw.detection.tree_loops`.
 """
 
 from typing import NamedTuple
@@ -26,26 +25,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.aligned import aligned_zeros
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import BoostedTrees, Window
-from fcw.detection.no_alias import no_alias
+from fcw.detection.tree_loops import SEGMENT, add_steps, add_tree, add_trees
 
 FIRST_TREES = 64
 """Trees that run over all places: they leave about half of the segments."""
-SEGMENT = 32
-"""Places of a segment: one of the widest registers in steps, two in single precision. The compiler unrolls
-shorter loops instead of vectorising them; longer segments hold more places without a window left."""
-SLACK = 2 * SEGMENT
-"""Elements after the channels that segments at their end may read."""
 _CHUNK = 4096
 _DROP_EVERY = 32
 """Trees after which dead segments are dropped."""
 _MOST_STEPS = 32000
 """Of the 32767 there are, some are left for the rounding of each leaf."""
-DROPPED = np.float32(-1e30)
-"""A score so low that no leaf changes it."""
-_index = np.uint64
-"""Indices in the inner loops are unsigned: signed ones are checked for being negative."""
 
 
 def feature_offsets(
@@ -135,7 +125,7 @@ def _in_steps(
     return steps, fewest, np.int16(np.iinfo(np.int16).min - int(steps.min(initial=0)))
 
 
-@kernel()
+@inner_kernel(from_python=True)
 def run_cascade(
     grids: NDArray[np.uint8],
     row_pitch: int,
@@ -165,14 +155,14 @@ def run_cascade(
     """
     thresholds, steps, starts, running = cascade.thresholds, cascade.steps, cascade.starts, cascade.running
     level_end = (end_row - 1) * row_pitch + columns
-    count = 0
+    count = np.int64(0)  # a literal 0 would have the next kernels compiled twice
     for first in range(first_row * row_pitch, level_end, _CHUNK):
         end = min(first + _CHUNK, level_end)
         _run_first_trees(grids, first, end - first, offsets, cascade)
         count = _cut_into_segments(first, end - first, count, cascade)
     for t in range(FIRST_TREES, len(offsets), _DROP_EVERY):
         stop = min(t + _DROP_EVERY, len(offsets))
-        _add_steps(
+        add_steps(
             grids,
             starts[:count],
             offsets[t:stop],
@@ -201,7 +191,7 @@ def run_cascade(
     return found
 
 
-@kernel()
+@inner_kernel()
 def _run_first_trees(
     grids: NDArray[np.uint8], first: int, count: int, offsets: NDArray[np.int32], cascade: Cascade
 ) -> None:
@@ -213,7 +203,7 @@ def _run_first_trees(
         running[x] = cascade.dropped_steps
     for t in range(min(FIRST_TREES, len(offsets))):
         at0, at1, at2 = first + offsets[t, 0], first + offsets[t, 1], first + offsets[t, 2]
-        _add_tree(
+        add_tree(
             grids[at0 : at0 + count],
             grids[at1 : at1 + count],
             grids[at2 : at2 + count],
@@ -225,29 +215,7 @@ def _run_first_trees(
         )
 
 
-@no_alias
-@kernel()
-def _add_tree(
-    root: NDArray[np.uint8],
-    left: NDArray[np.uint8],
-    right: NDArray[np.uint8],
-    thresholds: NDArray[np.uint8],
-    steps: NDArray[np.int16],
-    fewest_steps: np.int16,
-    dropped_steps: np.int16,
-    running: NDArray[np.int16],
-) -> None:
-    """Add a tree to the running scores of neighbouring places, given its nodes' features there."""
-    limit0, limit1, limit2 = thresholds[0], thresholds[1], thresholds[2]
-    leaf0, leaf1, leaf2, leaf3 = steps[0], steps[1], steps[2], steps[3]
-    for x in range(len(root)):
-        leaf_left = leaf0 if left[x] <= limit1 else leaf1
-        leaf_right = leaf2 if right[x] <= limit2 else leaf3
-        score = np.int16(running[x] + (leaf_left if root[x] <= limit0 else leaf_right))
-        running[x] = score if score >= fewest_steps else dropped_steps
-
-
-@kernel()
+@inner_kernel()
 def _cut_into_segments(first: int, places: int, count: int, cascade: Cascade) -> int:
     """Add segments that hold every place of a chunk with a window left; how many there are with them."""
     running, starts, step_scores = cascade.chunk, cascade.starts, cascade.step_scores
@@ -262,74 +230,7 @@ def _cut_into_segments(first: int, places: int, count: int, cascade: Cascade) ->
     return count
 
 
-@no_alias
-@kernel()
-def _add_steps(
-    grids: NDArray[np.uint8],
-    starts: NDArray[np.int64],
-    offsets: NDArray[np.int32],
-    thresholds: NDArray[np.uint8],
-    steps: NDArray[np.int16],
-    fewest_steps: np.int16,
-    dropped_steps: np.int16,
-    running: NDArray[np.int16],
-) -> None:
-    """`add_trees` in steps."""
-    for t in range(len(offsets)):
-        offset0, offset1, offset2 = _index(offsets[t, 0]), _index(offsets[t, 1]), _index(offsets[t, 2])
-        limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
-        leaf0, leaf1, leaf2, leaf3 = steps[t, 0], steps[t, 1], steps[t, 2], steps[t, 3]
-        for segment in range(len(starts)):
-            i = _index(segment)
-            start = _index(starts[i])
-            root, left, right = start + offset0, start + offset1, start + offset2
-            for lane in range(SEGMENT):
-                x = _index(lane)
-                leaf_left = leaf0 if grids[left + x] <= limit1 else leaf1
-                leaf_right = leaf2 if grids[right + x] <= limit2 else leaf3
-                score = np.int16(running[i, x] + (leaf_left if grids[root + x] <= limit0 else leaf_right))
-                running[i, x] = score if score >= fewest_steps else dropped_steps
-
-
-@no_alias
-@kernel()
-def add_trees(
-    grids: NDArray[np.uint8],
-    starts: NDArray[np.int64],
-    offsets: NDArray[np.int32],
-    thresholds: NDArray[np.uint8],
-    leaves: NDArray[np.float32],
-    rejection_threshold: np.float32,
-    running: NDArray[np.float32],
-) -> None:
-    """Add trees to the running scores of segments.
-
-    Args:
-        grids: what the trees look at.
-        starts: (N,) first places of the segments.
-        offsets: (T, 3) places of the nodes' features from a window's own.
-        thresholds: (T, 3).
-        leaves: (T, 4).
-        rejection_threshold: a score that falls below it becomes `DROPPED`, for good.
-        running: (N or more, SEGMENT) running scores.
-    """
-    for t in range(len(offsets)):
-        offset0, offset1, offset2 = _index(offsets[t, 0]), _index(offsets[t, 1]), _index(offsets[t, 2])
-        limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
-        leaf0, leaf1, leaf2, leaf3 = leaves[t, 0], leaves[t, 1], leaves[t, 2], leaves[t, 3]
-        for segment in range(len(starts)):
-            i = _index(segment)
-            start = _index(starts[i])
-            root, left, right = start + offset0, start + offset1, start + offset2
-            for lane in range(SEGMENT):
-                x = _index(lane)
-                leaf_left = leaf0 if grids[left + x] <= limit1 else leaf1
-                leaf_right = leaf2 if grids[right + x] <= limit2 else leaf3
-                score = running[i, x] + (leaf_left if grids[root + x] <= limit0 else leaf_right)
-                running[i, x] = score if score >= rejection_threshold else DROPPED
-
-
-@kernel()
+@inner_kernel()
 def _drop_dead(
     starts: NDArray[np.int64], running: NDArray[np.int16], count: int, fewest_steps: np.int16
 ) -> int:

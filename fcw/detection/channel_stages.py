@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import CHANNEL_COUNT
-from fcw.detection.no_alias import no_alias
 
 MAGNITUDE = 3
 """Its channel; the colours are before it, its parts in the orientations behind."""
@@ -48,8 +47,7 @@ PAD = 16
 LUV_RING, MAGNITUDE_RING, CELL_RING = 4, 16, 8
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def luv_row(image: NDArray, row: int, width: int, luv: NDArray, slot: int) -> None:
     """Toolbox-scaled LUV of one row of BGR pixels."""
     for i in range(width):
@@ -70,8 +68,7 @@ def luv_row(image: NDArray, row: int, width: int, luv: NDArray, slot: int) -> No
         luv[slot, 2, PAD + i] = light * (_f(117) * y * inverse - _f(13) * _WHITE_V) + _GREY_V
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def smooth_row(
     luv: NDArray,
     above: int,
@@ -93,8 +90,7 @@ def smooth_row(
     _repeat_edges(smooth, here, pitch, width)
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def _repeat_edges(rows: NDArray, slot: int, pitch: int, width: int) -> None:
     """Beside the first and last element of each of three colours."""
     for k in range(3):
@@ -102,16 +98,14 @@ def _repeat_edges(rows: NDArray, slot: int, pitch: int, width: int) -> None:
         rows[slot, first - 1], rows[slot, last + 1] = rows[slot, first], rows[slot, last]
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def add_colours(smooth: NDArray, slot: int, sums: NDArray) -> None:
     """Smoothed colours onto the column sums, all three as one long row."""
     for x in range(smooth.shape[1]):
         sums[x] += smooth[slot, x]
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def gradient_row(
     smooth: NDArray,
     above: int,
@@ -155,8 +149,7 @@ def gradient_row(
         orientations[slot, x] = _BINS - angle if gx * gy < _ZERO else angle
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def vertical_triangle(ring: NDArray, row: int, last: int, width: int, weights: NDArray, out: NDArray) -> None:
     """Triangle filter down the columns of the magnitudes; rows beyond 0..last repeat the edge."""
     mask = MAGNITUDE_RING - 1
@@ -180,8 +173,7 @@ def vertical_triangle(ring: NDArray, row: int, last: int, width: int, weights: N
         out[PAD - 1 - i], out[PAD + width + i] = out[PAD], out[PAD + width - 1]
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def normalise(
     magnitudes: NDArray, slot: int, s: NDArray, width: int, weights: NDArray, constant: float, out: NDArray
 ) -> None:
@@ -200,8 +192,7 @@ def normalise(
         out[x] = magnitudes[slot, x] / (mean + constant)
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def add_orientations(magnitude: NDArray, orientations: NDArray, slot: int, width: int, sums: NDArray) -> None:
     """Each pixel's magnitude, shared between its two nearest orientations, onto the column sums."""
     first = MAGNITUDE + 1
@@ -215,8 +206,7 @@ def add_orientations(magnitude: NDArray, orientations: NDArray, slot: int, width
             sums[first + k, PAD + x] += magnitude[x] * max(_ONE - away, _ZERO)
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def cell_row(
     sums: NDArray, first: int, end: int, columns: int, cell_px: int, cells: NDArray, slot: int
 ) -> None:
@@ -233,8 +223,7 @@ def cell_row(
         sums[k] = _ZERO
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def total_of_orientations(cells: NDArray, slot: int, columns: int) -> None:
     """The magnitudes of a row of cells: their parts in the six orientations add up to them."""
     for i in range(columns):
@@ -243,8 +232,7 @@ def total_of_orientations(cells: NDArray, slot: int, columns: int) -> None:
         cells[slot, MAGNITUDE, x] = first_three + cells[slot, 7, x] + cells[slot, 8, x] + cells[slot, 9, x]
 
 
-@no_alias
-@kernel()
+@inner_kernel(no_alias=True)
 def store_row(
     cells: NDArray, row: int, last: int, cell_px: int, vertical: NDArray, out: NDArray, to: int
 ) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.box_regression import place_box
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.jit import kernel
 from fcw.detection.level_grids import gather_features
 from fcw.detection.model import Model
@@ -196,7 +197,7 @@ def _find(
     return kept_count
 
 
-@kernel()
+@inner_kernel()
 def _merge(found: FoundWindows, regressor: _Regressor, kept: NDArray[np.int64], memory: _Memory) -> None:
     """Boxes of the kept windows, each the weighted mean of what the windows that agree with it vote for."""
     merged, weights, vote = memory.merged, memory.weights, memory.vote
@@ -225,7 +226,7 @@ def _merge(found: FoundWindows, regressor: _Regressor, kept: NDArray[np.int64], 
             merged[k, side] /= weights[k]
 
 
-@kernel()
+@inner_kernel()
 def _vote(found: FoundWindows, regressor: _Regressor, i: int, memory: _Memory) -> None:
     """The box that a window votes for: its own, or where the regressor sees the vehicle."""
     if regressor.weights.size == 0:

@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import SLACK
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import CHANNEL_COUNT, Window
 from fcw.detection.octaves import Octave, repeat_edges
+from fcw.detection.tree_loops import SLACK
 from fcw.detection.windows import PAD_CELLS, Level
 
 AspectRatios = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -161,7 +161,7 @@ def _table(
     return LevelTable(a, b, c, d, e, f, g, h, np.concatenate(by_row), np.concatenate(all_middles))
 
 
-@kernel()
+@inner_kernel()
 def gather_features(
     grids: NDArray[np.uint8],
     first: int,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fcw.detection.aligned import aligned_zeros
 from fcw.detection.channels import COARSE, CONTEXT_PX, FINE, ChannelComputer
 from fcw.detection.halving import halve_rows
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.jit import kernel, rows_of_bytes
 from fcw.detection.model import CELL_PX, CHANNEL_COUNT
 from fcw.detection.windows import PAD_CELLS, Level
@@ -79,7 +80,7 @@ def repeat_edges(grids: NDArray[np.uint8], octaves: NDArray[np.int64], pad: int)
                 _copy(grids, start + (end - 1) * columns, start + row * columns, columns)
 
 
-@kernel()
+@inner_kernel()
 def _copy(grids: NDArray[np.uint8], source: int, target: int, count: int) -> None:
     for x in range(count):
         grids[target + x] = grids[source + x]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.sources.frame import ImageSize
 
 
@@ -29,7 +29,7 @@ def cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.fl
     return parts
 
 
-@kernel()
+@inner_kernel(from_python=True)
 def cut(box: NDArray[np.float64], right: float, bottom: float) -> None:
     """Cut a box to the picture whose right and bottom edges these are, in place."""
     x, y = max(box[0], -0.5), max(box[1], -0.5)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.cascade import Cascade, feature_offsets, prepare_cascade, run_cascade
+from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.jit import kernel
 from fcw.detection.level_grids import AspectRatios, LevelGrids, LevelTable, gather_features
 from fcw.detection.model import Model
@@ -16,7 +17,6 @@ from fcw.detection.overlap import cut
 from fcw.detection.second_stage import (
     SecondStageScorer,
     prepare_second_stage,
-    response_offsets,
     run_second_stage,
 )
 from fcw.detection.suppression import sort_best_first
@@ -123,9 +123,6 @@ class Scanner:
             [feature_offsets(model.trees, model.window, rows * pitch, pitch) for rows, pitch in grids]
         )
         self._second = prepare_second_stage(model.second, model.window, grids)
-        self._second_offsets = _stacked(
-            [response_offsets(model.second, model.window, rows, pitch) for rows, pitch in grids]
-        )
         most = max((level.window_count for level in levels), default=0)
         self._passed = _Passed(
             np.empty(most, np.int64), np.empty(most, np.float32), np.zeros(most, np.float32)
@@ -191,7 +188,6 @@ class Scanner:
             self._cascade,
             self._cascade_offsets,
             self._second,
-            self._second_offsets,
             threshold,
             self.size.width - 0.5,
             self.size.height - 0.5,
@@ -213,7 +209,6 @@ def _score_levels(
     cascade: Cascade,
     cascade_offsets: NDArray[np.int32],
     second: SecondStageScorer,
-    second_offsets: NDArray[np.int32],
     threshold: float,
     right: float,
     bottom: float,
@@ -226,7 +221,7 @@ def _score_levels(
     Returns:
         How many there are; where that is more than there is room for, nothing was put out.
     """
-    count = 0
+    count = np.int64(0)  # a literal 0 would have the next kernel compiled twice
     for level in range(len(table.rows)):
         grids, row_pitch = cells[table.first_cell[level] :], table.row_pitch[level]
         passed_count = run_cascade(
@@ -245,7 +240,6 @@ def _score_levels(
                 grids,
                 table.rows[level],
                 row_pitch,
-                second_offsets[level],
                 second,
                 passed.places[:passed_count],
                 passed.second_scores,
@@ -260,10 +254,10 @@ def _score_levels(
             count += 1
     if count <= len(found.levels):
         _put_out(table, found, count, right, bottom, out)
-    return count
+    return int(count)
 
 
-@kernel()
+@inner_kernel()
 def _put_out(
     table: LevelTable, found: _Found, count: int, right: float, bottom: float, out: FoundWindows
 ) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.jit import kernel
+from fcw.detection.inner_kernel import inner_kernel
 
 
 def suppress(
@@ -29,7 +29,7 @@ def suppress(
     return kept[:count]
 
 
-@kernel()
+@inner_kernel(from_python=True)
 def sort_best_first(scores: NDArray[np.float64], order: NDArray[np.int64], spare: NDArray[np.int64]) -> None:
     """Sort indices by falling score; those of equal scores stay in their order.
 
@@ -54,7 +54,7 @@ def sort_best_first(scores: NDArray[np.float64], order: NDArray[np.int64], spare
         run *= 2
 
 
-@kernel()
+@inner_kernel(from_python=True)
 def keep_apart(
     boxes: NDArray[np.float64], order: NDArray[np.int64], largest_overlap: float, kept: NDArray[np.int64]
 ) -> int:
@@ -73,7 +73,7 @@ def keep_apart(
     return count
 
 
-@kernel()
+@inner_kernel()
 def common_area(box: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     """Of two boxes x, y, w, h."""
     width = min(box[0] + box[2], other[0] + other[2]) - max(box[0], other[0])
@@ -81,7 +81,7 @@ def common_area(box: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return max(width, 0.0) * max(height, 0.0)
 
 
-@kernel()
+@inner_kernel()
 def agree(box: NDArray[np.float64], other: NDArray[np.float64], smallest_iou: float) -> bool:
     """Whether two boxes x, y, w, h have an intersection over union of at least so much."""
     common = common_area(box, other)

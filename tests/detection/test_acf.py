@@ -1,11 +1,16 @@
 """The two detectors on pictures with vehicles drawn where they should be found."""
 
 import math
+import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
+from copy import deepcopy
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
+from numba.core.runtime import _nrt_python  # pyright: ignore[reportAttributeAccessIssue]
+from numba.core.runtime.nrt import rtsys
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
@@ -13,8 +18,9 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
 from fcw.detection.boosting import train_trees
 from fcw.detection.channels import compute_channels
-from fcw.detection.model import BoostedTrees, Model, VehicleStatistics, Window
-from fcw.detection.overlap import intersection_over_union
+from fcw.detection.model import BoostedTrees, BoxRegressor, Model, SecondStage, VehicleStatistics, Window
+from fcw.detection.overlap import cut_to_picture, intersection_over_union
+from fcw.detection.scanner import FIRST_CAPACITY
 from fcw.detection.types import Box, Detection
 from fcw.errors import UserError
 from fcw.sources.frame import ImageSize
@@ -254,6 +260,100 @@ def test_detecting_again_gives_the_same_whatever_came_before(model: Model):
         before = detector.detect(first)
         assert detector.detect(second) != before
         assert detector.detect(first) == before
+
+
+@pytest.fixture(scope="module")
+def staged_model(model: Model) -> Model:
+    """With a second stage and a regressor that do something, whatever."""
+    rng = np.random.default_rng(15)
+    trees = BoostedTrees(
+        rng.integers(0, 10 * 4 * 12 * 12, (70, 3)).astype(np.uint16),
+        rng.integers(0, 256, (70, 3)).astype(np.uint8),
+        rng.normal(0, 0.05, (70, 4)).astype(np.float32),
+    )
+    filters = rng.integers(-30, 30, (10, 4, 5, 5)).astype(np.int8)
+    second = SecondStage(filters, np.zeros((10, 4), np.int32), np.full((10, 4), 6, np.uint8), trees)
+    weights = rng.normal(0, 1e-5, (WINDOW.feature_count, 3)).astype(np.float32)
+    return replace(model, second=second, regressor=BoxRegressor(weights, np.zeros(3, np.float32), 0.01))
+
+
+def scene(seed: int) -> NDArray[np.uint8]:
+    picture = background(SIZE.height, SIZE.width, np.random.default_rng(seed))
+    for distance_m, lateral_m in ((9, -3.3), (15, 3), (25, 0), (45, 2)):
+        draw_vehicle(picture, vehicle_at(distance_m, lateral_m))
+    return picture
+
+
+def test_detecting_allocates_no_memory_but_for_the_detections(staged_model: Model):
+    pictures = [scene(seed) for seed in range(3)]
+    empty = np.full_like(pictures[0], 128)
+    allocated = []
+    for detector in (AcfDetector(staged_model, CALIBRATION), FullAcfDetector(staged_model)):
+        for picture in (*pictures, empty):
+            detector.detect(picture)
+        tracemalloc.start()
+        try:
+            for picture in pictures:
+                before, _ = tracemalloc.get_traced_memory()
+                tracemalloc.reset_peak()
+                found = detector.detect(picture)
+                _, peak = tracemalloc.get_traced_memory()
+                assert found
+                # Views of arrays and numbers pass; a list of windows or a row of cells would not.
+                assert peak - before < 6_000 + 500 * len(found)
+        finally:
+            tracemalloc.stop()
+        # Compiled code allocates by itself: a wrapper for each array it is given, and nothing for windows.
+        _nrt_python.memsys_enable_stats()
+        for picture in (*pictures, empty):
+            before = rtsys.get_allocation_stats()
+            detector.detect(picture)
+            after = rtsys.get_allocation_stats()
+            allocated.append(after.alloc - before.alloc)
+            assert after.alloc - before.alloc == after.free - before.free
+        _nrt_python.memsys_disable_stats()
+        assert len(set(allocated[-4:])) == 1
+
+
+def test_more_windows_than_ever_before_are_found_all_the_same(open_model: Model):
+    rng = np.random.default_rng(16)
+    picture = background(SIZE.height, SIZE.width, rng)
+    detector = AcfDetector(open_model, CALIBRATION)
+    few = detector.scan(picture, 2.0, with_features=True)
+    everything = detector.scan(picture, -1e6, with_features=True)
+    assert len(few.scores) < FIRST_CAPACITY < len(everything.scores) == detector.windows_per_frame
+    best = everything.scores >= 2.0
+    assert few.features is not None
+    assert everything.features is not None
+    np.testing.assert_array_equal(few.boxes, everything.boxes[best])
+    np.testing.assert_array_equal(few.features, everything.features[best])
+
+
+def test_proposals_stay_what_they_are_when_another_picture_is_scanned(staged_model: Model):
+    detector = AcfDetector(staged_model, CALIBRATION)
+    first = detector.scan(scene(0), 0.0, with_features=True)
+    copy = deepcopy(first)
+    detector.scan(scene(1), 0.0, with_features=True)
+    for name in ("boxes", "placements", "scores", "second_scores", "features"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(copy, name))
+
+
+def test_windows_expect_their_vehicles_where_their_level_has_them(staged_model: Model):
+    # The tables of rows and columns against the levels' own arithmetic, by boxes that no edge cuts.
+    detector = AcfDetector(staged_model, CALIBRATION)
+    proposals = detector.scan(scene(2), 0.0)
+    expected = []
+    for level in detector.levels:
+        rows, columns = np.arange(level.first_window, level.end_window), np.arange(level.window_columns)
+        middles, bottoms, size_px = level.vehicles(WINDOW, rows, columns)
+        grid = np.meshgrid(middles, bottoms)
+        expected += [(x, y, size_px) for x, y in zip(grid[0].ravel(), grid[1].ravel(), strict=True)]
+    assert len(proposals.scores) > 10
+    assert {tuple(placement) for placement in proposals.placements.tolist()} <= set(expected)
+    middle, bottom, size_px = proposals.placements.T
+    w, h = size_px * math.sqrt(ASPECT), size_px / math.sqrt(ASPECT)
+    whole = np.column_stack([middle - w / 2, bottom - h, w, h])
+    np.testing.assert_allclose(proposals.boxes, cut_to_picture(whole, SIZE), atol=1e-9)
 
 
 def test_detectors_of_their_own_work_side_by_side_in_threads(model: Model):

@@ -6,17 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import (
-    DROPPED,
-    FIRST_TREES,
-    SEGMENT,
-    SLACK,
-    add_trees,
-    feature_offsets,
-    prepare_cascade,
-    run_cascade,
-)
+from fcw.detection.cascade import FIRST_TREES, feature_offsets, prepare_cascade, run_cascade
 from fcw.detection.model import BoostedTrees, Window
+from fcw.detection.tree_loops import DROPPED, SEGMENT, SLACK, add_trees
 
 WINDOW = Window()
 

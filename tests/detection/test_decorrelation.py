@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from fcw.detection.boosting import running_scores, train_trees
-from fcw.detection.cascade import SLACK
 from fcw.detection.decorrelation import WEIGHT_STEPS, decorrelated, learn_filters
 from fcw.detection.model import BoostedTrees, SecondStage, Window
-from fcw.detection.second_stage import prepare_second_stage, response_offsets, run_second_stage
+from fcw.detection.second_stage import prepare_second_stage, run_second_stage
+from fcw.detection.tree_loops import SLACK
 
 WINDOW = Window()
 
@@ -97,7 +97,7 @@ def test_the_kernel_scores_as_the_trees_over_the_responses_do(
     generator = np.random.default_rng(4)
     smooth = ndimage.gaussian_filter(generator.normal(size=(10, *size)), (0, 0.7, 0.7))
     grids = np.clip(128 + 90 * smooth / smooth.std(), 0, 255).astype(np.uint8)
-    scorer, offsets = prepare_second_stage(stage, WINDOW, [size]), response_offsets(stage, WINDOW, *size)
+    scorer = prepare_second_stage(stage, WINDOW, [size])
     for _ in range(2):  # what was computed before must not matter
         tops, lefts = np.nonzero(generator.uniform(size=(size[0] - 15, size[1] - 15)) < share)
         features = np.array(
@@ -107,7 +107,7 @@ def test_the_kernel_scores_as_the_trees_over_the_responses_do(
         expected = running_scores(stage.trees, responses)[:, -1]
         flat = np.concatenate([grids.ravel(), generator.integers(0, 256, SLACK, np.uint8)])
         scores = np.empty(len(tops), np.float32)
-        run_second_stage(flat, *size, offsets, scorer, tops * size[1] + lefts, scores)
+        run_second_stage(flat, *size, scorer, tops * size[1] + lefts, scores)
         np.testing.assert_allclose(scores, expected, atol=1e-4)
 
 
@@ -121,10 +121,9 @@ def test_one_scorer_serves_levels_of_all_sizes(filters: Filters):
         places = np.sort(generator.choice((rows - 15) * columns - 15, 5, replace=False))
         places = places[places % columns <= columns - 16]
         shared, alone = np.zeros((2, len(places)), np.float32)
-        offsets = response_offsets(stage, WINDOW, rows, columns)
-        run_second_stage(flat, rows, columns, offsets, scorer, places, shared)
+        run_second_stage(flat, rows, columns, scorer, places, shared)
         own = prepare_second_stage(stage, WINDOW, [(rows, columns)])
-        run_second_stage(flat, rows, columns, offsets, own, places, alone)
+        run_second_stage(flat, rows, columns, own, places, alone)
         assert alone.any()
         np.testing.assert_array_equal(shared, alone)
 
