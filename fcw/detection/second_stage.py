@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.aligned import aligned_row, aligned_zeros
 from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import (
     CHANNEL_COUNT,
@@ -80,12 +81,12 @@ def prepare_second_stage(
         np.array(0.5**stage.shifts, np.float32, order="C"),
         side,
         np.empty((2, blocks), np.int64),
-        np.zeros(band, np.float32),
-        np.zeros((FILTERS_PER_CHANNEL, band), np.float32),
+        aligned_zeros((band,), np.float32),
+        aligned_zeros((FILTERS_PER_CHANNEL, aligned_row(band, np.float32)), np.float32),
         np.zeros(_PLANES * most_rows * widest + SLACK, np.uint8),
         np.empty(stage.trees.feature.shape, np.int32),
         np.empty(segments, np.int64),
-        np.empty((segments, SEGMENT), np.float32),
+        aligned_zeros((segments, SEGMENT), np.float32),
     )
 
 
