@@ -4,6 +4,7 @@ Exit codes: 0 done; 2 the user's input is wrong (one message on stderr); 1 a fau
 130 interrupted, with every log closed and readable.
 """
 
+import os
 import sys
 from typing import Annotated
 
@@ -62,6 +63,10 @@ def main(arguments: list[str] | None = None) -> int:
         args=arguments,
         config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
     )
+    if not isinstance(command, TrainCommand):
+        # NumPy is not loaded yet. From eleven vehicles on the tracker's matrices are so large that OpenBLAS
+        # takes a second thread, and where all cores are busy it waits for it, for up to 35 ms.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         return RUNNERS[type(command)](command)
     except UserError as error:
