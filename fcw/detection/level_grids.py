@@ -7,13 +7,13 @@ cell; the other channels follow, each `rows * row_pitch` elements on.
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import CHANNEL_COUNT, Window
 from fcw.detection.octaves import Octave, repeat_edges
+from fcw.detection.resizing import Resizing, plan_resizings, resize_all
 from fcw.detection.tree_loops import SLACK
 from fcw.detection.windows import PAD_CELLS, Level
 
@@ -56,28 +56,6 @@ class LevelTable(NamedTuple):
     middles: NDArray[np.float64]
 
 
-class _Resizing:
-    """Makes a level's cells of its octave's; `level` has a size of its own."""
-
-    def __init__(
-        self, octave: Octave, level: Level, cut: NDArray[np.uint8], cells: NDArray[np.uint8]
-    ) -> None:
-        """`cut` is memory that the levels share, `cells` the level's own."""
-        first = level.first_cut - octave.first_row
-        self._source = octave.grid[:, first : first + level.cut_rows]
-        size = self._source.size
-        self._cut = cut[:size].reshape(self._source.shape)
-        # All channels one above the other; windows keep clear of rows where two of them mix.
-        self._stacked_cut = self._cut.reshape(-1, level.cut_columns)
-        self._stacked = cells.reshape(-1, level.columns)
-        self._size = level.columns, len(self._stacked)
-
-    def run(self) -> None:
-        """Resize the octave's channels, as they are now."""
-        np.copyto(self._cut, self._source)
-        cv2.resize(self._stacked_cut, self._size, dst=self._stacked, interpolation=cv2.INTER_LINEAR)
-
-
 class LevelGrids:
     """Channels of octaves and levels.
 
@@ -112,20 +90,28 @@ class LevelGrids:
             ],
             np.int64,
         ).reshape(-1, 5)
-        cut = np.empty(
-            CHANNEL_COUNT * max((each.cut_rows * each.cut_columns for each in resized), default=0), np.uint8
+        self._resizings = plan_resizings(
+            [_resizing(octaves[level.octave], level, first_cells, window) for level in resized]
         )
-        self._resizings = [
-            _Resizing(octaves[level.octave], level, cut, memory)
-            for level, memory in zip(resized, owned[len(octaves) :], strict=True)
-        ]
         self.table = _table(octaves, levels, first_cells, window, aspect_ratios)
 
     def fill(self) -> None:
         """Edges and levels, from what the octaves have computed."""
         repeat_edges(self.cells, self._edges, PAD_CELLS)
-        for resizing in self._resizings:
-            resizing.run()
+        resize_all(self.cells, self._resizings)
+
+
+def _resizing(octave: Octave, level: Level, first_cells: dict[int | Level, int], window: Window) -> Resizing:
+    return Resizing(
+        source=first_cells[level.octave] + (level.first_cut - octave.first_row) * octave.columns,
+        source_channel_pitch=octave.rows * octave.columns,
+        source_rows=level.cut_rows,
+        source_columns=level.cut_columns,
+        target=first_cells[level],
+        rows=level.rows,
+        columns=level.columns,
+        wanted=range(level.first_window, level.end_window + window.cells - 1),
+    )
 
 
 def _table(
