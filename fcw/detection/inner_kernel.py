@@ -24,7 +24,8 @@ def inner_kernel(*, no_alias: bool = False, from_python: bool = False) -> Callab
             return flags
 
         dispatcher = kernel()(function)
-        dispatcher._compiler._customize_flags = with_flags
+        if hasattr(dispatcher, "_compiler"):  # not where NUMBA_DISABLE_JIT leaves the function as it is
+            dispatcher._compiler._customize_flags = with_flags
         return dispatcher
 
     return compiled

@@ -212,7 +212,7 @@ def _merge(found: FoundWindows, regressor: _Regressor, kept: NDArray[np.int64], 
             weight = surplus * surplus  # squares: the surest windows stand best
             if kept[k] == i:
                 weight = max(weight, LONE_WEIGHT)
-            if weight <= 0.0 or not agree(found.boxes[i], found.boxes[kept[k]], AGREEING_IOU):
+            if weight <= 0.0 or not agree(found.boxes, i, kept[k], AGREEING_IOU):
                 continue
             if not has_voted:
                 _vote(found, regressor, i, memory)

@@ -143,8 +143,19 @@ def _table(
         all_middles.append(middles)
         row_count += len(bottoms)
         column_count += len(middles)
-    a, b, c, d, e, f, g, h = np.ascontiguousarray(np.array(integers, np.int64).reshape(-1, 8).T)
-    return LevelTable(a, b, c, d, e, f, g, h, np.concatenate(by_row), np.concatenate(all_middles))
+    columns = np.ascontiguousarray(np.array(integers, np.int64).reshape(-1, 8).T)
+    return LevelTable(
+        first_cell=columns[0],
+        rows=columns[1],
+        row_pitch=columns[2],
+        first_row=columns[3],
+        end_row=columns[4],
+        columns=columns[5],
+        first_in_rows=columns[6],
+        first_in_columns=columns[7],
+        by_row=np.concatenate(by_row),
+        middles=np.concatenate(all_middles),
+    )
 
 
 @inner_kernel()

@@ -64,7 +64,7 @@ def keep_apart(
         alive = True
         for k in range(count):
             smaller = min(boxes[i, 2] * boxes[i, 3], boxes[kept[k], 2] * boxes[kept[k], 3])
-            if common_area(boxes[i], boxes[kept[k]]) > largest_overlap * smaller:
+            if common_area(boxes, i, kept[k]) > largest_overlap * smaller:
                 alive = False
                 break
         if alive:
@@ -74,15 +74,15 @@ def keep_apart(
 
 
 @inner_kernel()
-def common_area(box: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Of two boxes x, y, w, h."""
-    width = min(box[0] + box[2], other[0] + other[2]) - max(box[0], other[0])
-    height = min(box[1] + box[3], other[1] + other[3]) - max(box[1], other[1])
+def common_area(boxes: NDArray[np.float64], i: int, k: int) -> float:
+    """Of two of the boxes x, y, w, h."""
+    width = min(boxes[i, 0] + boxes[i, 2], boxes[k, 0] + boxes[k, 2]) - max(boxes[i, 0], boxes[k, 0])
+    height = min(boxes[i, 1] + boxes[i, 3], boxes[k, 1] + boxes[k, 3]) - max(boxes[i, 1], boxes[k, 1])
     return max(width, 0.0) * max(height, 0.0)
 
 
 @inner_kernel()
-def agree(box: NDArray[np.float64], other: NDArray[np.float64], smallest_iou: float) -> bool:
-    """Whether two boxes x, y, w, h have an intersection over union of at least so much."""
-    common = common_area(box, other)
-    return common >= smallest_iou * (box[2] * box[3] + other[2] * other[3] - common)
+def agree(boxes: NDArray[np.float64], i: int, k: int, smallest_iou: float) -> bool:
+    """Whether two of the boxes x, y, w, h have an intersection over union of at least so much."""
+    common = common_area(boxes, i, k)
+    return common >= smallest_iou * (boxes[i, 2] * boxes[i, 3] + boxes[k, 2] * boxes[k, 3] - common)
