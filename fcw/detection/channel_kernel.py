@@ -94,9 +94,9 @@ def channel_rows(
         filtered: (padded width,).
         sums: (10, padded width).
         cells: (CELL_RING, 10, padded columns).
-        out: (10, end - first, columns).
+        out: (end - first, columns, 10).
     """
-    columns = out.shape[2]
+    columns = out.shape[1]
     width, cell_rows = columns * cell_px, image.shape[0] // cell_px
     last_row, last_cell = cell_rows * cell_px - 1, cell_rows - 1
     # Pixel rows whose normalised gradients are wanted, and those each earlier stage needs for them.

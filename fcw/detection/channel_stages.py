@@ -237,7 +237,7 @@ def store_row(
     cells: NDArray, row: int, last: int, cell_px: int, vertical: NDArray, out: NDArray, to: int
 ) -> None:
     """Smooth one row of cells of every channel and store it as uint8."""
-    columns = out.shape[2]
+    columns = out.shape[1]
     part = _ONE / _f(cell_px * cell_px)  # sums over a cell's pixels become means
     mask = CELL_RING - 1
     above, here, below = max(row - 1, 0) & mask, row & mask, min(row + 1, last) & mask
@@ -251,9 +251,9 @@ def store_row(
             for c in range(columns):
                 x = PAD + c
                 smooth = _QUARTER * (vertical[0, x - 1] + vertical[0, x + 1]) + _HALF * vertical[0, x]
-                out[k, to, c] = np.uint8(min(max(steps * smooth + offset, _ZERO), _MAX))
+                out[to, c, k] = np.uint8(min(max(steps * smooth + offset, _ZERO), _MAX))
         else:
             for c in range(columns):
                 x = PAD + c
                 smooth = _QUARTER * (vertical[0, x - 1] + vertical[0, x + 1]) + _HALF * vertical[0, x]
-                out[k, to, c] = np.uint8(min(_GRADIENT_STEPS * np.sqrt(part * smooth) + _HALF, _MAX))
+                out[to, c, k] = np.uint8(min(_GRADIENT_STEPS * np.sqrt(part * smooth) + _HALF, _MAX))

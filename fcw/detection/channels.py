@@ -144,7 +144,7 @@ class ChannelComputer:
             self._filtered,
             self._sums,
             self._cells,
-            out,
+            out.transpose(1, 2, 0),  # never contiguous: one type for every caller, and one compiled kernel
         )
         return out
 
