@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import signal
 import threading
 import time
@@ -39,8 +40,9 @@ if TYPE_CHECKING:
 MCAP_NAME = "drive.mcap"
 RRD_NAME = "drive.rrd"
 SUMMARY_NAME = "summary.json"
-DETECTION_THREADS = 2
-"""Detection takes twice as long as decoding; on two cores the second thread uses what decoding leaves."""
+DETECTION_THREADS = min(max((os.cpu_count() or 1) - 1, 1), 2)
+"""Detection takes about as long as decoding. On two cores a second thread would only get in the way of decoding,
+tracking and writing; a third has nothing left to do."""
 LIVE_FRAMES_IN_FLIGHT = DETECTION_THREADS
 """One in each detector, and none that waits."""
 
