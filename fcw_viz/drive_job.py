@@ -41,7 +41,7 @@ MCAP_NAME = "drive.mcap"
 RRD_NAME = "drive.rrd"
 SUMMARY_NAME = "summary.json"
 DETECTION_THREADS = min(max((os.cpu_count() or 1) - 1, 1), 2)
-"""Detection takes about as long as decoding. On two cores a second thread would only get in the way of decoding,
+"""Detection takes about as long as decoding. On two cores a second thread only gets in the way of decoding,
 tracking and writing; a third has nothing left to do."""
 LIVE_FRAMES_IN_FLIGHT = DETECTION_THREADS
 """One in each detector, and none that waits."""
