@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from fcw.detection.aligned import aligned_zeros
 from fcw.detection.inner_kernel import inner_kernel
 from fcw.detection.model import BoostedTrees, Window
-from fcw.detection.tree_loops import SEGMENT, add_steps, add_tree, add_trees
+from fcw.detection.tree_loops import DROPPED, SEGMENT, add_tree, add_trees
 
 FIRST_TREES = 64
 """Trees that run over all places: they leave about half of the segments."""
@@ -162,7 +162,7 @@ def run_cascade(
         count = _cut_into_segments(first, end - first, count, cascade)
     for t in range(FIRST_TREES, len(offsets), _DROP_EVERY):
         stop = min(t + _DROP_EVERY, len(offsets))
-        add_steps(
+        add_trees(
             grids,
             starts[:count],
             offsets[t:stop],
@@ -177,7 +177,14 @@ def run_cascade(
         for x in range(SEGMENT):
             running[i, x] = np.float32(0)
     add_trees(
-        grids, starts[:count], offsets, thresholds, cascade.leaves, cascade.rejection_threshold, running
+        grids,
+        starts[:count],
+        offsets,
+        thresholds,
+        cascade.leaves,
+        cascade.rejection_threshold,
+        DROPPED,
+        running,
     )
     found = 0
     for i in range(count):

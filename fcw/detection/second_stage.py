@@ -250,7 +250,14 @@ def _score(
                     running[count, x] = np.float32(0)
                 count += 1
     add_trees(
-        scorer.responses, starts[:count], scorer.offsets, scorer.thresholds, scorer.leaves, DROPPED, running
+        scorer.responses,
+        starts[:count],
+        scorer.offsets,
+        scorer.thresholds,
+        scorer.leaves,
+        DROPPED,
+        DROPPED,
+        running,
     )
     segment = 0
     for i in range(len(places)):

@@ -41,45 +41,18 @@ def add_tree(
         running[x] = score if score >= fewest_steps else dropped_steps
 
 
-@inner_kernel(no_alias=True)
-def add_steps(
-    grids: NDArray[np.uint8],
-    starts: NDArray[np.int64],
-    offsets: NDArray[np.int32],
-    thresholds: NDArray[np.uint8],
-    steps: NDArray[np.int16],
-    fewest_steps: np.int16,
-    dropped_steps: np.int16,
-    running: NDArray[np.int16],
-) -> None:
-    """`add_trees` in steps."""
-    for t in range(len(offsets)):
-        offset0, offset1, offset2 = _index(offsets[t, 0]), _index(offsets[t, 1]), _index(offsets[t, 2])
-        limit0, limit1, limit2 = thresholds[t, 0], thresholds[t, 1], thresholds[t, 2]
-        leaf0, leaf1, leaf2, leaf3 = steps[t, 0], steps[t, 1], steps[t, 2], steps[t, 3]
-        for segment in range(len(starts)):
-            i = _index(segment)
-            start = _index(starts[i])
-            root, left, right = start + offset0, start + offset1, start + offset2
-            for lane in range(SEGMENT):
-                x = _index(lane)
-                leaf_left = leaf0 if grids[left + x] <= limit1 else leaf1
-                leaf_right = leaf2 if grids[right + x] <= limit2 else leaf3
-                score = np.int16(running[i, x] + (leaf_left if grids[root + x] <= limit0 else leaf_right))
-                running[i, x] = score if score >= fewest_steps else dropped_steps
-
-
 @inner_kernel(no_alias=True, from_python=True)
 def add_trees(
     grids: NDArray[np.uint8],
     starts: NDArray[np.int64],
     offsets: NDArray[np.int32],
     thresholds: NDArray[np.uint8],
-    leaves: NDArray[np.float32],
-    rejection_threshold: np.float32,
-    running: NDArray[np.float32],
+    leaves: NDArray[np.float32] | NDArray[np.int16],
+    rejection_threshold: np.float32 | np.int16,
+    dropped: np.float32 | np.int16,
+    running: NDArray[np.float32] | NDArray[np.int16],
 ) -> None:
-    """Add trees to the running scores of segments.
+    """Add trees to the running scores of segments, in single precision or in 16 bit steps.
 
     Args:
         grids: what the trees look at.
@@ -87,7 +60,8 @@ def add_trees(
         offsets: (T, 3) places of the nodes' features from a window's own.
         thresholds: (T, 3).
         leaves: (T, 4).
-        rejection_threshold: a score that falls below it becomes `DROPPED`, for good.
+        rejection_threshold: a score that falls below it becomes `dropped`,
+        dropped: which no leaf lifts above it again.
         running: (N or more, SEGMENT) running scores.
     """
     for t in range(len(offsets)):
@@ -102,5 +76,6 @@ def add_trees(
                 x = _index(lane)
                 leaf_left = leaf0 if grids[left + x] <= limit1 else leaf1
                 leaf_right = leaf2 if grids[right + x] <= limit2 else leaf3
-                score = running[i, x] + (leaf_left if grids[root + x] <= limit0 else leaf_right)
-                running[i, x] = score if score >= rejection_threshold else DROPPED
+                leaf = leaf_left if grids[root + x] <= limit0 else leaf_right
+                score = running.dtype.type(running[i, x] + leaf)
+                running[i, x] = score if score >= rejection_threshold else dropped

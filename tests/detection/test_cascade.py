@@ -147,7 +147,7 @@ def test_segments_hold_the_running_scores_of_their_places():
     offsets = np.random.default_rng(7).integers(0, 900, (7, 3)).astype(np.int32)
     starts, running_scores = np.array([0, 11, 4000]), np.zeros((3, SEGMENT), np.float32)
     rejection = np.float32(-0.4)
-    add_trees(flat, starts, offsets, trees.threshold, trees.leaf, rejection, running_scores)
+    add_trees(flat, starts, offsets, trees.threshold, trees.leaf, rejection, DROPPED, running_scores)
     places = starts[:, None] + np.arange(SEGMENT)
     running, dropped = np.zeros(places.shape, np.float32), np.zeros(places.shape, bool)
     for offset, threshold, leaf in zip(offsets, trees.threshold, trees.leaf, strict=True):
