@@ -249,12 +249,14 @@ def _progress(console: Console, source: Source) -> Iterator[Callable[[], None]]:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
-        task = progress.add_task(source.name, total=source.frame_count, rate=0.0)
+        starting = "starting (the first time kernels are compiled)"
+        task = progress.add_task(starting, total=source.frame_count, rate=0.0)
         start, frames = time.perf_counter(), 0
 
         def advance() -> None:
             nonlocal frames
             frames += 1
-            progress.update(task, advance=1, rate=frames / (time.perf_counter() - start))
+            rate = frames / (time.perf_counter() - start)
+            progress.update(task, description=source.name, advance=1, rate=rate)
 
         yield advance

@@ -3,6 +3,7 @@
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -34,24 +35,24 @@ class _WithoutPackets(ForwardingSource):
             yield Frame(frame.index, frame.time_ns, frame.image)
 
 
-def drive_cases(path: Path, calibration_path: Path) -> dict[str, Callable[[], int]]:
+def drive_cases(job: DriveJob) -> dict[str, Callable[[], int]]:
     """Decoding alone and the whole job with both logs, each from opening the file to closing the logs.
 
     Args:
-        path: the drive.
-        calibration_path: its calibration.
+        job: on the drive; its logs go to a folder of their own each time.
 
     Returns:
         By name what to run; it returns the number of frames.
     """
+    path = job.source
 
     def decode() -> int:
         return sum(1 for _ in open_source(path).frames())
 
     def whole_job(source: Source) -> int:
         with tempfile.TemporaryDirectory() as folder:
-            job = DriveJob(source=path, out=Path(folder), calibration=calibration_path)
-            return run_drive(job, Console(quiet=True), source).summary["frames"]
+            outcome = run_drive(replace(job, out=Path(folder)), Console(quiet=True), source)
+            return outcome.summary["frames"]
 
     cases = {DECODE: decode}
     if open_source(path).relays_video:

@@ -8,6 +8,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -17,8 +18,9 @@ from rich.progress import Progress
 from fcw.camera.file import default_path
 from fcw.detection.choice import DetectorModel
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
-from fcw.sources import open_source
+from fcw.sources import is_mcap, open_source
 from fcw.sources.frame import Source
+from fcw.sources.mcap_facts import mcap_facts
 from fcw.sources.video import VideoSource
 from fcw.threads import one_opencv_thread
 from fcw.versions import machine, versions
@@ -51,18 +53,19 @@ def measure(
             opening and closing weigh in a short one as they never do on the road.
     """
     source = open_source(path)
-    calibration = load_calibration(DriveJob(source=path, out=Path(), calibration=calibration_path), source)
+    job = DriveJob(source=path, out=Path(), calibration=calibration_path)
+    calibration = load_calibration(job, source, mcap_facts(path) if is_mcap(path) else None)
     model = Model.load(SHIPPED_MODEL_PATH)
     step = max((source.frame_count or picture_count) // picture_count, 1)
     pictures = [frame.image for frame in islice(source.frames(), 0, step * picture_count, step)]
-    on_pictures = picture_cases(pictures[0], calibration, model, plugged_in)
     picture_ms: dict[str, list[float]] = defaultdict(list)
     drive_ms: dict[str, list[float]] = defaultdict(list)
-    with _long_enough(path, source, shortest_s) as drive, _progress_bar(console) as progress:
-        on_drive = drive_cases(drive, calibration_path or default_path(path))
-        on_drive |= thread_cases(pictures, calibration, model)
-        frames_of_drive = open_source(drive).frame_count or 0
-        bar = progress.add_task("measuring", total=(rounds + 1) * (len(on_drive) + 1))
+    with _progress_bar(console) as progress, _long_enough(job, source, shortest_s) as drive:
+        bar = progress.add_task("preparing (the first time kernels are compiled)", total=None)
+        on_pictures = picture_cases(pictures[0], calibration, model, plugged_in)
+        on_drive = drive_cases(drive) | thread_cases(pictures, calibration, model)
+        frames_of_drive = open_source(drive.source).frame_count or 0
+        progress.update(bar, description="measuring", total=(rounds + 1) * (len(on_drive) + 1))
         for measured_round in range(-1, rounds):
             for name, run in on_drive.items():
                 start = time.perf_counter()
@@ -84,16 +87,16 @@ def _progress_bar(console: Console) -> Progress:
 
 
 @contextmanager
-def _long_enough(path: Path, source: Source, shortest_s: float) -> Iterator[Path]:
-    """The drive, or a file for as long as it is needed in which a video is repeated."""
-    duration_s = (source.frame_count or 0) / source.frame_rate_hz
+def _long_enough(job: DriveJob, source: Source, shortest_s: float) -> Iterator[DriveJob]:
+    """The job on its drive, or on a file for as long as it is needed in which a video is repeated."""
+    path, duration_s = job.source, (source.frame_count or 0) / source.frame_rate_hz
     if not isinstance(source, VideoSource) or duration_s >= shortest_s:
-        yield path
+        yield job
         return
     with tempfile.TemporaryDirectory() as folder:
         long = Path(folder) / f"{path.stem}-repeated{path.suffix}"
         repeat_packets(path, long, shortest_s)
-        yield long
+        yield replace(job, source=long, calibration=job.calibration or default_path(path))
 
 
 def _picture_round(cases: Mapping[str, PictureCase], pictures: Sequence[Picture]) -> dict[str, float]:

@@ -46,6 +46,8 @@ def run_bench(command: BenchCommand) -> int:
 
     if command.rounds < 1 or command.detector_frames < 1:
         raise UserError("--rounds and --detector-frames: expected at least 1")
+    if command.shortest < 0:
+        raise UserError(f"--shortest {command.shortest:g}: expected seconds, 0 or more")
     if command.detector_classes and not command.onnx:
         raise UserError(f"--detector-classes {' '.join(command.detector_classes)}: expected only with --onnx")
     plugged_in = None

@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import av
 import numpy as np
 import pytest
 from tiny_nets import write_net
 
 from fcw.camera.calibration import Calibration
+from fcw.errors import UserError
 from fcw.evaluation.simulated import compare_with_truth
 from fcw.logs.mcap_reader import DriveLog
 from fcw.logs.records import FrameResult
@@ -24,6 +26,7 @@ from fcw.simulation.truth_file import read_truth
 from fcw.simulation.world import World
 from fcw.sources import open_source
 from fcw_viz.benchmark.drive_cases import DECODE, ENCODED, ONE_THREAD, RELAYED, TWO_THREADS
+from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.benchmark.picture_cases import (
     CHANNELS,
     FARTHEST_M,
@@ -194,6 +197,22 @@ def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[st
 def test_bench_refuses_no_rounds(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--rounds", "0"]) == 2
     assert "--rounds" in capsys.readouterr().err
+
+
+def test_bench_refuses_a_negative_duration(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--shortest", "-1"]) == 2
+    assert "--shortest -1" in capsys.readouterr().err
+
+
+def test_a_video_of_one_picture_cannot_be_repeated(tmp_path: Path) -> None:
+    clip = tmp_path / "one.mp4"
+    with av.open(str(clip), "w") as file:
+        stream = file.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 64, "yuv420p"
+        picture = av.VideoFrame.from_ndarray(np.zeros((64, 64, 3), np.uint8), format="bgr24")
+        file.mux([*stream.encode(picture), *stream.encode()])
+    with pytest.raises(UserError, match=r"one\.mp4: cannot be repeated to 5 s .*--shortest 0"):
+        repeat_packets(clip, tmp_path / "long.mp4", 5.0)
 
 
 def test_bench_refuses_classes_without_a_net(capsys: pytest.CaptureFixture[str]) -> None:
