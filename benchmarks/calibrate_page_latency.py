@@ -25,7 +25,7 @@ from playwright.sync_api import Page, ViewportSize, sync_playwright
 
 from fcw.camera.file import default_path
 from fcw.versions import machine
-from fcw_viz.calibrate_app.edits import AddMark, SetHeight, SetReference
+from fcw_viz.calibrate_app.document.edits import AddMark, SetHeight, SetReference
 from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person
 

@@ -22,11 +22,10 @@ from rich.progress import Progress
 
 from fcw.detection.acf import AcfSettings, FullAcfSettings
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
-from fcw.detection.windows import full_levels
-from fcw.evaluation.bottom_rows import bottom_rows
-from fcw.evaluation.comparison import EqualRate, SeedMean, rate_at
-from fcw.evaluation.detection_figures import evaluate
-from fcw.evaluation.detectors import (
+from fcw.detection.windows.plan import full_levels
+from fcw.evaluation.detection.bottom_rows import bottom_rows
+from fcw.evaluation.detection.comparison import EqualRate, SeedMean, rate_at
+from fcw.evaluation.detection.detectors import (
     EVERY_SCORE,
     CalibrationOf,
     DetectorCase,
@@ -35,11 +34,12 @@ from fcw.evaluation.detectors import (
     median_milliseconds,
     run_detectors,
 )
-from fcw.evaluation.labels import AnnotatedImage, calibration_source, count_only, read_annotated
-from fcw.evaluation.perturbation import CALIBRATION_ERRORS
+from fcw.evaluation.detection.figures import evaluate
+from fcw.evaluation.detection.labels import AnnotatedImage, calibration_source, count_only, read_annotated
+from fcw.evaluation.detection.perturbation import CALIBRATION_ERRORS
 from fcw.versions import machine, versions
-from fcw_viz.detection_report import write_detection_report
-from fcw_viz.svg_curve import PlottedCurve
+from fcw_viz.charts.detection_curve import PlottedCurve
+from fcw_viz.jobs.detection_report import write_detection_report
 
 FPPI = (0.046, 0.1, 1.0)
 ENLARGED = AcfSettings().largest_scale

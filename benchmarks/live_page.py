@@ -21,13 +21,13 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 from rich.console import Console
 
-from fcw.logs.mcap_reader import DriveLog
+from fcw.frame import VideoPacket
+from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources import open_source
-from fcw.sources.frame import VideoPacket
 from fcw.sources.live import LiveSource
-from fcw_viz.drive_job import MCAP_NAME, DriveJob, run_drive
+from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, run_drive
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 from fcw_viz.live_app.tab import LiveTab

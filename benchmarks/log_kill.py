@@ -18,13 +18,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from fcw.logs.mcap_reader import DriveLog
-from fcw.logs.recovery import recover
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.recovery import recover
 from fcw.versions import versions
 
 TELLING_RUN = """
 import os, sys
-from fcw.logs.mcap_writer import McapSink
+from fcw.logs.mcap.writer import McapSink
 from fcw_viz.cli import main
 write, pipe = McapSink.write, int(sys.argv[1])
 def telling(sink, result, packets):

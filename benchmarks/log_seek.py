@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 
 from fcw.events import find_events
-from fcw.logs.mcap_reader import DriveLog
-from fcw.logs.mcap_writer import McapSink
+from fcw.frame import Frame, VideoPacket
+from fcw.logs.encode import VideoEncoder
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.writer import McapSink
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
-from fcw.sources.encode import VideoEncoder
-from fcw.sources.frame import Frame, VideoPacket
 from fcw.versions import versions
 
 Entry = tuple[FrameResult, tuple[VideoPacket, ...]]

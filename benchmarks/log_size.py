@@ -12,8 +12,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from fcw.logs.mcap_reader import DriveLog
-from fcw_viz.drive_job import MCAP_NAME, RRD_NAME, DriveJob, run_drive
+from fcw.logs.mcap.reader import DriveLog
+from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, DriveJob, run_drive
 
 
 def main() -> None:

@@ -13,9 +13,9 @@ import time
 import cv2
 import numpy as np
 
-from fcw.simulation.renderer import Renderer
-from fcw.simulation.scenario import IMAGE_SIZE, load_scenario
-from fcw.simulation.world import World
+from fcw.simulation.picture.renderer import Renderer
+from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario
+from fcw.simulation.world.world import World
 from fcw.versions import machine, versions
 
 SCENARIO = "demo"

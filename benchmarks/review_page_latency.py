@@ -30,11 +30,11 @@ from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.logs.mcap_reader import DriveLog
-from fcw.logs.mcap_writer import McapSink
+from fcw.frame import Frame, ImageSize
+from fcw.logs.encode import VideoEncoder
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.sources.encode import VideoEncoder
-from fcw.sources.frame import Frame, ImageSize
 from fcw.versions import machine
 from fcw.warning.types import WarningLevel, WarningState
 

@@ -16,12 +16,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from fcw.frame import Frame, Source
 from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource
-from fcw.sources.frame import Frame, Source
 from fcw.versions import machine
 from fcw_viz.benchmark.long_drive import repeat_packets
-from fcw_viz.drive_job import DriveJob, run_drive
+from fcw_viz.jobs.drive import DriveJob, run_drive
 
 ROWS = 20
 MEGABYTE = 1e6

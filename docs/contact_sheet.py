@@ -17,9 +17,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.simulation.renderer import Renderer
-from fcw.simulation.scenario import IMAGE_SIZE, load_scenario
-from fcw.simulation.world import World
+from fcw.simulation.picture.renderer import Renderer
+from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario
+from fcw.simulation.world.world import World
 
 Picture = NDArray[np.uint8]
 

@@ -18,8 +18,8 @@ from playwright.sync_api import Browser, ViewportSize, sync_playwright
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path
-from fcw_viz.calibrate_app.document import Belief
-from fcw_viz.calibrate_app.edits import AddMark, Edit, SetFieldOfView, SetHeight, SetReference
+from fcw_viz.calibrate_app.document.document import Belief
+from fcw_viz.calibrate_app.document.edits import AddMark, Edit, SetFieldOfView, SetHeight, SetReference
 from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person
 

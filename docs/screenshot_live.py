@@ -18,7 +18,7 @@ from rich.console import Console
 
 from fcw.sources import open_source
 from fcw.sources.live import LiveSource
-from fcw_viz.drive_job import MCAP_NAME, DriveJob, run_drive
+from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, run_drive
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 

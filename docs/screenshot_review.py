@@ -21,7 +21,7 @@ from fcw.annotation.review import reference_to
 from fcw.annotation.store import ReviewStore
 from fcw.events import find_events
 from fcw.logs.export.clip import DRIVE_NAME, find_drives
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.review_app.server import ReviewPage
 
 ROOT = Path(__file__).parents[1]

@@ -12,9 +12,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from fcw.detection.types import Detection, Detector
+from fcw.frame import Frame, Source, VideoPacket
+from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
-from fcw.sources.encode import VideoEncoder
-from fcw.sources.frame import Frame, Source, VideoPacket
 from fcw.threads import one_opencv_thread
 from fcw.tracking.tracker import Tracker
 from fcw.warning.ego_speed import EgoSpeed

@@ -14,10 +14,10 @@ from fcw.errors import UserError
 from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
 from fcw_viz.commands.demo import DemoCommand, run_demo
-from fcw_viz.commands.evaluate import EvaluateCommand, run_evaluate
+from fcw_viz.commands.evaluate.command import EvaluateCommand, run_evaluate
 from fcw_viz.commands.export import ExportCommand, run_export
 from fcw_viz.commands.recover import RecoverCommand, run_recover
-from fcw_viz.commands.review import ReviewCommand, run_review
+from fcw_viz.commands.review.command import ReviewCommand, run_review
 from fcw_viz.commands.run import RunCommand, run_run
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.types import Box
+from fcw.frame import ImageSize
 from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR, Rgb, overlay_boxes, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.sources.frame import ImageSize
 from fcw.tracking.types import Track
 from fcw.units import FEET_PER_METRE, distance_text, speed_text
 from fcw.warning.describe import describe

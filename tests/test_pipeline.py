@@ -11,9 +11,9 @@ import pytest
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.types import Box, Detection
+from fcw.frame import Frame, ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.pipeline import Stages, run_pipeline
-from fcw.sources.frame import Frame, ImageSize, VideoPacket
 from fcw.tracking.tracker import Tracker
 from fcw.warning.policies import make_policy
 

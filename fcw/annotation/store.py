@@ -20,8 +20,8 @@ from fcw.camera.file import calibration_text
 from fcw.errors import UserError
 from fcw.json_form import from_json, tagged_from_json, tagged_to_json
 from fcw.locked_file import LockedFile
-from fcw.logs.mcap_format import drive_metadata
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.format import drive_metadata
+from fcw.logs.mcap.reader import DriveLog
 
 FORMAT_VERSION = 1
 VERSION_FIELD = "fcw_review_version"

@@ -13,7 +13,7 @@ from fcw.annotation.store import read_review
 from fcw.annotation.warning_labels import LEVEL_OF_KIND
 from fcw.errors import UserError
 from fcw.events import find_events
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 from fcw.warning.types import WarningLevel
 
 CONFIDENCE = 0.95

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from fcw.annotation.records import Judgement, MissedEvent
 from fcw.annotation.review import JudgedEvent, Review, judged_events
-from fcw.evaluation.warning_events import Event
+from fcw.evaluation.warning.events import Event
 from fcw.events import DriveEvent
 from fcw.warning.types import WarningLevel
 

@@ -17,7 +17,7 @@ from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradients
 from fcw.detection.types import Box
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 

@@ -12,7 +12,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.plausibility import plausibility
 from fcw.errors import UserError
 from fcw.files import write_whole
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 FORMAT_VERSION = 1
 VERSION_FIELD = "fcw_calibration_version"

@@ -11,7 +11,7 @@ from enum import Enum
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 MAXIMUM_PITCH_RAD = math.radians(20.0)
 """A dash camera has the horizon near its middle; this is half of an ordinary vertical field of view."""

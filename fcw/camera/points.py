@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from fcw.camera.calibration import GroundPoint, Priors
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 PARAMETER_COUNT = 3
 """Pitch, focal length and principal row; as many independent facts are needed."""

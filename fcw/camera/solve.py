@@ -25,7 +25,7 @@ from fcw.camera.points import (
     horizon_below_road,
 )
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 LOG_FOCAL_LIMIT = 50.0
 """Keeps a fit that runs away in floating point's range; no camera is near it."""

@@ -14,9 +14,9 @@ from fcw.detection.later_stages import LaterStages
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, Scanner
 from fcw.detection.types import Box, Detection
-from fcw.detection.windows import DistancePrior, full_levels, prior_levels
+from fcw.detection.windows.plan import DistancePrior, full_levels, prior_levels
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 __all__ = ["AcfDetector", "AcfSettings", "FullAcfDetector", "FullAcfSettings", "Proposals"]
 

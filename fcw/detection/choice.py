@@ -7,7 +7,7 @@ from pathlib import Path
 from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
-from fcw.detection.onnx_detector import OnnxDetector, OnnxModel
+from fcw.detection.onnx.detector import OnnxDetector, OnnxModel
 from fcw.detection.types import Detector
 from fcw.errors import UserError
 

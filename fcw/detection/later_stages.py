@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.box_regression import place_box
-from fcw.detection.inner_kernel import inner_kernel
-from fcw.detection.jit import kernel
-from fcw.detection.level_grids import gather_features
+from fcw.detection.boxes.overlap import cut
+from fcw.detection.boxes.regression import place_box
+from fcw.detection.boxes.suppression import agree, keep_apart, sort_best_first
+from fcw.detection.channels.level_grids import gather_features
 from fcw.detection.model import Model
-from fcw.detection.overlap import cut
 from fcw.detection.scanner import LOWEST_SCORE, FoundWindows, Proposals, WindowFeatures
-from fcw.detection.suppression import agree, keep_apart, sort_best_first
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
+from fcw.kernels.inner import inner_kernel
+from fcw.kernels.jit import kernel
 
 UNDECIDED_SCORE = 0.0
 """Where the trees find vehicle and background alike: windows above it have a say in the box."""

@@ -98,7 +98,7 @@ class VehicleStatistics:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SecondStage:
-    """Trees over locally decorrelated channels (`fcw.detection.second_stage`).
+    """Trees over locally decorrelated channels (`fcw.detection.trees.second_stage`).
 
     Attributes:
         weights: (10, 4, 5, 5) int8, the filters.
@@ -115,7 +115,7 @@ class SecondStage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoxRegressor:
-    """A linear map from a window's channels to where its vehicle stands (`fcw.detection.box_regression`).
+    """A linear map from a window's channels to where its vehicle stands (`fcw.detection.boxes.regression`).
 
     Attributes:
         weights: (F, 3) float32: to the offset of the middle and the logarithms of width and height.

@@ -7,21 +7,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.cascade import Cascade, feature_offsets, prepare_cascade, run_cascade
-from fcw.detection.inner_kernel import inner_kernel
-from fcw.detection.jit import kernel
-from fcw.detection.level_grids import AspectRatios, LevelGrids, LevelTable, gather_features
+from fcw.detection.boxes.overlap import cut
+from fcw.detection.boxes.suppression import sort_best_first
+from fcw.detection.channels.level_grids import AspectRatios, LevelGrids, LevelTable, gather_features
+from fcw.detection.channels.octaves import Halves, Octave
 from fcw.detection.model import Model
-from fcw.detection.octaves import Halves, Octave
-from fcw.detection.overlap import cut
-from fcw.detection.second_stage import (
+from fcw.detection.trees.cascade import Cascade, feature_offsets, prepare_cascade, run_cascade
+from fcw.detection.trees.second_stage import (
     SecondStageScorer,
     prepare_second_stage,
     run_second_stage,
 )
-from fcw.detection.suppression import sort_best_first
-from fcw.detection.windows import Level
-from fcw.sources.frame import ImageSize
+from fcw.detection.windows.plan import Level
+from fcw.frame import ImageSize
+from fcw.kernels.inner import inner_kernel
+from fcw.kernels.jit import kernel
 
 FIRST_CAPACITY = 1024
 """Windows that there is room for at first: more than pass in any usual picture."""

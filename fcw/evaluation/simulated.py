@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fcw.detection.overlap import intersection_over_union
+from fcw.detection.boxes.overlap import intersection_over_union
+from fcw.detection.matching import FALSE_POSITIVE, HIT_IOU, match_detections
 from fcw.detection.types import Box
-from fcw.evaluation.detection import FALSE_POSITIVE, HIT_IOU, match_detections
 from fcw.logs.records import FrameResult
-from fcw.simulation.truth import FrameTruth, VehicleTruth, warning_is_due
+from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, warning_is_due
 from fcw.warning.types import WarningLevel
 
 NEAREST_M, FARTHEST_M = 5.0, 60.0

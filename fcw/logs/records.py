@@ -9,7 +9,7 @@ import numpy as np
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.types import Detection
-from fcw.sources.frame import ImageSize, VideoPacket
+from fcw.frame import ImageSize, VideoPacket
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningState
 

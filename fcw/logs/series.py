@@ -15,8 +15,8 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.frame import VideoPacket
 from fcw.logs.records import FrameResult
-from fcw.sources.frame import VideoPacket
 from fcw.warning.policy import required_deceleration_mps2
 
 NO_TRACK = -1

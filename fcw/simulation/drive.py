@@ -14,13 +14,13 @@ from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.files import whole_file, write_whole
-from fcw.simulation.renderer import Renderer
-from fcw.simulation.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
-from fcw.simulation.truth import FrameTruth, frame_truth
-from fcw.simulation.truth_file import write_truth
-from fcw.simulation.truth_log import write_truth_log
-from fcw.simulation.world import World
-from fcw.sources.frame import Frame
+from fcw.frame import Frame
+from fcw.simulation.picture.renderer import Renderer
+from fcw.simulation.truth.file import write_truth
+from fcw.simulation.truth.log import write_truth_log
+from fcw.simulation.truth.truth import FrameTruth, frame_truth
+from fcw.simulation.world.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
+from fcw.simulation.world.world import World
 
 VIDEO_NAME = "drive.mp4"
 CALIBRATION_NAME = "drive.calibration.yaml"

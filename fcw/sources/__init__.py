@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fcw.errors import UserError
-from fcw.sources.frame import Frame, ImageSize, Source, VideoPacket
+from fcw.frame import Frame, ImageSize, Source, VideoPacket
 from fcw.sources.images import PICTURE_SUFFIXES, ImageFolderSource
 from fcw.sources.video import VideoSource
 
@@ -54,7 +54,7 @@ def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str
             f"{'an MCAP file' if is_mcap(path) else 'a video'} has times; leave it out"
         )
     if is_mcap(path):
-        from fcw.sources.mcap import open_mcap  # takes a while to load, and few need it
+        from fcw.sources.mcap.source import open_mcap  # takes a while to load, and few need it
 
         return open_mcap(path, topic)
     return VideoSource(path)

@@ -15,8 +15,8 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from fcw.errors import UserError
+from fcw.frame import Frame, ImageSize
 from fcw.sources.decoding import NANOSECONDS, to_ns
-from fcw.sources.frame import Frame, ImageSize
 from fcw.sources.orientation import orientation
 
 OPEN_TIMEOUT_S, READ_TIMEOUT_S = 10.0, 10.0

@@ -15,8 +15,8 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from fcw.errors import UserError
+from fcw.frame import VideoPacket
 from fcw.sources import h264
-from fcw.sources.frame import VideoPacket
 
 NANOSECONDS = 1_000_000_000
 _SEEK_MARGINS_S = (0, 10)

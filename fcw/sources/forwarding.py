@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.frame import Frame, ImageSize, Source
 
 
 class ForwardingSource:

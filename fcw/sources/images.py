@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
-from fcw.sources.frame import Frame, ImageSize
+from fcw.frame import Frame, ImageSize
 
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
 TIMES_NAME = "timestamps.txt"

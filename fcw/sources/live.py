@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.clock import Clock
+from fcw.frame import Frame, Source
 from fcw.sources.forwarding import ForwardingSource
-from fcw.sources.frame import Frame, Source
 
 NANOSECONDS = 1_000_000_000
 PATIENCE_S = 10.0

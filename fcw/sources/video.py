@@ -12,6 +12,7 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
+from fcw.frame import Frame, ImageSize
 from fcw.sources.decoding import (
     NANOSECONDS,
     Decoding,
@@ -22,7 +23,6 @@ from fcw.sources.decoding import (
     seek_before,
     to_ns,
 )
-from fcw.sources.frame import Frame, ImageSize
 from fcw.sources.orientation import orientation
 
 FALLBACK_FRAME_RATE_HZ = 25.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.detection.types import Box
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 from fcw.tracking.range_model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.vehicle_sizes import SizePrior

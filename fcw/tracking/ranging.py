@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from fcw.detection.types import Box
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 CUT_MARGIN_PX = 2.0
 CUT_MARGIN_SIGMAS = 2.0

@@ -11,12 +11,12 @@ from rich.console import Console
 from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector
 from fcw.detection.model import Model
+from fcw.frame import Frame, Source
 from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource
-from fcw.sources.frame import Frame, Source
 from fcw.threads import one_opencv_thread
 from fcw_viz.benchmark.picture_cases import Picture
-from fcw_viz.drive_job import DriveJob, run_drive
+from fcw_viz.jobs.drive import DriveJob, run_drive
 
 DECODE, RELAYED, ENCODED = "decoding alone", "whole job, video relayed", "whole job, video encoded anew"
 ONE_THREAD, TWO_THREADS = "detector acf, one thread", "detector acf, two threads over frames"

@@ -18,9 +18,9 @@ from rich.progress import Progress
 from fcw.camera.file import default_path
 from fcw.detection.choice import DetectorModel
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
+from fcw.frame import Source
 from fcw.sources import is_mcap, open_source
-from fcw.sources.frame import Source
-from fcw.sources.mcap_facts import mcap_facts
+from fcw.sources.mcap.facts import mcap_facts
 from fcw.sources.video import VideoSource
 from fcw.threads import one_opencv_thread
 from fcw.versions import machine, versions
@@ -28,7 +28,7 @@ from fcw_viz.benchmark.drive_cases import drive_cases, thread_cases
 from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.benchmark.picture_cases import Picture, PictureCase, picture_cases
-from fcw_viz.drive_job import DriveJob, load_calibration
+from fcw_viz.jobs.drive import DriveJob, load_calibration
 
 
 def measure(

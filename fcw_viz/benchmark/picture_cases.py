@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
-from fcw.detection.channels import ChannelComputer
+from fcw.detection.channels.aggregated import ChannelComputer
 from fcw.detection.choice import DetectorModel, make_detector
 from fcw.detection.model import Model
 

@@ -14,7 +14,7 @@ from fcw.detection.acf import AcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.detection.types import Box, Detection, Detector
 from fcw.errors import UserError
-from fcw.sources.frame import Frame
+from fcw.frame import Frame
 from fcw.tracking.range_model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_row
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fcw.camera.calibration import Calibration
-from fcw_viz.calibrate_app.numbers_text import in_units, interval_text, unit_name
+from fcw_viz.calibrate_app.document.numbers_text import in_units, interval_text, unit_name
 
 AHEAD_M = 0.05
 """Nearer to the camera's axis than this is straight ahead: nobody tapes better."""

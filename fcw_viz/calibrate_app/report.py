@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.file import calibration_text
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document import Document
-from fcw_viz.calibrate_app.drawing import draw
-from fcw_viz.calibrate_app.figures import birds_eye, interval_plot, residual_bar
-from fcw_viz.calibrate_app.numbers_text import (
+from fcw_viz.calibrate_app.document.document import Document
+from fcw_viz.calibrate_app.document.numbers_text import (
     in_units,
     interval_text,
     percent_text,
@@ -24,10 +22,12 @@ from fcw_viz.calibrate_app.numbers_text import (
     typed_text,
     unit_name,
 )
-from fcw_viz.calibrate_app.picture_svg import picture_overlay_svg
-from fcw_viz.calibrate_app.solution import EFFECT_DISTANCE_M
-from fcw_viz.calibrate_app.state import Result, SessionState
-from fcw_viz.page.label_layout import Window
+from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
+from fcw_viz.calibrate_app.document.state import Result, SessionState
+from fcw_viz.calibrate_app.drawing.drawing import draw
+from fcw_viz.calibrate_app.drawing.figures import birds_eye, interval_plot, residual_bar
+from fcw_viz.calibrate_app.drawing.picture_svg import picture_overlay_svg
+from fcw_viz.page.picture.label_layout import Window
 
 PICTURE_WIDTH_CSS_PX = 1000.0
 """Width of the page, and so of the picture in it."""

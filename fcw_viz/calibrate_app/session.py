@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import Document
-from fcw_viz.calibrate_app.edit_form import edit_from_json, edit_to_json
-from fcw_viz.calibrate_app.edits import Edit, Load
-from fcw_viz.calibrate_app.history import Action, Event
-from fcw_viz.calibrate_app.journal import file_digest
-from fcw_viz.calibrate_app.resume import Beginning, begin, now
-from fcw_viz.calibrate_app.solution import solve
-from fcw_viz.calibrate_app.state import Result, SessionState, Solution, Status
+from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.document.document import Document
+from fcw_viz.calibrate_app.document.edit_form import edit_from_json, edit_to_json
+from fcw_viz.calibrate_app.document.edits import Edit, Load
+from fcw_viz.calibrate_app.document.history import Action, Event
+from fcw_viz.calibrate_app.document.journal import file_digest
+from fcw_viz.calibrate_app.document.resume import Beginning, begin, now
+from fcw_viz.calibrate_app.document.solution import solve
+from fcw_viz.calibrate_app.document.state import Result, SessionState, Solution, Status
 
 LOGGER = logging.getLogger(__name__)
 

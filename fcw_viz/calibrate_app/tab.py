@@ -9,20 +9,20 @@ from pathlib import Path
 import viser
 
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document import Mark
-from fcw_viz.calibrate_app.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
+from fcw_viz.calibrate_app.document.document import Mark
+from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
+from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.drawing.picture_overlay import PictureOverlay
 from fcw_viz.calibrate_app.fields import NumberField
+from fcw_viz.calibrate_app.handles import PictureHandles, mark_handle
 from fcw_viz.calibrate_app.keys import all_keys
-from fcw_viz.calibrate_app.panels import Panels
-from fcw_viz.calibrate_app.picture_handles import PictureHandles, mark_handle
-from fcw_viz.calibrate_app.picture_overlay import PictureOverlay
+from fcw_viz.calibrate_app.panels.layout import Panels
 from fcw_viz.calibrate_app.session import CalibrationSession
-from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.keys import add_keys
-from fcw_viz.page.page_script import install
-from fcw_viz.page.picture_view import PictureView
+from fcw_viz.page.picture.view import PictureView
 from fcw_viz.page.pictures import Pictures
+from fcw_viz.page.script import install
 
 NOTIFICATION_S = 6.0
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
-    from fcw.sources.frame import ImageSize
+    from fcw.frame import ImageSize
 
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 FIELD_OF_VIEW_SIGMA_DEG = 3.0
@@ -239,7 +239,7 @@ def parse_image_size(text: str) -> "ImageSize":
         UserError: it is not of that form.
     """
     from fcw.errors import UserError
-    from fcw.sources.frame import ImageSize
+    from fcw.frame import ImageSize
 
     try:
         width, height = (int(part) for part in text.lower().split("x"))

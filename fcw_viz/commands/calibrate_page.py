@@ -9,9 +9,9 @@ from rich.console import Console
 from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import Belief, Document
-from fcw_viz.calibrate_app.edits import (
+from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.document.document import Belief, Document
+from fcw_viz.calibrate_app.document.edits import (
     Edit,
     SetFieldOfView,
     SetHeight,

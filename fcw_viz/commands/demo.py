@@ -44,9 +44,9 @@ def run_demo(command: DemoCommand) -> int:
     from rich.console import Console
 
     from fcw.evaluation.simulated import compare_with_truth
-    from fcw.logs.mcap_reader import DriveLog
-    from fcw.simulation.truth_file import read_truth
-    from fcw_viz.drive_job import MCAP_NAME, DriveJob, run_drive
+    from fcw.logs.mcap.reader import DriveLog
+    from fcw.simulation.truth.file import read_truth
+    from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, run_drive
 
     folder = demo_folder()
     truth = read_truth(folder / "truth.csv")
@@ -61,7 +61,7 @@ def run_demo(command: DemoCommand) -> int:
         return 130
     if command.no_serve:
         return 0
-    from fcw_viz.commands.review import ReviewCommand, run_review
+    from fcw_viz.commands.review.command import ReviewCommand, run_review
 
     console.print()
     return run_review(ReviewCommand(command.out))

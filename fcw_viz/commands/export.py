@@ -42,7 +42,7 @@ def run_export(command: ExportCommand) -> int:
     """Run `fcw export`; returns the exit code."""
     from rich.console import Console
 
-    from fcw_viz.export_job import ExportJob, run_export_job
+    from fcw_viz.jobs.export import ExportJob, run_export_job
 
     job = ExportJob(
         drives=command.drives,

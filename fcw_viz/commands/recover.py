@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 if TYPE_CHECKING:
-    from fcw.logs.recovery import RecoveryReport
+    from fcw.logs.mcap.recovery import RecoveryReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,8 @@ def run_recover(command: RecoverCommand) -> int:
     from rich.console import Console
     from rich.progress import Progress
 
-    from fcw.logs.recovery import recover, recovered_path
-    from fcw_viz.drive_job import MCAP_NAME
+    from fcw.logs.mcap.recovery import recover, recovered_path
+    from fcw_viz.jobs.drive import MCAP_NAME
 
     path = command.drive / MCAP_NAME if command.drive.is_dir() else command.drive
     out = command.out or recovered_path(path)
@@ -40,7 +40,7 @@ def run_recover(command: RecoverCommand) -> int:
 
 def report_text(report: "RecoveryReport", path: Path, out: Path) -> str:
     """What was recovered and what was lost, in sentences."""
-    from fcw.logs.mcap_format import PICTURES_CHUNK_NS, SIGNALS_CHUNK_NS
+    from fcw.logs.mcap.format import PICTURES_CHUNK_NS, SIGNALS_CHUNK_NS
 
     text = (
         f"{out}: {report.frames} frames, {report.duration_s:.2f} s, {report.pictures} of them with a picture"

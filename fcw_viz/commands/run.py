@@ -9,7 +9,7 @@ import tyro
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fcw_viz.drive_job import DriveJob, DriveOutcome
+    from fcw_viz.jobs.drive import DriveJob, DriveOutcome
 
 RECORDINGS = Path("recordings")
 FOXGLOVE_LAYOUT = Path(__file__).parents[1] / "foxglove_layout.json"
@@ -62,7 +62,7 @@ def run_run(command: RunCommand) -> int:
     from rich.console import Console
 
     from fcw.errors import UserError
-    from fcw_viz.drive_job import run_drive
+    from fcw_viz.jobs.drive import run_drive
 
     if command.live:
         from fcw_viz.commands.run_live import run_live
@@ -93,7 +93,7 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
         source: of the drive.
         out: where its logs go; None for what was typed, or the default.
     """
-    from fcw_viz.drive_job import DriveJob
+    from fcw_viz.jobs.drive import DriveJob
 
     return DriveJob(
         source=source,
@@ -120,7 +120,7 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
     from rich.table import Table
 
     from fcw.units import distance_text
-    from fcw_viz.drive_job import MCAP_NAME, RRD_NAME, SUMMARY_NAME
+    from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, SUMMARY_NAME
 
     summary = outcome.summary
     console.print(

@@ -13,12 +13,12 @@ from rich.console import Console
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import default_path
 from fcw.errors import UserError
+from fcw.frame import ImageSize
 from fcw.sources import is_mcap, open_source
 from fcw.sources.camera import CameraSource, camera_name, is_camera
-from fcw.sources.frame import ImageSize
 from fcw.sources.live import LiveSource
 from fcw_viz.commands.run import RECORDINGS, RunCommand, job_of, report_drive
-from fcw_viz.drive_job import MCAP_NAME, DriveJob, load_calibration, run_drive
+from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, load_calibration, run_drive
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 from fcw_viz.page.server import DEFAULT_PORT

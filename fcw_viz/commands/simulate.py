@@ -25,7 +25,7 @@ def run_simulate(command: SimulateCommand) -> int:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from fcw.errors import UserError
-    from fcw.simulation.scenario import load_scenario
+    from fcw.simulation.world.scenario import load_scenario
 
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")

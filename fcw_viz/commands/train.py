@@ -36,9 +36,9 @@ def run_train(command: TrainCommand) -> int:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from fcw.detection.dataset import load_training_set
     from fcw.detection.model import model_sha256
-    from fcw.detection.training import TrainingSettings, train
+    from fcw.detection.training.dataset import load_training_set
+    from fcw.detection.training.training import TrainingSettings, train
     from fcw.errors import UserError
 
     if not command.data:

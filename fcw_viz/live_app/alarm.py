@@ -9,8 +9,8 @@ from fcw.logs.overlay import LEVEL_COLORS
 from fcw.logs.records import FrameResult
 from fcw.units import distance_text
 from fcw.warning.types import WarningLevel
-from fcw_viz.page.page_script import run_script
-from fcw_viz.page.page_style import set_html
+from fcw_viz.page.script import run_script
+from fcw_viz.page.style import set_html
 
 _BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
 

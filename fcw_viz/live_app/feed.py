@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.frame import VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.series import DriveSeries, SeriesBuilder
-from fcw.sources.frame import VideoPacket
 from fcw.sources.live import LiveSource
 
 HISTORY_S = 30.0

@@ -11,13 +11,13 @@ from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.series import DriveSeries
 from fcw_viz.live_app.feed import HISTORY_S, NANOSECONDS
 from fcw_viz.live_app.latency import LatencyFigures
-from fcw_viz.page.page_channel import says, says_size
-from fcw_viz.page.page_style import STYLE, set_html, text_block
+from fcw_viz.page.channel import says, says_size
+from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.review_app.drive import time_text
-from fcw_viz.review_app.panels import OWN_STYLE, PANEL_WIDTH_PX
-from fcw_viz.review_app.plots import css_color, plots_svg
-from fcw_viz.review_app.strip import BOTTOM_PX, LEFT_PX, StripLayout, figures_html
-from fcw_viz.review_app.time_axis import TimeAxis
+from fcw_viz.review_app.panels.layout import OWN_STYLE, PANEL_WIDTH_PX
+from fcw_viz.review_app.time.axis import TimeAxis
+from fcw_viz.review_app.time.plots import css_color, plots_svg
+from fcw_viz.review_app.time.strip import BOTTOM_PX, LEFT_PX, StripLayout, figures_html
 from fcw_viz.review_app.words import why
 
 LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text()

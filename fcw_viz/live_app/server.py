@@ -7,7 +7,7 @@ import viser
 
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.tab import LiveTab
-from fcw_viz.page.page_script import run_script
+from fcw_viz.page.script import run_script
 from fcw_viz.page.server import DEFAULT_PORT, check_port, server_url, start_server, stop_server
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.tab import Tab

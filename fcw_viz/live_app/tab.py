@@ -9,16 +9,16 @@ from typing import Any
 import viser
 
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 from fcw_viz.live_app.alarm import Alarm
 from fcw_viz.live_app.feed import NANOSECONDS, LiveFeed, Moment
 from fcw_viz.live_app.latency import LatencyMeter
 from fcw_viz.live_app.panels import History, LivePanels
 from fcw_viz.overlay import OverlayPainter
-from fcw_viz.page.page_channel import PageChannel
-from fcw_viz.page.page_script import install
-from fcw_viz.page.picture_view import PictureView
-from fcw_viz.review_app.birds_eye_view import BirdsEye
+from fcw_viz.page.channel import PageChannel
+from fcw_viz.page.picture.view import PictureView
+from fcw_viz.page.script import install
+from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
 
 FIRST_SIZE = ImageSize(1280, 720)
 """Of the picture before the drive begins."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
-from fcw.sources.frame import Frame, ImageSize, Source
+from fcw.frame import Frame, ImageSize, Source
 
 CACHE_BYTES = 128 << 20
 """Nearly fifty pictures of 1280x720: stepping to and fro decodes nothing twice."""

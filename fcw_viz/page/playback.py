@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from fcw.clock import Clock
 from fcw.errors import UserError
-from fcw.sources.frame import Frame
+from fcw.frame import Frame
 from fcw_viz.page.pictures import Pictures
 
 LARGEST_LAG_S = 0.4

@@ -8,7 +8,7 @@ import numpy as np
 
 from fcw.errors import UserError
 from fcw.events import DriveEvent, find_events
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from fcw.annotation.records import Judgement
 from fcw_viz.page.keys import ZOOM_STEP, Key
-from fcw_viz.review_app.event_list import JUDGEMENT_KEYS
+from fcw_viz.review_app.panels.event_list import JUDGEMENT_KEYS
 
 if TYPE_CHECKING:
     from fcw_viz.review_app.tab import Tab

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 from fcw.logs.records import FrameResult
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.picture import FramePictures
-from fcw_viz.review_app.strip import DEFAULT_WINDOW, WINDOWS_S, Strip, StripLayout
-from fcw_viz.review_app.time_axis import window_around
+from fcw_viz.review_app.picture.drawn import FramePictures
+from fcw_viz.review_app.time.axis import window_around
+from fcw_viz.review_app.time.strip import DEFAULT_WINDOW, WINDOWS_S, Strip, StripLayout
 
 if TYPE_CHECKING:
     from fcw_viz.review_app.tab import Tab

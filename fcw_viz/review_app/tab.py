@@ -12,21 +12,21 @@ import viser
 
 from fcw.annotation.review import JudgedEvent
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
+from fcw_viz.page.channel import PageChannel
 from fcw_viz.page.keys import add_keys
-from fcw_viz.page.page_channel import PageChannel
-from fcw_viz.page.page_script import focus_element, install, run_script
-from fcw_viz.page.picture_view import PictureView
+from fcw_viz.page.picture.view import PictureView
+from fcw_viz.page.script import focus_element, install, run_script
 from fcw_viz.review_app.annotating import Annotating
-from fcw_viz.review_app.birds_eye_view import BirdsEye
-from fcw_viz.review_app.box_editor import BoxEditor
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.event_list import list_order
 from fcw_viz.review_app.keys import all_keys
-from fcw_viz.review_app.panels import NOTE_ID, Panels
-from fcw_viz.review_app.playing import DRAWN_PATIENCE_S, LEAD_IN_S, Playing
+from fcw_viz.review_app.panels.event_list import list_order
+from fcw_viz.review_app.panels.layout import NOTE_ID, Panels
+from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
+from fcw_viz.review_app.picture.box_editor import BoxEditor
 from fcw_viz.review_app.screen import STILL_QUALITY, Screen
 from fcw_viz.review_app.session import DriveReview, ReviewSession
+from fcw_viz.review_app.time.playing import DRAWN_PATIENCE_S, LEAD_IN_S, Playing
 
 NOTIFICATION_S = 6.0
 FIRST_SIZE = ImageSize(1280, 720)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from fcw_viz.export_job import ExportJob, run_export_job
-from fcw_viz.rerun_viewer import has_display, native_viewer, web_viewer
+from fcw_viz.jobs.export import ExportJob, run_export_job
+from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer
 
 AROUND_S = 5.0
 """A clip begins so long before its event, and ends so long after it."""

@@ -14,10 +14,10 @@ from fcw.annotation.frame_labels import frame_labels
 from fcw.annotation.records import BoxEdit, Entry, FrameConfirmed, LabelledBox, new_box_id, track_box_id
 from fcw.annotation.review import fold
 from fcw.annotation.store import ReviewStore
-from fcw.detection.dataset import load_training_set
-from fcw.detection.training import TrainingSettings
+from fcw.detection.training.dataset import load_training_set
+from fcw.detection.training.training import TrainingSettings
 from fcw.detection.types import Box
-from fcw.evaluation.labels import read_annotated
+from fcw.evaluation.detection.labels import read_annotated
 from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main
 
@@ -141,7 +141,9 @@ def test_fcw_train_learns_from_the_boxes_that_count(folder, tmp_path, monkeypatc
         random_per_image=10,
         mined_per_image=2,
     )
-    monkeypatch.setattr("fcw.detection.training.TrainingSettings", lambda seed: replace(tiny, seed=seed))
+    monkeypatch.setattr(
+        "fcw.detection.training.training.TrainingSettings", lambda seed: replace(tiny, seed=seed)
+    )
     assert main(["train", "--data", str(folder), "--out", str(tmp_path / "model.npz")]) == 0
     log = capsys.readouterr().err
     assert "training on 6 pictures" in log

@@ -19,7 +19,7 @@ from fcw.annotation.records import Judgement, Note, Reason, Verdict
 from fcw.annotation.review import Review
 from fcw.annotation.store import ReviewStore, read_review, review_files, review_path
 from fcw.errors import UserError
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 
 RIGHT, FALSE = Verdict(WARNED, Judgement.RIGHT), Verdict(WARNED, Judgement.FALSE, Reason.ONCOMING, "a bus")
 
@@ -122,7 +122,7 @@ import sys
 from pathlib import Path
 from fcw.annotation.records import Note
 from fcw.annotation.store import ReviewStore
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 store = ReviewStore(DriveLog(Path(sys.argv[1])))
 for number in range(100000):
     print(store.add("Ann", Note(number, "note")).entry_id, flush=True)

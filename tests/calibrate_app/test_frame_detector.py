@@ -10,13 +10,13 @@ import pytest
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.overlap import intersection_over_union
+from fcw.detection.boxes.overlap import intersection_over_union
+from fcw.detection.matching import HIT_IOU
 from fcw.detection.types import Box, Detection
 from fcw.errors import UserError
-from fcw.evaluation.detection import HIT_IOU
-from fcw.simulation.truth_file import read_truth
+from fcw.frame import Frame, ImageSize
+from fcw.simulation.truth.file import read_truth
 from fcw.sources import open_source
-from fcw.sources.frame import Frame, ImageSize
 from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, range_vehicle
 from fcw_viz.page.pictures import Pictures
 

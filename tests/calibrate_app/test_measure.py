@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.solve import calibrate
+from fcw.frame import ImageSize
 from fcw.simulation.drive import true_calibration
-from fcw.simulation.scenario import load_scenario
-from fcw.sources.frame import ImageSize
+from fcw.simulation.world.scenario import load_scenario
 from fcw_viz.calibrate_app.measure import (
     GroundLength,
     GroundMeasurement,

@@ -15,10 +15,10 @@ from drawing_states import SIZE, document_of, good_document, marks_at, paper_doc
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document import Belief, Document
-from fcw_viz.calibrate_app.numbers_text import interval_text
+from fcw_viz.calibrate_app.document.document import Belief, Document
+from fcw_viz.calibrate_app.document.numbers_text import interval_text
+from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.report import report_html
-from fcw_viz.calibrate_app.state import SessionState
 from fcw_viz.commands.calibrate import calibration_summary
 
 PICTURE = np.full((SIZE.height, SIZE.width, 3), 90, np.uint8)

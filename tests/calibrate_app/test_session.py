@@ -14,9 +14,9 @@ from session_helpers import CAMERA, PAPER_POINTS, SIZE, edits, open_session, sai
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
-from fcw_viz.calibrate_app.document import Belief
-from fcw_viz.calibrate_app.edits import (
+from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.document.document import Belief
+from fcw_viz.calibrate_app.document.edits import (
     AddMark,
     DeleteMark,
     EnableMark,
@@ -26,9 +26,9 @@ from fcw_viz.calibrate_app.edits import (
     SetHorizon,
     SetReference,
 )
-from fcw_viz.calibrate_app.journal import journal_path, read_journal
-from fcw_viz.calibrate_app.solution import solve
-from fcw_viz.calibrate_app.state import SessionState, Status
+from fcw_viz.calibrate_app.document.journal import journal_path, read_journal
+from fcw_viz.calibrate_app.document.solution import solve
+from fcw_viz.calibrate_app.document.state import SessionState, Status
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 SIZE = ImageSize(1280, 720)
 GOOD = ((4, 461), (5, 428), (7, 383))

@@ -15,7 +15,7 @@ from fcw.camera.file import calibration_text, parse_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 SIZE = ImageSize(1280, 720)
 

@@ -11,7 +11,7 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate, exact_camera
 from fcw.camera.uncertainty import best_next_click, camera_sigmas
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 SIZE = ImageSize(1280, 720)
 TRUTH = GroundPlaneCamera(0.03, 1100, 359.5, 1.225, 639.5)

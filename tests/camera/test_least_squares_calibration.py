@@ -11,7 +11,7 @@ from fcw.camera.calibration import Gaussian, GroundPoint, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import _Fit, calibrate, row_jacobian
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 SIZE = ImageSize(1280, 720)
 TRUTH = GroundPlaneCamera(0.06, 1000, 370, 1.3, 639.5)

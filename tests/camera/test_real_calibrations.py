@@ -5,7 +5,7 @@ import pytest
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.plausibility import plausibility
 from fcw.camera.solve import calibrate
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 
 def real_calibrations(data_dir) -> dict[str, Calibration]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fcw.camera.calibration import GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 SIZE = ImageSize(1280, 720)
 PAPER_POINTS = (GroundPoint(4, 461), GroundPoint(5, 428), GroundPoint(7, 383))

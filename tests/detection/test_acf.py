@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
-from fcw.detection.boosting import train_trees
-from fcw.detection.channels import compute_channels
+from fcw.detection.boxes.overlap import cut_to_picture, intersection_over_union
+from fcw.detection.channels.aggregated import compute_channels
 from fcw.detection.model import BoostedTrees, BoxRegressor, Model, SecondStage, VehicleStatistics, Window
-from fcw.detection.overlap import cut_to_picture, intersection_over_union
 from fcw.detection.scanner import FIRST_CAPACITY
+from fcw.detection.trees.boosting import train_trees
 from fcw.detection.types import Box, Detection
 from fcw.errors import UserError
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 WINDOW = Window()
 ASPECT = 1.4

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fcw.detection.box_regression import LARGEST_ENLARGEMENT
+from fcw.detection.boxes.overlap import cut_to_picture, intersection_over_union
+from fcw.detection.boxes.regression import LARGEST_ENLARGEMENT
+from fcw.detection.boxes.suppression import suppress
 from fcw.detection.later_stages import AGREEING_IOU, LONE_WEIGHT, UNDECIDED_SCORE, LaterStages
 from fcw.detection.model import BoostedTrees, BoxRegressor, Model, SecondStage, VehicleStatistics, Window
-from fcw.detection.overlap import cut_to_picture, intersection_over_union
 from fcw.detection.scanner import Proposals
-from fcw.detection.suppression import suppress
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 
 SIZE = ImageSize(640, 360)
 WINDOW = Window()

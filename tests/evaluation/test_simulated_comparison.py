@@ -7,7 +7,7 @@ import pytest
 from fcw.detection.types import Box, Detection
 from fcw.evaluation.simulated import compare_with_truth, counts_as_rear_view, enhanced_ttc_s, vehicle_at
 from fcw.logs.records import FrameResult
-from fcw.simulation.truth import FrameTruth, VehicleTruth
+from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningLevel, WarningState
 

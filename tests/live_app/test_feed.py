@@ -8,13 +8,13 @@ import pytest
 from review_drives import PERIOD_NS, RATE_HZ, header, result
 
 from fcw.clock import Clock
+from fcw.frame import Frame, ImageSize
 from fcw.logs.records import Sink
-from fcw.sources.frame import Frame, ImageSize
 from fcw.sources.live import LiveSource
 from fcw_viz.live_app.feed import HISTORY_S, LiveFeed
 from fcw_viz.live_app.panels import History
-from fcw_viz.review_app.plots import plots_svg
-from fcw_viz.review_app.time_axis import TimeAxis
+from fcw_viz.review_app.time.axis import TimeAxis
+from fcw_viz.review_app.time.plots import plots_svg
 
 WAIT_S = 10.0
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.types import Box, Detection
+from fcw.frame import ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.sources.frame import ImageSize, VideoPacket
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningLevel, WarningState
 

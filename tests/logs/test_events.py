@@ -11,9 +11,9 @@ from fcw.detection.types import Box
 from fcw.events import DriveEvent, find_events
 from fcw.logs.records import FrameResult
 from fcw.logs.series import SeriesBuilder
-from fcw.simulation.truth import FrameTruth, warning_is_due
-from fcw.simulation.truth_file import read_truth
-from fcw.simulation.truth_log import truth_result
+from fcw.simulation.truth.file import read_truth
+from fcw.simulation.truth.log import truth_result
+from fcw.simulation.truth.truth import FrameTruth, warning_is_due
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningLevel, WarningState
 

@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
-from fcw.logs.mcap_reader import DriveLog
-from fcw.logs.mcap_writer import McapSink
+from fcw.frame import Frame, ImageSize, VideoPacket
+from fcw.logs.encode import VideoEncoder
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.writer import McapSink
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources import open_source
-from fcw.sources.encode import VideoEncoder
-from fcw.sources.frame import Frame, ImageSize, VideoPacket
 from fcw.warning.types import WarningLevel, WarningState
 
 PERIOD_NS = 40_000_000

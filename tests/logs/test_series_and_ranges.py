@@ -9,11 +9,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fcw.logs.mcap_reader import DriveLog
-from fcw.logs.mcap_writer import McapSink
+from fcw.frame import VideoPacket
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.series import NO_TRACK, DriveSeries, SeriesBuilder
-from fcw.sources.frame import VideoPacket
 from fcw.warning.types import WarningLevel, WarningState
 
 Drive = list[tuple[FrameResult, tuple[VideoPacket, ...]]]

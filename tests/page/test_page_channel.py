@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from fcw_viz.page.page_channel import chooses, enters, says, says_size, slides
+from fcw_viz.page.channel import chooses, enters, says, says_size, slides
 
 
 @pytest.mark.parametrize("words", ["event:4", "open:a \"b\" <c> & 'd'#3", "note:ü"])

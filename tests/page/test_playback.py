@@ -9,8 +9,8 @@ import pytest
 
 from fcw.clock import Clock
 from fcw.errors import UserError
+from fcw.frame import Frame, ImageSize
 from fcw.sources import open_source
-from fcw.sources.frame import Frame, ImageSize
 from fcw_viz.page.pictures import Pictures
 from fcw_viz.page.playback import LARGEST_LAG_S, Playback
 

@@ -12,7 +12,7 @@ from fcw.annotation.records import Judgement, Note, Verdict
 from fcw.annotation.review import reference_to
 from fcw.annotation.store import ReviewStore
 from fcw.errors import UserError
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.review_app.session import DRIVES_KEPT, ReviewSession
 
 

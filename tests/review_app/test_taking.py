@@ -8,7 +8,7 @@ import av
 import pytest
 from review_drives import CAUTION_S, RATE_HZ, WARNING_END_S
 
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.taking import AROUND_S, clip_around, event_table, exported_file
 

@@ -11,12 +11,12 @@ from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.solve import calibrate
 from fcw.detection.types import Box
 from fcw.errors import UserError
-from fcw.logs.mcap_reader import DriveLog
+from fcw.logs.mcap.reader import DriveLog
 from fcw.simulation.drive import render_drive, true_calibration, write_drive
-from fcw.simulation.scenario import IMAGE_SIZE, load_scenario, scenario_names
-from fcw.simulation.truth import FrameTruth, VehicleTruth
-from fcw.simulation.truth_file import read_truth
-from fcw.simulation.truth_log import truth_result
+from fcw.simulation.truth.file import read_truth
+from fcw.simulation.truth.log import truth_result
+from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
+from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario, scenario_names
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningLevel
 

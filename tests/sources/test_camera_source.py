@@ -12,8 +12,8 @@ from conftest import MakeVideo
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
+from fcw.frame import ImageSize
 from fcw.sources.camera import CameraSource, camera_name, is_camera
-from fcw.sources.frame import ImageSize
 from fcw.sources.live import LiveSource
 
 Serve = Callable[..., StreamServer]

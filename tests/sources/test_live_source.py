@@ -10,8 +10,8 @@ import pytest
 
 from fcw.clock import Clock
 from fcw.errors import UserError
+from fcw.frame import Frame, ImageSize, VideoPacket
 from fcw.sources import live
-from fcw.sources.frame import Frame, ImageSize, VideoPacket
 from fcw.sources.live import LiveSource
 
 RATE_HZ = 20

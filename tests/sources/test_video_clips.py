@@ -11,8 +11,8 @@ from av.codec.context import CodecContext
 from av.packet import Packet
 from av.video.codeccontext import VideoCodecContext
 
+from fcw.frame import VideoPacket
 from fcw.sources import VideoSource, open_source
-from fcw.sources.frame import VideoPacket
 
 RELAYED = (
     "kb_dashcam1",

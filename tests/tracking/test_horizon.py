@@ -8,7 +8,7 @@ import pytest
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 from fcw.tracking.horizon import MountWatch, RulerReading, with_principal_row
 
 SIZE = ImageSize(1280, 720)

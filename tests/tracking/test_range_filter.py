@@ -9,7 +9,7 @@ from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.detection.types import Box
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 from fcw.tracking.box_measurement import CAMERA, VEHICLE, BoxGeometry, Sighting
 from fcw.tracking.range_filter import RangeFilter
 from fcw.tracking.range_model import RangeModel

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from fcw.detection.types import Box
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 
 SIZE = ImageSize(1280, 720)

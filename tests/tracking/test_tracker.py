@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.types import Box, Detection
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
 

@@ -8,7 +8,7 @@ import pytest
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.types import Box, Detection
-from fcw.sources.frame import ImageSize
+from fcw.frame import ImageSize
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
-from fcw.logs.mcap_reader import DriveLog
+from fcw.frame import VideoPacket
+from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.records import FrameResult
-from fcw.sources.frame import VideoPacket
 
 DRIVE_NAME = "drive.mcap"
 """What `fcw run` calls its log. Other MCAP files in a folder need not be drive logs."""

@@ -1,0 +1,88 @@
+"""Of the windows that one vehicle lights up: the best one, and the box that they agree on."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.kernels.inner import inner_kernel
+
+
+def suppress(
+    boxes: NDArray[np.float64], scores: NDArray[np.floating], largest_overlap: float
+) -> NDArray[np.int64]:
+    """Greedy suppression, best score first.
+
+    A box is dropped where a better one that is kept covers more than `largest_overlap` of the smaller of the
+    two: a box within another is one vehicle, however different their sizes (IoU would keep both).
+
+    Args:
+        boxes: (N, 4) x, y, w, h.
+        scores: (N,).
+        largest_overlap: intersection over the smaller area up to which both boxes stay.
+
+    Returns:
+        Indices of the boxes kept, best first; of equal scores the earlier box counts as the better.
+    """
+    order = np.arange(len(boxes))
+    kept = np.empty_like(order)
+    sort_best_first(np.array(scores, np.float64), order, np.empty_like(order))
+    count = keep_apart(np.array(boxes, np.float64, order="C"), order, largest_overlap, kept)
+    return kept[:count]
+
+
+@inner_kernel(from_python=True)
+def sort_best_first(scores: NDArray[np.float64], order: NDArray[np.int64], spare: NDArray[np.int64]) -> None:
+    """Sort indices by falling score; those of equal scores stay in their order.
+
+    A merge sort from runs of one index up, between `order` and memory as long, `spare`: unlike the library's
+    it allocates nothing.
+    """
+    count = len(order)
+    run = 1
+    while run < count:
+        for first in range(0, count, 2 * run):
+            middle, end = min(first + run, count), min(first + 2 * run, count)
+            left, right = first, middle
+            for to in range(first, end):
+                if left < middle and (right >= end or scores[order[left]] >= scores[order[right]]):
+                    spare[to] = order[left]
+                    left += 1
+                else:
+                    spare[to] = order[right]
+                    right += 1
+        for i in range(count):  # assigning a slice would compile numpy's broadcasting and its error texts
+            order[i] = spare[i]
+        run *= 2
+
+
+@inner_kernel(from_python=True)
+def keep_apart(
+    boxes: NDArray[np.float64], order: NDArray[np.int64], largest_overlap: float, kept: NDArray[np.int64]
+) -> int:
+    """Those of the boxes in `order`, best first, that `suppress` keeps, into `kept`; how many."""
+    count = 0
+    for i in order:
+        alive = True
+        for k in range(count):
+            smaller = min(boxes[i, 2] * boxes[i, 3], boxes[kept[k], 2] * boxes[kept[k], 3])
+            if common_area(boxes, i, kept[k]) > largest_overlap * smaller:
+                alive = False
+                break
+        if alive:
+            kept[count] = i
+            count += 1
+    return count
+
+
+@inner_kernel()
+def common_area(boxes: NDArray[np.float64], i: int, k: int) -> float:
+    """Of two of the boxes x, y, w, h."""
+    width = min(boxes[i, 0] + boxes[i, 2], boxes[k, 0] + boxes[k, 2]) - max(boxes[i, 0], boxes[k, 0])
+    height = min(boxes[i, 1] + boxes[i, 3], boxes[k, 1] + boxes[k, 3]) - max(boxes[i, 1], boxes[k, 1])
+    return max(width, 0.0) * max(height, 0.0)
+
+
+@inner_kernel()
+def agree(boxes: NDArray[np.float64], i: int, k: int, smallest_iou: float) -> bool:
+    """Whether two of the boxes x, y, w, h have an intersection over union of at least so much."""
+    common = common_area(boxes, i, k)
+    return common >= smallest_iou * (boxes[i, 2] * boxes[i, 3] + boxes[k, 2] * boxes[k, 3] - common)

@@ -1,0 +1,1 @@
+"""Detectors plugged in as ONNX files."""

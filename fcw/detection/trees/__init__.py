@@ -1,0 +1,1 @@
+"""Boosted trees: learnt, and run over windows in two stages."""

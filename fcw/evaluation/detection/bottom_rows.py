@@ -1,0 +1,73 @@
+"""How well detections stand on the road: their bottom rows, on which distance hangs, against labels."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from fcw.evaluation.detection.figures import DetectionEvaluation
+
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+@dataclass(frozen=True, slots=True)
+class BottomRows:
+    """Detected less labelled bottom row of the hits, in pixels; positive: too low, so measured too near.
+
+    Attributes:
+        count: hits.
+        vehicles: how many vehicles these are.
+        bias_px: mean.
+        sigma_px: standard deviation.
+        median_px: median.
+        robust_sigma_px: from the median absolute deviation.
+    """
+
+    count: int
+    vehicles: int
+    bias_px: float
+    sigma_px: float
+    median_px: float
+    robust_sigma_px: float
+
+
+def bottom_rows(
+    evaluation: DetectionEvaluation,
+    sources: Collection[str],
+    smallest_px: float = 20.0,
+    largest_px: float = 60.0,
+) -> BottomRows | None:
+    """The bottom rows of the hits at the evaluation's threshold.
+
+    Args:
+        evaluation: detections matched with labels.
+        sources: only boxes that are drawn or checked so (the annotations' `source`).
+        smallest_px: only boxes at least so high.
+        largest_px: and at most so high.
+
+    Returns:
+        None where nothing is left.
+    """
+    matches = evaluation.matches
+    errors, vehicles = [], set()
+    for index in np.flatnonzero((matches.vehicle >= 0) & (matches.scores >= evaluation.threshold)):
+        vehicle = int(matches.vehicle[index])
+        image = evaluation.images[int(matches.vehicle_frame[vehicle])]
+        label = int(matches.vehicle_label[vehicle])
+        _, y, _, h = image.labelled.boxes[label]
+        if image.attributes[label].get("source") in sources and smallest_px <= h <= largest_px:
+            errors.append(matches.boxes[index, 1] + matches.boxes[index, 3] - (y + h))
+            vehicles.add(int(evaluation.grouping.vehicle[vehicle]))
+    if not errors:
+        return None
+    values = np.array(errors)
+    median = float(np.median(values))
+    return BottomRows(
+        count=len(values),
+        vehicles=len(vehicles),
+        bias_px=float(values.mean()),
+        sigma_px=float(values.std()),
+        median_px=median,
+        robust_sigma_px=MAD_TO_SIGMA * float(np.median(np.abs(values - median))),
+    )

@@ -1,0 +1,123 @@
+"""Running detectors over labelled pictures, side by side, with the time each takes."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.choice import DetectorModel, make_detector
+from fcw.detection.training.dataset import LabelledImage
+from fcw.detection.types import Detector
+from fcw.evaluation.detection.labels import AnnotatedImage
+
+EVERY_SCORE = float("-inf")
+"""With this threshold a detector puts out all that passes its cascade: the whole curve."""
+
+DetectorOf = Callable[[LabelledImage], Detector]
+CalibrationOf = Callable[[LabelledImage], Calibration]
+
+
+class FrameDetections(NamedTuple):
+    """What a detector found in one picture.
+
+    Attributes:
+        boxes: (D, 4) x, y, w, h, best score first.
+        scores: (D,).
+        milliseconds: of its thread, for this picture.
+        windows: that it looked at; None where it does not say.
+    """
+
+    boxes: NDArray[np.float64]
+    scores: NDArray[np.float64]
+    milliseconds: float
+    windows: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorCase:
+    """A detector as it is measured.
+
+    Attributes:
+        name: `acf`, `acf-full` or `onnx:FILE`.
+        model: its model.
+        score_threshold: from which score a box counts; None: the model's own.
+        largest_scale: how far pictures are enlarged; None: the detector's own.
+    """
+
+    name: str
+    model: DetectorModel
+    score_threshold: float | None = None
+    largest_scale: float | None = None
+
+    def detector_of(self, calibration_of: CalibrationOf) -> DetectorOf:
+        """A function from a picture to its detector, the same for all pictures of one clip and size."""
+        made: dict[object, Detector] = {}
+
+        def detector_of(image: LabelledImage) -> Detector:
+            key = image.clip, image.size
+            if key not in made:
+                made[key] = make_detector(
+                    self.name, self.model, calibration_of(image), self.score_threshold, self.largest_scale
+                )
+            return made[key]
+
+        return detector_of
+
+
+def run_detectors(
+    images: Sequence[AnnotatedImage],
+    detectors: Mapping[str, DetectorOf],
+    advance: Callable[[], None] = lambda: None,
+) -> dict[str, tuple[FrameDetections, ...]]:
+    """Run several detectors over the same pictures, in turns picture by picture.
+
+    Taking turns, a busy machine slows all of them alike; the thread's own time is counted, not that of
+    others which the scheduler lets in between.
+
+    Args:
+        images: the pictures.
+        detectors: by any name, how to get the detector of a picture.
+        advance: is called after each picture.
+
+    Returns:
+        By the same names, what was found in each picture.
+
+    Raises:
+        UserError: a picture cannot be read, or has no calibration.
+    """
+    found: dict[str, list[FrameDetections]] = {name: [] for name in detectors}
+    started: set[int] = set()
+    for image in images:
+        pixels = image.labelled.read()
+        for name, detector_of in detectors.items():
+            detector = detector_of(image.labelled)
+            if id(detector) not in started:  # compiling and first allocations are not what a frame takes
+                detector.detect(pixels)
+                started.add(id(detector))
+            found[name].append(_detect(detector, pixels))
+        advance()
+    return {name: tuple(frames) for name, frames in found.items()}
+
+
+def median_milliseconds(frames: Sequence[FrameDetections]) -> float:
+    """What a picture took, the median."""
+    return float(np.median([frame.milliseconds for frame in frames]))
+
+
+def mean_windows(frames: Sequence[FrameDetections]) -> float | None:
+    """Windows looked at a picture, on average; None where the detector does not say."""
+    counts = [frame.windows for frame in frames if frame.windows is not None]
+    return float(np.mean(counts)) if counts else None
+
+
+def _detect(detector: Detector, pixels: NDArray[np.uint8]) -> FrameDetections:
+    start_s = time.thread_time()
+    found = detector.detect(pixels)
+    milliseconds = 1e3 * (time.thread_time() - start_s)
+    boxes = np.array([(d.box.x, d.box.y, d.box.w, d.box.h) for d in found], np.float64).reshape(-1, 4)
+    scores = np.array([d.score for d in found], np.float64)
+    return FrameDetections(boxes, scores, milliseconds, getattr(detector, "windows_per_frame", None))

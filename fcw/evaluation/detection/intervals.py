@@ -1,0 +1,126 @@
+"""Intervals of detection figures by resampling what is independent: clips, and vehicles in them.
+
+A vehicle is drawn with all its boxes, whatever picture they are in, and false positives with stretches of
+pictures (B. Efron, R. Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8; two stages as in
+A. Davison, D. Hinkley, Bootstrap Methods and their Application, 1997, sect. 3.8). Of a single clip only the
+vehicles in it are drawn: what another camera would give is then not in the interval. With three clips it is
+wide, and rightly so; where the question is about these clips alone, they can be kept and only what is in
+them drawn.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.detection.matching import DetectionCurve, Matches
+from fcw.evaluation.detection.labels import AnnotatedImage
+from fcw.evaluation.detection.vehicles import frame_blocks, vehicle_identities
+
+CONFIDENCE = 0.95
+RESAMPLES = 1000
+
+
+class Interval(NamedTuple):
+    """Between which values a figure lies with a confidence of 95 %."""
+
+    low: float
+    high: float
+
+
+class Weights(NamedTuple):
+    """One resample: how often each vehicle, (V,), and each picture, (F,), is drawn."""
+
+    vehicles: NDArray[np.float64]
+    frames: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grouping:
+    """What belongs together.
+
+    Attributes:
+        vehicle: (V,) number, from 0, of the vehicle that each box that counts shows.
+        vehicle_clip: (V,) its clip.
+        block: (F,) stretch of pictures that each picture is in.
+        clip: (F,) its clip.
+    """
+
+    vehicle: NDArray[np.int64]
+    vehicle_clip: NDArray[np.int64]
+    block: NDArray[np.int64]
+    clip: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, images: Sequence[AnnotatedImage], matches: Matches) -> "Grouping":
+        """The groups of labelled pictures, vehicles in the order of `matches`."""
+        identities = vehicle_identities(images)
+        clips = sorted({image.labelled.clip for image in images})
+        clip = np.array([clips.index(image.labelled.clip) for image in images], np.int64)
+        places = zip(matches.vehicle_frame, matches.vehicle_label, strict=True)
+        vehicle = np.array([identities[frame][label] for frame, label in places], np.int64)
+        numbers = np.unique(vehicle, return_inverse=True)[1].astype(np.int64)
+        return cls(numbers, clip[matches.vehicle_frame], frame_blocks(images), clip)
+
+    def resamples(self, count: int = RESAMPLES, same_clips: bool = False, seed: int = 0) -> Iterator[Weights]:
+        """Draws of clips, and within each drawn clip of its vehicles and of its stretches of pictures.
+
+        The same arguments give the same draws, so that figures of two detectors can be compared in pairs.
+
+        Args:
+            count: how many.
+            same_clips: keep every clip, and draw in them only.
+            seed: of the draws.
+        """
+        random = np.random.default_rng(seed)
+        vehicles_of = _members(self.vehicle, self.vehicle_clip)
+        frames_of = _members(self.block, self.clip)
+        clips = np.unique(self.clip)
+        for _ in range(count):
+            vehicles, frames = np.zeros(len(self.vehicle)), np.zeros(len(self.clip))
+            for clip in clips if same_clips else random.choice(clips, len(clips)):
+                for weights, members in ((vehicles, vehicles_of.get(clip)), (frames, frames_of.get(clip))):
+                    if members is not None:
+                        drawn = random.integers(members.groups, size=members.groups)
+                        weights[members.places] += np.bincount(drawn, minlength=members.groups)[members.group]
+            yield Weights(vehicles, frames)
+
+
+class _Members(NamedTuple):
+    """What is in a clip: indices, the group of each (a vehicle, a stretch of pictures), and their number."""
+
+    places: NDArray[np.int64]
+    group: NDArray[np.int64]
+    groups: int
+
+
+def _members(names: NDArray[np.int64], clips: NDArray[np.int64]) -> dict[int, _Members]:
+    members = {}
+    for clip in np.unique(clips):
+        index = np.flatnonzero(clips == clip)
+        different, group = np.unique(names[index], return_inverse=True)
+        members[int(clip)] = _Members(index, group, len(different))
+    return members
+
+
+def interval(values: Sequence[float] | NDArray[np.float64]) -> Interval:
+    """The middle 95 % of resampled values; those that are not defined (NaN) are left out."""
+    defined = np.asarray(values)[~np.isnan(values)]
+    if not len(defined):
+        return Interval(float("nan"), float("nan"))
+    low, high = np.quantile(defined, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
+    return Interval(float(low), float(high))
+
+
+def curve_intervals(
+    matches: Matches,
+    grouping: Grouping,
+    figures: Callable[[DetectionCurve], Sequence[float]],
+    resamples: int = RESAMPLES,
+    same_clips: bool = False,
+) -> tuple[Interval, ...]:
+    """Intervals of several figures of the curve, all from the same resamples (see `Grouping.resamples`)."""
+    values = [figures(matches.curve(*weights)) for weights in grouping.resamples(resamples, same_clips)]
+    return tuple(interval(column) for column in zip(*values, strict=True))

@@ -1,0 +1,196 @@
+"""COCO labels with all that evaluation asks of them: attributes of the boxes, times, calibrations."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.training.dataset import LabelledImage, read_calibration_table, read_labels
+from fcw.errors import UserError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AnnotatedImage:
+    """A labelled picture as an evaluation needs it.
+
+    Attributes:
+        labelled: the picture and its boxes.
+        image_id: its id in the labels.
+        time_s: when in its clip, from `frame` and `fps` of the labels; None where they say nothing.
+        attributes: of each box, the annotation's fields.
+    """
+
+    labelled: LabelledImage
+    image_id: int | str
+    time_s: float | None
+    attributes: tuple[Mapping[str, Any], ...]
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """(N,) the boxes that are hit or missed."""
+        return ~self.labelled.ignored
+
+
+def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
+    """Read COCO labels, and see that each picture is there.
+
+    Args:
+        labels: the JSON file.
+        images: folder that the `file_name`s are relative to.
+
+    Raises:
+        UserError: as `dataset.read_labels`; or there is no picture, or one's file is missing.
+    """
+    labelled = read_labels(labels, images)
+    if not labelled:
+        raise UserError(f"{labels}: holds no image; expected COCO labels with at least one")
+    missing = [image.path for image in labelled if not image.path.is_file()]
+    if missing:
+        raise UserError(
+            f"{missing[0]}: {labels} names this picture, but there is no such file"
+            + (f" (nor {len(missing) - 1} others)" if len(missing) > 1 else "")
+            + "; give the folder that its file names are relative to with --images"
+        )
+    content = json.loads(labels.read_text())
+    pictures = {picture["id"]: picture for picture in content["images"]}
+    fields: dict[Any, list[Mapping[str, Any]]] = {identity: [] for identity in pictures}
+    for annotation in content["annotations"]:
+        _, _, w, h = map(float, annotation["bbox"])
+        if w * h > 0:  # the rest says nothing: see read_labels
+            fields[annotation["image_id"]].append(annotation)
+    annotated = []
+    for image, (identity, picture) in zip(labelled, pictures.items(), strict=True):
+        if len(fields[identity]) != len(image.boxes):
+            raise AssertionError(f"{labels}: image {identity} was read in two ways")
+        frame, fps = picture.get("frame"), picture.get("fps")
+        time_s = frame / fps if frame is not None and fps else None
+        annotated.append(AnnotatedImage(image, identity, time_s, tuple(fields[identity])))
+    return tuple(annotated)
+
+
+def read_category(labels: Path) -> int:
+    """The id of the labels' one category of vehicles, the first; 1 where none is named."""
+    categories = json.loads(labels.read_text()).get("categories") or [{"id": 1}]
+    return categories[0]["id"]
+
+
+def count_only(images: Sequence[AnnotatedImage], conditions: Sequence[str]) -> tuple[AnnotatedImage, ...]:
+    """The same pictures, with the boxes that fail a condition ignored.
+
+    Args:
+        images: the pictures.
+        conditions: `attribute=value`, the value as JSON writes it (quotes left out); all must hold.
+
+    Raises:
+        UserError: a condition has another form, names an attribute that no box has, or leaves no vehicle.
+    """
+    for condition in conditions:
+        name, equals, text = condition.partition("=")
+        if not (name and equals):
+            raise UserError(f"--only {condition}: expected attribute=value, as in --only occluded=0")
+        known = {str(fields[name]) for image in images for fields in image.attributes if name in fields}
+        if not known:
+            raise UserError(f"--only {condition}: no annotation has the attribute {name}; check its spelling")
+        value = _parsed(text)
+        images = tuple(
+            replace(
+                image,
+                labelled=replace(
+                    image.labelled,
+                    ignored=image.labelled.ignored
+                    | np.array([fields.get(name) != value for fields in image.attributes], bool),
+                ),
+            )
+            for image in images
+        )
+        if not any(image.counted.any() for image in images):
+            raise UserError(
+                f"--only {condition}: no vehicle that counts has this; values are {', '.join(sorted(known))}"
+            )
+    return tuple(images)
+
+
+def calibration_source(path: Path) -> Callable[[LabelledImage], Calibration]:
+    """How to get the calibration of a picture.
+
+    Args:
+        path: a calibration file for all pictures; a folder with `<clip>.yaml` for each clip; or the table
+            `calibrations.txt` of the project's own data.
+
+    Returns:
+        A function from a picture to its calibration, scaled to its size; the same object for the same clip
+        and size. It raises UserError where there is none.
+
+    Raises:
+        UserError: there is no such file or folder, or it is no calibration.
+    """
+    if not path.exists():
+        raise UserError(
+            f"--calibration {path}: no such file or folder; give a calibration file as `fcw calibrate` "
+            "saves it, or a folder with <clip>.yaml for each clip"
+        )
+    if path.is_dir():
+        find = _in_folder(path)
+    elif path.suffix == ".txt":
+        find = _in_table(path)
+    else:
+        find = _one_for_all(path)
+    scaled: dict[tuple[str, Any], Calibration] = {}
+
+    def calibration(image: LabelledImage) -> Calibration:
+        key = image.clip, image.size
+        if key not in scaled:
+            found, origin = find(image)
+            try:
+                scaled[key] = found.for_image_size(image.size)
+            except UserError as error:
+                raise UserError(f"{origin}: {error} ({image.path})") from None
+        return scaled[key]
+
+    return calibration
+
+
+def _one_for_all(path: Path) -> Callable[[LabelledImage], tuple[Calibration, Path]]:
+    calibration = Calibration.load(path)
+    return lambda _: (calibration, path)
+
+
+def _in_folder(folder: Path) -> Callable[[LabelledImage], tuple[Calibration, Path]]:
+    def find(image: LabelledImage) -> tuple[Calibration, Path]:
+        if not image.clip:
+            raise UserError(
+                f"{image.path}: the picture's clip is unknown, so that no calibration in {folder} is its; "
+                "give the image a `clip` in the labels, or one calibration file for all"
+            )
+        path = folder / f"{image.clip}.yaml"
+        if not path.is_file():
+            raise UserError(
+                f"{path}: no calibration for the clip {image.clip}, which {image.path.name} is from; "
+                "make one with `fcw calibrate --save`, or give one calibration file for all"
+            )
+        return Calibration.load(path), path
+
+    return find
+
+
+def _in_table(path: Path) -> Callable[[LabelledImage], tuple[Calibration, Path]]:
+    table = read_calibration_table(path)
+
+    def find(image: LabelledImage) -> tuple[Calibration, Path]:
+        if image.clip not in table:
+            raise UserError(f"{path}: no calibration for the clip {image.clip!r}; add its line")
+        return table[image.clip], path
+
+    return find
+
+
+def _parsed(text: str) -> object:
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text

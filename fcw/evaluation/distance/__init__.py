@@ -1,0 +1,1 @@
+"""What distances and closing speeds are worth, on real and simulated vehicles."""

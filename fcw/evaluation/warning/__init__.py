@@ -1,0 +1,1 @@
+"""Whether warnings come in time, and never for nothing."""

@@ -1,0 +1,99 @@
+"""How the detector's kernels are compiled: without the interpreter's lock, and kept on disk."""
+
+import functools
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numba
+import numpy as np
+from numba.core import config
+from numpy.typing import NDArray
+
+
+def kernel() -> Callable[[Callable[..., Any]], Any]:
+    """Decorator: compile a function at its first use, for the types it is then called with.
+
+    nogil lets frames be worked on in several threads; fastmath lets LLVM vectorise. The machine code is
+    kept beside the source, or in the user's cache folder. Where neither can be written to (a read-only
+    install without a home folder) numba refuses; then it is kept in the folder for temporary files, and only
+    where that is not safe either is the kernel compiled anew in each process.
+
+    What is kept is used as long as no file in the source's room (`fcw/detection` with the rooms in it, say)
+    and none here changes: numba itself looks at the one file alone, and would run code with the constants
+    and callees that another file had at the time.
+    """
+
+    def compiled(function: FunctionType) -> Any:  # noqa: ANN401 - numba's own type
+        options = {"nogil": True, "fastmath": True, "error_model": "numpy"}
+        try:
+            return _cached(function, options)
+        except RuntimeError:  # "cannot cache function ...: no locator available"
+            folder = private_temporary_folder()
+        if folder is None:
+            return numba.njit(**options)(function)
+        settings: Any = config  # its attributes are made when it is loaded
+        before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)  # read once, for this function
+        try:
+            return _cached(function, options)
+        except RuntimeError:
+            return numba.njit(**options)(function)
+        finally:
+            settings.CACHE_DIR = before
+
+    return compiled
+
+
+def _cached(function: FunctionType, options: dict[str, Any]) -> Any:  # noqa: ANN401 - numba's own type
+    dispatcher: Any = numba.njit(cache=True, **options)(function)
+    stamp = _digest_of_sources(_room(Path(function.__code__.co_filename).parent))
+    dispatcher._cache._cache_file._source_stamp = stamp  # numba has no public way
+    return dispatcher
+
+
+def _room(folder: Path) -> Path:
+    """The room of its package that a folder lies in: the one just below the outermost package."""
+    while (folder.parent.parent / "__init__.py").is_file():
+        folder = folder.parent
+    return folder
+
+
+@functools.cache
+def _digest_of_sources(room: Path) -> bytes:
+    digest = hashlib.sha256()
+    for folder in (room, Path(__file__).parent):
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.digest()
+
+
+def rows_of_bytes(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """A (height, width, 3) picture as (height, 3 * width), copied where it is not contiguous.
+
+    Of one type for every caller, and so for one compiled kernel: read-only, and contiguous.
+    """
+    rows = np.ascontiguousarray(picture).reshape(len(picture), -1)
+    rows.flags.writeable = False
+    return rows
+
+
+def private_temporary_folder() -> Path | None:
+    """A folder among the temporary files that this user alone can write to; None where there is none.
+
+    What is loaded from it is run: in a folder that all users share, another one may have made it before us.
+    """
+    user = os.getuid() if hasattr(os, "getuid") else None
+    folder = Path(tempfile.gettempdir()) / ("fcw-kernels" if user is None else f"fcw-kernels-{user}")
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    if user is None:  # Windows: temporary files are the user's own
+        return folder
+    own = status.st_uid == user and not status.st_mode & 0o077 and not folder.is_symlink()
+    return folder if own else None

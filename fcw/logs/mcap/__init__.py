@@ -1,0 +1,1 @@
+"""The drive log as MCAP: written, read and recovered."""

@@ -1,0 +1,256 @@
+"""Reading a drive log back."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+from typing import BinaryIO
+
+from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
+from mcap.records import Attachment, Chunk, Message, Metadata
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC
+
+from fcw.errors import UserError
+from fcw.frame import VideoPacket
+from fcw.logs.mcap import format as mcap
+from fcw.logs.mcap.chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks, stored_attachment
+from fcw.logs.mcap.foxglove_messages import NANOSECONDS
+from fcw.logs.mcap.messages import result_from_message
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.logs.schemas import drive_pb2
+from fcw.logs.series import DriveSeries, SeriesBuilder
+
+
+class DriveLog:
+    """A drive log in MCAP.
+
+    A log whose writer was killed is read up to where it is torn. Reading from several threads at once is
+    safe: each pass has a file of its own.
+
+    Attributes:
+        path: the file.
+        header: what the log was opened with.
+        complete: False where the log was never closed.
+    """
+
+    def __init__(self, path: Path, *, pass_over_damage: bool = False) -> None:
+        """Read the header.
+
+        Args:
+            path: the file.
+            pass_over_damage: leave out what cannot be read of a complete log too, instead of raising.
+
+        Raises:
+            UserError: the file is missing, or is no drive log.
+        """
+        self.path = path
+        self._series: DriveSeries | None = None
+        try:
+            with path.open("rb") as file:
+                self.header = self._read_header(file)
+                file.seek(-min(len(MCAP0_MAGIC), file.tell()), 2)
+                self.complete = file.read() == MCAP0_MAGIC
+        except OSError as error:
+            raise UserError(
+                f"{path}: cannot read the log ({error.strerror}); expected a drive.mcap of `fcw run`"
+            ) from error
+        self._strict = self.complete and not pass_over_damage
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know of the log: that it is torn, and how much of it is lost."""
+        if self.complete:
+            return ()
+        start_ns = self.chunks.start_ns
+        torn = f"{self.path}: its writer was stopped before it closed the log"
+        if start_ns is None:
+            return (f"{torn}; no frame can be read",)
+        signals_s, pictures_s = (
+            ((self.chunks.end_ns(topic) or start_ns) - start_ns) / NANOSECONDS
+            for topic in (mcap.RESULT_TOPIC, mcap.VIDEO_TOPIC)
+        )
+        return (
+            f"{torn}; signals can be read up to {signals_s:.2f} s, pictures up to {pictures_s:.2f} s. "
+            f"Lost is what came after: at most {mcap.SIGNALS_CHUNK_NS / NANOSECONDS:g} s of signals and "
+            f"{mcap.PICTURES_CHUNK_NS / NANOSECONDS:g} s of pictures. "
+            f"`fcw recover {self.path}` makes a whole log of it",
+        )
+
+    @cached_property
+    def chunks(self) -> ChunkTable:
+        """Where the parts of the file stand.
+
+        Raises:
+            UserError: the index of a complete log is damaged.
+        """
+        with self.path.open("rb") as file:
+            if not self.complete:
+                return scanned_chunks(file)
+            try:
+                return indexed_chunks(file)
+            except DAMAGED as error:
+                if self._strict:
+                    raise self._damaged(error) from error
+                return scanned_chunks(file)
+
+    def results(self, start_ns: int | None = None, end_ns: int | None = None) -> Iterator[FrameResult]:
+        """Results of the frames at times in [start_ns, end_ns), in order; all by default.
+
+        Raises:
+            UserError: a complete log holds damaged bytes.
+        """
+        for _, message in self._messages((mcap.RESULT_TOPIC,), start_ns, end_ns):
+            result = result_from_message(message.data)
+            if _within(result.time_ns, start_ns, end_ns):
+                yield result
+
+    def entries(
+        self, start_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[tuple[FrameResult, tuple[VideoPacket, ...]]]:
+        """Results of the frames at times in [start_ns, end_ns) with their packets, as they were written.
+
+        Pictures are written later than signals: at the end of a torn log there are results without packets.
+        The first packets of a range need not be keyframes; see `video_packets`.
+        """
+        packets = self._packets(start_ns, end_ns)
+        following = next(packets, None)
+        for result in self.results(start_ns, end_ns):
+            own: list[VideoPacket] = []
+            while following is not None and following[0] <= result.index:
+                if following[0] == result.index:
+                    own.append(following[1])
+                following = next(packets, None)
+            yield result, tuple(own)
+
+    def video_packets(self, start_ns: int | None = None, end_ns: int | None = None) -> Iterator[VideoPacket]:
+        """Video packets in decoding order up to `end_ns` (exclusive).
+
+        They start at the keyframe from which the picture at `start_ns` can be decoded.
+        """
+        if start_ns is not None:
+            start_ns = self.series().keyframe_before(start_ns)
+        for _, packet in self._packets(start_ns, end_ns):
+            if _within(packet.time_ns, start_ns, end_ns):
+                yield packet
+
+    def series(self, progress: Callable[[float], None] = lambda part: None) -> DriveSeries:
+        """The signals as columns: from the log's own, or by one pass over a log that has none.
+
+        Args:
+            progress: called with the part of such a pass that is done, 0 to 1.
+        """
+        if self._series is None:
+            self._series = self._stored_series() or self.gathered_series(progress)
+        return self._series
+
+    def result_at(self, frame_index: int) -> FrameResult:
+        """The result of one frame.
+
+        Raises:
+            IndexError: the log has no such frame.
+        """
+        series = self.series()
+        time_ns = int(series.time_ns[series.row_of(frame_index)])
+        for result in self.results(time_ns, time_ns + 1):
+            if result.index == frame_index:
+                return result
+        raise IndexError(f"{self.path}: no frame {frame_index}")
+
+    def _stored_series(self) -> DriveSeries | None:
+        """The log's own columns; None where it has none that can be read."""
+        if not self.complete:
+            return None
+        with self.path.open("rb") as file, suppress(*DAMAGED):
+            data = stored_attachment(file, mcap.SERIES_NAME)
+            return DriveSeries.from_bytes(data) if data is not None else None
+        return None
+
+    def gathered_series(self, progress: Callable[[float], None] = lambda part: None) -> DriveSeries:
+        """The same by a pass over the log, whatever stands in it."""
+        builder = SeriesBuilder()
+        end_ns, pictures_end_ns = self.chunks.end_ns() or 1, self.chunks.end_ns(mcap.VIDEO_TOPIC) or 0
+        for topic, message in self._messages((mcap.RESULT_TOPIC, mcap.VIDEO_INDEX_TOPIC)):
+            if topic == mcap.RESULT_TOPIC:
+                builder.add(result_from_message(message.data), ())
+                progress(message.log_time / end_ns)
+            elif message.log_time <= pictures_end_ns:  # at the end of a torn log pictures are missing
+                index = drive_pb2.VideoPacket.FromString(message.data)
+                builder.add_packet(index.time_ns, index.keyframe)
+        return builder.build()
+
+    def _packets(self, start_ns: int | None, end_ns: int | None) -> Iterator[tuple[int, VideoPacket]]:
+        """Packets with the number of the frame they came with, from all chunks that touch the range.
+
+        Where pictures are missing in between, those up to the next keyframe cannot be decoded: left out.
+        """
+        index = self._messages((mcap.VIDEO_INDEX_TOPIC,), start_ns, end_ns)
+        entry = next(index, None)
+        due: int | None = None
+        for _, picture in self._messages((mcap.VIDEO_TOPIC,), start_ns, end_ns):
+            while entry is not None and entry[1].sequence < picture.sequence:
+                entry = next(index, None)
+            if entry is None or entry[1].sequence != picture.sequence:
+                continue
+            about = drive_pb2.VideoPacket.FromString(entry[1].data)
+            if due in (None, picture.sequence) or about.keyframe:
+                due = picture.sequence + 1
+                data = CompressedVideo.FromString(picture.data).data
+                yield about.frame_index, VideoPacket(data, about.time_ns, about.keyframe, about.shown)
+
+    def _messages(
+        self, topics: Sequence[str], start_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[tuple[str, Message]]:
+        """Messages with their topics, in the order in which they were written, of all chunks in the range."""
+        # Log times cannot be negative: what is earlier has log time 0.
+        start_ns = max(start_ns or 0, 0)
+        end_ns = None if end_ns is None else max(end_ns, 1)
+        chunks = self.chunks
+        with self.path.open("rb") as file:
+            try:
+                yield from chunks.messages(file, topics, start_ns, end_ns, pass_over_damage=not self._strict)
+            except DAMAGED as error:
+                raise self._damaged(error) from error
+
+    def _damaged(self, error: Exception) -> UserError:
+        return UserError(
+            f"{self.path}: the log is damaged ({error}); copy it again, or make a new one of what "
+            f"can be read with `fcw recover {self.path}`"
+        )
+
+    def _read_header(self, file: BinaryIO) -> DriveHeader:
+        """The header from the records before the first chunk."""
+        metadata: dict[str, dict[str, str]] = {}
+        attachments: dict[str, bytes] = {}
+        try:
+            for record in StreamReader(file, emit_chunks=True).records:
+                if isinstance(record, Metadata):
+                    metadata[record.name] = record.metadata
+                elif isinstance(record, Attachment):
+                    attachments[record.name] = record.data
+                elif isinstance(record, Chunk):
+                    break
+        except DAMAGED as error:
+            if mcap.CALIBRATION_NAME not in attachments:
+                raise UserError(
+                    f"{self.path}: not a drive log, or one cut off at its start ({error}); "
+                    "expected a drive.mcap of `fcw run`"
+                ) from error
+        try:
+            drive = metadata[mcap.DRIVE_METADATA]
+            if drive["format_version"] != mcap.FORMAT_VERSION:
+                raise UserError(
+                    f"{self.path}: drive log of format version {drive['format_version']}, expected "
+                    f"{mcap.FORMAT_VERSION}; run the drive again with this version of fcw"
+                )
+            calibration = attachments[mcap.CALIBRATION_NAME].decode()
+            return mcap.drive_header(drive, metadata[mcap.VERSIONS_METADATA], calibration, str(self.path))
+        except (KeyError, ValueError) as error:
+            raise UserError(
+                f"{self.path}: an MCAP file, but no drive log of fcw (no {error}); "
+                "expected a drive.mcap of `fcw run`"
+            ) from error
+
+
+def _within(time_ns: int, start_ns: int | None, end_ns: int | None) -> bool:
+    return (start_ns is None or time_ns >= start_ns) and (end_ns is None or time_ns < end_ns)

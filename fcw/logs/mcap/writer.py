@@ -1,0 +1,206 @@
+"""The drive log as MCAP, for Foxglove, for this program's own review, and for whatever else reads it."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BufferedWriter
+from pathlib import Path
+
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf.message import Message
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
+from fcw import __version__
+from fcw.camera.file import calibration_text
+from fcw.errors import UserError
+from fcw.frame import VideoPacket
+from fcw.logs.disk_sync import DiskSync
+from fcw.logs.mcap import format as mcap
+from fcw.logs.mcap import foxglove_messages as foxglove
+from fcw.logs.mcap.messages import result_message, track_message, warning_message
+from fcw.logs.overlay import overlay_rows
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.logs.schemas import drive_pb2
+from fcw.logs.series import SeriesBuilder
+from fcw.warning.types import WarningLevel
+
+_TOPICS: dict[str, type[Message]] = {
+    mcap.VIDEO_TOPIC: CompressedVideo,
+    mcap.VIDEO_INDEX_TOPIC: drive_pb2.VideoPacket,
+    mcap.RESULT_TOPIC: drive_pb2.FrameResult,
+    mcap.LEAD_TOPIC: drive_pb2.Track,
+    mcap.WARNING_TOPIC: drive_pb2.WarningState,
+    mcap.CALIBRATION_TOPIC: CameraCalibration,
+    mcap.ANNOTATIONS_TOPIC: ImageAnnotations,
+    mcap.SCENE_TOPIC: SceneUpdate,
+    mcap.TRANSFORMS_TOPIC: FrameTransforms,
+    mcap.LOG_TOPIC: Log,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    log_ns: int
+    data: bytes
+
+
+class McapSink:
+    """Writes a drive as MCAP; an `fcw.logs.records.Sink`. `mcap_format` says what stands where.
+
+    The file is written in place and has no footer before `close`: an unfinished log can be told from a
+    finished one, and read up to where it ends. mcap's writer has one chunk open. It takes the signals, and
+    pictures wait here until it is their turn: so each has chunks of its own.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """The log will be at `path`; a file that is there is replaced when the log is opened."""
+        self._path = path
+        self._file: BufferedWriter | None = None
+
+    def open(self, header: DriveHeader) -> None:
+        """Start the file with all that is known before the first frame.
+
+        Raises:
+            UserError: the file cannot be written there.
+        """
+        try:
+            self._file = self._path.open("wb")
+        except OSError as error:
+            raise UserError(
+                f"{self._path}: cannot write the log ({error.strerror}); "
+                "name a folder that exists and can be written"
+            ) from error
+        self._header = header
+        self._rows = overlay_rows(header.calibration, header.imperial)
+        self._last_ns: int | None = None
+        self._level = WarningLevel.NONE
+        self._signals_ns: int | None = None
+        self._pictures: list[_Picture] = []
+        self._sequences: defaultdict[str, int] = defaultdict(int)
+        self._series = SeriesBuilder()
+        self._disk = DiskSync(self._file)
+        self._writer = Writer(self._file, chunk_size=mcap.CHUNK_BYTES)
+        self._writer.start(library=f"fcw {__version__}")
+        self._writer.add_metadata(mcap.DRIVE_METADATA, mcap.drive_metadata(header))
+        self._writer.add_metadata(mcap.VERSIONS_METADATA, dict(header.versions))
+        calibration = calibration_text(header.calibration).encode()
+        self._writer.add_attachment(0, 0, mcap.CALIBRATION_NAME, "application/yaml", calibration)
+        self._channels = {
+            topic: self._writer.register_channel(topic, "protobuf", register_schema(self._writer, message))
+            for topic, message in _TOPICS.items()
+        }
+        self._file.flush()
+
+    def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
+        """Add a frame; indices and times must rise.
+
+        The operating system has it within `mcap_format.SIGNALS_CHUNK_NS` of the drive's time, and its
+        pictures within `mcap_format.PICTURES_CHUNK_NS`.
+
+        Raises:
+            UserError: the file cannot be written any further.
+        """
+        with self._telling():
+            if not self._sequences:
+                self._add_camera(min([result.time_ns, *(packet.time_ns for packet in packets)]))
+            if any(packet.keyframe for packet in packets):
+                self._end_pictures()
+            for packet in packets:
+                self._add_packet(packet, result.index)
+            self._add_signals(result)
+            self._series.add(result, packets)
+            log_ns = max(result.time_ns, 0)
+            gap_ns = 0 if self._last_ns is None else log_ns - self._last_ns
+            self._last_ns = log_ns
+            end_ns = log_ns + 2 * gap_ns  # of the next frame, for which there must still be room
+            if self._pictures and end_ns - self._pictures[0].log_ns > mcap.PICTURES_CHUNK_NS:
+                self._end_pictures()
+            elif self._signals_ns is not None and end_ns - self._signals_ns > mcap.SIGNALS_CHUNK_NS:
+                self._end_signals()
+
+    def close(self) -> None:
+        """Finish the file; a second call does nothing.
+
+        Raises:
+            UserError: the file could not be written to its end.
+        """
+        if self._file is None:
+            return
+        file, self._file = self._file, None
+        with self._telling(), file, self._disk:
+            self._end_pictures()
+            series = self._series.build().to_bytes()
+            self._writer.add_attachment(0, 0, mcap.SERIES_NAME, mcap.SERIES_MEDIA_TYPE, series)
+            self._writer.finish()
+
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Say what a failed write means to the person who runs the drive."""
+        try:
+            yield
+        except OSError as error:
+            raise UserError(
+                f"{self._path}: the log could not be written whole ({error.strerror}); make room on the disk "
+                "and run again; what was written before can be read"
+            ) from error
+
+    def _end_signals(self) -> None:
+        self._writer.flush()
+        self._signals_ns = None
+        self._disk.sync()
+
+    def _end_pictures(self) -> None:
+        """End the chunk of signals too: there is one chunk at a time."""
+        self._writer.flush()
+        for picture in self._pictures:
+            self._add(mcap.VIDEO_TOPIC, picture.log_ns, picture.data)
+        self._pictures.clear()
+        self._end_signals()
+
+    def _add_camera(self, start_ns: int) -> None:
+        calibration, log_ns = self._header.calibration, max(start_ns, 0)
+        stamp = foxglove.timestamp(log_ns)
+        self._signal(mcap.CALIBRATION_TOPIC, log_ns, foxglove.calibration_message(calibration, stamp))
+        self._signal(mcap.TRANSFORMS_TOPIC, log_ns, foxglove.transforms_message(calibration, stamp))
+
+    def _add_signals(self, result: FrameResult) -> None:
+        header, log_ns = self._header, max(result.time_ns, 0)
+        stamp = foxglove.timestamp(log_ns)
+        annotations = foxglove.annotations_message(
+            result, self._rows, header.image_size, header.imperial, stamp
+        )
+        self._signal(mcap.ANNOTATIONS_TOPIC, log_ns, annotations)
+        scene = foxglove.scene_message(result, header.calibration, header.imperial, stamp)
+        self._signal(mcap.SCENE_TOPIC, log_ns, scene)
+        if result.warning.level != self._level:
+            self._level = result.warning.level
+            self._signal(mcap.LOG_TOPIC, log_ns, foxglove.log_message(result, header.imperial, stamp))
+        if result.lead is not None:
+            self._signal(mcap.LEAD_TOPIC, log_ns, track_message(result.lead))
+        self._signal(mcap.WARNING_TOPIC, log_ns, warning_message(result.warning))
+        self._signal(mcap.RESULT_TOPIC, log_ns, result_message(result))
+
+    def _add_packet(self, packet: VideoPacket, frame_index: int) -> None:
+        log_ns = max(packet.time_ns, 0)
+        index = drive_pb2.VideoPacket(
+            time_ns=packet.time_ns, keyframe=packet.keyframe, shown=packet.shown, frame_index=frame_index
+        )
+        self._signal(mcap.VIDEO_INDEX_TOPIC, log_ns, index)
+        video = foxglove.video_message(packet.data, foxglove.timestamp(log_ns))
+        self._pictures.append(_Picture(log_ns, video.SerializeToString()))
+
+    def _signal(self, topic: str, log_ns: int, message: Message) -> None:
+        if self._signals_ns is None:
+            self._signals_ns = log_ns
+        self._add(topic, log_ns, message.SerializeToString())
+
+    def _add(self, topic: str, log_ns: int, data: bytes) -> None:
+        self._writer.add_message(self._channels[topic], log_ns, data, log_ns, self._sequences[topic])
+        self._sequences[topic] += 1

@@ -1,0 +1,158 @@
+"""Vehicles in the picture: a box with a painted near face, two sides, and its shadows on the road."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fcw.camera.ground_plane import FloatArray
+from fcw.simulation.picture.canvas import mixed
+from fcw.simulation.picture.light import Daylight
+from fcw.simulation.picture.quads import Texture
+from fcw.simulation.picture.road.textures import soft_shadow
+from fcw.simulation.picture.vehicles.parts import GREENHOUSES, seen_height_m
+from fcw.simulation.picture.vehicles.rears import rear_texture
+from fcw.simulation.picture.vehicles.sides import front_texture, side_texture
+from fcw.simulation.picture.view import View
+from fcw.simulation.world.state import VEHICLE_SIZES, VehicleKind, VehicleState
+
+FARTHEST_M = 400.0
+CONTACT_MARGIN_M = 0.7
+"""The picture of the contact shadow is larger than the body by so much, its dark part by half of that."""
+SHADOW_REACH = 0.5
+"""The body's shadow reaches as far as that of a thing of half its height: it is not a sharp wall."""
+SEAM_M = 0.15
+"""The panes' plane reaches so far behind the near face, so that nothing shines through where they meet."""
+LEDGE = 0.01
+"""Part of the side's texture below the waist that is shown on the ledge beside the panes."""
+SKY_ON_PAINT, GLOSS = (140.0, 124.0, 108.0), 0.32
+"""Clear coat mirrors the sky: what a camera sees of a paint is bluer and less saturated than its pigment."""
+SIDE_CONTRAST = 0.22
+"""How much brighter the side towards the sun is than the other one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Textures:
+    near: Texture
+    braking: Texture
+    side: Texture
+
+
+class VehiclePainter:
+    """Paints vehicles; keeps the textures of those it has met.
+
+    Args:
+        light: of the drive.
+    """
+
+    def __init__(self, light: Daylight) -> None:
+        self._textures: dict[tuple[VehicleKind, tuple[int, int, int], int, bool], _Textures] = {}
+        self._rear_light = light.rear_light
+        self._contact = Texture(soft_shadow(96, 48, 6, 0.94))
+        self._shade = Texture(soft_shadow(96, 48, 8, light.shadow))
+
+    def paint_shadows(self, view: View, vehicle: VehicleState) -> None:
+        """The dark under the body, and the shadow it casts in the sun."""
+        size, light = vehicle.size, view.light
+        reach_m = SHADOW_REACH * size.height_m
+        shift = np.array((light.shadow_along * reach_m, light.shadow_lateral * reach_m, 0.0))
+        margin_m = CONTACT_MARGIN_M / 2
+        foot = np.array(
+            (
+                (-margin_m, size.width_m / 2 + margin_m, 0.0),
+                (size.length_m + margin_m, size.width_m / 2 + margin_m, 0.0),
+                (size.length_m + margin_m, -size.width_m / 2 - margin_m, 0.0),
+                (-margin_m, -size.width_m / 2 - margin_m, 0.0),
+            )
+        )
+        lowest = view.lowest_row(vehicle.s_m)
+        cast = view.state.vehicle_points(vehicle, foot + shift)
+        view.quad(self._shade, cast, lowest_row_px=lowest)
+        view.quad(self._contact, view.state.vehicle_points(vehicle, foot), lowest_row_px=lowest)
+
+    def paint(self, view: View, vehicle: VehicleState, shaded: bool) -> None:
+        """The body; shaded: it stands under a bridge."""
+        size, house = vehicle.size, GREENHOUSES[vehicle.kind]
+        textures = self._of(vehicle)
+        half_m, length_m, top_m = size.width_m / 2, size.length_m, size.height_m
+        waist = 1 - seen_height_m(house.waist_m) / VEHICLE_SIZES[vehicle.kind].height_m
+        waist_m = (1 - waist) * top_m
+        dim = 1 - 0.5 * view.light.shadow if shaded else 1.0
+        lowest = view.lowest_row(vehicle.s_m)
+        for side in (-1, 1):
+            foot, sill = _body_points(view, vehicle, ((0.0, side * half_m, 0.0), (0.0, 0.0, 0.0)))
+            outwards = foot - sill
+            if float(outwards @ (np.array((0.0, 0.0, foot[2])) - foot)) <= 0:
+                continue
+            sunny = -side * view.light.shadow_lateral
+            lit = dim * (1 + SIDE_CONTRAST * sunny * view.light.shadow)
+            shoulder_m, roof_m = house.foot * half_m, house.roof * half_m
+            for (low_m, low_half_m), (high_m, high_half_m), part, seam_m in (
+                ((0.0, half_m), (waist_m, half_m), (waist, 1.0), 0.0),
+                ((waist_m, half_m), (waist_m, shoulder_m), (waist, waist + LEDGE), SEAM_M),
+                ((waist_m, shoulder_m), (top_m, roof_m), (0.0, waist), SEAM_M),
+            ):
+                rear_m, front_m = (length_m, -seam_m) if vehicle.oncoming else (-seam_m, length_m)
+                corners = _body_points(
+                    view,
+                    vehicle,
+                    (
+                        (rear_m, side * high_half_m, high_m),
+                        (front_m, side * high_half_m, high_m),
+                        (front_m, side * low_half_m, low_m),
+                        (rear_m, side * low_half_m, low_m),
+                    ),
+                )
+                view.quad(textures.side, corners, lit, part, lowest)
+        shown = textures.braking if vehicle.brake_lamps and not vehicle.oncoming else textures.near
+        profile = _front_profile(vehicle) if vehicle.oncoming else ((0.0, 0.0), (0.0, top_m))
+        for (low_x_m, low_m), (high_x_m, high_m) in reversed(list(pairwise(profile))):
+            corners = _body_points(
+                view,
+                vehicle,
+                (
+                    (high_x_m, half_m, high_m),
+                    (high_x_m, -half_m, high_m),
+                    (low_x_m, -half_m, low_m),
+                    (low_x_m, half_m, low_m),
+                ),
+            )
+            part = (1 - high_m / top_m, 1 - low_m / top_m)
+            view.quad(shown, corners, dim * view.light.rear_light, part, lowest)
+
+    def _of(self, vehicle: VehicleState) -> _Textures:
+        key = (vehicle.kind, vehicle.color, vehicle.seed, vehicle.oncoming)
+        if key not in self._textures:
+            kind, seed = vehicle.kind, vehicle.seed
+            color = mixed(vehicle.color, SKY_ON_PAINT, GLOSS)
+            side = Texture(side_texture(kind, color))
+            if vehicle.oncoming:
+                front = Texture(front_texture(kind, color, seed))
+                self._textures[key] = _Textures(front, front, side)
+            else:
+                rear, lit = (rear_texture(kind, color, seed, braking) for braking in (False, True))
+                # Lamps shine by themselves: they do not dim where the rear is in the shade.
+                own = np.abs(lit[..., 2:3] - rear[..., 2:3]) > 1
+                lit[..., :3] = np.where(own, lit[..., :3] / self._rear_light, lit[..., :3])
+                self._textures[key] = _Textures(Texture(rear), Texture(lit), side)
+        return self._textures[key]
+
+
+def _front_profile(vehicle: VehicleState) -> tuple[tuple[float, float], ...]:
+    """Where an oncoming vehicle's front, bonnet and windscreen meet: metres from the front, and up."""
+    nominal, house, size = VEHICLE_SIZES[vehicle.kind], GREENHOUSES[vehicle.kind], vehicle.size
+    if vehicle.kind is VehicleKind.TRUCK:
+        return (0.0, 0.0), (0.0, size.height_m)
+    nose_m, waist_m = (
+        seen_height_m(drawn_m) * size.height_m / nominal.height_m for drawn_m in (house.nose_m, house.waist_m)
+    )
+    foot_m = size.length_m * (1 - house.length_m / nominal.length_m)
+    roof_m = foot_m + house.lean * (size.height_m - waist_m)
+    return (0.0, 0.0), (0.0, nose_m), (foot_m, waist_m), (roof_m, size.height_m)
+
+
+def _body_points(
+    view: View, vehicle: VehicleState, points_m: Sequence[tuple[float, float, float]]
+) -> FloatArray:
+    return view.state.vehicle_points(vehicle, np.array(points_m, np.float64))

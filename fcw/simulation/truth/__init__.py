@@ -1,0 +1,1 @@
+"""What is true of the world at an instant, and the files that hold it."""

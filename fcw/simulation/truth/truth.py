@@ -1,0 +1,188 @@
+"""What is true at an instant: distances, closing speeds, boxes, what hides what, and the horizon."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.detection.types import Box
+from fcw.frame import ImageSize
+from fcw.simulation.picture.projection import dynamic_camera, project
+from fcw.simulation.world.state import VehicleState, WorldState
+from fcw.warning.driver import EXPECTED_DRIVER
+
+IN_PATH_M = 1.75
+"""A vehicle whose middle is nearer than half a lane to our own path is in it."""
+NEAREST_DEPTH_M = 0.3
+"""A face nearer to the camera than this has no box: it is beside the bonnet."""
+VISIBILITY_SAMPLES = 24
+"""Visibility is counted on so many points across a face, and so many down."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleTruth:
+    """A vehicle ahead of our bumper at one instant.
+
+    Attributes:
+        name: which one.
+        distance_m: along the road from our front bumper to its near face.
+        lateral_m: of that face's middle along the camera's left axis.
+        path_lateral_m: of that face's middle from our own path, along the road.
+        closing_speed_mps: rate at which the distance shrinks.
+        ttc_s: distance over closing speed; None when the gap is not closing.
+        box: exact, around its near face, not cut to the picture.
+        body_box: around its whole body.
+        visible_fraction: of the near face: inside the picture and not behind nearer vehicles.
+        oncoming: whether the near face is its front.
+        in_path: whether it stands in our path and does not come towards us.
+    """
+
+    name: str
+    distance_m: float
+    lateral_m: float
+    path_lateral_m: float
+    closing_speed_mps: float
+    ttc_s: float | None
+    box: Box
+    body_box: Box
+    visible_fraction: float
+    oncoming: bool
+    in_path: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTruth:
+    """Everything that is true at one instant.
+
+    Attributes:
+        time_ns: since the start.
+        ego_speed_mps: own speed.
+        pitch_deviation_rad: of the camera from its calibration.
+        bounce_m: of the camera from its calibrated height.
+        horizon_row_px: where the plane of the road below us has its horizon now.
+        vehicles: those ahead whose near face the camera could see, nearest first.
+    """
+
+    time_ns: int
+    ego_speed_mps: float
+    pitch_deviation_rad: float
+    bounce_m: float
+    horizon_row_px: float
+    vehicles: tuple[VehicleTruth, ...]
+
+    @property
+    def lead(self) -> VehicleTruth | None:
+        """The nearest vehicle in our path, or None."""
+        return next((vehicle for vehicle in self.vehicles if vehicle.in_path), None)
+
+
+def frame_truth(
+    state: WorldState, camera: GroundPlaneCamera, image_size: ImageSize, reference_offset_m: float
+) -> FrameTruth:
+    """The truth of one instant.
+
+    Args:
+        state: of the world.
+        camera: as calibrated.
+        image_size: of the picture.
+        reference_offset_m: from the camera forward to the front bumper.
+    """
+    ego = state.ego
+    now = dynamic_camera(camera, ego.pitch_deviation_rad, ego.bounce_m)
+    outlines: list[FloatArray] = []
+    vehicles: list[VehicleTruth] = []
+    for vehicle in sorted(state.vehicles, key=lambda vehicle: vehicle.s_m):
+        distance_m = vehicle.s_m - ego.s_m - reference_offset_m
+        seen = _seen(state, vehicle, now)
+        if seen is None:
+            continue
+        face, outline = seen
+        if distance_m > 0:
+            visible = _visible_fraction(face, image_size, outlines)
+            vehicles.append(_vehicle_truth(state, vehicle, distance_m, _box(face), _box(outline), visible))
+        outlines.append(outline)
+    return FrameTruth(
+        state.time_ns,
+        ego.speed_mps,
+        ego.pitch_deviation_rad,
+        ego.bounce_m,
+        now.horizon_row_px,
+        tuple(vehicles),
+    )
+
+
+def _vehicle_truth(
+    state: WorldState,
+    vehicle: VehicleState,
+    distance_m: float,
+    box: Box,
+    body_box: Box,
+    visible_fraction: float,
+) -> VehicleTruth:
+    ego = state.ego
+    closing_mps = ego.speed_mps - vehicle.speed_mps
+    path_lateral_m = vehicle.lateral_m - ego.lateral_m
+    middle = state.vehicle_points(vehicle, np.zeros(3))
+    return VehicleTruth(
+        name=vehicle.name,
+        distance_m=distance_m,
+        lateral_m=float(middle[1]),
+        path_lateral_m=path_lateral_m,
+        closing_speed_mps=closing_mps,
+        ttc_s=distance_m / closing_mps if closing_mps > 0 else None,
+        box=box,
+        body_box=body_box,
+        visible_fraction=visible_fraction,
+        oncoming=vehicle.oncoming,
+        in_path=not vehicle.oncoming and abs(path_lateral_m) <= IN_PATH_M,
+    )
+
+
+def _seen(
+    state: WorldState, vehicle: VehicleState, now: GroundPlaneCamera
+) -> tuple[FloatArray, FloatArray] | None:
+    """Pixels of the near face's corners (4, 2) and of the body's outline (N, 2); None when not ahead."""
+    size = vehicle.size
+    half_m = size.width_m / 2
+    quad = ((half_m, 0.0), (half_m, size.height_m), (-half_m, size.height_m), (-half_m, 0.0))
+    corners = np.array([(along_m, *corner) for along_m in (0.0, size.length_m) for corner in quad])
+    points = state.vehicle_points(vehicle, corners)
+    if points[:4, 0].min() < NEAREST_DEPTH_M:
+        return None
+    pixels = np.stack(project(points, now), axis=-1)
+    hull = cv2.convexHull(pixels.astype(np.float32))[:, 0]
+    return pixels[:4], np.asarray(hull, np.float64)
+
+
+def _box(pixels: FloatArray) -> Box:
+    (left, top), (right, bottom) = pixels.min(axis=0), pixels.max(axis=0)
+    return Box(float(left), float(top), float(right - left), float(bottom - top))
+
+
+def _visible_fraction(face: FloatArray, image_size: ImageSize, outlines: list[FloatArray]) -> float:
+    """Part of a quadrilateral that is in the picture and outside every outline."""
+    bottom_left, top_left, top_right, bottom_right = face
+    u, v = np.meshgrid(*[(np.arange(VISIBILITY_SAMPLES) + 0.5) / VISIBILITY_SAMPLES] * 2)
+    u, v = u[..., None], v[..., None]
+    points = (1 - v) * ((1 - u) * top_left + u * top_right) + v * ((1 - u) * bottom_left + u * bottom_right)
+    points = points.reshape(-1, 2)
+    inside = ((points >= -0.5) & (points <= (image_size.width - 0.5, image_size.height - 0.5))).all(axis=1)
+    for outline in outlines:
+        inside &= ~_inside_convex(points, outline)
+    return float(inside.mean())
+
+
+def _inside_convex(points: FloatArray, outline: FloatArray) -> NDArray[np.bool_]:
+    """Which points (N, 2) lie inside a convex outline, in whichever sense it runs."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    offsets = points[:, None] - outline
+    sides = edges[:, 0] * offsets[..., 1] - edges[:, 1] * offsets[..., 0]
+    return np.asarray((sides >= 0).all(axis=1) | (sides <= 0).all(axis=1))
+
+
+def warning_is_due(vehicle: VehicleTruth) -> bool:
+    """Whether a driver of 1.2 s and 0.4 g must be warned by now of a vehicle in the path."""
+    closing_mps = vehicle.closing_speed_mps
+    return closing_mps > 0 and vehicle.distance_m <= EXPECTED_DRIVER.needed_distance_m(closing_mps)

@@ -1,0 +1,1 @@
+"""The simulated world: the road, the vehicles on it and how they move."""

@@ -1,0 +1,1 @@
+"""Drives out of MCAP files, by this program or by others."""

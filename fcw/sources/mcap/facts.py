@@ -1,0 +1,125 @@
+"""What an MCAP file knows beside its pictures: the own speed, a calibration, a field of view."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.file import parse_calibration
+from fcw.sources.mcap.file import Clock, McapFile
+from fcw.sources.mcap.source import is_own_log, picture_topic
+from fcw.warning.ego_speed import HIGHEST_SPEED_MPS, EgoSpeed
+
+CALIBRATION_NAME = "calibration.yaml"
+"""Attachment in which this program's logs keep their calibration; other files may have one as well."""
+RESULT_TYPE = "fcw.FrameResult"
+COMMAND_WORDS = ("cmd", "command", "control", "target", "desired")
+"""In names of topics that say what speed somebody wants."""
+
+
+def _length(get: Callable[[Any], Any]) -> Callable[[Any], float]:
+    return lambda message: math.hypot(get(message).x, get(message).y, get(message).z)
+
+
+_SPEEDS: dict[str, Callable[[Any], float]] = {
+    RESULT_TYPE: lambda message: message.ego_speed_mps if message.HasField("ego_speed_mps") else math.nan,
+    "autoware_vehicle_msgs/VelocityReport": lambda message: abs(message.longitudinal_velocity),
+    "autoware_auto_vehicle_msgs/VelocityReport": lambda message: abs(message.longitudinal_velocity),
+    "nav_msgs/Odometry": _length(attrgetter("twist.twist.linear")),
+    "geometry_msgs/TwistWithCovarianceStamped": _length(attrgetter("twist.twist.linear")),
+    "geometry_msgs/TwistStamped": _length(attrgetter("twist.linear")),
+}
+"""Own speed in metres per second in each type of message, the surest one first."""
+_CAMERA_TYPES = ("foxglove.CameraCalibration", "foxglove_msgs/CameraCalibration", "sensor_msgs/CameraInfo")
+
+
+@dataclass(frozen=True, slots=True)
+class McapFacts:
+    """What a file knows beside its pictures.
+
+    Attributes:
+        calibration: of its attachment; None where it has none.
+        ego_speed: the own speed at the pictures' times; None where no topic, or no single one, has it.
+        field_of_view_rad: horizontal, as a camera info states it; it says nothing of where the camera is.
+        camera_topic: where the field of view was found.
+        notes: what of it a person should know.
+    """
+
+    calibration: Calibration | None
+    ego_speed: EgoSpeed | None
+    field_of_view_rad: float | None
+    camera_topic: str
+    notes: tuple[str, ...]
+
+
+def mcap_facts(path: Path, topic: str | None = None) -> McapFacts:
+    """Look through a file; its pictures are not decoded.
+
+    Args:
+        path: the file.
+        topic: of its pictures, as for `open_mcap`.
+
+    Raises:
+        UserError: see `open_mcap`; or the calibration in it is damaged.
+    """
+    file = McapFile(path)
+    pictures = picture_topic(file, topic)
+    attached = file.attachment(CALIBRATION_NAME)
+    calibration = None
+    if attached is not None:
+        calibration = parse_calibration(attached.decode("utf-8", "replace"), f"{path}: {CALIBRATION_NAME}")
+    ego_speed, note = _ego_speed(file, Clock.of(file, pictures.name).stamps and not is_own_log(file))
+    field_of_view_rad, camera_topic = _field_of_view(file)
+    return McapFacts(calibration, ego_speed, field_of_view_rad, camera_topic, (note,) if note else ())
+
+
+def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, str]:
+    """The own speed, and in words where it is from or why it is not used."""
+    for kind, speed_of in _SPEEDS.items():
+        topics = [
+            topic.name
+            for topic in file.topics
+            if topic.type == kind
+            and topic.readable
+            and topic.count != 0
+            and not any(word in topic.name.lower() for word in COMMAND_WORDS)
+        ]
+        if len(topics) > 1:
+            return None, (
+                f"{file.path.name}: the own speed may be in {' or '.join(topics)} ({kind}); "
+                "none is used: give it with --ego-speed"
+            )
+        if topics:
+            speed = _speeds(file, topics[0], speed_of, stamps)
+            if speed is not None:
+                return speed, f"{file.path.name}: own speed from {topics[0]} ({kind})"
+    return None, ""
+
+
+def _speeds(file: McapFile, topic: str, speed_of: Callable[[Any], float], stamps: bool) -> EgoSpeed | None:
+    clock = Clock(stamps, 0)
+    times_s: list[float] = []
+    speeds_mps: list[float] = []
+    for message in file.messages([topic]):
+        if message.content is None:
+            continue
+        time_s, speed_mps = clock.time_ns(message) / 1e9, speed_of(message.content)
+        if 0 <= speed_mps <= HIGHEST_SPEED_MPS and (not times_s or time_s > times_s[-1]):
+            times_s.append(time_s)
+            speeds_mps.append(speed_mps)
+    return EgoSpeed(tuple(times_s), tuple(speeds_mps)) if times_s else None
+
+
+def _field_of_view(file: McapFile) -> tuple[float | None, str]:
+    """Of the first camera info with a focal length."""
+    for topic in file.topics:
+        if topic.type in _CAMERA_TYPES and topic.readable:
+            message = next(file.messages([topic.name]), None)
+            content = None if message is None else message.content
+            matrix = getattr(content, "K", None) or getattr(content, "k", None) or ()
+            if content is not None and len(matrix) == 9 and matrix[0] > 0:
+                return 2 * math.atan(content.width / (2 * matrix[0])), topic.name
+    return None, ""

@@ -1,0 +1,131 @@
+"""Pictures in an MCAP file that stand each for itself, encoded or raw."""
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.errors import UserError
+from fcw.frame import Frame, ImageSize
+from fcw.sources.mcap.file import Clock, Logged, McapFile, Topic
+from fcw.sources.mcap.pictures import PICTURE_READERS, Image, UnknownPictureError
+from fcw.sources.mcap.video import counted, frame_rate_hz
+
+RATE_PICTURES = 32
+"""As many pictures at the beginning tell the rate."""
+
+
+class McapImageSource:
+    """Pictures each encoded for itself, or raw."""
+
+    def __init__(self, file: McapFile, topic: Topic) -> None:
+        """Decode the first picture.
+
+        Raises:
+            UserError: there is none, or the pictures are in a form that is not read here.
+        """
+        self._file, self._topic = file, topic
+        self._label = f"{file.path}: {topic}"
+        self._clock = Clock.of(file, topic.name)
+        self._read: Callable[[Any], Image | None] = PICTURE_READERS[topic.type]
+        self._notes: tuple[str, ...] = ()
+        self._table_ns: NDArray[np.int64] | None = None
+        beginning: list[int] = []
+        self._image_size: ImageSize | None = None
+        for message in islice(file.messages([topic.name]), RATE_PICTURES):
+            beginning.append(self._clock.time_ns(message))
+            if self._image_size is None and (image := self._image(message)) is not None:
+                self._image_size = _size(image)
+        if self._image_size is None:
+            raise UserError(
+                f"{self._label}: none of its first {RATE_PICTURES} pictures can be decoded; expected "
+                "pictures such as JPEG, PNG or WebP"
+            )
+        self._frame_rate_hz = frame_rate_hz(np.unique(np.maximum.accumulate(np.array(beginning, np.int64))))
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self._file.path.name
+
+    @property
+    def image_size(self) -> ImageSize:
+        """Size of every picture."""
+        assert self._image_size is not None
+        return self._image_size
+
+    @property
+    def frame_count(self) -> int | None:
+        """Number of messages, where the file states it."""
+        return self._topic.count
+
+    @property
+    def times_ns(self) -> NDArray[np.int64]:
+        """Times of all pictures, ascending, found in one pass over the file without decoding pictures."""
+        if self._table_ns is None:
+            times = [self._clock.time_ns(message) for message in self._file.messages([self._topic.name])]
+            self._table_ns = np.unique(np.maximum.accumulate(np.array(times, np.int64)))
+        return self._table_ns
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """From the median step at the beginning."""
+        return self._frame_rate_hz
+
+    @property
+    def relays_video(self) -> bool:
+        """False: there are no packets."""
+        return False
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """After iteration, what could not be read."""
+        return self._notes + self._file.notes
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """Frames from the first one at or after `start_ns`."""
+        self._notes = ()
+        undecodable, late, index = 0, 0, 0
+        last_ns: int | None = None
+        search_ns: int | None = None
+        if start_ns is not None and start_ns > self.times_ns[0]:
+            search_ns = self._clock.search_ns(start_ns)
+        for message in self._file.messages([self._topic.name], search_ns):
+            time_ns = self._clock.time_ns(message)
+            if last_ns is None and search_ns is not None:
+                index = int(np.searchsorted(self.times_ns, time_ns))
+            if last_ns is not None and time_ns <= last_ns:
+                late += 1
+                continue
+            last_ns = time_ns
+            if start_ns is None or time_ns >= start_ns:
+                image = self._image(message)
+                if image is None:
+                    undecodable += 1
+                    continue
+                if _size(image) != self.image_size:
+                    self._notes = (
+                        f"{self._label}: the picture size changes from {self.image_size} to {_size(image)}; "
+                        "the rest is left out",
+                    )
+                    return
+                yield Frame(index, time_ns, image)
+            index += 1
+        if undecodable:
+            self._notes += (f"{self._label}: {counted(undecodable)} that cannot be decoded, left out",)
+        if late:
+            self._notes += (f"{self._label}: {counted(late)} with a time not after the one before, left out",)
+
+    def _image(self, message: Logged) -> Image | None:
+        if message.content is None:
+            return None
+        try:
+            return self._read(message.content)
+        except UnknownPictureError as error:
+            raise UserError(f"{self._label}: {error}") from None
+
+
+def _size(image: Image) -> ImageSize:
+    return ImageSize(image.shape[1], image.shape[0])

@@ -1,0 +1,116 @@
+"""MCAP files as drives: Foxglove's and ROS 2's pictures and video, and this program's own logs.
+
+The time of a picture is its message's own stamp (`header.stamp`, `timestamp`), which says when the camera
+saw it; a log time also has the way to the recorder in it. Where the first picture of a topic has no stamp,
+the log times count. Both are kept as they are, mostly nanoseconds since 1970, so that a log lines up with the
+file it was made from. Files are read a chunk at a time, torn ones up to where they end.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from fcw.errors import UserError
+from fcw.frame import Source, VideoPacket
+from fcw.sources import h264
+from fcw.sources.mcap.file import Clock, McapFile, Topic
+from fcw.sources.mcap.images import McapImageSource
+from fcw.sources.mcap.pictures import PICTURE_TYPES, VIDEO_CODECS, VIDEO_TYPES
+from fcw.sources.mcap.video import PacketStream, PacketVideoSource
+
+OWN_LOG_TYPE = "fcw.VideoPacket"
+"""Only this program's logs say of each packet whether it is shown."""
+
+
+def open_mcap(path: Path, topic: str | None = None) -> Source:
+    """The pictures of an MCAP file.
+
+    Args:
+        path: the file.
+        topic: whose pictures; None where there is one topic of pictures only.
+
+    Raises:
+        UserError: the file is no MCAP, has no pictures, several topics of them and none is named, or not the
+            named one, or its pictures are in a form that is not read here.
+    """
+    file = McapFile(path)
+    pictures = picture_topic(file, topic)
+    if pictures.type not in VIDEO_TYPES:
+        return McapImageSource(file, pictures)
+    codec = _codec(file, pictures)
+    packets = _own_log_packets(path) if is_own_log(file) else _foreign_packets(file, pictures, codec)
+    return PacketVideoSource(path.name, f"{path}: {pictures.name}", packets, codec, lambda: file.notes)
+
+
+def is_own_log(file: McapFile) -> bool:
+    """Whether a file is a drive log of this program."""
+    return any(topic.type == OWN_LOG_TYPE for topic in file.topics)
+
+
+def picture_topic(file: McapFile, name: str | None) -> Topic:
+    """The topic of pictures to read; an empty one counts only where it is named.
+
+    Raises:
+        UserError: see `open_mcap`.
+    """
+    pictures = [topic for topic in file.topics if topic.type in PICTURE_TYPES and topic.readable]
+    listed = "; ".join(map(str, pictures))
+    if name is not None:
+        found = next((topic for topic in pictures if topic.name == name), None)
+        if found is None:
+            other = next((topic for topic in file.topics if topic.name == name), None)
+            what = "no such topic" if other is None else f"a topic of {other.type}, which are no pictures"
+            has = f"expected one of: {listed}" if pictures else "the file has no topic of pictures"
+            raise UserError(f"{file.path}: --topic {name}: {what}; {has}")
+        return found
+    filled = [topic for topic in pictures if topic.count != 0]
+    if len(filled) == 1:
+        return filled[0]
+    if filled:
+        raise UserError(
+            f"{file.path}: several topics of pictures: {'; '.join(map(str, filled))}; "
+            "name the camera that looks ahead with --topic"
+        )
+    held = "; ".join(map(str, file.topics)) or "nothing"
+    raise UserError(
+        f"{file.path}: no topic of pictures; expected {', '.join(VIDEO_TYPES[:1])}, "
+        "foxglove.CompressedImage, foxglove.RawImage (protobuf), sensor_msgs/CompressedImage or "
+        f"sensor_msgs/Image (ROS 2); it holds: {held}"
+    )
+
+
+def _codec(file: McapFile, topic: Topic) -> str:
+    """FFmpeg's name of a topic's codec."""
+    first = next(file.messages([topic.name]), None)
+    stated = "" if first is None or first.content is None else str(first.content.format)
+    codec = VIDEO_CODECS.get(stated.lower())
+    if codec is None:
+        raise UserError(
+            f"{file.path}: {topic}: video of the format {stated!r}; expected one of {', '.join(VIDEO_CODECS)}"
+        )
+    return codec
+
+
+def _foreign_packets(file: McapFile, topic: Topic, codec: str) -> PacketStream:
+    clock = Clock.of(file, topic.name)
+
+    def packets(key_ns: int | None) -> Iterator[VideoPacket]:
+        started = codec != "h264"  # a recording may begin between two keyframes
+        search_ns = None if key_ns is None else clock.search_ns(key_ns)
+        for message in file.messages([topic.name], search_ns):
+            time_ns = clock.time_ns(message)
+            if message.content is None or (key_ns is not None and time_ns < key_ns):
+                continue
+            data = bytes(message.content.data)
+            unit = h264.inspect(data) if codec == "h264" else None
+            keyframe = unit is not None and unit.idr and unit.parameter_sets
+            started |= keyframe
+            if started:
+                yield VideoPacket(data, time_ns, keyframe, shown=True)
+
+    return packets
+
+
+def _own_log_packets(path: Path) -> PacketStream:
+    from fcw.logs.mcap.reader import DriveLog  # it builds on the packets of this package
+
+    return DriveLog(path).video_packets

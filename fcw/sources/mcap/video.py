@@ -1,0 +1,225 @@
+"""A stream of video packets, one a picture, as MCAP logs hold them."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from av.codec.context import CodecContext
+from av.error import FFmpegError
+from av.packet import Packet
+from av.video.codeccontext import VideoCodecContext
+from av.video.frame import VideoFrame
+from numpy.typing import NDArray
+
+from fcw.errors import UserError
+from fcw.frame import Frame, ImageSize, VideoPacket
+from fcw.sources import h264
+
+NANOSECONDS = 1_000_000_000
+FALLBACK_FRAME_RATE_HZ = 25.0
+"""Only for a single picture; frames keep their own times all the same."""
+
+REORDERING_PACKETS = 16
+"""H.264 and its successors keep 16 pictures back at most; older packets have given theirs."""
+
+PacketStream = Callable[[int | None], Iterator[VideoPacket]]
+"""Packets in decoding order: all of them, or from the keyframe at the given time on."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """What one pass over the packets shows, without decoding.
+
+    Attributes:
+        times_ns: times of the pictures meant to be shown, ascending.
+        keyframes_ns: times of the packets where decoding can start, ascending.
+        relayable: no B slices, and it begins with a keyframe.
+    """
+
+    times_ns: NDArray[np.int64]
+    keyframes_ns: NDArray[np.int64]
+    relayable: bool
+
+
+class PacketVideoSource:
+    """Pictures of a stream of packets."""
+
+    def __init__(
+        self,
+        name: str,
+        label: str,
+        packets: PacketStream,
+        codec: str = "h264",
+        file_notes: Callable[[], tuple[str, ...]] = tuple,
+    ) -> None:
+        """Decode the first picture.
+
+        Args:
+            name: of the source.
+            label: file and topic, for messages.
+            packets: the stream; asked for anew for each pass.
+            codec: FFmpeg's name of its codec.
+            file_notes: what is to be known of the file by now.
+
+        Raises:
+            UserError: no picture in it decodes.
+        """
+        self._name, self._label = name, label
+        self._packets, self._codec, self._file_notes = packets, codec, file_notes
+        self._notes: tuple[str, ...] = ()
+        self._undecodable = 0
+        first = next((picture for picture, _ in self._pictures(None)), None)
+        if first is None:
+            raise UserError(f"{label}: no picture in its {codec} video can be decoded; expected at least one")
+        self._image_size = ImageSize(first.width, first.height)
+        self._plain = codec == "h264" and first.format.name in ("yuv420p", "yuvj420p")
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self._name
+
+    @property
+    def image_size(self) -> ImageSize:
+        """Size of every picture."""
+        return self._image_size
+
+    @property
+    def frame_count(self) -> int:
+        """Number of pictures to be shown, if all decode."""
+        return len(self.times_ns)
+
+    @property
+    def times_ns(self) -> NDArray[np.int64]:
+        """Times of all pictures, ascending, found in one pass over the packets without decoding."""
+        return self._table.times_ns
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """From the median step of the times."""
+        return frame_rate_hz(self.times_ns)
+
+    @property
+    def relays_video(self) -> bool:
+        """Whether frames carry packets: 8-bit 4:2:0 H.264 without B frames."""
+        return self._plain and self._table.relayable
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """After iteration, what could not be read."""
+        return self._notes + self._file_notes()
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """Frames from the first one at or after `start_ns`.
+
+        The first frame carries the packets before it that its decoding needs, marked not shown, and so does
+        one after pictures that were left out.
+        """
+        table, relays = self._table, self.relays_video
+        key_ns = None
+        if start_ns is not None and start_ns > table.times_ns[0] and self._codec == "h264":
+            before = table.keyframes_ns[table.keyframes_ns <= start_ns]
+            key_ns = int(before[-1]) if len(before) else None
+        last_ns: int | None = None
+        index = 0 if key_ns is None else int(np.searchsorted(table.times_ns, key_ns))
+        late = 0
+        waiting: list[VideoPacket] = []
+        self._undecodable = 0
+        for picture, packets in self._pictures(key_ns):
+            own = packets[-1]
+            waiting += packets
+            if not own.shown:
+                continue
+            if last_ns is not None and own.time_ns <= last_ns:
+                late += 1
+                continue
+            if ImageSize(picture.width, picture.height) != self._image_size:
+                self._notes = (
+                    f"{self._label}: the picture size changes from {self._image_size} to "
+                    f"{picture.width}x{picture.height}; the rest is left out",
+                )
+                return
+            last_ns = own.time_ns
+            if start_ns is None or own.time_ns >= start_ns:
+                carried = (*(_hidden(packet, own.time_ns) for packet in waiting[:-1]), own)
+                image = np.asarray(picture.to_ndarray(format="bgr24"), np.uint8)
+                yield Frame(index, own.time_ns, image, carried if relays else ())
+                waiting = []
+            index += 1
+        self._notes = tuple(self._lost(late))
+
+    def _pictures(self, key_ns: int | None) -> Iterator[tuple[VideoFrame, tuple[VideoPacket, ...]]]:
+        """Every picture that decodes, with the packets since the one before, its own last."""
+        codec = CodecContext.create(self._codec, "r")
+        assert isinstance(codec, VideoCodecContext)
+        codec.thread_type = "SLICE"
+        fed: dict[int, VideoPacket] = {}
+        handed = -1
+
+        def taken(picture: VideoFrame) -> tuple[VideoFrame, tuple[VideoPacket, ...]]:
+            nonlocal handed
+            own = picture.pts if picture.pts in fed else max(fed)
+            packets = tuple(fed[number] for number in sorted(fed) if handed < number < own)
+            handed = max(handed, own)
+            for number in [number for number in fed if number < own - REORDERING_PACKETS]:
+                del fed[number]
+            return picture, (*packets, fed[own])
+
+        for number, packet in enumerate(self._packets(key_ns)):
+            encoded = Packet(packet.data)
+            encoded.pts = encoded.dts = number
+            fed[number] = packet
+            try:
+                pictures = codec.decode(encoded)
+            except FFmpegError:
+                self._undecodable += 1
+                pictures = []
+            for picture in pictures:
+                yield taken(picture)
+        try:
+            for picture in codec.decode(None):
+                yield taken(picture)
+        except FFmpegError:
+            self._undecodable += 1
+
+    def _lost(self, late: int) -> Iterator[str]:
+        if self._undecodable:
+            yield f"{self._label}: {counted(self._undecodable)} damaged beyond decoding, left out"
+        if late:
+            yield f"{self._label}: {counted(late)} with a time not after the one before, left out"
+
+    @cached_property
+    def _table(self) -> _Table:
+        times_ns: list[int] = []
+        keyframes_ns: list[int] = []
+        plain, bidirectional = True, False
+        for number, packet in enumerate(self._packets(None)):
+            unit = h264.inspect(packet.data) if self._codec == "h264" else None
+            bidirectional |= unit is not None and unit.bidirectional
+            startable = unit is not None and unit.idr and unit.parameter_sets
+            plain &= unit is not None and not unit.bidirectional and startable == unit.idr
+            plain &= startable or number > 0
+            if startable:
+                keyframes_ns.append(packet.time_ns)
+            if packet.shown:
+                times_ns.append(packet.time_ns)
+        times = np.array(times_ns, np.int64)
+        rising = times if bidirectional or not len(times) else np.maximum.accumulate(times)
+        return _Table(np.unique(rising), np.unique(np.array(keyframes_ns, np.int64)), plain)
+
+
+def frame_rate_hz(times_ns: NDArray[np.int64]) -> float:
+    """Pictures per second from the median step of rising times."""
+    steps_ns = np.diff(times_ns)
+    return NANOSECONDS / float(np.median(steps_ns)) if len(steps_ns) else FALLBACK_FRAME_RATE_HZ
+
+
+def counted(pictures: int) -> str:
+    """A number of pictures in words."""
+    return "1 picture" if pictures == 1 else f"{pictures} pictures"
+
+
+def _hidden(packet: VideoPacket, limit_ns: int) -> VideoPacket:
+    """A packet that only feeds the decoder, no later than the frame that it stands before."""
+    return replace(packet, time_ns=min(packet.time_ns, limit_ns), shown=False)

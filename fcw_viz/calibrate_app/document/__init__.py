@@ -1,0 +1,1 @@
+"""What somebody said of a camera, how it is kept, and what follows from it."""

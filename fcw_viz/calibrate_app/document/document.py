@@ -1,0 +1,123 @@
+"""What somebody has told the calibration page so far; `fcw_viz.calibrate_app.document.edits` changes it."""
+
+from dataclasses import dataclass, replace
+
+from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A point of the road clicked in a picture.
+
+    Attributes:
+        id: its number in this document, counted from 1; that of a deleted mark is not given again.
+        column_px: where it is.
+        row_px: where it is.
+        distance_m: from the reference, as typed; None until somebody says it.
+        enabled: whether it takes part.
+        frame: index of the picture it was clicked in; None where unknown (points of a loaded file).
+    """
+
+    id: int
+    column_px: float
+    row_px: float
+    distance_m: float | None = None
+    enabled: bool = True
+    frame: int | None = None
+
+    @property
+    def name(self) -> str:
+        """What a person calls it: A, B, ... Z, AA, ..."""
+        letters, number = "", self.id
+        while number > 0:
+            number, letter = divmod(number - 1, 26)
+            letters = chr(ord("A") + letter) + letters
+        return letters
+
+    @property
+    def ground_point(self) -> GroundPoint | None:
+        """The point as calibration takes it; None while it has no distance or is switched off."""
+        if self.distance_m is None or not self.enabled:
+            return None
+        return GroundPoint(self.distance_m, self.row_px, self.column_px)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A straight line drawn in the picture by two of its points, (column, row) each, in pixels."""
+
+    start_px: tuple[float, float]
+    end_px: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """Something known of the camera before any click, which can be switched off and on again."""
+
+    prior: Gaussian
+    enabled: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """Everything somebody has said.
+
+    Attributes:
+        image_size: of the pictures.
+        marks: in the order of their ids.
+        next_id: the id of the next mark.
+        planned_m: distances that marks to come will have, in the order of clicking (a preset).
+        height_m: of the camera above the road; None until said.
+        from_bumper: whether distances were measured from the front bumper instead of the camera.
+        bumper_offset_m: from the camera forward to the bumper; None until said.
+        row_sigma_px: standard deviation of a click.
+        field_of_view: horizontal, in radians.
+        principal_row: row of the optical axis.
+        horizon: the row where somebody dragged the horizon to.
+        lane_lines: two lines along straight lane markings; they meet on the horizon.
+        lane_lines_enabled: whether they take part.
+        imperial: whether distances are typed and shown in feet.
+    """
+
+    image_size: ImageSize
+    marks: tuple[Mark, ...] = ()
+    next_id: int = 1
+    planned_m: tuple[float, ...] = ()
+    height_m: float | None = None
+    from_bumper: bool = False
+    bumper_offset_m: float | None = None
+    row_sigma_px: float = 1.0
+    field_of_view: Belief | None = None
+    principal_row: Belief | None = None
+    horizon: Belief | None = None
+    lane_lines: tuple[Line | None, Line | None] = (None, None)
+    lane_lines_enabled: bool = True
+    imperial: bool = False
+
+    def mark(self, mark_id: int) -> Mark:
+        """The mark of that id.
+
+        Raises:
+            UserError: there is none; somebody may have deleted it in another tab.
+        """
+        for mark in self.marks:
+            if mark.id == mark_id:
+                return mark
+        raise UserError(f"point {Mark(mark_id, 0, 0).name} is gone; it was deleted in the meantime")
+
+    @property
+    def reference_offset_m(self) -> float | None:
+        """From the camera forward to where distances start; None where it has still to be said."""
+        return self.bumper_offset_m if self.from_bumper else 0.0
+
+    @property
+    def next_planned_m(self) -> float | None:
+        """The distance that the next mark will have, by the plan."""
+        taken = {mark.distance_m for mark in self.marks}
+        return next((distance_m for distance_m in self.planned_m if distance_m not in taken), None)
+
+    def with_mark(self, changed: Mark) -> "Document":
+        """This document with one mark replaced by another of the same id."""
+        return replace(self, marks=tuple(changed if mark.id == changed.id else mark for mark in self.marks))

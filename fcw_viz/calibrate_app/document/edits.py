@@ -1,0 +1,340 @@
+"""The edits that change a document.
+
+A document is immutable and an edit is a value: a document is what its edits make of an empty one, so the
+journal of edits is the whole state (`document.history`), and undo is replaying fewer of them.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.document.document import Belief, Document, Line, Mark
+
+EDGE_PX = 0.5
+"""Pixel centres are at whole numbers: the picture reaches half a pixel beyond the first and the last."""
+
+
+@dataclass(frozen=True, slots=True)
+class AddMark:
+    """A click on the picture; the distance is that of the plan, where there is one."""
+
+    column_px: float
+    row_px: float
+    frame: int | None = None
+    distance_m: float | None = None
+
+    def apply(self, document: Document) -> Document:
+        """The document with one more mark.
+
+        Raises:
+            UserError: the click is outside the picture, or the distance is not one.
+        """
+        _check_finite("place of the click", self.column_px, self.row_px)
+        if (self.column_px, self.row_px) != _inside(document.image_size, self.column_px, self.row_px):
+            raise UserError(
+                f"a click at column {self.column_px:g}, row {self.row_px:g} is outside the picture of "
+                f"{document.image_size}; click on the road in the picture"
+            )
+        if self.distance_m is not None:
+            _check_positive("distance", self.distance_m, "metres along the road to the mark")
+        distance_m = document.next_planned_m if self.distance_m is None else self.distance_m
+        mark = Mark(document.next_id, self.column_px, self.row_px, distance_m, frame=self.frame)
+        return replace(document, marks=(*document.marks, mark), next_id=document.next_id + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class MoveMark:
+    """A mark dragged or nudged; beyond the picture it stays at its edge."""
+
+    id: int
+    column_px: float
+    row_px: float
+
+    def apply(self, document: Document) -> Document:
+        """The document with the mark elsewhere.
+
+        Raises:
+            UserError: the place is not a finite one.
+        """
+        _check_finite("place of the point", self.column_px, self.row_px)
+        column_px, row_px = _inside(document.image_size, self.column_px, self.row_px)
+        return document.with_mark(replace(document.mark(self.id), column_px=column_px, row_px=row_px))
+
+
+@dataclass(frozen=True, slots=True)
+class SetDistance:
+    """The distance of a mark from the reference, typed; None takes it back."""
+
+    id: int
+    distance_m: float | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that distance.
+
+        Raises:
+            UserError: it is not a distance.
+        """
+        if self.distance_m is not None:
+            _check_positive("distance", self.distance_m, "metres along the road to the mark")
+        return document.with_mark(replace(document.mark(self.id), distance_m=self.distance_m))
+
+
+@dataclass(frozen=True, slots=True)
+class EnableMark:
+    """A mark switched on or off."""
+
+    id: int
+    enabled: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document with the mark switched."""
+        return document.with_mark(replace(document.mark(self.id), enabled=self.enabled))
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteMark:
+    """A mark taken away."""
+
+    id: int
+
+    def apply(self, document: Document) -> Document:
+        """The document without the mark."""
+        gone = document.mark(self.id)
+        return replace(document, marks=tuple(mark for mark in document.marks if mark is not gone))
+
+
+@dataclass(frozen=True, slots=True)
+class PlanDistances:
+    """Distances for the marks to come; marks that have none get theirs at once, the nearest first."""
+
+    planned_m: tuple[float, ...]
+
+    def apply(self, document: Document) -> Document:
+        """The document with the plan, and its distances given to the marks without one.
+
+        Raises:
+            UserError: one of them is not a distance.
+        """
+        for distance_m in self.planned_m:
+            _check_positive("distance", distance_m, "metres along the road to the mark")
+        document = replace(document, planned_m=self.planned_m)
+        for mark in sorted(document.marks, key=lambda mark: -mark.row_px):
+            if mark.distance_m is None:
+                document = document.with_mark(replace(mark, distance_m=document.next_planned_m))
+        return document
+
+
+@dataclass(frozen=True, slots=True)
+class SetHeight:
+    """The camera's height above the road."""
+
+    height_m: float | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that height.
+
+        Raises:
+            UserError: it is not a height.
+        """
+        if self.height_m is not None:
+            _check_positive("camera height", self.height_m, "metres from the road up to the lens")
+        return replace(document, height_m=self.height_m)
+
+
+@dataclass(frozen=True, slots=True)
+class SetReference:
+    """Where distances were measured from."""
+
+    from_bumper: bool
+    bumper_offset_m: float | None = None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that reference.
+
+        Raises:
+            UserError: the offset is not one.
+        """
+        offset_m = self.bumper_offset_m
+        if offset_m is not None and not (math.isfinite(offset_m) and offset_m >= 0):
+            raise UserError(
+                f"offset {offset_m:g} m: expected 0 or more, metres from the camera forward to the bumper"
+            )
+        return replace(document, from_bumper=self.from_bumper, bumper_offset_m=offset_m)
+
+
+@dataclass(frozen=True, slots=True)
+class SetRowSigma:
+    """How well somebody clicks."""
+
+    row_sigma_px: float
+
+    def apply(self, document: Document) -> Document:
+        """The document with that error of a click.
+
+        Raises:
+            UserError: it is not above 0.
+        """
+        _check_positive("error of a click", self.row_sigma_px, "pixels, standard deviation")
+        return replace(document, row_sigma_px=self.row_sigma_px)
+
+
+@dataclass(frozen=True, slots=True)
+class SetFieldOfView:
+    """The horizontal field of view in radians, as the lens's data sheet says."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that belief.
+
+        Raises:
+            UserError: its value or its standard deviation is not one.
+        """
+        _check_belief("field of view", self.belief, math.pi)
+        return replace(document, field_of_view=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetPrincipalRow:
+    """The row of the optical axis."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that belief.
+
+        Raises:
+            UserError: its value or its standard deviation is not one.
+        """
+        _check_belief("principal row", self.belief)
+        return replace(document, principal_row=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetHorizon:
+    """The horizon dragged to a row."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that belief.
+
+        Raises:
+            UserError: its value or its standard deviation is not one.
+        """
+        _check_belief("horizon", self.belief)
+        return replace(document, horizon=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetLaneLine:
+    """One of the two lane lines (0 or 1) drawn, moved or, as None, taken away."""
+
+    index: int
+    line: Line | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that line.
+
+        Raises:
+            UserError: there is no lane line of that index, or its ends are not finite or the same.
+        """
+        if self.index not in (0, 1):
+            raise UserError(f"lane line {self.index}: expected 0 or 1, the two markings of a lane")
+        if self.line is not None:
+            _check_finite("end of a lane line", *self.line.start_px, *self.line.end_px)
+            if self.line.start_px == self.line.end_px:
+                raise UserError("both ends of the lane line are at the same place; draw it along the marking")
+        first, second = document.lane_lines
+        return replace(document, lane_lines=(self.line, second) if self.index == 0 else (first, self.line))
+
+
+@dataclass(frozen=True, slots=True)
+class EnableLaneLines:
+    """The lane lines' crossing switched on or off as knowledge of the horizon."""
+
+    enabled: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document with the lane lines switched."""
+        return replace(document, lane_lines_enabled=self.enabled)
+
+
+@dataclass(frozen=True, slots=True)
+class SetUnits:
+    """Feet or metres."""
+
+    imperial: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document in those units; what is stored stays in metres."""
+        return replace(document, imperial=self.imperial)
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """Everything replaced: by what a file says, or by an empty document to start anew."""
+
+    document: Document
+
+    def apply(self, document: Document) -> Document:
+        """The other document.
+
+        Raises:
+            UserError: it is for pictures of another size.
+        """
+        if self.document.image_size != document.image_size:
+            raise UserError(
+                f"these points are of pictures of {self.document.image_size}, the pictures here are "
+                f"{document.image_size}; open the drive that they were clicked in"
+            )
+        return self.document
+
+
+Edit = (
+    AddMark
+    | MoveMark
+    | SetDistance
+    | EnableMark
+    | DeleteMark
+    | PlanDistances
+    | SetHeight
+    | SetReference
+    | SetRowSigma
+    | SetFieldOfView
+    | SetPrincipalRow
+    | SetHorizon
+    | SetLaneLine
+    | EnableLaneLines
+    | SetUnits
+    | Load
+)
+
+
+def _check_positive(name: str, value: float, meaning: str) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise UserError(f"{name} {value:g}: expected a number above 0, {meaning}")
+
+
+def _check_finite(name: str, *values: float) -> None:
+    if not all(map(math.isfinite, values)):
+        raise UserError(f"{name} {', '.join(f'{value:g}' for value in values)}: expected finite numbers")
+
+
+def _check_belief(name: str, belief: Belief | None, limit: float = math.inf) -> None:
+    if belief is None:
+        return
+    _check_finite(name, belief.prior.value)
+    _check_positive(f"uncertainty of the {name}", belief.prior.sigma, "its standard deviation")
+    if limit < math.inf and not 0 < belief.prior.value < limit:
+        raise UserError(
+            f"{name} {math.degrees(belief.prior.value):g} degrees: expected more than 0 and less than "
+            f"{math.degrees(limit):g}"
+        )
+
+
+def _inside(size: ImageSize, column_px: float, row_px: float) -> tuple[float, float]:
+    """The place itself where it is inside the picture, else the nearest one at its edge."""
+    column_px = min(max(column_px, -EDGE_PX), size.width - EDGE_PX)
+    return column_px, min(max(row_px, -EDGE_PX), size.height - EDGE_PX)

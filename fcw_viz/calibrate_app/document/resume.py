@@ -1,0 +1,132 @@
+"""What a session begins with: the journal of the work so far, a calibration file's points, or nothing."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from fcw.camera.calibration import Calibration
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
+from fcw_viz.calibrate_app.document.edits import Load
+from fcw_viz.calibrate_app.document.history import Action, Event, History
+from fcw_viz.calibrate_app.document.journal import Journal, file_digest, journal_path
+from fcw_viz.calibrate_app.document.solution import calibration_of
+
+FILE_PERSON = "calibration file"
+"""Who did it, where the file did."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beginning:
+    """What a session begins with.
+
+    Attributes:
+        journal: open and locked.
+        history: what happened before.
+        saved: what the calibration file holds, calibrated anew; None where there is none that can be read.
+        notice: what everybody should know of it; empty where there is nothing.
+    """
+
+    journal: Journal
+    history: History
+    saved: Calibration | None
+    notice: str
+
+
+def now() -> str:
+    """The time of an event, with its zone."""
+    return datetime.now().astimezone().isoformat(timespec="milliseconds")
+
+
+def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
+    """Resume the journal beside `save_path`, else take the points of the calibration there, else none.
+
+    A calibration file that another hand wrote since becomes the journal's last step, which can be undone.
+
+    Raises:
+        UserError: the journal cannot be used (see `Journal.open`).
+    """
+    loaded, notice = _loaded(save_path, image_size)
+    digest = file_digest(save_path)
+    start = Document(image_size) if loaded is None else loaded
+    journal, existed = Journal.open(journal_path(save_path), source.name, start, digest)
+    content = journal.content
+    history = content.history
+    try:
+        saved = None if loaded is None else calibration_of(loaded)
+    except UserError:
+        saved = None
+    if not existed:
+        if loaded is not None:
+            notice = f"The points of {save_path.name} were loaded."
+        return Beginning(journal, history, saved, notice)
+    steps = f"{content.event_count} step" + ("" if content.event_count == 1 else "s")
+    notices = [f"Your work goes on where it was: {steps} from {journal.path.name}."] * bool(
+        content.event_count
+    )
+    if content.torn:
+        notices.append(
+            "The last one was torn while it was written and is lost: check the last thing you did."
+        )
+    if notice:
+        notices.append(notice)
+    foreign = loaded is not None and digest != content.saved_digest
+    if loaded is not None and foreign and saved != _calibration(history.document):
+        event = Event(now(), FILE_PERSON, Action.STEP, (Load(loaded),))
+        history = history.after(event)
+        journal.add(event)
+        journal.add_saved(digest)
+        notices.append(
+            f"{save_path.name} was changed elsewhere, so its points are shown; undo brings yours back."
+        )
+    return Beginning(journal, history, saved, " ".join(notices))
+
+
+def document_of(calibration: Calibration) -> Document:
+    """What somebody must have said for this calibration: its points as marks, its priors as beliefs."""
+    middle_px = (calibration.image_size.width - 1) / 2
+    marks = tuple(
+        Mark(
+            number,
+            middle_px if point.column_px is None else point.column_px,
+            point.row_px,
+            point.distance_m,
+        )
+        for number, point in enumerate(calibration.points, 1)
+    )
+    priors = calibration.priors
+    field_of_view, principal_row, horizon = (
+        None if prior is None else Belief(prior)
+        for prior in (priors.field_of_view_rad, priors.principal_row_px, priors.horizon_row_px)
+    )
+    offset_m = calibration.reference_offset_m
+    return Document(
+        calibration.image_size,
+        marks,
+        len(marks) + 1,
+        height_m=calibration.camera.height_m,
+        from_bumper=offset_m > 0,
+        bumper_offset_m=offset_m if offset_m > 0 else None,
+        # A camera known by other means has no clicks, and so no error of one.
+        row_sigma_px=calibration.row_sigma_px or Document(calibration.image_size).row_sigma_px,
+        field_of_view=field_of_view,
+        principal_row=principal_row,
+        horizon=horizon,
+    )
+
+
+def _loaded(save_path: Path, image_size: ImageSize) -> tuple[Document | None, str]:
+    if not save_path.exists():
+        return None, ""
+    try:
+        return document_of(Calibration.load(save_path).for_image_size(image_size)), ""
+    except UserError as error:
+        return None, f"The calibration there is not used: {error}. Saving replaces it."
+
+
+def _calibration(document: Document) -> Calibration | None:
+    try:
+        return calibration_of(document)
+    except UserError:
+        return None

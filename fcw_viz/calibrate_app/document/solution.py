@@ -1,0 +1,241 @@
+"""What follows from a document: the camera, its uncertainty, what is still missing and what is wrong."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Gaussian, Priors
+from fcw.camera.plausibility import OUTLIER_SIGMAS, FindingKind, plausibility
+from fcw.camera.points import (
+    PARAMETER_COUNT,
+    check_order,
+    check_repeats,
+    distinct_distances,
+)
+from fcw.camera.solve import calibrate
+from fcw.camera.uncertainty import best_next_click, camera_sigmas, relative_errors, row_sigmas
+from fcw.camera.vanishing import combined, vanishing_row
+from fcw.errors import UserError
+from fcw.logs.overlay import ROW_DISTANCES_M
+from fcw.units import FEET_PER_METRE
+from fcw_viz.calibrate_app.document import words
+from fcw_viz.calibrate_app.document.document import Document, Mark
+from fcw_viz.calibrate_app.document.edits import SetHorizon
+from fcw_viz.calibrate_app.document.state import (
+    BeliefEffect,
+    DistanceRow,
+    MarkResidual,
+    Mend,
+    Result,
+    Solution,
+    Status,
+    Trouble,
+)
+from fcw_viz.calibrate_app.document.troubles import degenerate_troubles, implausible_troubles
+
+ASSUMED_HEIGHT_M = 1.3
+"""A lens at the mirror of an ordinary car, for the preview until somebody says the height."""
+ASSUMED_OFFSET_M = 1.8
+"""From there to the front bumper of an ordinary car, for the preview."""
+EFFECT_DISTANCE_M = 40.0
+"""Where the effect of a belief is told, and the quality: a warning at 90 km/h comes from there."""
+CONTRADICTIONS = frozenset((FindingKind.RESIDUAL, FindingKind.PRIOR))
+"""What was said disagrees by more than its noise, and the intervals follow from that noise alone."""
+ROW_DISTANCES_FT = (15.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 250.0)
+QUALITY_DISTANCE_FT = 130.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Facts:
+    """What takes part in a calibration."""
+
+    marks: tuple[Mark, ...]
+    priors: Priors
+    lane_horizon: Gaussian | None
+
+    @property
+    def missing(self) -> int:
+        """How many more facts determine a camera."""
+        distances_m = [mark.distance_m for mark in self.marks if mark.distance_m is not None]
+        return max(PARAMETER_COUNT - len(distinct_distances(distances_m)) - self.priors.count, 0)
+
+
+def solve(document: Document, effects: bool = True) -> Solution:
+    """What follows from a document.
+
+    Args:
+        document: what was said.
+        effects: whether to tell the effect of each belief, and to look for mends that take several solutions;
+            neither is needed while somebody drags.
+    """
+    lane_horizon, lane_troubles = _lane_horizon(document)
+    facts = _facts(document, lane_horizon)
+    height_assumed = document.height_m is None
+    assumed = height_assumed or document.reference_offset_m is None
+    told = _effects(document, lane_horizon) if effects and not assumed else {}
+    incomplete = Solution(
+        Status.INCOMPLETE,
+        None,
+        words.hint_incomplete(document, facts.missing),
+        lane_troubles,
+        lane_horizon,
+        height_assumed,
+        told,
+    )
+    try:
+        calibration = _calibration(document, facts)
+    except UserError as error:
+        troubles = degenerate_troubles(document, error, calibration_of, thorough=effects)
+        return replace(
+            incomplete,
+            status=Status.DEGENERATE,
+            hint=words.hint_degenerate(),
+            troubles=(*troubles, *lane_troubles),
+        )
+    if calibration is None:
+        return incomplete
+    result = _result(document, facts, calibration)
+    if assumed:
+        # Without priors the points' misfit is the same for any height and offset; all else follows from them.
+        kept = () if facts.priors.count else tuple(f for f in result.findings if f.point is not None)
+        result = replace(result, findings=kept)
+    troubles = implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
+    solution = replace(incomplete, result=result, troubles=(*lane_troubles, *troubles))
+    if assumed:
+        return solution
+    if result.findings or troubles:
+        return replace(solution, status=Status.IMPLAUSIBLE, hint=words.hint_implausible())
+    hint = words.hint_next_click(result.next_click, document.imperial)
+    return replace(solution, status=Status.GOOD, hint=hint)
+
+
+def calibration_of(document: Document) -> Calibration | None:
+    """The calibration of a document, with an assumed height or offset where that was not said.
+
+    Returns:
+        None where facts are missing.
+
+    Raises:
+        UserError: what was said determines no camera.
+    """
+    return _calibration(document, _facts(document, _lane_horizon(document)[0]))
+
+
+def _facts(document: Document, lane_horizon: Gaussian | None) -> _Facts:
+    horizons = [document.horizon.prior] if document.horizon and document.horizon.enabled else []
+    if lane_horizon is not None and document.lane_lines_enabled:
+        horizons.append(lane_horizon)
+    beliefs = (document.field_of_view, document.principal_row)
+    field_of_view, principal_row = (belief.prior if belief and belief.enabled else None for belief in beliefs)
+    marks = tuple(mark for mark in document.marks if mark.ground_point is not None)
+    return _Facts(marks, Priors(field_of_view, principal_row, combined(horizons)), lane_horizon)
+
+
+def _calibration(document: Document, facts: _Facts) -> Calibration | None:
+    points = [mark.ground_point for mark in facts.marks if mark.ground_point is not None]
+    if facts.missing:
+        # Nothing follows yet, but two points can already contradict each other.
+        check_repeats(points, document.row_sigma_px)
+        check_order(points)
+        return None
+    offset_m = document.reference_offset_m
+    return calibrate(
+        points,
+        document.image_size,
+        ASSUMED_HEIGHT_M if document.height_m is None else document.height_m,
+        ASSUMED_OFFSET_M if offset_m is None else offset_m,
+        document.row_sigma_px,
+        facts.priors.field_of_view_rad,
+        facts.priors.principal_row_px,
+        facts.priors.horizon_row_px,
+    )
+
+
+def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, ...]]:
+    """Where the lane lines meet, and what is wrong with them."""
+    first, second = document.lane_lines
+    if first is None or second is None:
+        return None, ()
+    try:
+        horizon = vanishing_row(
+            (first.start_px, first.end_px), (second.start_px, second.end_px), document.row_sigma_px
+        )
+    except UserError as error:
+        text = str(error)
+        return None, (Trouble(text[0].upper() + text[1:] + "."),)
+    dragged = document.horizon
+    if dragged is None or not dragged.enabled or not document.lane_lines_enabled:
+        return horizon, ()
+    apart_px = abs(dragged.prior.value - horizon.value)
+    if apart_px <= OUTLIER_SIGMAS * math.hypot(dragged.prior.sigma, horizon.sigma):
+        return horizon, ()
+    mend = Mend("Switch the dragged horizon off", (SetHorizon(replace(dragged, enabled=False)),))
+    return horizon, (Trouble(words.horizons_disagree(dragged.prior, horizon), mend=mend),)
+
+
+def _result(document: Document, facts: _Facts, calibration: Calibration) -> Result:
+    findings = plausibility(calibration)
+    residuals = {
+        mark.id: MarkResidual(residual_px, calibration.distance_at(mark.row_px) - (mark.distance_m or 0.0))
+        for mark, residual_px in zip(facts.marks, calibration.residuals_px, strict=True)
+    }
+    distances_m = ROW_DISTANCES_M
+    if document.imperial:
+        distances_m = tuple(feet / FEET_PER_METRE for feet in ROW_DISTANCES_FT)
+    quality_m = QUALITY_DISTANCE_FT / FEET_PER_METRE if document.imperial else EFFECT_DISTANCE_M
+    low_m, high_m = calibration.distance_interval(calibration.row_at(quality_m))
+    # A camera that looks up has no row for what is near its foot.
+    nearest_m = -calibration.reference_offset_m - calibration.camera.pole_m
+    shown_m = np.array([distance_m for distance_m in distances_m if distance_m > nearest_m])
+    rows_px, sigmas_px = calibration.row_at(shown_m).tolist(), row_sigmas(calibration, shown_m).tolist()
+    return Result(
+        calibration,
+        camera_sigmas(calibration),
+        tuple(
+            DistanceRow(distance_m, row_px, sigma_px, *calibration.distance_interval(row_px))
+            for distance_m, row_px, sigma_px in zip(shown_m.tolist(), rows_px, sigmas_px, strict=True)
+        ),
+        words.CONTRADICTION
+        if any(finding.kind in CONTRADICTIONS for finding in findings)
+        else words.quality(quality_m, low_m, high_m, document.imperial),
+        best_next_click(calibration),
+        residuals,
+        len(facts.marks) + facts.priors.count <= PARAMETER_COUNT,
+        findings,
+    )
+
+
+def _effects(document: Document, lane_horizon: Gaussian | None) -> dict[str, BeliefEffect]:
+    effects: dict[str, BeliefEffect] = {}
+    for name in ("field_of_view", "principal_row", "horizon"):
+        belief = getattr(document, name)
+        if belief is not None:
+            effects[name] = _effect(
+                replace(document, **{name: replace(belief, enabled=False)}),
+                replace(document, **{name: replace(belief, enabled=True)}),
+            )
+    if lane_horizon is not None:
+        effects["lane_lines"] = _effect(
+            replace(document, lane_lines_enabled=False), replace(document, lane_lines_enabled=True)
+        )
+    return effects
+
+
+def _effect(without: Document, with_it: Document) -> BeliefEffect:
+    def solved(document: Document) -> Calibration | None:
+        try:
+            return calibration_of(document)
+        except UserError:
+            return None
+
+    def error(calibration: Calibration | None) -> float:
+        if calibration is None:
+            return math.inf
+        return float(relative_errors(calibration, np.array([EFFECT_DISTANCE_M]))[0])
+
+    before, after = solved(without), solved(with_it)
+    shift = 0.0
+    if before is not None and after is not None:
+        shift = after.distance_at(before.row_at(EFFECT_DISTANCE_M)) / EFFECT_DISTANCE_M - 1
+    return BeliefEffect(error(before), error(after), shift)

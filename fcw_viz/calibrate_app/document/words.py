@@ -1,0 +1,258 @@
+"""The sentences that the calibration's logic says to people."""
+
+import math
+from collections.abc import Sequence
+
+from fcw.camera.calibration import Calibration, Gaussian
+from fcw.camera.plausibility import Finding, FindingKind, OffsetProposal
+from fcw.camera.points import PointsError, PointsFault
+from fcw.camera.uncertainty import NextClick
+from fcw_viz.calibrate_app.document.document import Document, Mark
+from fcw_viz.calibrate_app.document.numbers_text import (
+    about_text,
+    gain_text,
+    in_units,
+    interval_text,
+    typed_text,
+)
+
+NUMBER_WORDS = {2: "two", 3: "three"}
+POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
+BELIEF_NAMES = {
+    "field_of_view": "field of view",
+    "principal_row": "principal row",
+    "horizon": "dragged horizon",
+    "lane_lines": "lane lines",
+}
+
+
+def names(marks: Sequence[Mark]) -> str:
+    """`A`, `A and B`, `A, B and C`."""
+    letters = [mark.name for mark in marks]
+    return letters[0] if len(letters) == 1 else f"{', '.join(letters[:-1])} and {letters[-1]}"
+
+
+def hint_incomplete(document: Document, missing: int) -> str:
+    """What to do next while something has still to be said; `missing` is the number of facts still needed."""
+    if not document.marks and not document.planned_m:
+        return "Click a mark on the road whose distance you know."
+    untold = [mark for mark in document.marks if mark.enabled and mark.distance_m is None]
+    if untold:
+        return f"Type the distance of {untold[0].name}."
+    if missing > 0:
+        if document.next_planned_m is not None:
+            return f"Click the mark at {typed_text(document.next_planned_m, document.imperial)}."
+        if missing == 1:
+            return "Click one more mark at another distance, best far away."
+        return f"Click {NUMBER_WORDS[missing]} more marks at other distances, one of them far away."
+    if document.reference_offset_m is None:
+        return "Type how far the front bumper is ahead of the camera."
+    return "Type the camera's height above the road."
+
+
+def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:
+    """What to do with a good solution."""
+    if next_click is None:
+        return "Save it."
+    return (
+        f"Save it, or click one more mark {about_text(next_click.distance_m, imperial)}: "
+        f"that {gain_text(next_click.error_before, next_click.error_after)}."
+    )
+
+
+def hint_degenerate() -> str:
+    """What to do where no camera follows."""
+    return "These points fit no camera yet: mend what is marked."
+
+
+def hint_implausible() -> str:
+    """What to do with a solution that something speaks against."""
+    return "Look at the warning first; saved now, the calibration carries it."
+
+
+def quality(distance_m: float, low_m: float, high_m: float, imperial: bool) -> str:
+    """How good a camera is at one distance."""
+    unit = "ft" if imperial else "m"
+    at = f"{in_units(distance_m, imperial):.3g} {unit}"
+    if not math.isfinite(high_m):
+        low = f"{max(in_units(low_m, imperial), 0.0):.0f} {unit}"
+        return f"At {at} only this is sure: it is farther than {low}. Add a far point."
+    return f"At {at} this camera is good for {interval_text(low_m, high_m, imperial, ' to ')} {unit}."
+
+
+def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool) -> str:
+    """Why points determine no camera, the points by their letters."""
+
+    def at(mark: Mark) -> str:
+        return f"{mark.name} ({typed_text(mark.distance_m or 0.0, imperial)})"
+
+    if len(marks) == 2:
+        near, far = marks
+        match error.fault:
+            case PointsFault.SAME_DISTANCE:
+                return (
+                    f"{names(marks)} have the same distance, {typed_text(near.distance_m or 0.0, imperial)}, "
+                    "in different places. Correct one of the two."
+                )
+            case PointsFault.SAME_ROW:
+                return (
+                    f"{at(near)} and {at(far)} are in the same row. A farther mark stands higher in the "
+                    "picture: click one of them again."
+                )
+            case PointsFault.ORDER:
+                return (
+                    f"{at(far)} is farther than {at(near)} but lower in the picture. Their distances are "
+                    "probably swapped, or one was clicked on the wrong mark."
+                )
+            case _:
+                pass
+    match error.fault:
+        case PointsFault.ROWS_TOGETHER:
+            return (
+                f"The rows of {names(marks)} differ by less than the error of a click. "
+                "Use marks whose distances differ more."
+            )
+        case PointsFault.HORIZON_BELOW_ROAD:
+            return (
+                f"Going away, the rows of {names(marks)} do not crowd together as those of a flat road do, "
+                "so there is no horizon above it. A distance is wrong, or a point sits on the wrong mark."
+            )
+        case _:
+            return str(error)
+
+
+def camera_trouble(calibration: Calibration, findings: Sequence[Finding]) -> str:
+    """What cannot be true of the camera, and why it may have come out so."""
+    camera = calibration.camera
+    pitch_deg, field_of_view_deg = math.degrees(camera.pitch_rad), math.degrees(calibration.field_of_view_rad)
+    facts = {
+        FindingKind.PITCH: f"looks {abs(pitch_deg):.0f}° {'down' if pitch_deg > 0 else 'up'}",
+        FindingKind.FIELD_OF_VIEW: f"sees {field_of_view_deg:.0f}° from side to side",
+        FindingKind.PRINCIPAL_ROW: f"has its axis at row {camera.principal_row_px:.0f}, "
+        f"not near the picture's middle, row {(calibration.image_size.height - 1) / 2:.0f}",
+        FindingKind.HORIZON: f"has the horizon at row {camera.horizon_row_px:.0f}, outside the picture",
+    }
+    kinds = {finding.kind for finding in findings}
+    found = [fact for kind, fact in facts.items() if kind in kinds]
+    text = found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
+    return f"No camera behind a windscreen is like this one: it {text}. {POINTS_KEEP_DISTANCES}"
+
+
+def offset_cause(document: Document, proposal: OffsetProposal) -> str:
+    """Why an offset is likely."""
+    imperial = document.imperial
+    offset, unit = typed_offset(proposal.offset_m, imperial), "ft" if imperial else "m"
+    low, high = (f"{in_units(value, imperial):.1f}" for value in (proposal.low_m, proposal.high_m))
+    if document.from_bumper:
+        return (
+            f"Likely cause: the bumper is {offset} ahead of the camera, not "
+            f"{typed_offset(document.bumper_offset_m or 0.0, imperial)} ({low} to {high} {unit} would do)."
+        )
+    return (
+        f"Likely cause: the distances were measured from the front bumper, {offset} ahead of the camera "
+        f"({low} to {high} {unit} would do). Measure it if you can."
+    )
+
+
+def typed_offset(offset_m: float, imperial: bool) -> str:
+    """An offset as somebody would type it."""
+    return f"{in_units(offset_m, imperial):.2f} {'ft' if imperial else 'm'}"
+
+
+def offset_label(document: Document, offset_m: float) -> str:
+    """The button that sets the offset."""
+    offset = typed_offset(offset_m, document.imperial)
+    if document.from_bumper:
+        return f"Set the offset of the bumper to {offset}"
+    return f"Distances were measured from the bumper: set the offset to {offset}"
+
+
+def residual_trouble(mark: Mark, residual_px: float, sigma_px: float) -> str:
+    """A point off the curve."""
+    return (
+        f"{mark.name} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} the row that "
+        f"all else gives it, {abs(residual_px) / sigma_px:.0f} times the error of a click. "
+        "Check its distance, or click it again."
+    )
+
+
+def outside_trouble(mark: Mark) -> str:
+    """A point that is not in the picture."""
+    return f"{mark.name} lies outside the picture. Drag it to its mark, or leave it out."
+
+
+def prior_trouble(name: str, prior: Gaussian, value: float, unit: float, unit_name: str) -> str:
+    """A belief that the rest contradicts."""
+    return (
+        f"The {name} of {prior.value * unit:.4g} ± {prior.sigma * unit:.2g}{unit_name} contradicts the rest, "
+        f"with which it comes out as {value * unit:.4g}. Check it, the distances and the camera's height."
+    )
+
+
+def horizons_disagree(dragged: Gaussian, lanes: Gaussian) -> str:
+    """A dragged horizon that the lane lines contradict."""
+    return (
+        f"The lane lines meet at row {lanes.value:.0f} ± {lanes.sigma:.1f}, the horizon was dragged to "
+        f"{dragged.value:.0f} ± {dragged.sigma:.1f}: one of them is wrong."
+    )
+
+
+CONTRADICTION = "What was said contradicts itself, so no interval here can be trusted."
+MIDDLE_LABEL = "Take the lens's axis to be at the picture's middle"
+SORT_LABEL = "Give the distances by row, the lowest point the nearest"
+UNKNOWN_CAUSE = "Likely cause: a wrong distance or camera height, or a road that is not flat. Measure again."
+
+
+def noise_cause(principal_row_sigma_px: float) -> str:
+    """Where noise alone explains an implausible camera."""
+    return (
+        f"Likely cause: these clicks leave the lens's axis open by {principal_row_sigma_px:.0f} px. "
+        "Add a far point, or say what you know of the lens."
+    )
+
+
+def unit_cause(what: str, imperial: bool) -> str:
+    """Where the other unit explains an implausible camera."""
+    typed, meant = ("feet", "metres") if imperial else ("metres", "feet")
+    return f"Likely cause: {what} were typed as {typed}, but are in {meant}."
+
+
+def unit_label(what: str, imperial: bool) -> str:
+    """The button that takes lengths for those of the other unit."""
+    return f"Take {what} for {'metres' if imperial else 'feet'}"
+
+
+def lone_cause(mark: Mark) -> str:
+    """Where one wrong point explains an implausible camera."""
+    return (
+        f"Likely cause: {mark.name} sits on the wrong mark or has a wrong distance; "
+        "without it all others agree."
+    )
+
+
+def height_trouble(document: Document, height_m: float) -> str:
+    """A height that no windscreen has."""
+    return (
+        f"A lens {typed_text(height_m, document.imperial)} above the road is behind no windscreen. "
+        "Measure from the road up to the lens."
+    )
+
+
+def height_label(typed: float, unit: str) -> str:
+    """The button that takes the height's number for one of another unit."""
+    return f"Take the height for {typed:.4g} {unit}"
+
+
+def switch_off_label(name: str) -> str:
+    """The button that switches a belief off."""
+    return f"Switch the {name} off"
+
+
+def swap_label(first: Mark, second: Mark) -> str:
+    """The button that swaps two distances."""
+    return f"Swap the distances of {first.name} and {second.name}"
+
+
+def leave_out_label(mark: Mark) -> str:
+    """The button that switches a mark off."""
+    return f"Leave {mark.name} out"

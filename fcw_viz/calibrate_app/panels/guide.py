@@ -1,0 +1,58 @@
+"""The line over the picture that says what to do next, and who else is here."""
+
+from html import escape
+from typing import TYPE_CHECKING
+
+import viser
+
+from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
+from fcw_viz.calibrate_app.document.state import SessionState, Status
+from fcw_viz.page.style import STYLE, set_html, text_block
+
+if TYPE_CHECKING:
+    from fcw_viz.calibrate_app.tab import Tab
+
+GOOD_ERROR = 0.1
+"""An error of a tenth at the distance of the quality sentence may be called good."""
+
+
+class Guide:
+    """The line over the picture, which is always seen, and the notices above the steps."""
+
+    def __init__(self, gui: viser.GuiApi, tab: "Tab", docked_px: int) -> None:
+        self._tab = tab
+        # The colours of a page are those of its root: the docked panel's width is told there, too.
+        gui.add_html(f"{STYLE}<style>:root {{ --fcw-docked: {docked_px}px; }}</style>")
+        self._banner = gui.add_html("")
+        self._notices = gui.add_html("")
+
+    def show(self, state: SessionState) -> None:
+        """Say what to do next at a moment of the session."""
+        words = self._tab.tool_words or _words(state)
+        kind = "" if self._tab.tool_words else _kind(state)
+        set_html(self._banner, f'<div class="fcw-banner {kind}">{escape(words)}</div>')
+        notices = [state.notice] if state.notice else []
+        if len(state.people) > 1:
+            own = self._tab.person.name
+            names = ", ".join(f"{name} (this one)" if name == own else name for name in state.people)
+            notices.append(f"{len(state.people)} tabs are open: {names}. They work on the same points.")
+        html = "".join(f"<p>{escape(notice)}</p>" for notice in notices)
+        set_html(self._notices, text_block(html) if html else "")
+
+
+def _words(state: SessionState) -> str:
+    """The next step, and with a result how good it is."""
+    if state.current and state.shown is not None and not state.solution.height_assumed:
+        return f"{state.shown.quality} {state.solution.hint}"
+    return state.solution.hint
+
+
+def _kind(state: SessionState) -> str:
+    """The line's colour: plain, good, or trouble."""
+    if state.solution.status in (Status.IMPLAUSIBLE, Status.DEGENERATE):
+        return "trouble"
+    if state.solution.status is not Status.GOOD or state.shown is None:
+        return ""
+    calibration = state.shown.calibration
+    low_m, high_m = calibration.distance_interval(calibration.row_at(EFFECT_DISTANCE_M))
+    return "good" if (high_m - low_m) / 2 <= GOOD_ERROR * EFFECT_DISTANCE_M else ""

@@ -1,0 +1,139 @@
+"""Step 2 of the job: the points in a table, with a field for the distance of each."""
+
+import math
+from html import escape
+from typing import TYPE_CHECKING
+
+import viser
+
+from fcw.units import FEET_PER_METRE
+from fcw_viz.calibrate_app.document.document import Mark
+from fcw_viz.calibrate_app.document.edits import SetDistance
+from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
+from fcw_viz.calibrate_app.document.state import MarkResidual, SessionState
+from fcw_viz.calibrate_app.drawing.figures import residual_bar
+from fcw_viz.calibrate_app.fields import NumberField
+from fcw_viz.calibrate_app.keys import NUMBER_KEYS
+from fcw_viz.calibrate_app.panels.preset import PresetPanel
+from fcw_viz.calibrate_app.panels.result import rounded
+from fcw_viz.page.controls import on_press
+from fcw_viz.page.script import focus
+from fcw_viz.page.style import set_html, step_heading, text_block
+
+if TYPE_CHECKING:
+    from fcw_viz.calibrate_app.tab import Tab
+
+MINIMUM_POINTS = 3
+SWITCH, DELETE, GO_TO = "On / off", "Delete", "Its picture"
+UNDO, REDO = "Undo", "Redo"
+EXACT_WORDS = "Three points always fit; a fourth one shows errors."
+
+
+class PointsPanel:
+    """The points, a field for each distance, and what can be done with the selected one."""
+
+    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+        self._gui = gui
+        self._tab = tab
+        self._heading = gui.add_html("")
+        self._preset = PresetPanel(gui, tab)
+        self._table = gui.add_html("")
+        self._folder = gui.add_folder(None)
+        self._fields: dict[int, NumberField] = {}
+        actions = {
+            UNDO: tab.undo,
+            REDO: tab.redo,
+            SWITCH: tab.switch_selected,
+            DELETE: tab.delete_selected,
+            GO_TO: tab.go_to_selected,
+        }
+        self._actions = gui.add_button_group("", tuple(actions), visible=False)
+        on_press(self._actions, tab.run, actions)
+
+    def show(self, state: SessionState) -> None:
+        """Bring table and fields to a moment of the session."""
+        document = state.document
+        counted = sum(mark.ground_point is not None for mark in document.marks)
+        done = "done" if counted >= MINIMUM_POINTS else "now"
+        set_html(self._heading, step_heading(2, "Points on the road", done, f"{counted} of at least 3"))
+        self._preset.show(state)
+        set_html(self._table, text_block(self._table_html(state)) if document.marks else "")
+        self._actions.visible = bool(document.marks) or state.can_undo or state.can_redo
+        self._show_fields(state)
+
+    def focus_on(self, mark_id: int) -> None:
+        """Put the cursor in the field of a mark, so that its distance can be typed at once."""
+        if mark_id in self._fields:
+            focus(self._tab.client, self._fields[mark_id].handle)
+
+    def _show_fields(self, state: SessionState) -> None:
+        imperial = state.document.imperial
+        ids = {mark.id for mark in state.document.marks}
+        for gone in set(self._fields) - ids:
+            self._tab.forget_field(self._fields.pop(gone))
+        for mark in state.document.marks:
+            if mark.id not in self._fields:
+                with self._folder:
+                    self._fields[mark.id] = self._new_field(mark)
+            field = self._fields[mark.id]
+            field.handle.label = f"{mark.name}, {'feet' if imperial else 'metres'}"
+            field.handle.order = mark.id
+            field.show(mark.distance_m, 1 / FEET_PER_METRE if imperial else 1.0)
+
+    def _new_field(self, mark: Mark) -> NumberField:
+        def commit(distance_m: float | None) -> None:
+            self._tab.apply(SetDistance(mark.id, distance_m))
+
+        return self._tab.number_field(
+            self._gui, mark.name, commit, hint=f"Distance of {mark.name} along the road; empty: not said yet"
+        )
+
+    def _table_html(self, state: SessionState) -> str:
+        troubled = {mark_id for trouble in state.solution.troubles for mark_id in trouble.mark_ids}
+        result = state.solution.result
+        residuals = {} if result is None else result.residuals
+        exact = result is not None and result.exact
+        unit = unit_name(state.document.imperial)
+        lines = [
+            f"<tr><th></th><th>{unit}</th><th>row</th><th>column</th>"
+            f"<th colspan=3>error, px and {unit}</th></tr>"
+        ]
+        for number, mark in enumerate(state.document.marks, 1):
+            classes = {
+                "selected": mark.id == self._tab.selected,
+                "off": not mark.enabled,
+                "trouble": mark.id in troubled,
+            }
+            residual = None if exact else residuals.get(mark.id)
+            lines.append(
+                f'<tr class="{" ".join(name for name, holds in classes.items() if holds)}"{_key(number)}>'
+                f"<td>{'⚠ ' if mark.id in troubled else ''}{escape(mark.name)}</td>"
+                f"<td>{_length(mark.distance_m, state.document.imperial)}</td>"
+                f"<td>{mark.row_px:.1f}</td><td>{mark.column_px:.1f}</td>"
+                + _residual_cells(residual, state.document.row_sigma_px, state.document.imperial)
+                + "</tr>"
+            )
+        words = f'<p class="dim">{EXACT_WORDS}</p>' if exact else ""
+        return f"<table>{''.join(lines)}</table>{words}"
+
+
+def _key(number: int) -> str:
+    """What makes a click on a point's row the key that selects the point."""
+    return f' data-key="{number}"' if number <= NUMBER_KEYS else ""
+
+
+def _length(distance_m: float | None, imperial: bool) -> str:
+    """A distance in the table, without its unit."""
+    if distance_m is None:
+        return "?"
+    return f"{in_units(distance_m, imperial):.5g}"
+
+
+def _residual_cells(residual: MarkResidual | None, row_sigma_px: float, imperial: bool) -> str:
+    """The three cells of a residual: pixels, distance, and the bar."""
+    if residual is None:
+        return "<td></td><td></td><td></td>"
+    distance = in_units(residual.distance_m, imperial)
+    distance_text = f"{rounded(distance, 2):+.2f}" if math.isfinite(distance) else "∞"
+    bar = residual_bar(residual.row_px / row_sigma_px)
+    return f"<td>{rounded(residual.row_px, 2):+.2f}</td><td>{distance_text}</td><td>{bar}</td>"

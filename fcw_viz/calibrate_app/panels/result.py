@@ -1,0 +1,77 @@
+"""Step 4 of the job: how far to trust the camera that comes out, what is wrong with it, and its numbers."""
+
+import math
+from html import escape
+from typing import TYPE_CHECKING
+
+import viser
+
+from fcw_viz.calibrate_app.document.state import Result, SessionState, Status
+from fcw_viz.calibrate_app.panels.trouble import TroublePanel
+from fcw_viz.page.style import card, set_html, step_heading, text_block
+
+if TYPE_CHECKING:
+    from fcw_viz.calibrate_app.tab import Tab
+
+FIRST_WORDS = '<p class="dim">Comes as soon as three points have their distances.</p>'
+STALE_WORDS = "Not current: the last result that could be calculated."
+ASSUMED_WORDS = '<p class="dim">The height is still to be said; one was assumed for the pitch.</p>'
+TRADE_OFF_WORDS = "These trade off against each other: judge by the distances."
+
+
+class ResultPanel:
+    """The quality in a sentence, the troubles with their mends, and the parameters with their uncertainty."""
+
+    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+        self._heading = gui.add_html("")
+        self._quality = gui.add_html("")
+        self._troubles = TroublePanel(gui, tab)
+        self._numbers = gui.add_html("")
+
+    def show(self, state: SessionState) -> None:
+        """Show the result of a moment of the session, or the last good one."""
+        marks = {Status.GOOD: "done", Status.IMPLAUSIBLE: "now"}
+        set_html(self._heading, step_heading(4, "Result", marks.get(state.solution.status, "")))
+        set_html(self._quality, text_block(_quality_html(state)))
+        self._troubles.show(state)
+        set_html(self._numbers, text_block("" if state.shown is None else _numbers_html(state, state.shown)))
+
+
+def _quality_html(state: SessionState) -> str:
+    if state.shown is None:
+        return FIRST_WORDS
+    quality = f'<p class="fcw-quality">{escape(state.shown.quality)}</p>'
+    return quality if state.current else card(f"<p>{STALE_WORDS}</p>{quality}", "stale")
+
+
+def _numbers_html(state: SessionState, result: Result) -> str:
+    camera, sigmas = result.calibration.camera, result.sigmas
+    # d(angle)/d(f) of angle = 2 atan(half width / f)
+    half_width_px = result.calibration.image_size.width / 2
+    angle_per_px = 2 * half_width_px / (camera.focal_y_px**2 + half_width_px**2)
+    angle_sigma_deg = math.degrees(angle_per_px * sigmas.focal_y_px)
+    numbers = (
+        ("Pitch, down", math.degrees(camera.pitch_rad), math.degrees(sigmas.pitch_rad), "°"),
+        ("Focal length", camera.focal_y_px, sigmas.focal_y_px, " px"),
+        ("Field of view", math.degrees(result.calibration.field_of_view_rad), angle_sigma_deg, "°"),
+        ("Lens axis, row", camera.principal_row_px, sigmas.principal_row_px, ""),
+        ("Horizon, row", camera.horizon_row_px, sigmas.horizon_row_px, ""),
+    )
+    cells = "".join(
+        f"<div><span>{name}</span>{plus_minus(value, sigma)}{unit}</div>"
+        for name, value, sigma, unit in numbers
+    )
+    stale = "" if state.current else " fcw-stale"
+    assumed = ASSUMED_WORDS if state.current and state.solution.height_assumed else ""
+    return f'<div class="fcw-numbers{stale}">{cells}</div><p class="dim">{TRADE_OFF_WORDS}</p>{assumed}'
+
+
+def plus_minus(value: float, sigma: float) -> str:
+    """A value with its standard deviation, and no digit that that does not carry."""
+    decimals = 0 if sigma >= 10 else 1 if sigma >= 1 else 2
+    return f"{rounded(value, decimals):.{decimals}f} ± {sigma:.{decimals}f}"
+
+
+def rounded(value: float, decimals: int) -> float:
+    """Rounded, and never to a zero with a minus."""
+    return round(value, decimals) + 0.0

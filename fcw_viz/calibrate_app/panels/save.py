@@ -1,0 +1,96 @@
+"""Step 5 of the job: the calibration file, what to type next, and the other forms of it."""
+
+from datetime import datetime
+from functools import partial
+from html import escape
+from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING
+
+import viser
+
+from fcw.camera.export import ExportFormat, export_text
+from fcw.camera.file import calibration_text, default_path
+from fcw.errors import UserError
+from fcw.versions import versions
+from fcw_viz.calibrate_app.document.state import SessionState, Status
+from fcw_viz.calibrate_app.report import report_html
+from fcw_viz.page.controls import on_button, on_press
+from fcw_viz.page.style import card, set_html, step_heading, text_block
+
+if TYPE_CHECKING:
+    from fcw_viz.calibrate_app.tab import Tab
+
+SAVE_COLOR = (47, 158, 68)
+FILE, REPORT, ROS, KALIBR = "↓ YAML", "↓ Report", "↓ camera_info", "↓ Kalibr"
+EXPORT_FORMATS: dict[str, ExportFormat] = {ROS: "camera_info", KALIBR: "kalibr"}
+ANEW = "Start anew"
+
+
+class SavePanel:
+    """The button that saves, with the reason where it cannot; downloads."""
+
+    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+        self._tab = tab
+        self._heading = gui.add_html("")
+        self._button = gui.add_button("Save", color=SAVE_COLOR, icon=viser.Icon.DEVICE_FLOPPY, disabled=True)
+        self._words = gui.add_html("")
+        self._downloads = gui.add_button_group("", (FILE, REPORT, ROS, KALIBR), visible=False)
+        self._anew = gui.add_button_group("", (ANEW,))
+
+        on_button(self._button, tab.run, tab.save)
+        on_press(
+            self._downloads,
+            tab.run,
+            {kind: partial(self._download, kind) for kind in (FILE, REPORT, ROS, KALIBR)},
+        )
+        on_press(self._anew, tab.run, {ANEW: tab.start_anew})
+
+    def show(self, state: SessionState) -> None:
+        """Bring the step to a moment of the session."""
+        can_save = state.solution.can_save
+        mark = "done" if state.saved else "now" if can_save else ""
+        note = "saved" if state.saved else "not saved yet"
+        set_html(self._heading, step_heading(5, "Save", mark, note))
+        self._button.label = "Saved" if state.saved else f"Save {state.save_path.name}"
+        self._button.disabled = state.saved or not can_save
+        self._downloads.visible = can_save
+        set_html(self._words, text_block(self._words_html(state)))
+
+    def _words_html(self, state: SessionState) -> str:
+        command = f"fcw run {quote(str(self._tab.source))}{_flag(self._tab.source, state.save_path)}"
+        if state.saved:
+            return f"<p>Next, type <code>{escape(command)}</code></p>"
+        if state.solution.status is Status.DEGENERATE:
+            return card("<p>Cannot be saved: these points fit no camera.</p>")
+        if not state.solution.can_save:
+            return f'<p class="dim">Not yet: {escape(state.solution.hint)}</p>'
+        warning = "It will carry the warning above." if state.solution.status is Status.IMPLAUSIBLE else ""
+        return f'<p class="dim">Your points are kept all the while, saved or not. {warning}</p>'
+
+    def _download(self, kind: str) -> None:
+        tab = self._tab
+        result = tab.state.solution.result
+        if result is None or not tab.state.solution.can_save:
+            raise UserError(f"nothing to download yet: {tab.state.solution.hint}")
+        stem = tab.source.stem if tab.source.is_file() else tab.source.resolve().name
+        if kind == FILE:
+            name, text = tab.state.save_path.name, calibration_text(result.calibration)
+        elif kind == REPORT:
+            name, text = f"{stem}.calibration.html", self._report()
+        else:
+            export_format = EXPORT_FORMATS[kind]
+            name, text = f"{stem}.{export_format}.yaml", export_text(result.calibration, export_format)
+        tab.client.send_file_download(name, text.encode(), save_immediately=True)
+
+    def _report(self) -> str:
+        """The report, with the picture of this tab."""
+        tab = self._tab
+        image = tab.pictures.read(tab.frame_index).image
+        today = datetime.now().astimezone().date()
+        return report_html(tab.state, image, tab.frame_index, str(tab.source), today, versions())
+
+
+def _flag(source: Path, save_path: Path) -> str:
+    """What `fcw run` needs to find the file; nothing where it looks for it by itself."""
+    return "" if save_path == default_path(source) else f" --calibration {quote(str(save_path))}"

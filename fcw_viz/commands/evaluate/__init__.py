@@ -1,0 +1,1 @@
+"""`fcw evaluate`: what the program is worth, measured against truth."""

@@ -1,0 +1,149 @@
+"""`fcw evaluate detection`: what the detector finds, measured against labels."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluateDetectionCommand:
+    """Detections against labels: detection rate, false positives per image (FPPI), average precision."""
+
+    labels: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LABELS")]
+    """COCO JSON. An annotation with "ignore": true is neither hit nor missed."""
+    images: Annotated[Path, tyro.conf.arg(metavar="DIR")]
+    """Folder that the labels' file names are relative to."""
+    calibration: Annotated[Path, tyro.conf.arg(metavar="FILE|DIR")]
+    """Calibration file for all pictures, or a folder with <clip>.yaml for each clip."""
+    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full|onnx:FILE")] = "acf"
+    """acf searches where the calibration allows a vehicle; acf-full the whole picture; onnx: a YOLO net."""
+    detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
+    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
+    model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Model file, as `fcw train` writes it; by default the shipped one."""
+    at_fppi: Annotated[tuple[float, ...], tyro.conf.arg(metavar="X ...")] = ()
+    """Also the detection rate at so many false positives per image."""
+    only: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ATTRIBUTE=VALUE ...")] = ()
+    """Count only vehicles with this in their annotation, e.g. occluded=0; the others are ignored."""
+    detections: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Write all detections, whatever their score, as COCO results."""
+    report: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
+    """Write report.html there: the curve, and the worst misses and false positives as pictures."""
+    json: bool = False
+    """Print the figures as JSON on stdout, alone."""
+
+
+def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
+    """Run `fcw evaluate detection`; returns the exit code."""
+    import json
+    import sys
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from fcw.detection.choice import load_model
+    from fcw.errors import UserError
+    from fcw.evaluation.detection.coco import write_coco_results
+    from fcw.evaluation.detection.detectors import EVERY_SCORE, DetectorCase, run_detectors
+    from fcw.evaluation.detection.figures import evaluate
+    from fcw.evaluation.detection.labels import calibration_source, count_only, read_annotated, read_category
+    from fcw_viz.jobs.detection_report import write_detection_report
+
+    if not all(x >= 0 for x in command.at_fppi):
+        raise UserError(f"--at-fppi {' '.join(map(str, command.at_fppi))}: expected numbers of at least 0")
+    if command.detections and not command.detections.parent.is_dir():
+        raise UserError(
+            f"--detections {command.detections}: the folder {command.detections.parent} does not exist; "
+            "create it first"
+        )
+    if command.report and command.report.exists() and not command.report.is_dir():
+        raise UserError(
+            f"--report {command.report}: this is a file; expected a folder to write report.html to"
+        )
+    images = count_only(read_annotated(command.labels, command.images), command.only)
+    calibration_of = calibration_source(command.calibration)
+    for image in images:
+        calibration_of(image.labelled)  # one that is missing is better told now than halfway
+    model = load_model(command.detector, command.detector_classes, command.model)
+    cases = {
+        "shipped": DetectorCase(command.detector, model),
+        "every score": DetectorCase(command.detector, model, EVERY_SCORE),
+    }
+    messages = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=messages, disable=not messages.is_terminal) as progress:
+        bar = progress.add_task("detecting", total=len(images))
+        runs = run_detectors(
+            images,
+            {name: case.detector_of(calibration_of) for name, case in cases.items()},
+            lambda: progress.advance(bar),
+        )
+    found = runs["every score"]
+    evaluation = evaluate(images, calibration_of, found, model.score_threshold, runs["shipped"])
+    figures = {
+        "labels": str(command.labels),
+        "detector": command.detector,
+        "only": list(command.only),
+        **evaluation.as_json(command.at_fppi),
+    }
+    if command.detections:
+        write_coco_results(images, found, read_category(command.labels), command.detections)
+    if command.report:
+        page = write_detection_report(evaluation, figures, command.report)
+        messages.print(f"{page}: open it in a browser", highlight=False, soft_wrap=True)
+    if command.json:
+        sys.stdout.write(json.dumps(figures, indent=2) + "\n")
+    else:
+        report_figures(figures, Console())
+    return 0
+
+
+def report_figures(figures: dict[str, Any], console: "Console") -> None:
+    """Print the figures for a person."""
+    from rich.table import Table
+
+    def rate(value: float | None, interval: list[float | None]) -> str:
+        ends = " to ".join("-" if end is None else f"{end:.3f}" for end in interval)
+        return "-" if value is None else f"{value:.3f} ({ends})"
+
+    windows = figures["windows_per_frame"]
+    console.print(
+        f"[bold]{figures['labels']}[/bold], {figures['detector']}: {figures['frames']} pictures, "
+        f"{figures['vehicles']} boxes of {figures['distinct_vehicles']} vehicles"
+        + (f", only {', '.join(figures['only'])}" if figures["only"] else ""),
+        highlight=False,
+    )
+    table = Table("", f"value ({figures['confidence']:.0%} interval)", box=None)
+    table.add_row("detection rate", rate(figures["detection_rate"], figures["detection_rate_interval"]))
+    table.add_row("false positives a picture", rate(figures["fppi"], figures["fppi_interval"]))
+    table.add_row(
+        "average precision", rate(figures["average_precision"], figures["average_precision_interval"])
+    )
+    for point in figures.get("at_fppi", ()):
+        table.add_row(
+            f"detection rate at {point['fppi']:g} FPPI",
+            rate(point["detection_rate"], point["detection_rate_interval"]),
+        )
+    table.add_row(
+        "detector's time a picture",
+        f"{figures['ms_per_frame']:.2f} ms" + (f", {windows:,.0f} windows" if windows is not None else ""),
+    )
+    console.print(table, highlight=False)
+    for name, head in (("by_distance", "distance, m"), ("by_height", "height, px"), ("by_clip", "clip")):
+        table = Table(head, "boxes", "vehicles", "detection rate", "false positives a picture", box=None)
+        for kind, row in figures[name].items():
+            if row["vehicles"] or row["fppi"]:
+                table.add_row(
+                    kind,
+                    str(row["vehicles"]),
+                    str(row["distinct_vehicles"]),
+                    rate(row["detection_rate"], row["detection_rate_interval"]),
+                    f"{row['fppi']:.3f}",
+                )
+        console.print()
+        console.print(table, highlight=False)

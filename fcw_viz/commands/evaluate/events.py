@@ -1,0 +1,104 @@
+"""The part of `fcw evaluate warning` that compares a log with labelled events, or with people's verdicts."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fcw.errors import UserError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fcw.evaluation.warning.events import Event, EventComparison
+
+
+def evaluate_events(log_path: Path, labels: Path | None, console: "Console") -> dict[str, Any]:
+    """Compare a log with labels, and print the comparison.
+
+    Args:
+        log_path: the drive.mcap, or its folder.
+        labels: a file of labelled events, or a reviewed drive; None for the log's own review.
+        console: where to print.
+
+    Returns:
+        The keys for the JSON result.
+
+    Raises:
+        UserError: a log or the labels cannot be read, or nobody has judged a warning of the reviewed drive.
+    """
+    from fcw.evaluation.warning.events import compare_with_events, read_events
+    from fcw.logs.mcap.reader import DriveLog
+
+    log = DriveLog(_log_path(log_path))
+    labels = labels or log_path
+    reviewed = labels.is_dir() or labels.suffix.lower() == ".mcap"
+    events, judged = _verdicts(_log_path(labels)) if reviewed else (read_events(labels), {})
+    comparison = compare_with_events(log.results(), events, complete=not reviewed)
+    print_events(comparison, console)
+    return {
+        "hits": len(comparison.hits),
+        "missed": len(comparison.missed),
+        "false_alarms": len(comparison.false_alarms),
+        "missed_events": [asdict(event) for event in comparison.missed],
+        "false_alarm_spans": [asdict(run) for run in comparison.false_alarms],
+        "unjudged_spans": [asdict(run) for run in comparison.unjudged],
+    } | judged
+
+
+def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
+    """The labels that people's verdicts on a drive give, and what else there is to tell of them."""
+    from rich.console import Console
+
+    from fcw.annotation.records import Judgement
+    from fcw.annotation.store import read_review
+    from fcw.annotation.warning_labels import warning_labels
+    from fcw.events import find_events
+    from fcw.logs.mcap.reader import DriveLog
+
+    log = DriveLog(path)
+    review, troubles = read_review(log)
+    labels = warning_labels(review, find_events(log.series()))
+    if not labels.events:
+        raise UserError(
+            f"{path}: nobody has judged a warning of this drive yet; do so with `fcw review {path}`, "
+            "or give labelled events with --events FILE"
+        )
+    messages = Console(stderr=True)
+    for trouble in troubles:
+        messages.print(f"note: {trouble}", highlight=False, soft_wrap=True, markup=False)
+    if labels.disagreements:
+        messages.print(
+            f"note: people judge {len(labels.disagreements)} warnings differently; they are no labels",
+            highlight=False,
+        )
+    if labels.lost:
+        messages.print(
+            f"note: {labels.lost} verdicts are on warnings that are not in the log any more", highlight=False
+        )
+    return labels.events, {
+        "judgements": {one.name.lower(): labels.judgements.get(one, 0) for one in Judgement},
+        "disagreements": len(labels.disagreements),
+        "lost_verdicts": labels.lost,
+    }
+
+
+def _log_path(drive: Path) -> Path:
+    from fcw_viz.jobs.drive import MCAP_NAME
+
+    return drive / MCAP_NAME if drive.is_dir() else drive
+
+
+def print_events(comparison: "EventComparison", console: "Console") -> None:
+    """Print how a log compares with its labels."""
+    console.print(
+        f"{len(comparison.hits)} events warned of, {len(comparison.missed)} missed, "
+        f"{len(comparison.false_alarms)} false alarms"
+        + (f", {len(comparison.unjudged)} unjudged" if comparison.unjudged else ""),
+        highlight=False,
+    )
+    for event in comparison.missed:
+        level = event.level.name.lower()
+        console.print(f"  missed: {level} {event.start_s:.2f} s to {event.end_s:.2f} s", highlight=False)
+    for run in comparison.false_alarms:
+        level = run.highest.name.lower()
+        console.print(f"  false alarm: {level} {run.start_s:.2f} s to {run.end_s:.2f} s", highlight=False)

@@ -1,0 +1,313 @@
+"""`fcw evaluate warning`: whether warnings come in time, and never for nothing."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from fcw.errors import UserError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fcw.evaluation.warning.false_alarms import Episode, FollowingResult
+    from fcw.evaluation.warning.scenarios import ScenarioResult
+
+MOUNT_TRIALS = 24
+MOUNT_ASKED_S = 120.0
+"""A turned mount should be said in two minutes."""
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluateWarningCommand:
+    """Measure warnings: in standard scenarios, on real drives, when following, against labelled events."""
+
+    ncap: bool = False
+    """The scenarios of NHTSA and Euro NCAP at the level of boxes: exact motion, noisy boxes, the tracker."""
+    kitti_tracking: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    """Every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
+    yaw_rate: bool = False
+    """On these drives: bend the own path by the yaw rate of the poses."""
+    mount_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
+    """Turn the mount by half a degree in 24 simulated drives, and drive so many simulated hours without."""
+    following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
+    """Follow at constant gaps for so many simulated hours."""
+    events: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Labelled events, CSV or JSON: start_s, end_s from the drive's first frame, level; needs --log. Or a
+    reviewed drive, another run of the same source: people's verdicts on its warnings are the labels."""
+    log: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
+    """The drive.mcap to compare with --events, or its folder; without --events, with the verdicts that people
+    gave on its own warnings in `fcw review`."""
+    warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
+    """The policy, as in `fcw run`; a log has that of its run."""
+    box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
+    """1-sigma of the noise on the sides of the boxes, in pixels; 1.5 times as much at the lower edge."""
+    sight: Annotated[float, tyro.conf.arg(metavar="M")] = 120.0
+    """In the scenarios: the farthest vehicle that is detected, metres from the camera."""
+    seed: int = 0
+    """Of the noise of boxes and clicks."""
+    json: bool = False
+    """Print the result as JSON on stdout, alone."""
+
+
+def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
+    """Run `fcw evaluate warning`; returns the exit code."""
+    import json
+    import sys
+
+    from rich.console import Console
+
+    _check(command)
+    console = Console(quiet=command.json)
+    result: dict[str, Any] = {"false_alarms": 0, "missed": 0}
+    parts: tuple[tuple[bool, Callable[[EvaluateWarningCommand, Console], dict[str, Any]]], ...] = (
+        (command.ncap, _scenarios),
+        (command.kitti_tracking is not None, _real_drives),
+        (command.following_hours is not None, _following),
+        (command.mount_hours is not None, _mounts),
+        (command.log is not None, _events),
+    )
+    for asked_for, part in parts:
+        if asked_for:
+            found = part(command, console)
+            for name in ("false_alarms", "missed"):
+                result[name] += found.pop(name, 0)
+            result |= found
+    if command.json:
+        sys.stdout.write(json.dumps(result, indent=2) + "\n")
+    return 0
+
+
+def _check(command: EvaluateWarningCommand) -> None:
+    import math
+
+    from fcw.warning.policies import make_policy
+
+    make_policy(command.warning_policy)
+    if command.events is not None and command.log is None:
+        raise UserError("--events needs --log: give the drive.mcap that the labels are about")
+    parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
+    if not command.ncap and parts == {None}:
+        raise UserError(
+            "fcw evaluate warning: nothing to evaluate; give --ncap, --kitti-tracking FOLDER, "
+            "--following-hours HOURS, --mount-hours HOURS, --events FILE --log DRIVE, or --log DRIVE for a "
+            "drive that was reviewed"
+        )
+    if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
+        raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
+    if not command.sight > 0:
+        raise UserError(f"--sight {command.sight:g}: expected metres, more than 0")
+    for option, hours in (
+        ("--following-hours", command.following_hours),
+        ("--mount-hours", command.mount_hours),
+    ):
+        if hours is not None and not 0 < hours < math.inf:
+            raise UserError(f"{option} {hours:g}: expected hours, more than 0")
+    if command.seed < 0:
+        raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
+
+
+@contextmanager
+def _progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
+    """A bar on stderr, where that is a terminal; call with what was done."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    messages = Console(stderr=True)
+    with Progress(console=messages, disable=not messages.is_terminal, transient=True) as progress:
+        task = progress.add_task(what, total=total)
+        yield lambda done: progress.update(task, advance=done)
+
+
+def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.warning.ncap import TRIALS, euro_ncap_scenarios, nhtsa_scenarios
+    from fcw.evaluation.warning.scenarios import BoxLevel, run_scenarios
+    from fcw.warning.policies import make_policy
+
+    scenarios = (*nhtsa_scenarios(), *euro_ncap_scenarios())
+    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
+    with _progress("trials", len(scenarios) * TRIALS) as advance:
+        results = run_scenarios(
+            scenarios, lambda: make_policy(command.warning_policy), view, command.seed, lambda: advance(1)
+        )
+    print_scenarios(results, console)
+    return scenarios_as_json(results)
+
+
+def scenarios_as_json(results: "Sequence[ScenarioResult]") -> dict[str, Any]:
+    """The scenarios with the keys that scripts rely on; medians over the trials that were warned."""
+    from fcw.evaluation.warning.ncap import NHTSA_PASSES
+
+    scenarios = []
+    for result in results:
+        scenario = result.scenario
+        entry: dict[str, Any] = {
+            "name": scenario.name,
+            "speed_mps": scenario.own_mps,
+            "trials": len(result.trials),
+            "trials_passed": result.trials_passed,
+            "ttc_at_warning_s": result.median("ttc_s"),
+            "distance_at_warning_m": result.median("gap_m"),
+            "impact_mps": result.median("impact_mps"),
+            "preventable": scenario.preventable,
+            "passed": result.trials_passed == len(result.trials),
+            "passed_5_of_7": result.trials_passed >= NHTSA_PASSES,
+        }
+        if scenario.required_ttc_s is not None:
+            entry["required_ttc_s"] = scenario.required_ttc_s
+        else:
+            entry["required_distance_m"] = scenario.required_gap_m
+        scenarios.append(entry)
+    trials = [trial for result in results for trial in result.trials]
+    return {
+        "scenarios": scenarios,
+        "false_alarms": sum(trial.needless for trial in trials),
+        "missed": sum(trial.warned_s is None for trial in trials),
+    }
+
+
+def print_scenarios(results: "Sequence[ScenarioResult]", console: "Console") -> None:
+    """Print the scenarios as a table."""
+    from rich.table import Table
+
+    from fcw.units import KMH_PER_MPS
+
+    table = Table("scenario", "in time", "TTC", "gap", "asked for", "worst impact", "needless", box=None)
+    for result in results:
+        scenario, ttc_s, gap_m = result.scenario, result.median("ttc_s"), result.median("gap_m")
+        if scenario.required_ttc_s is not None:
+            asked = f"TTC {scenario.required_ttc_s:.1f} s"
+        elif scenario.required_gap_m is None:
+            asked = "cannot avoid it"
+        else:
+            asked = f"{scenario.required_gap_m:.1f} m"
+        worst_mps = max(trial.impact_mps for trial in result.trials)
+        table.add_row(
+            scenario.name,
+            f"{result.trials_passed} of {len(result.trials)}",
+            "-" if ttc_s is None else f"{ttc_s:.1f} s",
+            "-" if gap_m is None else f"{gap_m:.1f} m",
+            asked,
+            "none" if worst_mps == 0 else f"{worst_mps * KMH_PER_MPS:.0f} km/h",
+            str(sum(trial.needless for trial in result.trials)),
+        )
+    console.print(table)
+
+
+def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.distance.kitti_tracking import sequence_names
+    from fcw.evaluation.warning.false_alarms import kitti_episodes
+    from fcw.warning.policies import make_policy
+
+    assert command.kitti_tracking is not None
+    folder = command.kitti_tracking
+    names = sequence_names(folder)
+    episodes, hours = kitti_episodes(
+        folder,
+        names,
+        lambda: make_policy(command.warning_policy),
+        command.box_noise,
+        command.seed,
+        with_yaw_rate=command.yaw_rate,
+    )
+    print_episodes(episodes, hours, console)
+    return {
+        "episodes": [asdict(episode) | {"on_course": episode.on_course} for episode in episodes],
+        "false_alarms": sum(not episode.on_course for episode in episodes),
+    }
+
+
+def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Console") -> None:
+    """Print what was warned of on real drives."""
+    from rich.table import Table
+
+    from fcw.warning.driver import STANDARD_GRAVITY_MPS2
+
+    def text(value: float | None, pattern: str) -> str:
+        return "-" if value is None else format(value, pattern)
+
+    table = Table("drive", "s", "own m/s", "vehicle", "m", "TTC s", "needs g", "misses by m", box=None)
+    for episode in episodes:
+        needed_mps2 = episode.required_mps2
+        table.add_row(
+            episode.sequence,
+            f"{episode.start_s:.1f}-{episode.end_s:.1f}",
+            f"{episode.own_mps:.1f}",
+            (episode.vehicle or "none labelled") + (" oncoming" if episode.oncoming else ""),
+            text(episode.distance_m, ".1f"),
+            text(episode.ttc_s, ".1f"),
+            text(None if needed_mps2 is None else needed_mps2 / STANDARD_GRAVITY_MPS2, ".2f"),
+            text(episode.miss_m, ".1f"),
+        )
+    console.print(table)
+    console.print(
+        f"{len(episodes)} episodes of `warning` in {hours * 60:.1f} minutes, true figures at their start; "
+        f"{sum(episode.on_course for episode in episodes)} of them on a collision course",
+        highlight=False,
+    )
+
+
+def _following(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.warning.false_alarms import FOLLOWING_RATE_HZ, run_following
+    from fcw.evaluation.warning.scenarios import BoxLevel
+    from fcw.warning.policies import make_policy
+
+    hours = command.following_hours or 0.0
+    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight, frame_rate_hz=FOLLOWING_RATE_HZ)
+    with _progress("hours", hours) as advance:
+        results = run_following(
+            lambda: make_policy(command.warning_policy), view, hours, command.seed, advance
+        )
+    print_following(results, console)
+    return {
+        "following": [
+            asdict(result.following)
+            | {"hours": result.hours, "warnings": result.warnings, "cautions": result.cautions}
+            for result in results
+        ],
+        "false_alarms": sum(result.warnings for result in results),
+    }
+
+
+def print_following(results: "Sequence[FollowingResult]", console: "Console") -> None:
+    """Print what was shown while following."""
+    from rich.table import Table
+
+    table = Table("following at", "gap", "hours", "warnings", "cautions", box=None)
+    for result in results:
+        table.add_row(
+            f"{result.following.own_mps:g} m/s",
+            f"{result.following.gap_m:g} m",
+            f"{result.hours:g}",
+            str(result.warnings),
+            str(result.cautions),
+        )
+    console.print(table)
+
+
+def _mounts(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.evaluation.distance.mount import AFTER_S, BEFORE_S, watch_mounts
+
+    hours = command.mount_hours or 0.0
+    with _progress("hours", hours + MOUNT_TRIALS * (BEFORE_S + AFTER_S) / 3600) as advance:
+        result = watch_mounts(MOUNT_TRIALS, hours, command.box_noise, command.seed, advance)
+    delays_s = sorted(delay_s for delay_s in result.delays_s if delay_s is not None)
+    in_time = sum(delay_s <= MOUNT_ASKED_S for delay_s in delays_s)
+    console.print(
+        f"mount turned by 0.5 degrees in {len(result.delays_s)} drives: said within {MOUNT_ASKED_S:.0f} s in "
+        f"{in_time}, within {AFTER_S:.0f} s in {len(delays_s)}, too early in {result.said_too_early}\n"
+        f"after: {', '.join(f'{delay_s:.0f}' for delay_s in delays_s)} s\n"
+        f"not turned: said in {result.false_alarms} drives of {result.silent_hours:g} hours",
+        highlight=False,
+    )
+    return {"mount": asdict(result), "false_alarms": result.false_alarms + result.said_too_early}
+
+
+def _events(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw_viz.commands.evaluate.events import evaluate_events
+
+    assert command.log is not None
+    return evaluate_events(command.log, command.events, console)

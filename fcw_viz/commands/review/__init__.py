@@ -1,0 +1,1 @@
+"""`fcw review`: look at drives that were logged, and judge their warnings."""

@@ -1,0 +1,45 @@
+"""`fcw review` without --rerun: the page in the browser."""
+
+import getpass
+import webbrowser
+from pathlib import Path
+
+from rich.console import Console
+
+from fcw.logs.export.clip import find_drives
+from fcw_viz.commands.review.command import ReviewCommand
+from fcw_viz.page.server import DEFAULT_PORT
+from fcw_viz.review_app.server import ReviewPage
+
+
+def review_in_page(command: ReviewCommand) -> int:
+    """Serve the page until Ctrl-C, which is how it ends.
+
+    Raises:
+        UserError: there is no drive, it cannot be read, or the port or the name is none.
+        KeyboardInterrupt: the end.
+    """
+    path: Path = command.path
+    drives = find_drives([path])
+    port = command.port or DEFAULT_PORT
+    title = next(iter(drives)) if len(drives) == 1 else path.resolve().name
+    page = ReviewPage(drives, title, command.reviewer or login_name(), port, command.dark)
+    console = Console(highlight=False, soft_wrap=True)
+    try:
+        if page.port != port:
+            console.print(f"port {port} is taken, this is the next free one: {page.port}")
+        console.print(f"review at {page.url} (Ctrl-C ends; every word is kept)")
+        if not command.no_open:
+            webbrowser.open(page.url)
+        page.wait()
+    finally:
+        page.stop()
+    return 0
+
+
+def login_name() -> str:
+    """Who is logged in; a container may not know."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return "reviewer"

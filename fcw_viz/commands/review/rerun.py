@@ -1,0 +1,70 @@
+"""`fcw review --rerun`: the rerun viewer on a logged drive, as long as somebody looks."""
+
+import tempfile
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+
+from fcw.errors import UserError
+from fcw.logs.mcap.reader import DriveLog
+from fcw_viz.commands.review.command import ReviewCommand
+from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, stop_on_interrupt
+from fcw_viz.rerun.log import RerunSink
+from fcw_viz.rerun.viewer import Viewer, has_display, native_viewer, web_viewer
+
+LOOK_S = 0.2
+"""How often to look whether the window was closed."""
+
+
+def review_in_rerun(command: ReviewCommand) -> int:
+    """Start the viewer and end it, with its children, on Ctrl-C; returns the exit code.
+
+    Raises:
+        UserError: there is no drive, the port is taken, or the viewer does not start.
+    """
+    console = Console(highlight=False, soft_wrap=True)
+    in_window = has_display() and not command.no_open and command.port is None
+    with stop_on_interrupt() as stop, _recording(command.path, console) as recording:
+        if stop.is_set():
+            return 0
+        with native_viewer(recording) if in_window else web_viewer(recording, command.port) as viewer:
+            _announce(viewer, recording, console, command.no_open)
+            while viewer.process.poll() is None and not stop.wait(LOOK_S):
+                pass
+    return 0
+
+
+def _announce(viewer: Viewer, recording: Path, console: Console, no_open: bool) -> None:
+    if viewer.url is None:
+        console.print(f"{recording} in the rerun viewer (Ctrl-C ends)")
+        return
+    console.print(f"{recording} in the rerun viewer at {viewer.url} (Ctrl-C ends)")
+    if not no_open:
+        webbrowser.open(viewer.url)
+
+
+@contextmanager
+def _recording(path: Path, console: Console) -> Iterator[Path]:
+    """The drive's recording; made for the time of the review where there is only the MCAP log."""
+    rrd = path / RRD_NAME if path.is_dir() else path.with_suffix(".rrd")
+    mcap = path / MCAP_NAME if path.is_dir() else path.with_suffix(".mcap")
+    if rrd.is_file():
+        yield rrd
+    elif mcap.is_file():
+        log = DriveLog(mcap)
+        with tempfile.TemporaryDirectory() as folder:
+            made = Path(folder) / RRD_NAME
+            console.print(f"no {rrd.name} beside {mcap}: making one to look at")
+            sink = RerunSink(made)
+            sink.open(log.header)
+            try:
+                for result, packets in log.entries():
+                    sink.write(result, packets)
+            finally:
+                sink.close()
+            yield made
+    else:
+        raise UserError(f"{path}: no drive; expected the folder of `fcw run`, a drive.mcap or a drive.rrd")

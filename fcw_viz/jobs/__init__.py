@@ -1,0 +1,1 @@
+"""What commands and pages have done for them, with a progress bar."""

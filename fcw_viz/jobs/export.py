@@ -1,0 +1,291 @@
+"""Exporting drive logs: what goes where, with a progress bar."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from fcw.annotation.frame_labels import labelled_frames, labelled_indices
+from fcw.annotation.review import Review
+from fcw.annotation.store import read_review
+from fcw.errors import UserError
+from fcw.events import find_events
+from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
+from fcw.logs.export.coco import PICTURES_NAME, FrameBoxes, track_frames, write_coco
+from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, track_rows
+from fcw.logs.export.mp4 import write_overlay_mp4, write_relayed_mp4
+from fcw.logs.export.replay import replay, with_its_keyframe
+from fcw.logs.export.table import write_csv, write_parquet
+from fcw.logs.export.tracks import write_kitti, write_mot
+from fcw.logs.mcap.writer import McapSink
+from fcw_viz.overlay import OverlayPainter
+from fcw_viz.rerun.log import RerunSink
+
+SUFFIXES = {
+    "csv": ".csv",
+    "parquet": ".parquet",
+    "kitti": ".txt",
+    "mot": ".txt",
+    "coco": ".json",
+    "mp4": ".mp4",
+    "rrd": ".rrd",
+    "mcap": ".mcap",
+}
+TABLES = {"csv": write_csv, "parquet": write_parquet}
+GATHERED = {"csv": "tracks", "parquet": "tracks", "coco": "labels"}
+"""Formats that hold several drives, and what their file is called in a folder."""
+EVENTS_NAME = "events"
+
+
+@dataclass(frozen=True, slots=True)
+class ExportJob:
+    """What to export and how; `fcw_viz.commands.export.ExportCommand` says what each field means."""
+
+    drives: tuple[Path, ...]
+    format: str
+    out: Path
+    events: bool = False
+    between: Between | None = None
+    overlay: bool = True
+    pictures: bool = False
+    annotations: bool = False
+    every: int = 1
+    overwrite: bool = False
+
+
+def run_export_job(job: ExportJob, console: Console) -> list[str]:
+    """Export, each file whole or not at all.
+
+    Args:
+        job: what to export.
+        console: for notes, and for the progress bar where it is a terminal.
+
+    Returns:
+        What was written, a line a file.
+
+    Raises:
+        UserError: the job makes no sense, a drive cannot be read, or a file cannot be written.
+    """
+    _check(job)
+    drives = find_drives(job.drives)
+
+    def note(text: str) -> None:
+        console.print(f"note: {text}", highlight=False, soft_wrap=True, markup=False)
+
+    clips = _clips(job, drives, note)
+    reviews = _labelled(clips, note) if job.annotations else None
+    if reviews is not None:
+        clips = [clip for clip in clips if clip.name in reviews]
+    targets = _targets(job, [clip.name for clip in clips])
+    _check_targets(job, targets, clips, drives)
+    frames = sum(
+        len(clip.times_ns) if reviews is None else len(labelled_indices(clip, reviews[clip.name]))
+        for clip in clips
+    )
+    with _progress(console, f"{job.format} of {_counted(len(clips), 'drive')}", frames) as on_frame:
+        if job.events:
+            return [_write_events(job, targets[0], clips)]
+        if job.format in GATHERED:
+            return [_write_gathered(job, targets[0], clips, reviews, on_frame)]
+        return [
+            _write_one(job, target, clip, on_frame, note) for target, clip in zip(targets, clips, strict=True)
+        ]
+
+
+def _check(job: ExportJob) -> None:
+    if not job.drives:
+        raise UserError("fcw export: no drive given; name a drive.mcap of `fcw run`, or its folder")
+    if job.between is not None:
+        check_between(job.between)
+    if job.events and job.format not in TABLES:
+        raise UserError(f"--events --format {job.format}: events are a table; choose csv or parquet")
+    if not job.overlay and job.format != "mp4":
+        raise UserError(f"--no-overlay --format {job.format}: only an mp4 has the overlay; leave it out")
+    if (job.pictures or job.every != 1) and job.format != "coco":
+        given = {"--annotations": job.annotations, "--pictures": job.pictures, f"--every {job.every}": True}
+        option = next(option for option, is_given in given.items() if is_given)
+        raise UserError(f"{option} --format {job.format}: this is for coco; leave it out")
+    if job.annotations and job.every != 1:
+        raise UserError(f"--every {job.every} --annotations: people chose the frames; leave it out")
+    if job.every < 1:
+        raise UserError(f"--every {job.every}: expected a whole number of at least 1")
+
+
+def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None]) -> list[DriveClip]:
+    """The drives' clips; of several drives those that have nothing to export are named and left out."""
+    clips: list[DriveClip] = []
+    errors: list[UserError] = []
+    for name, path in drives.items():
+        try:
+            clip = DriveClip.open(path, name, job.between)
+        except UserError as error:
+            errors.append(error)
+            continue
+        clips.append(clip)
+        if not clip.log.complete:
+            note(
+                f"{path}: its writer was stopped before the end: exported up to where it is torn, at "
+                f"{clip.log.series().duration_s:.1f} s; `fcw recover` makes a whole log of it"
+            )
+    if not clips:
+        raise errors[0]
+    for error in errors:
+        note(f"left out: {error}")
+    return clips
+
+
+def _labelled(clips: Sequence[DriveClip], note: Callable[[str], None]) -> dict[str, Review]:
+    """The reviews of the clips of which somebody labelled a frame, by name; the others are named."""
+    reviews: dict[str, Review] = {}
+    without: list[DriveClip] = []
+    for clip in clips:
+        review, troubles = read_review(clip.log)
+        for trouble in troubles:
+            note(trouble)
+        if labelled_indices(clip, review):
+            reviews[clip.name] = review
+        else:
+            without.append(clip)
+    if not reviews:
+        logs = ", ".join(str(clip.log.path) for clip in clips)
+        raise UserError(
+            f"--annotations: nobody has labelled a frame of {logs} in that time; "
+            "correct boxes, or say that they are right, in `fcw review`"
+        )
+    for clip in without:
+        note(f"left out: nobody has labelled a frame of {clip.log.path} in that time")
+    return reviews
+
+
+def _targets(job: ExportJob, names: Sequence[str]) -> list[Path]:
+    """The files to write: one for all drives, or one for each."""
+    suffix = SUFFIXES[job.format]
+    is_folder = job.out.is_dir() or not job.out.suffix
+    if job.events or job.format in GATHERED:
+        name = EVENTS_NAME if job.events else GATHERED[job.format]
+        targets = [job.out / f"{name}{suffix}" if is_folder else job.out]
+    elif is_folder:
+        targets = [job.out / f"{name}{suffix}" for name in names]
+    elif len(names) == 1:
+        targets = [job.out]
+    else:
+        raise UserError(f"--out {job.out}: {len(names)} drives make a file each; name a folder")
+    if is_folder:
+        try:
+            job.out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UserError(
+                f"--out {job.out}: cannot make this folder ({error.strerror}); name one that can be written"
+            ) from error
+    return targets
+
+
+def _check_targets(
+    job: ExportJob, targets: Sequence[Path], clips: Sequence[DriveClip], drives: dict[str, Path]
+) -> None:
+    for target in targets:
+        if target.resolve() in drives.values():
+            raise UserError(f"--out {target}: this is the drive itself; name another file")
+    if job.overwrite:
+        return
+    pictures = [targets[0].parent / PICTURES_NAME / clip.name for clip in clips] if job.pictures else []
+    for target in (*targets, *pictures):
+        if target.exists():
+            raise UserError(f"{target}: is there already; name another place, or replace it with --overwrite")
+
+
+def _write_events(job: ExportJob, target: Path, clips: Sequence[DriveClip]) -> str:
+    start_s, end_s = job.between or (0.0, float("inf"))
+    rows = [
+        EventRow(clip.name, event)
+        for clip in clips
+        for event in find_events(clip.log.series())
+        if event.start_s <= end_s and event.end_s >= start_s
+    ]
+    count = TABLES[job.format](target, EVENT_COLUMNS, rows)
+    return f"{target}: {_counted(count, 'event')} of {_counted(len(clips), 'drive')}"
+
+
+def _write_gathered(
+    job: ExportJob,
+    target: Path,
+    clips: Sequence[DriveClip],
+    reviews: Mapping[str, Review] | None,
+    on_frame: Callable[[], None],
+) -> str:
+    if job.format == "coco":
+
+        def frames_of(clip: DriveClip) -> Iterator[FrameBoxes]:
+            if reviews is None:
+                return track_frames(clip, on_frame, job.every)
+            return labelled_frames(clip, reviews[clip.name], on_frame)
+
+        count = write_coco(target, clips, frames_of, with_pictures=job.pictures)
+        return f"{target}: {_counted(count, 'box', 'boxes')} of {_counted(len(clips), 'drive')}"
+    count = TABLES[job.format](target, TRACK_COLUMNS, track_rows(clips, on_frame))
+    return f"{target}: {_counted(count, 'row')} of {_counted(len(clips), 'drive')}"
+
+
+def _write_one(
+    job: ExportJob,
+    target: Path,
+    clip: DriveClip,
+    on_frame: Callable[[], None],
+    note: Callable[[str], None],
+) -> str:
+    if job.format == "kitti":
+        return f"{target}: {_counted(write_kitti(target, clip, on_frame), 'box', 'boxes')}"
+    if job.format == "mot":
+        return f"{target}: {_counted(write_mot(target, clip, on_frame), 'box', 'boxes')}"
+    if job.format == "mp4" and job.overlay:
+        painter = OverlayPainter(clip.log.header, clip.first_ns)
+        count = write_overlay_mp4(target, clip, painter.paint, on_frame)
+        if count < len(clip.times_ns):
+            lost = _counted(len(clip.times_ns) - count, "frame")
+            note(f"{clip.log.path}: the pictures of the last {lost} were lost when its writer was stopped")
+        return f"{target}: {_counted(count, 'picture')}"
+    clip, earlier_s = with_its_keyframe(clip)
+    if earlier_s:
+        note(f"{target}: starts {earlier_s:.2f} s earlier, at the keyframe that its pictures need")
+    if job.format == "mp4":
+        return f"{target}: {_counted(write_relayed_mp4(target, clip, on_frame), 'picture')}"
+    return f"{target}: {_counted(_write_log(job, target, clip, on_frame), 'frame')}"
+
+
+def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable[[], None]) -> int:
+    """A log by a sink, which leaves what it has where it fails: in a folder that goes away."""
+    sink = McapSink if job.format == "mcap" else RerunSink
+    try:
+        with TemporaryDirectory(prefix=".fcw-export-", dir=target.parent) as folder:
+            written = Path(folder) / target.name
+            try:
+                count = replay(clip, sink(written), on_frame)
+            except UserError as error:
+                if folder not in str(error):  # it is about the drive
+                    raise
+                raise UserError(
+                    f"{target}: cannot be written whole; make room on the disk, or name another place"
+                ) from error
+            written.replace(target)
+    except OSError as error:
+        raise UserError(
+            f"{target}: cannot write this file ({error.strerror}); "
+            "name a file in a folder that exists and can be written"
+        ) from error
+    return count
+
+
+def _counted(count: int, one: str, many: str = "") -> str:
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+@contextmanager
+def _progress(console: Console, text: str, frames: int) -> Iterator[Callable[[], None]]:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
+        task = progress.add_task(text, total=frames)
+        yield lambda: progress.update(task, advance=1)

@@ -1,0 +1,97 @@
+"""From the page's own HTML and SVG to the server: viser's HTML has no events of its own.
+
+Elements say by attributes what a click or a drag on them means (`page_channel.js`); a script in the browser
+sends it through a hidden field.
+"""
+
+import json
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+
+import viser
+
+from fcw_viz.page.script import run_script
+
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+
+OnMessage = Callable[[str], object]
+
+
+class PageChannel:
+    """Messages of one tab's page: a name and, after a colon, what it is about.
+
+    Besides those of the page's elements there are `ready:<what the address says after ?at=>`, once the script
+    runs, and `size:<name> <width>x<height>` of elements that say `data-fcw-size="<name>"`.
+    """
+
+    def __init__(self, client: viser.ClientHandle, run: Callable[[Callable[[], object]], None]) -> None:
+        """Nothing is heard before `open`.
+
+        Args:
+            client: the browser's side.
+            run: runs work in the tab's thread, in order.
+        """
+        self._client = client
+        self._run = run
+        self._on_message: dict[str, OnMessage] = {}
+
+    def on(self, name: str, callback: OnMessage) -> None:
+        """Calls back with what a message of that name is about."""
+        self._on_message[name] = callback
+
+    def open(self) -> None:
+        """Starts to listen; what is heard has its callbacks by now."""
+        field = self._client.gui.add_text("", "", visible=False)
+
+        @field.on_update
+        async def _(event: viser.GuiEvent[viser.GuiTextHandle]) -> None:
+            if event.client is not None:
+                self._hear(event.target.value)
+
+        run_script(self._client, f"const uuid = {json.dumps(field._impl.uuid)};\n{_BROWSER_SIDE}")
+
+    def _hear(self, text: str) -> None:
+        _, _, message = text.partition(" ")  # its number
+        name, _, about = message.partition(":")
+        callback = self._on_message.get(name)
+        if callback is not None:
+            self._run(lambda: callback(about))
+
+
+def says(message: str) -> str:
+    """The attribute of an element on which a click is a message."""
+    return f'data-fcw="{escape(message)}"'
+
+
+def chooses(name: str) -> str:
+    """The attribute of a `select` whose chosen value is a message of that name."""
+    return f'data-fcw-choice="{escape(name)}"'
+
+
+def enters(field: str, name: str, keeps: bool = False) -> str:
+    """Attributes of an input whose text is a message of that name when Enter is pressed.
+
+    Args:
+        field: its id.
+        name: of the message.
+        keeps: whether the text stays.
+    """
+    return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"{" data-fcw-keep" if keeps else ""}'
+
+
+def slides(element: str, name: str, start: float, end: float) -> str:
+    """Attributes of an element along which a click or a drag is a message with a number.
+
+    Args:
+        element: its id, by which it is found again when it is drawn anew during a drag.
+        name: of the message.
+        start: the number at the element's left edge.
+        end: the number at its right edge.
+    """
+    return f'id="{escape(element)}" data-fcw-slide="{escape(name)}:{start!r}:{end!r}"'
+
+
+def says_size(name: str) -> str:
+    """The attribute of an element that tells its size."""
+    return f'data-fcw-size="{escape(name)}"'

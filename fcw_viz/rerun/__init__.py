@@ -1,0 +1,1 @@
+"""The drive log for the rerun viewer, and the viewer itself."""

@@ -1,0 +1,220 @@
+"""The drive log for the rerun viewer: `drive.rrd`, with what the MCAP log holds of the pictures and vehicles.
+
+Frames are kept back and sent a batch at a time, column by column: that costs a fraction of logging frame
+by frame, in time and in bytes. Two time lines: `drive_time` is the source's own clock in nanoseconds (day and
+hour where it counts from 1970), `frame` the index among the shown frames. Video packets that only feed the
+decoder are logged at their `drive_time` with `shown` false, and have no `frame`.
+
+While a drive is being written its file is called `<name>.partial.rrd`, which the viewer opens as well; it
+takes its final name once it is complete. A process that is killed leaves the partial file with all but
+the last batches; `rerun rrd optimize` gives such a file its missing footer.
+"""
+
+import atexit
+import ctypes
+import os
+import threading
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+import pyarrow as pa
+import rerun as rr
+from rerun.chunk import RrdReader
+
+import fcw_viz.rerun.blueprint as scene
+from fcw.errors import UserError
+from fcw.frame import VideoPacket
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.warning.types import WarningLevel
+from fcw_viz.rerun.columns import (
+    Columns,
+    is_calendar_time,
+    level_columns,
+    log_columns,
+    result_columns,
+    time_columns,
+    video_columns,
+)
+from fcw_viz.rerun.scene import log_static_scene
+
+FRAMES_PER_BATCH = 256
+"""About nine seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
+log, from which this file can be made again, loses half a second."""
+WRITE_TIMEOUT_S = 20.0
+"""Far longer than a batch takes. Without a limit rerun may wait for ever for a writer that has failed."""
+FOOTER_MAGIC = b"RRF2FOOT"
+FOOTER_SEARCH_BYTES = 32
+"""The magic stands 12 bytes before the end of a complete file."""
+
+
+class RerunSink:
+    """Writes a drive as a rerun recording with its blueprint; an `fcw.logs.records.Sink`.
+
+    Args:
+        path: the `.rrd` file; one that exists is replaced when the drive is complete.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._partial_path = path.with_suffix(".partial.rrd")
+        self._recording: rr.RecordingStream | None = None
+        self._results: list[FrameResult] = []
+        self._packets: list[tuple[VideoPacket, int]] = []
+        self._last_level: WarningLevel | None = None
+        self._failed = False
+        self._calendar = False
+
+    def open(self, header: DriveHeader) -> None:
+        """Start the file with all that stays the same during the drive.
+
+        Raises:
+            UserError: the file cannot be written there.
+        """
+        self._header = header
+        recording = rr.RecordingStream("fcw")
+        try:
+            recording.save(self._partial_path, default_blueprint=scene.drive_blueprint(header.imperial))
+        except RuntimeError as error:
+            raise UserError(
+                f"{self._path}: cannot write the recording ({error}); "
+                "name a folder that exists and can be written"
+            ) from error
+        self._recording = recording
+        log_static_scene(recording, header)
+        self._flush()
+
+    def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
+        """Add a frame; it reaches the file with its batch.
+
+        Raises:
+            UserError: the file cannot be written any further.
+        """
+        if self._last_level is None and not self._results:
+            self._calendar = is_calendar_time(result.time_ns)
+        self._results.append(result)
+        self._packets.extend((packet, result.index) for packet in packets)
+        if len(self._results) == FRAMES_PER_BATCH:
+            self._send()
+
+    def close(self) -> None:
+        """Write what was kept back and give the file its name; a second call does nothing.
+
+        Raises:
+            UserError: the file could not be written to its end; it keeps its partial name.
+        """
+        if self._recording is None:
+            return
+        try:
+            if not self._failed:
+                if self._results:
+                    self._send()
+                self._disconnect(self._recording)
+        finally:
+            self._recording = None
+        if self._failed or not _has_footer(self._partial_path):
+            raise self._unwritten("it has no end")
+        self._partial_path.replace(self._path)
+
+    def _send(self) -> None:
+        results, packets = self._results, self._packets
+        self._results, self._packets = [], []
+        self._send_video(packets)
+        times = self._times(results)
+        for path, columns in result_columns(results, self._header):
+            self._send_columns(path, times, columns)
+        self._send_level_changes(results)
+        self._flush()
+
+    def _send_video(self, packets: Sequence[tuple[VideoPacket, int]]) -> None:
+        """Packets with their frame's index, in runs: only shown ones have a place among the frames."""
+        for shown, group in groupby(packets, key=lambda pair: pair[0].shown):
+            run, indexes = zip(*group, strict=True)
+            times = time_columns(
+                [packet.time_ns for packet in run], indexes if shown else None, self._calendar
+            )
+            self._send_columns(scene.VIDEO, times, video_columns(run))
+
+    def _send_level_changes(self, results: Sequence[FrameResult]) -> None:
+        """The level where it changes and, but for a quiet beginning, the reason in words."""
+        changes: list[FrameResult] = []
+        told: list[FrameResult] = []
+        for result in results:
+            level = result.warning.level
+            if level != self._last_level:
+                changes.append(result)
+                if level != WarningLevel.NONE or self._last_level is not None:
+                    told.append(result)
+            self._last_level = level
+        if changes:
+            self._send_columns(scene.LEVEL, self._times(changes), level_columns(changes))
+        if told:
+            self._send_columns(scene.LOG, self._times(told), log_columns(told, self._header.imperial))
+
+    def _times(self, results: Sequence[FrameResult]) -> list[rr.TimeColumn]:
+        return time_columns(
+            [result.time_ns for result in results], [result.index for result in results], self._calendar
+        )
+
+    def _flush(self) -> None:
+        """Wait for the file: rerun tells of a failed write here and nowhere else."""
+        assert self._recording is not None
+        try:
+            self._recording.flush(timeout_sec=WRITE_TIMEOUT_S)
+        except (RuntimeError, TimeoutError) as error:
+            self._failed = True
+            _abandon(self._recording)
+            raise self._unwritten(str(error)) from error
+
+    def _disconnect(self, recording: rr.RecordingStream) -> None:
+        """Have the file finished; where the writer fails at that, rerun would not come back."""
+        finishing = threading.Thread(target=recording.disconnect, name="finish rrd", daemon=True)
+        finishing.start()
+        finishing.join(WRITE_TIMEOUT_S)
+        if finishing.is_alive():
+            self._failed = True
+            _abandon(recording)
+
+    def _unwritten(self, reason: str) -> UserError:
+        return UserError(
+            f"{self._path}: the recording could not be written whole ({reason}); make room on the disk and "
+            f"run again; {self._partial_path.name} holds the beginning"
+        )
+
+    def _send_columns(self, path: str, times: list[rr.TimeColumn], columns: Columns) -> None:
+        assert self._recording is not None
+        self._recording.send_columns(path, times, columns, strict=True)
+
+
+def read_frame_times(path: Path) -> list[tuple[int, int]]:
+    """Index and time of every shown frame of a recording, also of one that was cut short.
+
+    Args:
+        path: an `.rrd` file of `RerunSink`.
+
+    Returns:
+        (index, time_ns) of each row in the file's order, the time on the source's clock.
+    """
+    times: list[tuple[int, int]] = []
+    for chunk in RrdReader(path).stream().filter(content=f"/{scene.FRAMES}"):
+        rows = chunk.to_record_batch()
+        indexes = rows.column(scene.FRAME_TIMELINE).cast(pa.int64()).to_pylist()
+        times_ns = rows.column(scene.TIME_TIMELINE).cast(pa.int64()).to_pylist()
+        times += zip(indexes, times_ns, strict=True)
+    return times
+
+
+def _abandon(recording: rr.RecordingStream) -> None:
+    """Never touch a recording again whose writer has failed.
+
+    rerun 0.41 waits for ever for that writer when the recording is disconnected, when it is freed, and in its
+    clean-up at the end of the process: so it is never freed, and there is no clean-up.
+    """
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(recording.inner))
+    atexit.unregister(rr.rerun_shutdown)
+
+
+def _has_footer(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(-min(FOOTER_SEARCH_BYTES, path.stat().st_size), os.SEEK_END)
+        return FOOTER_MAGIC in file.read()

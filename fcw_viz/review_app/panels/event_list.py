@@ -1,0 +1,117 @@
+"""The list of a drive's events, and the words on the selected one."""
+
+from collections.abc import Sequence
+from html import escape
+
+from fcw.annotation.records import REASONS, Judgement
+from fcw.annotation.review import JudgedEvent
+from fcw_viz.page.channel import chooses, says
+from fcw_viz.review_app.drive import by_severity, time_text
+from fcw_viz.review_app.time.timeline import kind_color
+from fcw_viz.review_app.words import (
+    DISAGREEMENT_SIGN,
+    JUDGEMENT_SIGNS,
+    event_line,
+    kind_title,
+    verdict_words,
+    when_words,
+)
+
+MOST_LISTED = 200
+"""Of a long list the worst ones; the time line has them all."""
+JUDGEMENT_KEYS = {
+    Judgement.RIGHT: "1",
+    Judgement.TOO_EARLY: "2",
+    Judgement.TOO_LATE: "3",
+    Judgement.FALSE: "4",
+}
+
+
+def list_order(events: Sequence[JudgedEvent], by_time: bool) -> list[int]:
+    """Numbers of the events as they are listed."""
+    ranked = by_severity(tuple(judged.event for judged in events))[:MOST_LISTED]
+    return sorted(ranked) if by_time else ranked
+
+
+def list_html(
+    events: Sequence[JudgedEvent], by_time: bool, selected: int | None, imperial: bool, first_s: float = 0.0
+) -> str:
+    """The list with its two orders; a click on an event is `event:<its number>`.
+
+    Args:
+        events: in the order of their times.
+        by_time: the order that is shown; `sort:time` and `sort:severity` ask for one.
+        selected: number of the selected event.
+        imperial: units of the words.
+        first_s: added to every time.
+    """
+    if not events:
+        return '<p class="dim">Nothing happened in this drive: no warning, no near miss.</p>'
+    orders = "".join(
+        f'<button class="{"on" if chosen == by_time else ""}" {says(f"sort:{name}")}>{label}</button>'
+        for name, label, chosen in (("severity", "worst first", False), ("time", "by time", True))
+    )
+    judged_count = sum(bool(judged.verdicts) for judged in events)
+    head = (
+        f'<div class="fcw-list-head"><span>{len(events)} event{"s" * (len(events) != 1)}, {judged_count} '
+        f'judged</span><span class="fcw-choice">{orders}</span></div>'
+    )
+    order = list_order(events, by_time)
+    rows = "".join(_row(number, events[number], number == selected, imperial, first_s) for number in order)
+    more = len(events) - len(order)
+    tail = f'<p class="dim">and {more} less severe ones, on the time line</p>' if more else ""
+    return f'{head}<div class="fcw-events">{rows}{tail}</div>'
+
+
+def _row(number: int, judged: JudgedEvent, selected: bool, imperial: bool, first_s: float) -> str:
+    event = judged.event
+    sign, title = "", ""
+    if judged.verdicts:
+        title = "; ".join(verdict_words(entry) for entry in judged.verdicts)
+        sign = DISAGREEMENT_SIGN if judged.judgement is None else JUDGEMENT_SIGNS[judged.judgement]
+    kind = "wrong" if judged.judgement is Judgement.FALSE else ""
+    return (
+        f'<div class="fcw-event {"selected" if selected else ""}" data-event="{number}" '
+        f'{says(f"event:{number}")} title="{escape(title)}" style="--kind: {kind_color(event.kind)}">'
+        f'<i style="--part: {event.severity:.3f}" title="severity {event.severity:.0%}"></i>'
+        f"<b>{kind_title(event.kind)}</b><time>{time_text(event.start_s + first_s)}</time>"
+        f'<span>{escape(event_line(event, imperial))}</span><em class="{kind}">{sign}</em></div>'
+    )
+
+
+def verdict_html(judged: JudgedEvent, reviewer: str) -> str:
+    """Buttons for a verdict (`verdict:<name>`), its reason (`reason:<name>`), and what others said."""
+    own = next((entry for entry in judged.verdicts if entry.person == reviewer), None)
+    buttons = "".join(
+        f'<button class="{_own_class(own is not None and own.said.judgement is judgement)} {judgement.name}" '
+        f"{says(f'verdict:{judgement.name}')}>{JUDGEMENT_SIGNS[judgement]} {judgement.value.capitalize()}"
+        f"<kbd>{key}</kbd></button>"
+        for judgement, key in JUDGEMENT_KEYS.items()
+    )
+    reasons = ""
+    if own is not None and REASONS[own.said.judgement]:
+        options = "".join(
+            f'<option value="{reason.name}" {"selected" if own.said.reason is reason else ""}>'
+            f"{escape(reason.value)}</option>"
+            for reason in REASONS[own.said.judgement]
+        )
+        reasons = (
+            f'<select {chooses("reason")}><option value="">why? (choose a reason)</option>{options}</select>'
+        )
+    said = "".join(
+        f'<p class="fcw-said" title="{when_words(entry.time)}">{escape(verdict_words(entry))}</p>'
+        for entry in judged.verdicts
+        if entry.person != reviewer or entry.said.text
+    )
+    disagreement = (
+        '<p class="fcw-disagree">You judge it differently.</p>'
+        if judged.disagreement and own is not None
+        else '<p class="fcw-disagree">They judge it differently.</p>'
+        if judged.disagreement
+        else ""
+    )
+    return f'<div class="fcw-verdicts">{buttons}</div>{reasons}{said}{disagreement}'
+
+
+def _own_class(chosen: bool) -> str:
+    return "on" if chosen else ""

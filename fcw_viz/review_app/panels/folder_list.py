@@ -1,0 +1,130 @@
+"""The list of a folder's drives with their events, the worst first."""
+
+from collections.abc import Sequence
+from html import escape
+
+from fcw.annotation.records import Judgement
+from fcw.annotation.review import judged_events
+from fcw_viz.page.channel import says
+from fcw_viz.review_app.drive import by_severity, duration_text, time_text
+from fcw_viz.review_app.session import DriveCard
+from fcw_viz.review_app.time.axis import TimeAxis
+from fcw_viz.review_app.time.timeline import HEIGHT_PX, kind_color, timeline_svg
+from fcw_viz.review_app.words import (
+    JUDGEMENT_SIGNS,
+    KIND_MEANINGS,
+    KIND_TITLES,
+    event_line,
+    kind_title,
+    verdict_words,
+)
+
+NARROWEST_PX = 300.0
+BESIDE_PX = 302.0
+"""Of the list's width what is not the time line: margins and the picture."""
+
+
+def folder_html(title: str, cards: Sequence[DriveCard], unread: int, width_px: float) -> str:
+    """The list; a click on a drive or on one of its marks is `open:<its name>` or `open:<its name>#<event>`.
+
+    Args:
+        title: of the folder.
+        cards: in the order of the list.
+        unread: how many have still to be read.
+        width_px: of the page's place for it.
+    """
+    axis_px = max(width_px - BESIDE_PX, NARROWEST_PX)
+    rows = "".join(_row(card, axis_px) for card in cards)
+    return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{rows}"
+
+
+def legend_html() -> str:
+    """What the marks of the time lines mean."""
+    kinds = "".join(
+        f'<p class="fcw-title" style="--kind: {kind_color(kind)}"><i></i><b>{title}</b>'
+        f'<span class="fcw-meaning">{KIND_MEANINGS[kind]}</span></p>'
+        for kind, title in KIND_TITLES.items()
+    )
+    signs = "".join(
+        f"<tr><td>{sign}</td><td style='text-align:left'>{judgement.value}</td></tr>"
+        for judgement, sign in JUDGEMENT_SIGNS.items()
+    )
+    return (
+        f'<div class="fcw-legend">{kinds}<p>Over a mark stands what it was judged:</p>'
+        f"<table>{signs}</table></div>"
+    )
+
+
+def _summary(cards: Sequence[DriveCard], unread: int) -> str:
+    hours = sum(card.duration_s for card in cards) / 3600
+    warnings = [
+        judged
+        for card in cards
+        for judged in judged_events(card.review, card.events)[0]
+        if judged.event.kind == "warning"
+    ]
+    count = len(cards)
+    parts = [
+        f"{count} drive{'s' * (count != 1)}",
+        duration_text(hours * 3600),
+        f"{len(warnings)} warning{'s' * (len(warnings) != 1)}",
+    ]
+    judged = [one for one in warnings if one.verdicts]
+    if judged:
+        false = sum(one.judgement is Judgement.FALSE for one in judged)
+        parts.append(f"{len(judged)} judged, {false} of them false")
+    if unread:
+        parts.append(f"reading {unread} more")
+    return " · ".join(parts) + ". The worst first; a click opens its worst moment."
+
+
+def _row(card: DriveCard, axis_px: float) -> str:
+    if card.trouble:
+        return (
+            f'<div class="fcw-row still"><div class="fcw-thumb">?</div><header><b>{escape(card.name)}</b>'
+            f"</header><div>{escape(card.trouble)}</div></div>"
+        )
+    if not card.read:
+        return (
+            f'<div class="fcw-row" {says(f"open:{card.name}")}><div class="fcw-thumb">…</div>'
+            f"<div><header><b>{escape(card.name)}</b><span>to be read</span></header></div></div>"
+        )
+    judged, _ = judged_events(card.review, card.events)
+    axis = TimeAxis(0.0, max(card.duration_s, 0.04), axis_px)
+    counts = _counts(card)
+    worst, thumbnail = "", ""
+    if card.thumbnail:
+        thumbnail = f' style="background-image: url(data:image/jpeg;base64,{card.thumbnail})"'
+    if card.events:
+        number = by_severity(card.events)[0]
+        event = card.events[number]
+        said = "".join(
+            f"<span>{JUDGEMENT_SIGNS[entry.said.judgement]} {escape(verdict_words(entry))}</span>"
+            for entry in judged[number].verdicts[:1]
+        )
+        worst = (
+            f'<div class="fcw-worst" style="--kind: {kind_color(event.kind)}"><i></i><b>'
+            f"{kind_title(event.kind)} at {time_text(event.start_s)}</b>"
+            f"<span>{escape(event_line(event, card.imperial))}</span>{said}</div>"
+        )
+    else:
+        worst = '<div class="fcw-worst"><span>Nothing happened.</span></div>'
+    calm = not (card.events or card.review.entries)
+    # A mark of the time line opens the drive there: its message names the drive, too.
+    svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")
+    notice = "" if card.complete else "<span>not finished: read as far as it goes</span>"
+    return (
+        f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
+        f"{says(f'open:{card.name}')}>"
+        f'<div class="fcw-thumb"{thumbnail}></div>'
+        f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
+        f"<span>{duration_text(card.duration_s)}</span></header>{worst}"
+        f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div></div></div>'
+    )
+
+
+def _counts(card: DriveCard) -> str:
+    """How many of each kind, the more urgent first."""
+    kinds = list(dict.fromkeys(card.events[number].kind for number in by_severity(card.events)))
+    numbers = {kind: sum(event.kind == kind for event in card.events) for kind in kinds}
+    return ", ".join(f"{numbers[kind]} × {kind_title(kind).lower()}" for kind in kinds)

@@ -1,0 +1,105 @@
+"""The panel at the right of a tab, and the list of drives over the rest."""
+
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import viser
+
+from fcw_viz.page.channel import enters, says, says_size
+from fcw_viz.page.style import STYLE, set_html, text_block
+from fcw_viz.review_app.drive import duration_text
+from fcw_viz.review_app.panels.boxes import BoxesPanel
+from fcw_viz.review_app.panels.event import EventPanel
+from fcw_viz.review_app.panels.folder_list import folder_html, legend_html
+from fcw_viz.review_app.panels.page import PagePanel
+from fcw_viz.review_app.panels.remarks import RemarksPanel
+from fcw_viz.review_app.panels.take import TakePanel
+
+if TYPE_CHECKING:
+    from fcw_viz.review_app.tab import Tab
+
+PANEL_WIDTH_PX = 350
+FIRST_FOLDER_PX = 1040.0
+NOTE_ID = "fcw-note"
+NOTE_FIELD = (
+    f'<input type="text" {enters(NOTE_ID, "note")} placeholder="A note on this moment (T), Enter keeps it" '
+    'autocomplete="off">'
+)
+OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
+
+
+class Panels:
+    """All panels of a tab."""
+
+    def __init__(self, gui: viser.GuiApi, tab: "Tab", dark: bool) -> None:
+        self._tab = tab
+        self._folder_px = FIRST_FOLDER_PX
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_WIDTH_PX)
+        gui.add_html(f"{STYLE}<style>{OWN_STYLE}</style>")
+        self._sizes = gui.add_html("")
+        self._folder = gui.add_html("")
+        self._head = gui.add_html("")
+        self._note = gui.add_html(text_block(NOTE_FIELD), visible=False)
+        self._tabs = gui.add_tab_group(visible=False)
+        with self._tabs.add_tab("Events"):
+            self._events = EventPanel(gui, tab)
+        with self._tabs.add_tab("Remarks"):
+            self._remarks = RemarksPanel(gui, tab)
+        with self._tabs.add_tab("Boxes"):
+            self._boxes = BoxesPanel(gui, tab)
+        with self._tabs.add_tab("Take"):
+            self._take = TakePanel(gui, tab)
+        with self._tabs.add_tab("Keys"):
+            PagePanel(gui, tab, dark)
+
+    def show(self) -> None:
+        """Bring all of them to the tab's drive, moment and reviews."""
+        drive = self._tab.drive
+        aspect = 0.5625 if drive is None else drive.header.image_size.height / drive.header.image_size.width
+        set_html(
+            self._sizes,
+            f"<style>:root {{ --fcw-docked: {PANEL_WIDTH_PX}px; --fcw-aspect: {aspect:.5f}; }}</style>",
+        )
+        self._tabs.visible = self._note.visible = drive is not None
+        set_html(self._head, text_block(self._head_html()))
+        self._show_folder()
+        if drive is not None:
+            self._events.show()
+            self._remarks.show()
+            self._boxes.show()
+            self._take.show()
+
+    def resized(self, about: str) -> None:
+        """The browser has told an element's size."""
+        name, _, size = about.partition(" ")
+        width = size.partition("x")[0]
+        if name == "folder" and width.isdigit() and float(width) != self._folder_px:
+            self._folder_px = float(width)
+            self._show_folder()
+
+    def _show_folder(self) -> None:
+        tab = self._tab
+        if tab.drive is not None:
+            set_html(self._folder, "")
+            return
+        html = folder_html(tab.folder, tab.session.cards, tab.session.unread, self._folder_px)
+        set_html(self._folder, f'<div class="fcw-folder" {says_size("folder")}>{html}</div>')
+
+    def _head_html(self) -> str:
+        tab = self._tab
+        who = f'<p class="dim">You review as <b>{escape(tab.session.reviewer)}</b>.</p>'
+        if tab.drive is None:
+            return f'<div class="fcw-drive"><b>{escape(tab.folder)}</b></div>{who}{legend_html()}'
+        header = tab.drive.header
+        several = len(tab.session.drives) > 1
+        back = f'<button {says("list:")} title="All drives (L)">‹ All drives</button>' if several else ""
+        torn = "" if tab.drive.complete else " · never finished"
+        return (
+            f'<div class="fcw-drive"><b title="{escape(str(tab.drive.log.path))}">'
+            f"{escape(tab.drive.name)}</b>"
+            f"<span>{back}</span></div>"
+            f'<p class="dim">{duration_text(tab.drive.duration_s)} · {header.image_size} · '
+            f"{escape(header.detector)}{torn} · reviewed as {escape(tab.session.reviewer)}</p>"
+        )

@@ -1,0 +1,104 @@
+"""Taking along: the clip around an event, the table of the events, and the same moment in rerun."""
+
+import threading
+from collections.abc import Callable
+from functools import partial
+from html import escape
+from typing import TYPE_CHECKING
+
+import viser
+
+from fcw.errors import UserError
+from fcw_viz.page.controls import on_button
+from fcw_viz.page.style import set_html, text_block
+from fcw_viz.review_app.drive import Drive, time_text
+from fcw_viz.review_app.taking import clip_around, event_table, exported_file
+
+if TYPE_CHECKING:
+    from fcw_viz.review_app.tab import Tab
+
+WAIT_WORDS = "One at a time: the last one is still being made."
+
+
+class TakePanel:
+    """The fourth of a drive's tabs; what takes long is done in a thread of its own."""
+
+    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+        self._tab = tab
+        self._busy = ""
+        self._result = ""
+        self._clip = gui.add_html("")
+        buttons = (
+            ("Clip as MP4", viser.Icon.MOVIE, partial(self._take_clip, "mp4")),
+            ("Clip as MCAP", viser.Icon.FILE_EXPORT, partial(self._take_clip, "mcap")),
+            ("Clip in rerun", viser.Icon.EXTERNAL_LINK, self._open_rerun),
+            ("Table of all events (CSV)", viser.Icon.TABLE, self._take_table),
+        )
+        for label, icon, action in buttons:
+            on_button(gui.add_button(label, icon=icon, color="gray"), tab.run, action)
+        self._state = gui.add_html("")
+
+    def show(self) -> None:
+        """Say which part of the drive is taken."""
+        start_s, end_s = self._between()
+        about = "around the event" if self._tab.selected is not None else "around this moment"
+        html = f"<p>The clip {about}: <b>{time_text(start_s)} to {time_text(end_s)}</b></p>"
+        set_html(self._clip, text_block(html))
+        set_html(self._state, text_block(self._busy or self._result))
+
+    def _between(self) -> tuple[float, float]:
+        tab = self._tab
+        if tab.selected is None:
+            return clip_around(tab.time_s, tab.time_s, tab.opened.duration_s)
+        event = tab.opened.events[tab.selected]
+        return clip_around(event.start_s, event.end_s, tab.opened.duration_s)
+
+    def _take_clip(self, export_format: str) -> None:
+        drive, between = self._tab.opened, self._between()
+        name = f"{drive.name}-{between[0]:.0f}s.{export_format}"
+        self._do(
+            f"Making {name}",
+            lambda: self._send(name, exported_file(drive.log.path, export_format, between)),
+        )
+
+    def _take_table(self) -> None:
+        drive = self._tab.opened
+        name = f"{drive.name}-events.csv"
+        self._do(f"Making {name}", lambda: self._send(name, event_table(drive.log.path)))
+
+    def _open_rerun(self) -> None:
+        drive, between = self._tab.opened, self._between()
+        self._do("Starting rerun", lambda: self._rerun(drive, between))
+
+    def _rerun(self, drive: Drive, between: tuple[float, float]) -> str:
+        url = self._tab.session.rerun.open(drive.log.path, between)
+        if url is None:
+            return "<p>rerun has a window of its own.</p>"
+        return f'<p><a href="{escape(url)}" target="_blank">Open rerun on this clip</a></p>'
+
+    def _send(self, name: str, content: bytes) -> str:
+        self._tab.client.send_file_download(name, content, save_immediately=True)
+        return f"<p>Saved by the browser: {escape(name)}</p>"
+
+    def _do(self, words: str, work: Callable[[], str]) -> None:
+        """Do something that takes long, and show what came of it."""
+        if self._busy:
+            raise UserError(WAIT_WORDS)
+        self._busy = f"<p>{escape(words)} …</p>"
+        self.show()
+
+        def run() -> None:
+            result = "<p>That failed; the program's terminal says why.</p>"
+            try:
+                result = work()
+            except UserError as error:
+                result = f"<p>{escape(str(error))}</p>"
+            finally:
+                self._tab.run(partial(self._done, result))
+
+        threading.Thread(target=run, name="take along", daemon=True).start()
+
+    def _done(self, result: str) -> None:
+        self._busy, self._result = "", result
+        if self._tab.drive is not None:
+            self.show()

@@ -1,0 +1,1 @@
+"""The time of a drive: its line, its plots, and playing it."""

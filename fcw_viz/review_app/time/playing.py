@@ -1,0 +1,129 @@
+"""Playing in a tab: the player's frames are shown in the tab's thread, as fast as the browser draws them."""
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from fcw.errors import UserError
+from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.screen import PLAYED_QUALITY
+from fcw_viz.review_app.time.player import SPEEDS, Player
+
+if TYPE_CHECKING:
+    from fcw_viz.review_app.tab import Tab
+
+DRAWN_PATIENCE_S = 0.5
+"""A browser that does not say that it has drawn a picture gets the next one after this."""
+STOP_CHECK_S = 0.02
+"""The player waits for the tab's thread, but not when that wants it to stop."""
+KEY_ECHO_S = 0.3
+"""The space key also presses the button that was clicked last: one press counts once."""
+LEAD_IN_S = 2.0
+"""An event is played from so long before it."""
+
+
+class Playing:
+    """Plays the drive of one tab.
+
+    Attributes:
+        speed: seconds of the drive for each second, one of `SPEEDS`.
+    """
+
+    def __init__(self, tab: "Tab") -> None:
+        self._tab = tab
+        self.speed = 1.0
+        self._toggled_s = float("-inf")
+        self._drawn = threading.Event()
+        self._player = Player(
+            self._wait_drawn, self._show, lambda message: tab.run(lambda: self._ended(message))
+        )
+
+    @property
+    def now(self) -> bool:
+        """Whether it plays now."""
+        return self._player.playing
+
+    def load(self, drive: Drive) -> None:
+        """Play another drive from now on."""
+        self._player.load(drive.series.time_ns)
+
+    def stop(self) -> None:
+        """Stop; no further frame is shown."""
+        self._player.stop()
+
+    def toggle(self) -> None:
+        """Play on from the moment that is shown, or stop; from the last frame it begins anew."""
+        now_s = time.monotonic()
+        if now_s - self._toggled_s < KEY_ECHO_S:
+            return
+        self._toggled_s = now_s
+        if self.now:
+            self.stop()
+        else:
+            self._play(0 if self._tab.row >= self._tab.opened.last_row else self._tab.row)
+
+    def play_event(self) -> None:
+        """Play the selected event, from a little before it."""
+        tab = self._tab
+        if tab.selected is None:
+            raise UserError("select an event first: click one of the list, or press N")
+        self._play(tab.opened.row_at(tab.opened.events[tab.selected].start_s - LEAD_IN_S))
+
+    def set_speed(self, speed: float) -> None:
+        """Play so much faster."""
+        if speed not in SPEEDS:
+            return
+        self.speed = speed
+        if self.now:
+            self._play(self._tab.row)
+        self._tab.screen.show_bar()
+
+    def change_speed(self, faster: bool) -> None:
+        """The next speed up or down."""
+        place = SPEEDS.index(self.speed) + (1 if faster else -1)
+        self.set_speed(SPEEDS[min(max(place, 0), len(SPEEDS) - 1)])
+
+    def sent(self) -> None:
+        """A picture is on its way to the browser."""
+        self._drawn.clear()
+
+    def drawn(self) -> None:
+        """The browser has drawn a picture."""
+        self._drawn.set()
+
+    def _play(self, row: int) -> None:
+        tab = self._tab
+        tab.boxes.stop()
+        self.stop()
+        if row != tab.row:
+            tab.turn_to(row, PLAYED_QUALITY)
+        self._player.play(row, self.speed)
+        tab.screen.show_bar()
+
+    def _wait_drawn(self, stop: threading.Event) -> None:
+        """Wait until the browser has drawn the last picture; in the player's thread."""
+        end_s = time.monotonic() + DRAWN_PATIENCE_S
+        while not stop.is_set() and time.monotonic() < end_s:
+            if self._drawn.wait(STOP_CHECK_S):
+                return
+
+    def _show(self, row: int) -> None:
+        """Have a frame of the drive that plays shown; in the player's thread, which waits for it."""
+        shown = threading.Event()
+
+        def show() -> None:
+            if self.now:
+                self._tab.turn_to(row, PLAYED_QUALITY)
+            shown.set()
+
+        self._tab.run(show)
+        while self.now and not shown.wait(STOP_CHECK_S):
+            pass
+
+    def _ended(self, message: str) -> None:
+        """Playing has ended: the present picture again in full quality."""
+        if self.now or self._tab.drive is None:
+            return
+        if message:
+            self._tab.notify(message, trouble=True)
+        self._tab.rest()

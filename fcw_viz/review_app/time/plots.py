@@ -1,0 +1,326 @@
+"""The plots under the picture: distance with its interval, closing speed, TTC and headway, as SVG."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR
+from fcw.logs.records import DriveHeader
+from fcw.logs.series import DriveSeries
+from fcw.units import FEET_PER_METRE, KMH_PER_MPS, MPH_PER_MPS
+from fcw.warning.types import WarningLevel
+from fcw_viz.charts.svg import line, words
+from fcw_viz.review_app.drive import NS_PER_S, time_text
+from fcw_viz.review_app.time.axis import TimeAxis
+
+DISTANCE_SHARE = 1.8
+"""The distance has an interval to be seen: its plot is the highest."""
+AXIS_PX = 16.0
+"""Height of the words under the plots."""
+GAP_PX = 5.0
+PAD_PX = 3.0
+"""From a plot's edge to its lowest and highest value."""
+CURVE_WIDTH_PX = 1.6
+BAND_OPACITY = 0.28
+LEVEL_OPACITY = {WarningLevel.ADVISORY: 0.1, WarningLevel.CAUTION: 0.16, WarningLevel.WARNING: 0.2}
+DISTANCE_TOPS_M = (10.0, 20.0, 30.0, 40.0, 60.0, 80.0, 100.0, 150.0)
+SPEED_TOPS_MPS = (2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0)
+LONGEST_TTC_S = 10.0
+"""Beyond ten seconds nobody is warned: the plot keeps its room for what matters."""
+LONGEST_HEADWAY_S = 4.0
+
+
+def css_color(rgb: tuple[int, int, int]) -> str:
+    """A colour for SVG."""
+    return "rgb({}, {}, {})".format(*rgb)
+
+
+CURVE_COLOR = css_color(ROW_COLOR)
+
+
+class Plotted(Protocol):
+    """A drive, or what is known of one that still runs."""
+
+    @property
+    def header(self) -> DriveHeader:
+        """Of the drive."""
+        ...
+
+    @property
+    def series(self) -> DriveSeries:
+        """Its columns."""
+        ...
+
+    @property
+    def first_ns(self) -> int:
+        """From when seconds count."""
+        ...
+
+    def rows_between(self, start_s: float, end_s: float) -> slice:
+        """Rows of a range of time, with the one before and the one after."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """One curve over time.
+
+    Attributes:
+        key: of its place on the page.
+        title: its name.
+        unit: of its axis.
+        values: (N,) float, NaN where there is none, in that unit.
+        low: (N,) lower edge of the interval; None where there is no interval.
+        high: (N,) its upper edge, inf where it has none.
+        bottom: value at the lower edge.
+        top: value at the upper edge.
+        decimals: of a value in words.
+        share: of the height, beside the others.
+    """
+
+    key: str
+    title: str
+    unit: str
+    values: NDArray[np.float64]
+    low: NDArray[np.float64] | None
+    high: NDArray[np.float64] | None
+    bottom: float
+    top: float
+    decimals: int
+    share: float = 1.0
+
+    def y(self, value: float, height_px: float) -> float:
+        """Where a value stands, 0 at the upper edge; values beyond the edges stand on them."""
+        part = (min(max(value, self.bottom), self.top) - self.bottom) / (self.top - self.bottom)
+        return PAD_PX + (1 - part) * (height_px - 2 * PAD_PX)
+
+
+def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, ...]:
+    """The four plots of a range of rows, each with a scale that holds what is there."""
+    metre = FEET_PER_METRE if imperial else 1.0
+    speed = MPH_PER_MPS if imperial else KMH_PER_MPS
+    distance_m = series.distance_m[rows].astype(np.float64)
+    high_m = series.distance_high_m[rows].astype(np.float64)
+    closing_mps = series.closing_speed_mps[rows].astype(np.float64)
+    farthest_m = _largest(np.where(np.isfinite(high_m), high_m, distance_m))
+    fastest_mps = _largest(np.abs(closing_mps))
+    distance_top = _above(farthest_m, DISTANCE_TOPS_M) * metre
+    speed_top = _above(fastest_mps, SPEED_TOPS_MPS) * speed
+    return (
+        Plot(
+            "distance",
+            "Distance",
+            "ft" if imperial else "m",
+            distance_m * metre,
+            series.distance_low_m[rows].astype(np.float64) * metre,
+            high_m * metre,
+            0.0,
+            distance_top,
+            0 if imperial else 1,
+            DISTANCE_SHARE,
+        ),
+        Plot(
+            "closing",
+            "Closing speed",
+            "mph" if imperial else "km/h",
+            closing_mps * speed,
+            None,
+            None,
+            -speed_top if _largest(-closing_mps) > 0.1 * fastest_mps else 0.0,
+            speed_top,
+            0,
+        ),
+        Plot(
+            "ttc",
+            "Time to collision",
+            "s",
+            _up_to(series.ttc_s[rows], LONGEST_TTC_S),
+            None,
+            None,
+            0.0,
+            LONGEST_TTC_S,
+            1,
+        ),
+        Plot(
+            "headway",
+            "Headway",
+            "s",
+            _up_to(series.headway_s[rows], LONGEST_HEADWAY_S),
+            None,
+            None,
+            0.0,
+            LONGEST_HEADWAY_S,
+            1,
+        ),
+    )
+
+
+def plots_svg(drive: Plotted, axis: TimeAxis, height_px: float) -> str:
+    """The four plots one above the other along the same axis of time, whose words stand under them."""
+    rows = drive.rows_between(axis.start_s, axis.end_s)
+    times_s = (drive.series.time_ns[rows] - drive.first_ns) / NS_PER_S
+    plots = make_plots(drive.series, rows, drive.header.imperial)
+    columns = _columns(axis, times_s)
+    ground = "".join(_level_spans(drive.series.level[rows], times_s, axis, height_px - AXIS_PX))
+    parts = [f'<g data-name="levels">{ground}</g>']
+    parts += [
+        line(axis.x(tick_s), 0, axis.x(tick_s), height_px - AXIS_PX, 0.1)
+        + words(axis.x(tick_s), height_px - 3, time_text(tick_s, _tick_decimals(axis)), "middle", 0.65)
+        for tick_s in axis.ticks_s()
+        if 20 <= axis.x(tick_s) <= axis.width_px - 20
+    ]
+    for plot, (top_px, own_px) in zip(plots, plot_places(plots, height_px), strict=True):
+        drawn = "".join(_plot(plot, axis, own_px, columns))
+        parts.append(f'<g data-plot="{plot.key}" transform="translate(0 {top_px:.1f})">{drawn}</g>')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{axis.width_px:.0f}" height="{height_px:.0f}" '
+        f'viewBox="0 0 {axis.width_px:.0f} {height_px:.0f}" font-family="system-ui, sans-serif" '
+        f'font-size="11" role="img"><title>The vehicle ahead over time</title>{"".join(parts)}</svg>'
+    )
+
+
+def plot_places(plots: Sequence[Plot], height_px: float) -> list[tuple[float, float]]:
+    """Upper edge and height of each plot, of all the height there is."""
+    shared_px = height_px - AXIS_PX - (len(plots) - 1) * GAP_PX
+    shares = [plot.share for plot in plots]
+    places, top_px = [], 0.0
+    for share in shares:
+        own_px = shared_px * share / sum(shares)
+        places.append((top_px, own_px))
+        top_px += own_px + GAP_PX
+    return places
+
+
+def value_text(value: float, plot: Plot) -> str:
+    """A value of a plot with its unit; a dash where there is none."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.{plot.decimals}f} {plot.unit}"
+
+
+def _up_to(values: NDArray[np.float32], limit: float) -> NDArray[np.float64]:
+    """Values up to a limit; NaN beyond, so that no curve runs along the plot's edge."""
+    return np.where(values <= limit, values, np.nan).astype(np.float64)
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.max()) if len(known) else 0.0
+
+
+def _above(value: float, tops: tuple[float, ...]) -> float:
+    return next((top for top in tops if top >= value), tops[-1])
+
+
+def _tick_decimals(axis: TimeAxis) -> int:
+    ticks_s = axis.ticks_s()
+    return 1 if any(tick_s != round(tick_s) for tick_s in ticks_s) else 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """Rows gathered where several fall on one column of pixels.
+
+    Attributes:
+        x: (M,) where each column stands.
+        starts: (M,) its first row.
+        count: of all rows.
+        thin: whether every column is one row.
+    """
+
+    x: NDArray[np.float64]
+    starts: NDArray[np.intp]
+    count: int
+    thin: bool
+
+    def lowest(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The smallest value of each column; NaN where there is none."""
+        return values if self.thin else np.fmin.reduceat(values, self.starts)
+
+    def highest(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The largest value of each column; NaN where there is none."""
+        return values if self.thin else np.fmax.reduceat(values, self.starts)
+
+
+def _columns(axis: TimeAxis, times_s: NDArray[np.float64]) -> _Columns:
+    x = (times_s - axis.start_s) / axis.span_s * axis.width_px
+    if len(x) <= axis.width_px:
+        return _Columns(x, np.arange(len(x)), len(x), True)
+    pixel = np.floor(x).astype(np.int64)
+    starts = np.flatnonzero(np.diff(pixel, prepend=pixel[0] - 1))
+    return _Columns((pixel[starts] + 0.5).astype(np.float64), starts, len(x), False)
+
+
+def _plot(plot: Plot, axis: TimeAxis, height_px: float, columns: _Columns) -> Iterator[str]:
+    yield (
+        f'<rect width="{axis.width_px:.1f}" height="{height_px:.1f}" fill="currentColor" '
+        'fill-opacity="0.035"/>'
+    )
+    if plot.bottom < 0:
+        zero_px = plot.y(0, height_px)
+        yield line(0, zero_px, axis.width_px, zero_px, 0.3)
+
+    def y(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        part = (np.clip(values, plot.bottom, plot.top) - plot.bottom) / (plot.top - plot.bottom)
+        return PAD_PX + (1 - part) * (height_px - 2 * PAD_PX)
+
+    if plot.low is not None and plot.high is not None:
+        low, high = y(columns.lowest(plot.low)), y(columns.highest(plot.high))
+        for run in _runs(np.isfinite(low) & np.isfinite(high)):
+            outline = [*zip(columns.x[run], high[run], strict=True)]
+            outline += [*zip(columns.x[run][::-1], low[run][::-1], strict=True)]
+            yield (
+                f'<polygon data-name="interval" points="{_points(outline)}" fill="{CURVE_COLOR}" '
+                f'fill-opacity="{BAND_OPACITY}"/>'
+            )
+    lowest, highest = y(columns.lowest(plot.values)), y(columns.highest(plot.values))
+    for run in _runs(np.isfinite(lowest)):
+        if columns.thin:
+            corners = list(zip(columns.x[run], lowest[run], strict=True))
+        else:
+            # All values of a column of pixels: up and down it.
+            corners = [
+                corner
+                for x, bottom, top in zip(columns.x[run], lowest[run], highest[run], strict=True)
+                for corner in ((x, bottom), (x, top))
+            ]
+        yield (
+            f'<polyline data-name="curve" points="{_points(corners)}" fill="none" stroke="{CURVE_COLOR}" '
+            f'stroke-width="{CURVE_WIDTH_PX}" stroke-linejoin="round"/>'
+        )
+    label = f"{plot.top:g} {plot.unit}"
+    yield words(axis.width_px - 4, 11, label, "end", 0.55, size=10)
+
+
+def _runs(known: NDArray[np.bool_]) -> list[slice]:
+    """Unbroken runs of what is known."""
+    edges = np.flatnonzero(np.diff(known.astype(np.int8), prepend=0, append=0))
+    return [slice(int(start), int(end)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _points(corners: list[tuple[float, float]]) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in corners)
+
+
+def _level_spans(
+    levels: NDArray[np.int8], times_s: NDArray[np.float64], axis: TimeAxis, height_px: float
+) -> Iterator[str]:
+    """The stretches in which a warning was shown, over all plots."""
+    if not len(levels):
+        return
+    starts = np.flatnonzero(np.diff(levels, prepend=np.int8(-1)))
+    ends = [*starts[1:], len(levels) - 1]
+    for start, end in zip(starts, ends, strict=True):
+        level = WarningLevel(int(levels[start]))
+        if level is WarningLevel.NONE:
+            continue
+        left_px = max(axis.x(float(times_s[start])), 0.0)
+        right_px = min(axis.x(float(times_s[min(end, len(times_s) - 1)])), axis.width_px)
+        yield (
+            f'<rect x="{left_px:.1f}" width="{max(right_px - left_px, 1.0):.1f}" height="{height_px:.1f}" '
+            f'fill="{css_color(LEVEL_COLORS[level])}" fill-opacity="{LEVEL_OPACITY[level]}"/>'
+        )

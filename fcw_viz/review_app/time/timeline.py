@@ -1,0 +1,172 @@
+"""The time line of a whole drive: every warning, near miss and lost calibration is a mark to click."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+
+from fcw.annotation.records import Entry, MissedEvent, Note
+from fcw.annotation.review import JudgedEvent, Review
+from fcw.logs.overlay import LEVEL_COLORS
+from fcw.warning.types import WarningLevel
+from fcw_viz.charts.svg import line, words
+from fcw_viz.page.channel import says
+from fcw_viz.review_app.drive import time_text
+from fcw_viz.review_app.time.axis import TimeAxis
+from fcw_viz.review_app.time.plots import css_color
+from fcw_viz.review_app.words import (
+    DISAGREEMENT_SIGN,
+    JUDGEMENT_SIGNS,
+    MOUNT_MOVED,
+    NEAR_MISS,
+    event_line,
+    kind_title,
+)
+
+KIND_COLORS = {
+    "warning": css_color(LEVEL_COLORS[WarningLevel.WARNING]),
+    "caution": css_color(LEVEL_COLORS[WarningLevel.CAUTION]),
+    "advisory": css_color(LEVEL_COLORS[WarningLevel.ADVISORY]),
+    NEAR_MISS: "rgb(214, 51, 132)",
+    MOUNT_MOVED: "rgb(134, 92, 214)",
+}
+OTHER_COLOR = "rgb(134, 142, 150)"
+MISSED_COLOR = "rgb(230, 73, 128)"
+NOTE_COLOR = "rgb(250, 176, 5)"
+KIND_HEIGHTS = {"warning": 1.0, "caution": 0.72, "advisory": 0.45}
+"""Of the track's height: how urgent it is reads without colours."""
+
+SIGNS_PX, TRACK_PX, TICKS_PX = 13.0, 18.0, 13.0
+"""From top to bottom: what people said, the marks, the words of the axis."""
+HEIGHT_PX = SIGNS_PX + TRACK_PX + TICKS_PX
+SMALLEST_MARK_PX = 3.0
+REACH_PX = 4.0
+"""So far beside a mark a click still means it."""
+APART_PX = 2.0
+"""Of marks closer together only the worse one is drawn."""
+
+
+def kind_color(kind: str) -> str:
+    """The colour of a kind of events."""
+    return KIND_COLORS.get(kind, OTHER_COLOR)
+
+
+def timeline_svg(
+    axis: TimeAxis,
+    events: Sequence[JudgedEvent],
+    review: Review,
+    shown: tuple[float, float] | None,
+    selected: int | None,
+    imperial: bool,
+    message: str = "event:",
+) -> str:
+    """The marks over the whole drive.
+
+    Args:
+        axis: the drive from its first frame to its last.
+        events: in the order of their times.
+        review: whose missed events and notes are shown, too.
+        shown: start and end of the range that the plots show; None where there are none.
+        selected: number of the selected event.
+        imperial: units of the words.
+        message: before an event's number, what a click on it says.
+    """
+    bottom = SIGNS_PX + TRACK_PX
+    parts = [
+        f'<rect y="{SIGNS_PX}" width="{axis.width_px:.1f}" height="{TRACK_PX}" rx="3" fill="currentColor" '
+        'fill-opacity="0.07"/>',
+    ]
+    if shown is not None:
+        left, right = (min(max(axis.x(edge), 0.0), axis.width_px) for edge in shown)
+        parts.append(
+            f'<rect data-name="shown" x="{left:.1f}" y="{SIGNS_PX}" width="{max(right - left, 2):.1f}" '
+            f'height="{TRACK_PX}" rx="3" fill="currentColor" fill-opacity="0.1"/>'
+        )
+    for tick_s in axis.ticks_s():
+        x = axis.x(tick_s)
+        parts.append(line(x, bottom, x, bottom + 3, 0.5))
+        anchor = "start" if x < 15 else "end" if x > axis.width_px - 15 else "middle"
+        parts.append(words(x, HEIGHT_PX - 1.5, time_text(tick_s, 0), anchor, 0.6, size=10))
+    drawn = drawn_events(axis, events, selected)
+    # The worst last, over the others.
+    for number in sorted(drawn, key=lambda number: (number == selected, events[number].event.severity)):
+        parts += _event(axis, number, events[number], number == selected, imperial, message)
+    parts += _remarks(axis, review.missed, review.notes)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{axis.width_px:.0f}" height="{HEIGHT_PX:.0f}" '
+        f'viewBox="0 0 {axis.width_px:.0f} {HEIGHT_PX:.0f}" font-family="system-ui, sans-serif" '
+        f'font-size="11" role="img"><title>The whole drive</title>{"".join(parts)}</svg>'
+    )
+
+
+def drawn_events(axis: TimeAxis, events: Sequence[JudgedEvent], selected: int | None) -> set[int]:
+    """Numbers of the events that get a mark: of those that would run into each other the worst one."""
+    order = sorted(
+        range(len(events)), key=lambda number: (number != selected, -events[number].event.severity)
+    )
+    taken: dict[tuple[str, int], int] = {}
+    for number in order:
+        event = events[number].event
+        lane = event.kind
+        column = round(axis.x(event.start_s) / APART_PX)
+        taken.setdefault((lane, column), number)
+    return set(taken.values())
+
+
+def _event(
+    axis: TimeAxis, number: int, judged: JudgedEvent, selected: bool, imperial: bool, message: str
+) -> Iterator[str]:
+    event, color = judged.event, kind_color(judged.event.kind)
+    left = min(axis.x(event.start_s), axis.width_px - SMALLEST_MARK_PX)
+    right = max(axis.x(event.end_s), left + SMALLEST_MARK_PX)
+    if event.kind == MOUNT_MOVED:
+        right = left + SMALLEST_MARK_PX
+    bottom = SIGNS_PX + TRACK_PX
+    height = TRACK_PX * KIND_HEIGHTS.get(event.kind, 0.6)
+    title = f"{kind_title(event.kind)} at {time_text(event.start_s)}: {event_line(event, imperial)}"
+    outline = ' stroke="currentColor" stroke-width="1.5"' if selected else ""
+    if event.kind == NEAR_MISS:
+        middle = bottom - TRACK_PX / 2
+        shape = (
+            f'<path d="M{left:.1f} {middle:.1f} l5 -6 l5 6 l-5 6 z" fill="{color}"{outline} '
+            'transform="translate(-5 0)"/>'
+        )
+    else:
+        shape = (
+            f'<rect x="{left:.1f}" y="{bottom - height:.1f}" width="{right - left:.1f}" '
+            f'height="{height:.1f}" rx="1" fill="{color}"{outline}/>'
+        )
+    reach = (
+        f'<rect x="{left - REACH_PX:.1f}" y="{SIGNS_PX}" width="{right - left + 2 * REACH_PX:.1f}" '
+        f'height="{TRACK_PX}" fill="transparent"/>'
+    )
+    sign = ""
+    if judged.verdicts:
+        text = DISAGREEMENT_SIGN if judged.judgement is None else JUDGEMENT_SIGNS[judged.judgement]
+        sign = words((left + right) / 2, SIGNS_PX - 2, text, "middle", 0.9)
+    yield (
+        f'<g class="fcw-mark" data-event="{number}" {says(f"{message}{number}")}>'
+        f"<title>{escape(title)}</title>{reach}{shape}{sign}</g>"
+    )
+
+
+def _remarks(
+    axis: TimeAxis, missed: Iterable[Entry[MissedEvent]], notes: Iterable[Entry[Note]]
+) -> Iterator[str]:
+    """Missed events as outlines, notes as dots, each with its words."""
+    bottom = SIGNS_PX + TRACK_PX
+    for entry in missed:
+        left, right = axis.x(entry.said.start_s), axis.x(entry.said.end_s)
+        title = f"{entry.person}: missed, {entry.said.text}" if entry.said.text else f"{entry.person}: missed"
+        yield (
+            f'<g class="fcw-mark" {says(f"goto:{entry.said.start_s!r}")}><title>{escape(title)}</title>'
+            f'<rect x="{left:.1f}" y="{SIGNS_PX + 1}" width="{max(right - left, SMALLEST_MARK_PX):.1f}" '
+            f'height="{TRACK_PX - 2}" fill="transparent" stroke="{MISSED_COLOR}" stroke-width="1.5" '
+            'stroke-dasharray="3 2"/></g>'
+        )
+    for entry in notes:
+        x = axis.x(entry.said.time_s)
+        yield (
+            f'<g class="fcw-mark" {says(f"goto:{entry.said.time_s!r}")}>'
+            f"<title>{escape(f'{entry.person}: {entry.said.text}')}</title>"
+            f'<circle cx="{x:.1f}" cy="{bottom:.1f}" r="4" fill="{NOTE_COLOR}" stroke="currentColor" '
+            'stroke-opacity="0.5"/></g>'
+        )

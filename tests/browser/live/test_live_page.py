@@ -1,0 +1,144 @@
+"""A drive that runs, in a real Chromium: seen, heard, and reviewed when it has ended."""
+
+import re
+import threading
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
+
+import pytest
+from calibrate_helpers import DEMO_DRIVE, FIRST_PORT
+from review_helpers import OpenPage, Reviewer, WaitFor
+from rich.console import Console
+
+from fcw.frame import Frame
+from fcw.sources.live import LiveSource
+from fcw.sources.video import VideoSource
+from fcw_viz.jobs.drive import DriveJob, run_drive
+from fcw_viz.live_app.feed import LiveFeed
+from fcw_viz.live_app.server import LivePage
+
+START_S, END_S = 21.0, 33.0
+"""Of the shipped drive, whose lead brakes so that a warning is due at 29.8 s."""
+WARNED_S = 28.0, 31.5
+# Sounds as the page asks the browser for them: frequencies of the tones, in order.
+LISTEN = """() => {
+  window.tones = [];
+  window.AudioContext = class {
+    state = "suspended"; currentTime = 0; destination = {};
+    resume() { this.state = "running"; }
+    createOscillator() {
+      const tone = { frequency: { value: 0 }, connect: (next) => next, stop() {},
+                     start() { window.tones.push(tone.frequency.value); } };
+      return tone;
+    }
+    createGain() {
+      return { gain: { setValueAtTime() {}, linearRampToValueAtTime() {} }, connect: (next) => next };
+    }
+  };
+}"""
+WARNING_HZ = 1400
+
+
+class Part(VideoSource):
+    """The part of the shipped drive around the braking."""
+
+    @property
+    def relays_video(self) -> bool:
+        return False
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        for frame in super().frames(round(START_S * 1e9)):
+            if frame.time_ns > END_S * 1e9:
+                return
+            yield frame
+
+
+class Drive:
+    """The drive under way and its page."""
+
+    def __init__(self, out: Path) -> None:
+        self.stop = threading.Event()
+        self.out = out
+        source = LiveSource(Part(DEMO_DRIVE), self.stop)
+        self.feed = LiveFeed(source)
+        self.page = LivePage(self.feed, "drive", FIRST_PORT)
+        job = DriveJob(DEMO_DRIVE, out, ego_speed=str(DEMO_DRIVE.with_name("drive.speed.csv")))
+        self.pipeline = threading.Thread(
+            target=run_drive, args=(job, Console(quiet=True), source, (self.feed,), self.stop)
+        )
+
+    @property
+    def time_s(self) -> float:
+        """Of the latest result."""
+        moment = self.feed.newer_than(-1, 0)
+        return 0.0 if moment is None else moment.result.time_ns / 1e9
+
+
+@pytest.fixture
+def drive(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Generator[Drive]:
+    made = Drive(tmp_path / "out")
+    yield made
+    made.stop.set()
+    if made.pipeline.ident is not None:
+        made.pipeline.join()
+    made.page.stop()
+    assert [record.getMessage() for record in caplog.records if record.levelname == "ERROR"] == []
+
+
+def drawn(person: Reviewer) -> Callable[[], str]:
+    """Which picture is on the screen."""
+    return lambda: person.browser.page.evaluate("window.__viserMutable?.lastDrawn?.uuid ?? ''")
+
+
+def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
+    drive: Drive, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(drive.page.url, picture=False))
+    page = person.browser.page
+    page.wait_for_function("document.documentElement.dataset.fcwSound === 'waits'")
+    assert "silent until you click" in person.words(".fcw-sound .waits")
+    page.evaluate(LISTEN)
+    drive.pipeline.start()
+    picture = drawn(person)
+    wait_for(lambda: picture() != "")
+    page.keyboard.press("o")  # the first gesture
+    page.wait_for_function("document.documentElement.dataset.fcwSound === 'on'")
+    before = picture()
+    wait_for(lambda: picture() != before)
+    wait_for(
+        lambda: (
+            re.search(r"result \d+ ms .*on the screen \d+ ms", person.words("[data-name=latency]"))
+            is not None
+        )
+    )
+
+    page.wait_for_selector(".fcw-alarm.warning")
+    assert WARNED_S[0] < drive.time_s < WARNED_S[1]
+    wait_for(lambda: "Brake!" in person.words(".fcw-alarm"))
+    wait_for(lambda: WARNING_HZ in page.evaluate("tones"))
+    page.keyboard.press("m")
+    page.wait_for_function("document.documentElement.dataset.fcwSound === 'muted'")
+    heard = len(page.evaluate("tones"))
+    assert 'data-name="curve"' in page.locator(".fcw-area").first.inner_html()
+
+    drive.pipeline.join()
+    assert len(page.evaluate("tones")) == heard
+    drive.page.review(drive.out / "drive.mcap", "anna")
+    wait_for(lambda: person.row >= 0)
+    person.browser.wait_until_ready()
+    wait_for(lambda: person.browser.page.locator(".fcw-event").count() >= 1)
+    wait_for(lambda: person.browser.page.locator(".fcw-alarm").count() == 0)
+
+
+def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: OpenPage, wait_for: WaitFor):
+    person = Reviewer(open_page(drive.page.url, picture=False))
+    drive.pipeline.start()
+    picture = drawn(person)
+    wait_for(lambda: picture() != "")
+    assert not person.at(".fcw-late").is_visible()
+    drive.stop.set()  # as when the camera hangs: the page is told of no end
+    wait_for(lambda: person.at(".fcw-late").is_visible())
+    drive.page.say_ended("ended by hand")
+    wait_for(lambda: not person.at(".fcw-late").is_visible())
+    wait_for(lambda: person.words(".fcw-drive span") == "ended")
+    wait_for(lambda: "ended by hand" in person.words(".fcw-drive + p"))

@@ -1,0 +1,111 @@
+"""Dragging on machines that draw slowly, and on those that do not: how long a frame takes is pretended."""
+
+from pathlib import Path
+
+import pytest
+from browser_page import BrowserPage
+from calibrate_helpers import DEMO_MARKS_PX, OpenPage, Serve, pictures_of_demo_drive
+
+from fcw_viz.calibrate_app.document.edits import AddMark, SetHeight
+from fcw_viz.calibrate_app.session import Person
+
+SLOW_FRAME_MS, FAST_FRAME_MS = 70, 0
+REST_MS = 1000
+"""Longer than viser draws by itself after a change."""
+# The graphics card is asked with a fence whether it is done.
+PRETEND = """(frame_ms) => {
+  const gl = WebGL2RenderingContext.prototype, fence = gl.fenceSync, since = new WeakMap();
+  gl.fenceSync = function (...what) {
+    const made = fence.apply(this, what);
+    since.set(made, performance.now());
+    return made;
+  };
+  gl.getSyncParameter = function (asked) {
+    return performance.now() - since.get(asked) < frame_ms ? this.UNSIGNALED : this.SIGNALED;
+  };
+}"""
+DRAW_SOME = """async () => {
+  const end = performance.now() + 1500;
+  while (performance.now() < end) {
+    window.__viserMutable.requestRender();
+    await new Promise(requestAnimationFrame);
+  }
+}"""
+LISTEN = """() => {
+  const viewer = window.__viserMutable, seen = (window.seen = []), queue = viewer.messageQueue;
+  const lines = () => {
+    let geometry = "";
+    viewer.nodeRefFromName["/overlay/lines_5_0"].traverse(node => { geometry += node.geometry?.uuid ?? ""; });
+    return geometry;
+  };
+  const before = lines(), push = queue.push;
+  window.addEventListener("pointermove", () => seen.push("mouse"), { capture: true });
+  queue.push = function (message) {
+    if (message.name === "/overlay/lines_5_0" && seen.at(-1) !== "answer") seen.push("answer");
+    return push.call(this, message);
+  };
+  viewer.scene.onAfterRender = () => seen.push(lines() === before ? "old rows" : "new rows");
+}"""
+WIDTH = "window.__viserMutable.canvas.width"
+
+
+@pytest.fixture
+def dragging(tmp_path: Path, serve: Serve, open_page: OpenPage) -> "Dragging":
+    served = serve(pictures_of_demo_drive(tmp_path, count=1))
+    marks = [
+        AddMark(*at_px, 0, distance_m)
+        for at_px, distance_m in zip(DEMO_MARKS_PX, (7.6, 16.6, 31.6), strict=True)
+    ]
+    served.session.apply(Person("test"), *marks, SetHeight(1.3))
+    return Dragging(open_page(served.url))
+
+
+class Dragging:
+    """Somebody who drags the middle one of three points."""
+
+    def __init__(self, browser: BrowserPage) -> None:
+        self.page = browser.page
+        self._browser = browser
+
+    def begin(self, frame_ms: float) -> None:
+        """Take hold of it, on a machine where a frame takes so long, and rest."""
+        self.page.evaluate(PRETEND, frame_ms)
+        self.page.evaluate(DRAW_SOME)
+        x, y = self._browser.mouse_position(*DEMO_MARKS_PX[1])
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x, y + 8, steps=4)
+        self.page.wait_for_timeout(REST_MS)
+
+    def go_on(self) -> None:
+        """Move it further, and rest."""
+        x, y = self._browser.mouse_position(*DEMO_MARKS_PX[1])
+        self.page.mouse.move(x, y + 14)
+        self.page.wait_for_timeout(REST_MS)
+
+
+def test_slow_frames_are_coarse_during_a_drag_and_sharp_after_it(dragging: Dragging) -> None:
+    page = dragging.page
+    sharp_px = page.evaluate(WIDTH)
+    dragging.begin(SLOW_FRAME_MS)
+    assert page.evaluate(WIDTH) == sharp_px // 2
+    page.mouse.up()
+    page.wait_for_function(f"{WIDTH} === {sharp_px}")
+
+
+def test_fast_frames_stay_sharp_during_a_drag(dragging: Dragging) -> None:
+    sharp_px = dragging.page.evaluate(WIDTH)
+    dragging.begin(FAST_FRAME_MS)
+    assert dragging.page.evaluate(WIDTH) == sharp_px
+
+
+def test_where_frames_are_slow_none_is_drawn_before_the_answer_and_then_one_with_the_moved_rows(
+    dragging: Dragging,
+) -> None:
+    dragging.begin(SLOW_FRAME_MS)
+    dragging.page.evaluate(LISTEN)
+    dragging.go_on()
+    seen = dragging.page.evaluate("window.seen")
+    first = seen.index("answer")
+    assert set(seen[:first]) == {"mouse"}, "a frame in which nothing has moved keeps the next one waiting"
+    assert seen[first + 1] == "new rows"

@@ -1,0 +1,242 @@
+"""The review page in a real Chromium: somebody finds a moment, looks at it and judges it."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from calibrate_helpers import FIRST_PORT
+from review_drives import (
+    ADVISORY_S,
+    BOX,
+    CAUTION_S,
+    FRAMES,
+    MOVED_S,
+    NEAR_MISS_S,
+    QUIET_S,
+    RATE_HZ,
+    write_drive,
+)
+from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
+
+from fcw.annotation.records import Judgement, Note, Reason
+from fcw.annotation.review import Review as Words
+from fcw.annotation.store import read_review
+from fcw.logs.mcap.reader import DriveLog
+
+WORST_ROW = row_of(CAUTION_S)
+"""Where the made drive's warning needs most braking, which is all the same while it lasts."""
+
+
+@pytest.fixture(scope="session")
+def made_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_drive(tmp_path_factory.mktemp("made") / "drive.mcap")
+
+
+@pytest.fixture
+def drive_log(made_log: Path, tmp_path: Path) -> Path:
+    """A copy of the made drive, to write beside."""
+    return Path(shutil.copy(made_log, tmp_path))
+
+
+def said_of(log: Path) -> Words:
+    """What is on the disk."""
+    return read_review(DriveLog(log))[0]
+
+
+def test_the_worst_moment_of_five_drives_is_two_clicks_away(
+    tmp_path: Path, drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    drives = {
+        "empty": tmp_path / "empty.mcap",
+        "quiet": write_drive(tmp_path / "quiet" / "drive.mcap", QUIET_S),
+        "torn": write_drive(tmp_path / "torn" / "drive.mcap", QUIET_S, finished=False),
+        "made": drive_log,
+        "quiet too": Path(shutil.copytree(tmp_path / "quiet", tmp_path / "too")) / "drive.mcap",
+    }
+    drives["empty"].write_bytes(b"no log")
+    person = Reviewer(open_page(review(drives).url, picture=False))
+    wait_for(lambda: person.browser.page.locator(".fcw-row").count() == 5)
+    wait_for(lambda: "reading" not in person.words(".fcw-folder > p"))
+    assert person.words(".fcw-row").startswith("made")
+    assert "Warning at 9.0 s" in person.words(".fcw-row .fcw-worst")
+    last = person.browser.page.locator(".fcw-row").last.inner_text()
+    assert last.startswith("?")
+    assert "not a drive log" in last
+    person.at(".fcw-row").click()
+    wait_for(lambda: person.sees(WORST_ROW))
+    wait_for(lambda: "Warning" in person.words(".fcw-title"))
+    person.press("l")
+    wait_for(lambda: person.browser.page.locator(".fcw-row").count() == 5)
+    person.at('.fcw-row .fcw-mark[data-event="1"]').click()
+    wait_for(lambda: person.sees(row_of(NEAR_MISS_S)))
+
+
+def test_keys(drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor):
+    person = Reviewer(open_page(review({"made": drive_log}).url))
+    wait_for(lambda: person.sees(WORST_ROW))
+    for key, row in (
+        ("ArrowRight", WORST_ROW + 1),
+        (".", WORST_ROW + 2),
+        ("ArrowLeft", WORST_ROW + 1),
+        ("Shift+ArrowRight", WORST_ROW + 1 + RATE_HZ),
+        ("End", FRAMES - 1),
+        ("Home", 0),
+        ("n", WORST_ROW),
+        ("n", row_of(NEAR_MISS_S)),
+        ("n", row_of(ADVISORY_S)),
+        ("n", row_of(MOVED_S)),
+        ("p", row_of(ADVISORY_S)),
+        ("ArrowUp", row_of(NEAR_MISS_S)),
+    ):
+        person.press(key)
+        wait_for(lambda row=row: person.sees(row))
+    person.press("w")
+    wait_for(lambda: person.words(".fcw-bar .fcw-choice:last-child .on") == "2 min")
+    person.press("]")
+    wait_for(lambda: person.words(".fcw-bar .fcw-choice .on") == "2×")
+    person.press("o")
+    person.press("Space")
+    wait_for(lambda: person.row > row_of(NEAR_MISS_S) + 10)
+    person.press("Escape")
+    wait_for(lambda: person.words(".fcw-bar .play") == "Play" and person.picture == person.row)
+
+
+def test_event_list_and_plots_lead_to_their_moments(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(review({"made": drive_log}).url))
+    wait_for(lambda: person.sees(WORST_ROW))
+    listed = person.browser.page.locator(".fcw-event b").all_inner_texts()
+    assert listed == ["Warning", "Near miss", "Advisory", "Lost calibration"]
+    person.at('.fcw-event[data-event="1"]').click()
+    wait_for(lambda: person.sees(row_of(NEAR_MISS_S)))
+    wait_for(lambda: "Near miss" in person.words(".fcw-title"))
+    wait_for(lambda: "TTC" in person.words(".fcw-event.selected"))
+
+    x, y = person.place_on("#fcw-plots", 0.5)
+    person.browser.page.mouse.click(x, y)
+    # The plots reach from the first frame to the last.
+    middle, later, early = (round(part * (FRAMES - 1)) for part in (0.5, 0.75, 0.25))
+    wait_for(lambda: abs(person.row - middle) <= 1 and person.sees(person.row))
+    wait_for(lambda: person.cursor_x("plots") == pytest.approx(x, abs=2))
+    mouse = person.browser.page.mouse
+    mouse.down()
+    mouse.move(*person.place_on("#fcw-plots", 0.75), steps=4)
+    wait_for(lambda: abs(person.row - later) <= 1 and person.sees(person.row))
+    mouse.up()
+    mouse.click(*person.place_on("#fcw-whole", 0.25))
+    wait_for(lambda: abs(person.row - early) <= 1 and person.sees(person.row))
+    at_x, _ = person.place_on("#fcw-whole", 0.25)
+    wait_for(lambda: person.cursor_x("whole") == pytest.approx(at_x, abs=2))
+    wait_for(lambda: person.words('[data-figure="distance"] b') == "40.0 m")
+    person.at('.fcw-choice button:has-text("by time")').click()
+    wait_for(lambda: person.words(".fcw-list-head .on") == "by time")
+
+
+def test_a_verdict_is_kept_and_seen_in_another_tab_that_looks_elsewhere(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    url = review({"made": drive_log}).url
+    one, two = Reviewer(open_page(url)), Reviewer(open_page(f"{url}?at=made@15.4"))
+    wait_for(lambda: one.sees(WORST_ROW) and two.sees(row_of(15.4)))
+    one.press("4")
+    wait_for(lambda: two.words('.fcw-event[data-event="0"] em') == "✗")
+    one.at("select[data-fcw-choice=reason]").select_option("OTHER_LANE")
+    wait_for(lambda: [entry.said.reason for entry in said_of(drive_log).verdicts] == [Reason.OTHER_LANE])
+    (entry,) = said_of(drive_log).verdicts
+    assert (entry.person, entry.said.judgement) == ("anna", Judgement.FALSE)
+    assert entry.said.event.start_s == CAUTION_S
+    two.press("1")
+    wait_for(lambda: len(said_of(drive_log).verdicts) == 2)
+    assert one.sees(WORST_ROW)
+    assert two.sees(row_of(15.4))
+    two.press("Control+z")
+    wait_for(lambda: len(said_of(drive_log).verdicts) == 1)
+    two.press("m")
+    wait_for(lambda: [entry.said.start_s for entry in said_of(drive_log).missed] == [pytest.approx(14.4)])
+    one.tab("Remarks")
+    wait_for(lambda: "Missed warning" in one.words(".fcw-remark"))
+
+
+def test_a_corner_goes_where_the_mouse_takes_it(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(review({"made": drive_log}).url))
+    wait_for(lambda: person.sees(WORST_ROW))
+    person.press("e")
+    wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
+    person.browser.click(BOX.x + 20, BOX.y + 20)
+    wait_for(lambda: node_is_there(person, "/handles/corner bottom right"))
+    person.browser.wait_until_still()
+    end = person.browser.mouse_position(BOX.right + 37, BOX.bottom + 21)
+    person.browser.drag((BOX.right, BOX.bottom), (BOX.right + 37, BOX.bottom + 21))
+    wait_for(lambda: bool(said_of(drive_log).frames))
+    (label,) = said_of(drive_log).frames[WORST_ROW].labels.values()
+    assert label is not None
+    assert (label.box.x, label.box.y, label.track_id) == (BOX.x, BOX.y, 7)
+    # The mouse points at the middle of a CSS pixel.
+    left, top = person.browser.screen_position(label.box.right, label.box.bottom)
+    assert (left, top) == (pytest.approx(end[0] + 0.5, abs=0.5), pytest.approx(end[1] + 0.5, abs=0.5))
+
+    person.browser.page.keyboard.down("Shift")
+    person.browser.drag((400, 60), (460, 110))
+    person.browser.page.keyboard.up("Shift")
+    wait_for(lambda: len(said_of(drive_log).frames[WORST_ROW].labels) == 2)
+    person.press("c")
+    wait_for(lambda: len(said_of(drive_log).frames[WORST_ROW].confirmed) == 1)
+    person.press("Delete")
+    wait_for(lambda: None in said_of(drive_log).frames[WORST_ROW].labels.values())
+
+
+def node_is_there(person: Reviewer, name: str) -> bool:
+    """Whether the scene has a node by now."""
+    return person.browser.page.evaluate("name => !!window.__viserMutable.nodeRefFromName[name]", name)
+
+
+def start(log: Path) -> tuple["subprocess.Popen[str]", str]:
+    """The program by itself; its process and the page's address."""
+    command = [sys.executable, "-m", "fcw_viz.cli", "review", str(log), "--no-open", "--reviewer", "bert"]
+    process = subprocess.Popen(
+        [*command, "--port", str(FIRST_PORT + 60)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "http://" in line:
+            return process, line[line.index("http://") :].split()[0]
+    raise AssertionError(f"no address: {process.communicate()[1]}")
+
+
+def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: OpenPage, wait_for: WaitFor):
+    process, url = start(drive_log)
+    person = Reviewer(open_page(f"{url}?at=drive@9.4"))
+    wait_for(lambda: person.sees(row_of(9.4)))
+    person.press("3")
+    wait_for(lambda: person.words(".fcw-event em") == "▸")
+    person.press("t")
+    wait_for(lambda: person.types_in("fcw-note"))
+    person.browser.page.keyboard.type("brakes late")
+    person.press("Enter")
+    person.tab("Remarks")
+    wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert [entry.said.judgement for entry in said_of(drive_log).verdicts] == [Judgement.TOO_LATE]
+    assert [entry.said for entry in said_of(drive_log).notes] == [Note(9.4, "brakes late")]
+
+    person.browser.page.evaluate("document.querySelector('.fcw-clock').dataset.old = 'yes'")
+    process, again = start(drive_log)
+    assert again == url
+    # The page that was open finds the server by itself, at the moment where it was.
+    is_new = "() => document.querySelector('.fcw-clock')?.dataset.old === undefined"
+    wait_for(lambda: person.browser.page.evaluate(is_new) and person.sees(row_of(9.4)))
+    wait_for(lambda: person.words(".fcw-event em") == "▸")
+    person.tab("Remarks")
+    wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert err == "fcw: interrupted\n"

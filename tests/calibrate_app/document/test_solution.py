@@ -1,0 +1,422 @@
+"""What follows from a document: status, troubles beside their marks, mends that mend, effects of beliefs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from session_helpers import CAMERA, PAPER_POINTS, SIZE, edits, said, seen
+
+from fcw.camera.calibration import Gaussian
+from fcw.camera.solve import calibrate
+from fcw.errors import UserError
+from fcw_viz.calibrate_app.document.document import Belief, Document, Line
+from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetDistance, SetHeight, SetReference
+from fcw_viz.calibrate_app.document.solution import solve
+from fcw_viz.calibrate_app.document.state import Mend, Solution, Status
+
+
+def mended(document: Document, mend: Mend | None) -> Document:
+    assert mend is not None
+    for edit in mend.edits:
+        document = edit.apply(document)
+    return document
+
+
+def only_trouble(solution: Solution):
+    (trouble,) = solution.troubles
+    return trouble
+
+
+def untold(*rows_px: float, **fields) -> Document:
+    document = Document(SIZE, **fields)
+    for row_px in rows_px:
+        document = AddMark(600.0, row_px).apply(document)
+    return document
+
+
+# What is still missing
+
+
+@pytest.mark.parametrize(
+    ("document", "hint"),
+    [
+        (Document(SIZE), "Click a mark on the road whose distance you know."),
+        (Document(SIZE, planned_m=(4, 5, 7)), "Click the mark at 4 m."),
+        (Document(SIZE, planned_m=(3.048, 5, 7), imperial=True), "Click the mark at 10 ft."),
+        (untold(461), "Type the distance of A."),
+        (said((4, 461)), "Click two more marks at other distances, one of them far away."),
+        (said((4, 461), (5, 428)), "Click one more mark at another distance, best far away."),
+        (said((4, 461), planned_m=(4, 5, 7)), "Click the mark at 5 m."),
+        (said(*PAPER_POINTS), "Type the camera's height above the road."),
+        (
+            said(*PAPER_POINTS, height_m=1.2, from_bumper=True),
+            "Type how far the front bumper is ahead of the camera.",
+        ),
+    ],
+)
+def test_an_unfinished_document_is_told_exactly_what_comes_next(document, hint):
+    solution = solve(document)
+    assert solution.status is Status.INCOMPLETE
+    assert solution.hint == hint
+    assert not solution.troubles
+    assert not solution.can_save
+
+
+def test_priors_count_as_facts():
+    belief = Belief(Gaussian(math.radians(65), 0.05))
+    assert solve(said(*seen(6, 20), height_m=1.3, field_of_view=belief)).status is Status.GOOD
+    off = replace(belief, enabled=False)
+    assert solve(said(*seen(6, 20), height_m=1.3, field_of_view=off)).status is Status.INCOMPLETE
+
+
+def test_without_a_height_the_distances_are_shown_and_nothing_can_be_saved():
+    """With three free points the height cancels out of every distance."""
+    solution = solve(said(*seen(6, 15, 40)))
+    assert solution.height_assumed
+    assert not solution.can_save
+    assert solution.result is not None
+    for row in solution.result.rows:
+        assert row.row_px == pytest.approx(CAMERA.row_at(row.distance_m), abs=1e-6)
+
+
+def test_two_repeated_clicks_on_one_mark_are_no_mistake():
+    assert solve(said((6, 500), (6, 501), height_m=1.3)).status is Status.INCOMPLETE
+
+
+# The result
+
+
+def test_the_result_is_that_of_the_headless_calibration():
+    document = said(*seen(6, 9, 15, 30, 45), height_m=1.3, from_bumper=True, bumper_offset_m=0.0)
+    points = [mark.ground_point for mark in document.marks]
+    result = solve(document).result
+    assert result is not None
+    assert result.calibration == calibrate([p for p in points if p is not None], SIZE, 1.3)
+
+
+def test_rows_carry_their_error_and_their_interval():
+    result = solve(said(*seen(5, 10, 20), height_m=1.3)).result
+    assert result is not None
+    assert [row.distance_m for row in result.rows] == [5, 10, 15, 20, 30, 40, 50, 80]
+    at_10 = result.rows[1]
+    assert at_10.row_sigma_px == pytest.approx(1.0), "the row of a clicked point is known as its click is"
+    for row in result.rows:
+        assert row.low_m < row.distance_m < row.high_m
+        slope = (CAMERA.row_at(row.distance_m + 1e-4) - CAMERA.row_at(row.distance_m - 1e-4)) / 2e-4
+        if row.distance_m <= 20:
+            # Near, the percentiles are those of a normal.
+            assert (row.high_m - row.low_m) / 2 == pytest.approx(row.row_sigma_px / -slope, rel=0.03)
+
+
+@pytest.mark.parametrize(("imperial", "place"), [(False, "at about 40 m: "), (True, "at about 131 ft: ")])
+def test_the_next_point_is_proposed_in_whole_metres_or_feet(imperial, place):
+    solution = solve(said(*seen(5, 10, 20), height_m=1.3, imperial=imperial))
+    assert solution.result is not None
+    assert solution.result.next_click is not None
+    assert solution.result.next_click.distance_m == pytest.approx(40.0)
+    assert place in solution.hint
+
+
+def test_imperial_rows_are_round_in_feet():
+    result = solve(said(*seen(5, 10, 20), height_m=1.3, imperial=True)).result
+    assert result is not None
+    feet = [row.distance_m / 0.3048 for row in result.rows]
+    assert feet == pytest.approx([15, 30, 50, 75, 100, 150, 200, 250])
+    assert result.quality.startswith("At 130 ft ")
+
+
+def test_residuals_are_told_by_mark_in_pixels_and_metres():
+    points = seen(6, 9, 15, 30, 45)
+    points[2] = (15, points[2][1] + 1.0)
+    document = EnableMark(2, False).apply(said(*points, height_m=1.3))
+    result = solve(document).result
+    assert result is not None
+    assert set(result.residuals) == {1, 3, 4, 5}
+    assert not result.exact
+    residual = result.residuals[3]
+    assert residual.row_px > 0, "clicked too low"
+    assert residual.distance_m < 0, "so it seems too near"
+    calibration = result.calibration
+    assert residual.row_px == pytest.approx(points[2][1] - calibration.row_at(15.0))
+    assert residual.distance_m == pytest.approx(calibration.distance_at(points[2][1]) - 15.0)
+
+
+def test_three_points_are_met_exactly_and_that_is_said():
+    result = solve(said(*PAPER_POINTS, height_m=1.2)).result
+    assert result is not None
+    assert result.exact
+
+
+def test_near_points_are_said_to_leave_the_far_open():
+    """The paper's points in feet of a picture a quarter as large: their horizon is anywhere."""
+    result = solve(said(*seen(4, 5, 7), height_m=1.3, row_sigma_px=4.0)).result
+    assert result is not None
+    assert "only this is sure" in result.quality
+    assert "far point" in result.quality
+
+
+# Trouble and its mends
+
+
+def test_the_papers_points_are_implausible_and_the_bumper_at_2_29_m_makes_them_good():
+    document = said(*PAPER_POINTS, height_m=1.225)
+    solution = solve(document)
+    assert solution.status is Status.IMPLAUSIBLE
+    assert solution.can_save
+    trouble = only_trouble(solution)
+    assert "front bumper" in trouble.text
+    assert "2.1 to 2.4 m" in trouble.text
+    assert trouble.mend == Mend(
+        "Distances were measured from the bumper: set the offset to 2.29 m", (SetReference(True, 2.29),)
+    )
+    good = solve(mended(document, trouble.mend))
+    assert good.status is Status.GOOD
+    assert not good.troubles
+    assert good.result is not None
+    assert good.result.calibration.camera.principal_row_px == pytest.approx(359.5, abs=1.0)
+
+
+def test_a_wrong_offset_is_corrected_rather_than_introduced():
+    document = said(*PAPER_POINTS, height_m=1.225, from_bumper=True, bumper_offset_m=1.0)
+    trouble = only_trouble(solve(document))
+    assert trouble.mend is not None
+    assert trouble.mend.label == "Set the offset of the bumper to 2.29 m"
+    assert "not 1.00 m" in trouble.text
+
+
+@pytest.mark.parametrize(
+    ("points", "mark_ids", "words"),
+    [
+        (((4, 461), (4, 400), (7, 383)), (1, 2), "A and B have the same distance, 4 m"),
+        (((4, 461), (5, 461), (7, 383)), (1, 2), "A (4 m) and B (5 m) are in the same row"),
+        (((4, 461), (5, 428), (7, 440)), (2, 3), "C (7 m) is farther than B (5 m) but lower"),
+        (((4, 461), (5, 440), (7, 383)), (1, 2, 3), "the rows of A, B and C do not crowd together"),
+        (((5, 400.3), (10, 400.2), (20, 400.1)), (1, 2, 3), "A, B and C differ by less than the error"),
+        (((10, 461), (5, 428)), (1, 2), "A (10 m) is farther than B (5 m) but lower"),
+        (((4, 461), (4, 400)), (1, 2), "A and B have the same distance"),
+    ],
+)
+def test_degenerate_points_are_named_by_their_letters_beside_their_marks(points, mark_ids, words):
+    solution = solve(said(*points, height_m=1.225))
+    assert solution.status is Status.DEGENERATE
+    assert solution.result is None
+    assert not solution.can_save
+    trouble = only_trouble(solution)
+    assert set(trouble.mark_ids) == set(mark_ids)
+    assert words in trouble.text
+
+
+def test_degenerate_points_are_named_in_feet_where_feet_are_typed():
+    document = said((3.048, 461), (6.096, 428), (9.144, 440), height_m=1.2, imperial=True)
+    assert "C (30 ft) is farther than B (20 ft)" in only_trouble(solve(document)).text
+
+
+def test_swapped_distances_are_swapped_back():
+    points = seen(6, 15, 40)
+    document = said((6, points[0][1]), (40, points[1][1]), (15, points[2][1]), height_m=1.3)
+    trouble = only_trouble(solve(document))
+    assert trouble.mend is not None
+    assert trouble.mend.label == "Swap the distances of C and B"
+    assert solve(mended(document, trouble.mend)).status is Status.GOOD
+
+
+def test_distances_typed_in_reverse_are_sorted_by_row():
+    points = seen(6, 15, 25, 40)
+    reverse = [(near[0], far[1]) for near, far in zip(points, points[::-1], strict=True)]
+    document = said(*reverse, height_m=1.3)
+    trouble = only_trouble(solve(document))
+    assert trouble.mend is not None
+    assert trouble.mend.label == "Give the distances by row, the lowest point the nearest"
+    assert solve(mended(document, trouble.mend)).status is Status.GOOD
+
+
+@pytest.mark.parametrize("wrong", range(6))
+@pytest.mark.parametrize("shift_px", [-25.0, 25.0])
+def test_the_one_wrong_mark_among_many_is_the_one_to_leave_out(wrong, shift_px):
+    points = seen(5, 8, 12, 18, 27, 40)
+    points[wrong] = (points[wrong][0], points[wrong][1] + shift_px)
+    document = said(*points, height_m=1.3)
+    solution = solve(document)
+    assert solution.status in (Status.IMPLAUSIBLE, Status.DEGENERATE)
+    mends = [trouble.mend for trouble in solution.troubles if trouble.mend]
+    assert (EnableMark(wrong + 1, False),) in [mend.edits for mend in mends]
+    assert solve(mended(document, mends[-1])).status is Status.GOOD
+
+
+def test_feet_typed_as_metres_are_proposed_and_shown_as_typed():
+    document = said(*((d / 0.3048, row) for d, row in seen(6.096, 15.24, 39.624)), height_m=1.3)
+    trouble = only_trouble(solve(document))
+    assert "were typed as metres, but are in feet" in trouble.text
+    assert trouble.mend is not None
+    assert trouble.mend.label == "Take the distances for feet"
+    right = mended(document, trouble.mend)
+    assert right.imperial
+    assert [mark.distance_m for mark in right.marks] == pytest.approx([6.096, 15.24, 39.624])
+    assert solve(right).status is Status.GOOD
+
+
+@pytest.mark.parametrize(
+    ("height_m", "imperial", "label", "meant_m"),
+    [
+        (4.3, False, "Take the height for 4.3 feet", 1.3106),
+        (130.0, False, "Take the height for 130 centimetres", 1.3),
+        (51.0, False, "Take the height for 51 inches", 1.2954),
+        (1.3 * 0.3048, True, "Take the height for 1.3 metres", 1.3),
+    ],
+)
+def test_a_height_in_another_unit_is_proposed(height_m, imperial, label, meant_m):
+    document = said(*seen(6, 15, 40), height_m=height_m, imperial=imperial)
+    solution = solve(document)
+    assert solution.status is Status.IMPLAUSIBLE
+    trouble = solution.troubles[0]
+    assert "behind no windscreen" in trouble.text
+    assert trouble.mend == Mend(label, (SetHeight(meant_m),))
+    assert solve(mended(document, trouble.mend)).status is Status.GOOD
+
+
+def test_a_near_mark_that_bends_the_camera_rather_than_the_residuals_is_found_out():
+    points = seen(5, 8, 12, 18, 27, 40)
+    points[0] = (5, points[0][1] + 25)
+    trouble = only_trouble(solve(said(*points, height_m=1.3)))
+    assert trouble.mark_ids == (1,)
+    assert "without it all others agree" in trouble.text
+
+
+def test_a_contradicting_prior_is_switched_off_not_forgotten():
+    belief = Belief(Gaussian(math.radians(100), math.radians(3)))
+    document = said(*seen(5, 12, 30, 45), height_m=1.3, row_sigma_px=0.01, field_of_view=belief)
+    troubles = [t for t in solve(document).troubles if "field of view of 100 ± 3° contradicts" in t.text]
+    assert len(troubles) == 1
+    contradictory = solve(document).result
+    assert contradictory is not None
+    assert "no interval here can be trusted" in contradictory.quality
+    right = mended(document, troubles[0].mend)
+    assert right.field_of_view == replace(belief, enabled=False)
+    assert solve(right).status is Status.GOOD
+
+
+def test_noise_that_explains_an_implausible_camera_is_named_with_the_middle_as_mend():
+    noisy = [(d, row + n) for (d, row), n in zip(seen(4, 5, 7), (1.0, -1.0, 1.0), strict=True)]
+    document = said(*noisy, height_m=1.3)
+    trouble = only_trouble(solve(document))
+    assert "far point" in trouble.text
+    assert solve(mended(document, trouble.mend)).status is Status.GOOD
+
+
+@given(st.lists(edits, max_size=12))
+def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(steps):
+    document = said(*PAPER_POINTS, (12, 330), height_m=1.2)
+    for edit in steps:
+        try:
+            document = edit.apply(document)
+        except UserError:
+            continue
+    solution, quick = solve(document), solve(document, effects=False)
+    assert (solution.status, solution.result is None) == (quick.status, quick.result is None)
+    assert (solution.status is Status.DEGENERATE) <= bool(solution.troubles)
+    assert (solution.status is Status.IMPLAUSIBLE) <= bool(solution.troubles)
+    assert solution.hint
+    ids = {mark.id for mark in document.marks}
+    for trouble in solution.troubles:
+        assert set(trouble.mark_ids) <= ids
+        if trouble.mend is not None:
+            assert mended(document, trouble.mend) != document
+    if solution.result is not None:
+        assert all(math.isfinite(row.row_px) for row in solution.result.rows)
+        assert all(not math.isnan(row.high_m) for row in solution.result.rows)
+
+
+# More information
+
+
+def test_lane_lines_give_the_horizon_and_sharpen_the_far_distances():
+    def along(lateral_m: float) -> Line:
+        (near, far) = ((CAMERA.column_at(lateral_m, d), CAMERA.row_at(d)) for d in (6.0, 40.0))
+        return Line(near, far)
+
+    document = said(*seen(4, 5, 7), height_m=1.3, lane_lines=(along(1.8), along(-1.8)))
+    solution = solve(document)
+    assert solution.lane_horizon is not None
+    assert solution.lane_horizon.value == pytest.approx(CAMERA.horizon_row_px, abs=1e-6)
+    effect = solution.effects["lane_lines"]
+    assert effect.error_with < effect.error_without / 3
+    assert effect.shift == pytest.approx(0, abs=1e-6)
+    assert solve(replace(document, lane_lines_enabled=False)).effects["lane_lines"] == effect
+
+
+def test_parallel_lane_lines_are_told_and_do_not_take_part():
+    parallel = (Line((100, 700), (110, 400)), Line((300, 700), (310, 400)))
+    document = said(*seen(6, 15, 40), height_m=1.3, lane_lines=parallel)
+    solution = solve(document)
+    assert solution.lane_horizon is None
+    assert "nearly parallel" in only_trouble(solution).text
+    assert solution.status is Status.GOOD
+
+
+def test_a_dragged_horizon_and_the_lane_lines_count_together():
+    lines = (Line((300.0, 700.0), (600.0, 330.0)), Line((979.0, 700.0), (679.0, 330.0)))
+    document = said(*seen(6, 15), height_m=1.3, lane_lines=lines, row_sigma_px=2.0)
+    lanes = solve(document).lane_horizon
+    assert lanes is not None
+    dragged = Gaussian(lanes.value + 1.0, lanes.sigma)
+    result = solve(replace(document, horizon=Belief(dragged))).result
+    assert result is not None
+    horizon = result.calibration.priors.horizon_row_px
+    assert horizon is not None
+    assert horizon.value == pytest.approx(lanes.value + 0.5)
+    assert horizon.sigma == pytest.approx(lanes.sigma / math.sqrt(2))
+
+
+def test_horizons_that_disagree_are_told_before_what_follows_from_it():
+    lines = (Line((300.0, 700.0), (600.0, 330.0)), Line((979.0, 700.0), (679.0, 330.0)))
+    horizon = Belief(Gaussian(400.0, 2.0))
+    document = said(*seen(6, 15, 40), height_m=1.3, lane_lines=lines, horizon=horizon)
+    first = solve(document).troubles[0]
+    assert "one of them is wrong" in first.text
+    assert mended(document, first.mend).horizon == replace(horizon, enabled=False)
+
+
+def test_an_effect_is_what_switching_the_belief_does():
+    belief = Belief(Gaussian(359.5, 10.0))
+    on = said(*seen(5, 10, 20), height_m=1.3, principal_row=belief)
+    off = replace(on, principal_row=replace(belief, enabled=False))
+    effect = solve(on).effects["principal_row"]
+    assert solve(off).effects["principal_row"] == effect
+
+    def error(document: Document) -> float:
+        result = solve(document).result
+        assert result is not None
+        (row,) = (row for row in result.rows if row.distance_m == 40)
+        slope = (CAMERA.row_at(40.0 + 1e-4) - CAMERA.row_at(40.0 - 1e-4)) / 2e-4
+        return row.row_sigma_px / -slope / 40
+
+    assert effect.error_without == pytest.approx(error(off), rel=1e-3)
+    assert effect.error_with == pytest.approx(error(on), rel=1e-3)
+    assert effect.error_with < effect.error_without
+
+
+def test_a_belief_that_makes_the_camera_determined_is_said_to():
+    belief = Belief(Gaussian(math.radians(65.2), 0.02))
+    effect = solve(said(*seen(6, 30), height_m=1.3, field_of_view=belief)).effects["field_of_view"]
+    assert math.isinf(effect.error_without)
+    assert effect.error_with < 0.1
+
+
+def test_every_click_noise_is_counted_in_the_next_click():
+    result = solve(said(*seen(4, 5, 7), height_m=1.3)).result
+    assert result is not None
+    click = result.next_click
+    assert click is not None
+    assert click.distance_m > 20, "near points need a far one"
+    with_click = solve(said(*seen(4, 5, 7, click.distance_m), height_m=1.3)).result
+    assert with_click is not None
+    targets = np.array([row.row_sigma_px for row in with_click.rows])
+    assert np.all(targets <= np.array([row.row_sigma_px for row in result.rows]) + 1e-9)
+
+
+def test_a_distance_taken_back_is_asked_for_again():
+    document = SetDistance(2, None).apply(said(*PAPER_POINTS, height_m=1.2))
+    assert solve(document).hint == "Type the distance of B."

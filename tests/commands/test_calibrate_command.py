@@ -1,0 +1,226 @@
+"""`fcw calibrate --points`: what scripts and people get, and that mistakes save nothing."""
+
+import json
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.frame import ImageSize
+from fcw_viz.cli import main
+
+PAPER = ["calibrate", "--points", "4:461", "5:428", "7:383", "--image-size", "1280x720", "--height", "1.225"]
+TRUTH = GroundPlaneCamera(0.03, 1100, 359.5, 1.225, 639.5)
+GOOD_POINTS = [f"{d}:{TRUTH.row_at(float(d))!r}" for d in (6, 15, 40)]
+GOOD = ["calibrate", "--points", *GOOD_POINTS, "--image-size", "1280x720", "--height", "1.225"]
+
+
+def result_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> dict:
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+
+
+def test_papers_example_as_json(capsys):
+    result = result_of(PAPER, capsys)
+    assert result["pitch_rad"] == pytest.approx(1.10363, abs=5e-6)
+    assert result["focal_y_px"] == pytest.approx(260.928, abs=5e-4)
+    assert result["principal_row_px"] == pytest.approx(733.149, abs=5e-4)
+    assert result["horizon_row_px"] == pytest.approx(215.857, abs=5e-4)
+    assert result["residuals_px"] == pytest.approx([0, 0, 0], abs=1e-9)
+    assert any("2.29 m" in text and "2.1 to 2.4 m" in text for text in result["warnings"])
+    assert result["proposed_reference_offset"]["offset_m"] == pytest.approx(2.29, abs=0.005)
+    rows = result["rows"]
+    assert [row["distance_m"] for row in rows] == [5, 10, 15, 20, 30, 40, 50, 80]
+    assert rows[0]["row_px"] == pytest.approx(428)
+    assert rows[-1]["high_m"] is None
+    assert all(row["low_m"] <= row["distance_m"] for row in rows)
+    assert result["saved"] is None
+
+
+def test_rows_and_intervals_of_good_clicks(capsys):
+    """The notes' table for clicks at 6, 15, 40 m: 38.9-41.3 m at 40 m, 73.8-88.0 m at 80 m."""
+    result = result_of(GOOD, capsys)
+    rows = {row["distance_m"]: row for row in result["rows"]}
+    assert rows[40]["row_px"] == pytest.approx(TRUTH.row_at(40.0))
+    assert (rows[40]["low_m"], rows[40]["high_m"]) == pytest.approx((38.9, 41.3), abs=0.1)
+    assert (rows[80]["low_m"], rows[80]["high_m"]) == pytest.approx((73.8, 88.0), abs=0.5)
+    assert result["warnings"] == []
+
+
+def test_implausible_is_a_warning_and_saved(tmp_path, capsys):
+    file = tmp_path / "out.yaml"
+    assert main([*PAPER, "--save", str(file)]) == 0
+    captured = capsys.readouterr()
+    assert "warning: likely cause: the distances were measured from the front bumper" in captured.err
+    assert "2.29 m" in captured.err
+    assert "1.10363 rad" in captured.out
+    assert "733.149" in captured.out
+    assert "unbounded" in captured.out
+    assert f"saved {file}" in captured.out
+    assert Calibration.load(file).distance_at(383.0) == pytest.approx(7.0)
+
+
+def test_three_points_are_not_praised_for_their_residuals_and_four_show_them(capsys):
+    assert main(GOOD) == 0
+    three = capsys.readouterr().out
+    assert "says nothing of its quality" in three
+    assert "residuals" not in three
+    more = [*GOOD_POINTS, f"25:{TRUTH.row_at(25.0) + 1.5}"]
+    assert main(["calibrate", "--points", *more, "--image-size", "1280x720", "--height", "1.225"]) == 0
+    assert "residuals in px" in capsys.readouterr().out
+
+
+def test_reference_offset_moves_the_camera_behind_the_points(capsys):
+    result = result_of([*PAPER, "--reference-offset", "2.28"], capsys)
+    assert result["pitch_rad"] == pytest.approx(0.1207, abs=5e-5)
+    assert result["focal_y_px"] == pytest.approx(1267.8, abs=0.05)
+    assert result["principal_row_px"] == pytest.approx(369.6, abs=0.05)
+    assert result["reference_offset_m"] == 2.28
+    assert result["warnings"] == []
+
+
+def test_priors_are_taken_in_degrees_and_pixels(tmp_path, capsys):
+    file = tmp_path / "out.yaml"
+    field_of_view_deg = math.degrees(2 * math.atan(640 / 1100))
+    result = result_of(
+        [
+            *("calibrate", "--points", GOOD_POINTS[0], GOOD_POINTS[2], "--image-size", "1280x720"),
+            *("--height", "1.225", "--field-of-view", f"{field_of_view_deg}:2", "--principal-row", "359.5"),
+            *("--horizon-row", f"{TRUTH.horizon_row_px}:1.5", "--row-sigma", "0.5", "--save", str(file)),
+        ],
+        capsys,
+    )
+    assert result["pitch_rad"] == pytest.approx(0.03, abs=1e-5)
+    assert result["field_of_view_rad"] == pytest.approx(math.radians(field_of_view_deg), rel=1e-5)
+    calibration = Calibration.load(file)
+    priors = calibration.priors
+    assert calibration.row_sigma_px == 0.5
+    assert priors.field_of_view_rad is not None
+    assert priors.field_of_view_rad.sigma == pytest.approx(math.radians(2))
+    assert priors.principal_row_px is not None
+    assert priors.principal_row_px.sigma == pytest.approx(0.03 * 720)
+    assert priors.horizon_row_px is not None
+    assert priors.horizon_row_px.sigma == 1.5
+
+
+def test_column_is_kept(tmp_path, capsys):
+    file = tmp_path / "out.yaml"
+    arguments = [*PAPER, "--save", str(file)]
+    arguments[2] = "4:461:640.5"
+    assert main(arguments) == 0
+    capsys.readouterr()
+    assert Calibration.load(file).points[0].column_px == 640.5
+
+
+@pytest.mark.parametrize("file_format", ["camera_info", "kalibr"])
+def test_export_writes_the_named_file(file_format, tmp_path, capsys):
+    file = tmp_path / "camera.yaml"
+    focal_px = result_of([*GOOD, "--export", file_format, str(file)], capsys)["focal_y_px"]
+    document = yaml.safe_load(file.read_text())
+    written = document["cam0"]["intrinsics"] if file_format == "kalibr" else document["camera_matrix"]["data"]
+    assert written[0] == focal_px
+
+
+def test_imperial_units_for_people(capsys):
+    assert main([*GOOD, "--units", "imperial"]) == 0
+    text = capsys.readouterr().out
+    assert "33 ft" in text
+    assert " m " not in text.split("percentile", 1)[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--points", "4:461", "4:428", "7:383"], "points 4:461 and 4:428 have the same distance"),
+        (["--points", "4:461", "5:461", "7:383"], "points 4:461 and 5:461 have the same row"),
+        (["--points", "4:461", "5:428", "7:440"], "point 7:440 is farther than 5:428 but lower"),
+        (["--points", "4:461", "5:428"], "2 points given (4:461, 5:428), expected at least 3"),
+        (["--points", "4:461", "5:nan", "7:383"], "point 5:nan: expected finite numbers"),
+        (["--points", "4-461", "5:428", "7:383"], "--points 4-461: expected DISTANCE:ROW"),
+        (["--points", "4:461:1:2", "5:428", "7:383"], "--points 4:461:1:2: expected DISTANCE:ROW"),
+        (["--height", "0"], "camera height 0 m: expected a height above 0"),
+        (["--height", "nan"], "camera height nan m: expected a height above 0"),
+        (["--image-size", "1280"], "--image-size 1280: expected WIDTHxHEIGHT"),
+        (["--reference-offset", "-1"], "reference offset -1 m: expected 0 or more"),
+        (["--field-of-view", "wide"], "--field-of-view wide: expected VALUE or VALUE:SIGMA"),
+        (["--field-of-view", "190"], "field of view 190 degrees: expected more than 0 and less than 180"),
+        (["--principal-row", "360:0"], "principal row: sigma 0, expected a number above 0"),
+    ],
+)
+@pytest.mark.parametrize("as_json", [False, True])
+def test_mistakes_exit_2_with_one_message_and_save_nothing(arguments, message, as_json, tmp_path, capsys):
+    option, *values = arguments
+    given = {"--points": ["4:461", "5:428", "7:383"], "--image-size": ["1280x720"], "--height": ["1.225"]}
+    given[option] = values
+    command = ["calibrate", *(text for name, texts in given.items() for text in (name, *texts))]
+    command += ["--save", str(tmp_path / "x.yaml"), "--export", "kalibr", str(tmp_path / "k.yaml")]
+    assert main([*command, *(["--json"] if as_json else [])]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert message in captured.err
+    assert captured.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "no points: name a video or a picture to click them in, or give at least three as --points"),
+        (["--points", "4:461", "5:428", "7:383", "--height", "1.2"], "--image-size is missing"),
+        (["--points", "4:461", "5:428", "7:383", "--image-size", "1280x720"], "--height is missing"),
+    ],
+)
+def test_missing_options_are_named(arguments, message, capsys):
+    assert main(["calibrate", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.out == ""
+
+
+@pytest.fixture
+def picture_folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "my.drive"
+    folder.mkdir()
+    for index in range(2):
+        cv2.imwrite(str(folder / f"{index:03}.png"), np.zeros((72, 128, 3), np.uint8))
+    return folder
+
+
+def test_source_gives_the_image_size_and_the_place_to_save(picture_folder, capsys):
+    camera = GroundPlaneCamera(0.03, 110, 35.5, 1.225, 63.5)
+    points = [f"{d}:{camera.row_at(float(d))!r}" for d in (6, 15, 40)]
+    command = ["calibrate", str(picture_folder), "--points", *points, "--height", "1.225", "--json"]
+    assert main(command) == 0
+    file = picture_folder.with_name("my.drive.calibration.yaml")
+    assert json.loads(capsys.readouterr().out)["saved"] == str(file)
+    assert Calibration.load(file).image_size == ImageSize(128, 72)
+    assert main([*command, "--image-size", "640x360"]) == 2
+    assert "--image-size 640x360" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--json"], "--json: only with --points; the page has a button for it"),
+        (["--export", "kalibr", "k.yaml"], "--export: only with --points"),
+        (["--port", "0"], "--port 0: expected a number from 1 to 65535"),
+    ],
+)
+def test_what_the_page_refuses_before_it_starts(arguments, message, picture_folder, capsys):
+    assert main(["calibrate", str(picture_folder), "--no-open", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.out == ""
+    assert list(picture_folder.parent.iterdir()) == [picture_folder]
+
+
+def test_missing_source_is_named(tmp_path, capsys):
+    for arguments in (PAPER[1:], []):
+        assert main(["calibrate", str(tmp_path / "no.mp4"), *arguments]) == 2
+        assert "no.mp4" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,220 @@
+"""`fcw demo` on the shipped drive against its truth, and `fcw bench` on a short one."""
+
+import contextlib
+import dataclasses
+import io
+import json
+import statistics
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import av
+import numpy as np
+import pytest
+from tiny_nets import write_net
+
+from fcw.camera.calibration import Calibration
+from fcw.errors import UserError
+from fcw.evaluation.simulated import compare_with_truth
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.records import FrameResult
+from fcw.simulation.drive import true_calibration, write_drive
+from fcw.simulation.truth.file import read_truth
+from fcw.simulation.truth.truth import FrameTruth, frame_truth
+from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario
+from fcw.simulation.world.world import World
+from fcw.sources import open_source
+from fcw_viz.benchmark.drive_cases import DECODE, ENCODED, ONE_THREAD, RELAYED, TWO_THREADS
+from fcw_viz.benchmark.long_drive import repeat_packets
+from fcw_viz.benchmark.picture_cases import (
+    CHANNELS,
+    FARTHEST_M,
+    FULL,
+    LUV,
+    PITCH_TOLERANCES_DEG,
+    PRIOR,
+    PRIOR_NEAR,
+    prior_name,
+)
+from fcw_viz.cli import main
+from fcw_viz.commands.demo import demo_folder
+from fcw_viz.commands.review import command as review
+from fcw_viz.commands.review.command import ReviewCommand
+
+LARGEST_SHIPPED_BYTES = 8_000_000
+
+
+@dataclasses.dataclass(frozen=True)
+class Demo:
+    out: Path
+    told: str
+    reviewed: list[Path]
+    results: list[FrameResult]
+    truth: list[FrameTruth]
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
+    """One run of the whole demo."""
+    out = tmp_path_factory.mktemp("demo") / "out"
+    reviewed: list[Path] = []
+
+    def note_review(command: ReviewCommand) -> int:
+        reviewed.append(command.path)
+        return 0
+
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()) as told:
+        patch.setattr(review, "run_review", note_review)  # it serves until Ctrl-C
+        assert main(["demo", "--out", str(out)]) == 0
+    results = list(DriveLog(out / "drive.mcap").results())
+    return Demo(out, told.getvalue(), reviewed, results, read_truth(demo_folder() / "truth.csv"))
+
+
+def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> None:
+    assert str(demo.out / "drive.mcap") in demo.told
+    assert f"fcw review {demo.out} --rerun" in demo.told
+    comparison = compare_with_truth(demo.results, demo.truth)
+    median = statistics.median(map(abs, comparison.lead_errors))
+    assert f"off by {median:.1%} (median)" in demo.told
+    assert f"{comparison.detection_rate:.1%} of {comparison.vehicles} found" in demo.told
+    assert f"came at {comparison.due[0].warned_s:.2f} s" in demo.told
+
+
+def test_the_demo_ends_in_the_review_of_its_drive(demo: Demo) -> None:
+    assert demo.reviewed == [demo.out]
+
+
+def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
+    comparison = compare_with_truth(demo.results, demo.truth)
+    assert comparison.frames == len(demo.truth) == 1200
+    assert len(comparison.lead_errors) > 0.95 * comparison.lead_frames > 1000
+    assert statistics.median(map(abs, comparison.lead_errors)) < 0.035
+    assert statistics.median(map(abs, comparison.track_errors)) < 0.04
+
+
+def test_vehicles_seen_from_behind_are_found(demo: Demo) -> None:
+    comparison = compare_with_truth(demo.results, demo.truth)
+    assert comparison.vehicles > 1500
+    assert comparison.detection_rate >= 0.95
+    assert comparison.false_positives_per_frame <= 0.1
+
+
+def test_the_braking_lead_is_warned_of_in_time_and_oncoming_vehicles_never(demo: Demo) -> None:
+    comparison = compare_with_truth(demo.results, demo.truth)
+    (due,) = comparison.due
+    assert due.vehicle == "cutting in"
+    assert due.in_time
+    assert {vehicle.name for frame in demo.truth for vehicle in frame.vehicles if vehicle.oncoming}
+    assert comparison.warnings_of_oncoming == 0
+    assert comparison.needless == ()
+    (first, *others) = [
+        warning
+        for warning in json.loads((demo.out / "summary.json").read_text())["warnings"]
+        if warning["level"] == "warning"
+    ]
+    assert first["start_s"] == pytest.approx(due.warned_s, abs=0.01)
+    assert others == []
+
+
+def test_the_shipped_drive_is_what_its_scenario_says(demo: Demo) -> None:
+    folder, scenario = demo_folder(), load_scenario("demo")
+    assert (folder / "drive.mp4").stat().st_size < LARGEST_SHIPPED_BYTES
+    assert len(demo.truth) == scenario.frame_count
+    camera, offset_m = scenario.camera.camera(), scenario.camera.reference_offset_m
+    for state, frame in zip(World(scenario, seed=0).states(), demo.truth, strict=True):
+        now = frame_truth(state, camera, IMAGE_SIZE, offset_m)
+        assert [vehicle.name for vehicle in frame.vehicles] == [vehicle.name for vehicle in now.vehicles]
+        distances_m = [vehicle.distance_m for vehicle in now.vehicles]
+        assert [vehicle.distance_m for vehicle in frame.vehicles] == pytest.approx(distances_m, abs=1e-3)
+    shipped, true = Calibration.load(folder / "drive.calibration.yaml"), true_calibration(scenario)
+    for distance_m in (5.0, 20.0, 80.0):
+        assert shipped.row_at(distance_m) == pytest.approx(true.row_at(distance_m), abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The figures of `fcw bench` on a short drive with a net beside the own detectors, and the report."""
+    folder = tmp_path_factory.mktemp("bench")
+    write_drive(dataclasses.replace(load_scenario("braking"), duration_s=1.0), folder, seed=1)
+    net = write_net(folder / "tiny.onnx", np.zeros((1, 300, 6), np.float32), (192, 320))
+    arguments = ["bench", str(folder / "drive.mp4"), "--rounds", "2", "--detector-frames", "2", "--json"]
+    arguments += ["--shortest", "2"]
+    with contextlib.redirect_stdout(io.StringIO()) as told:
+        assert main([*arguments, "--onnx", str(net), "--report", str(folder / "report")]) == 0
+    return json.loads(told.getvalue()) | {"folder": folder / "report"}
+
+
+def test_bench_reports_every_case_in_every_round(bench: dict[str, Any]) -> None:
+    times = bench["ms_per_frame"]
+    assert {DECODE, RELAYED, ENCODED, ONE_THREAD, TWO_THREADS} < set(times)
+    assert {LUV, CHANNELS, PRIOR, PRIOR_NEAR, FULL, "onnx:tiny.onnx"} < set(times)
+    assert all(len(values) == 2 and min(values) > 0 for values in times.values())
+
+
+def test_bench_repeats_a_short_drive(bench: dict[str, Any]) -> None:
+    (drive,) = bench["folder"].parent.glob("*.mp4")
+    frames = open_source(drive).frame_count
+    assert frames is not None
+    assert f"{2 * frames} frames of the whole drive" in bench["heading"]
+
+
+def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
+    times, ratios = bench["ms_per_frame"], bench["ratios"]
+    expected = {
+        "distance prior 4-80 m / plain ACF at the same scales": (PRIOR, FULL),
+        "channels of the whole picture / cv2 BGR to Luv": (CHANNELS, LUV),
+        "rate of two threads / one": (ONE_THREAD, TWO_THREADS),
+        "rate of the whole job, video relayed / decoding": (DECODE, RELAYED),
+    }
+    for name, (case, to) in expected.items():
+        each = [a / b for a, b in zip(times[case], times[to], strict=True)]
+        assert ratios[name] == pytest.approx(sum(each) / 2)  # the median of two
+
+
+def test_the_prior_looks_at_more_windows_the_farther_and_the_less_sure_of_the_pitch(bench: dict[str, Any]):
+    windows = bench["windows_per_frame"]
+    for deg in PITCH_TOLERANCES_DEG:
+        counts = [windows[prior_name(farthest_m, deg)] for farthest_m in FARTHEST_M]
+        assert 1000 < counts[0] < counts[1] < counts[2] < windows[FULL]
+    for farthest_m in FARTHEST_M:
+        counts = [windows[prior_name(farthest_m, deg)] for deg in PITCH_TOLERANCES_DEG]
+        assert counts == sorted(set(counts))
+
+
+def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[str, Any]) -> None:
+    folder = bench["folder"]
+    text = (folder / "bench.txt").read_text()
+    assert all(case in text for case in bench["ms_per_frame"])
+    assert all(f"{ratio:.2f}" in text for ratio in bench["ratios"].values())
+    assert json.loads((folder / "bench.json").read_text())["ratios"] == bench["ratios"]
+    dots = ElementTree.parse(folder / "speed-windows.svg").findall(".//{*}circle")
+    assert len(dots) == len(bench["windows_per_frame"])
+    paths = ElementTree.parse(folder / "speed-pitch.svg").findall(".//{*}path")
+    assert len([path for path in paths if path.get("fill") == "none"]) == len(FARTHEST_M)
+
+
+def test_bench_refuses_no_rounds(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--rounds", "0"]) == 2
+    assert "--rounds" in capsys.readouterr().err
+
+
+def test_bench_refuses_a_negative_duration(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--shortest", "-1"]) == 2
+    assert "--shortest -1" in capsys.readouterr().err
+
+
+def test_a_video_of_one_picture_cannot_be_repeated(tmp_path: Path) -> None:
+    clip = tmp_path / "one.mp4"
+    with av.open(str(clip), "w") as file:
+        stream = file.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 64, "yuv420p"
+        picture = av.VideoFrame.from_ndarray(np.zeros((64, 64, 3), np.uint8), format="bgr24")
+        file.mux([*stream.encode(picture), *stream.encode()])
+    with pytest.raises(UserError, match=r"one\.mp4: cannot be repeated to 5 s .*--shortest 0"):
+        repeat_packets(clip, tmp_path / "long.mp4", 5.0)
+
+
+def test_bench_refuses_classes_without_a_net(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--detector-classes", "car"]) == 2
+    assert "--onnx" in capsys.readouterr().err

@@ -1,0 +1,447 @@
+"""`fcw export`: the right files with the right content, and clear words where there is nothing to export."""
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+from numpy.typing import NDArray
+from playwright.sync_api import sync_playwright
+from rerun.chunk import RrdReader
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.types import Box, Detection
+from fcw.frame import Frame, ImageSize
+from fcw.logs.encode import VideoEncoder
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.writer import McapSink
+from fcw.logs.overlay import LEVEL_COLORS
+from fcw.logs.records import DriveHeader, FrameResult
+from fcw.tracking.types import Track
+from fcw.warning.types import WarningLevel, WarningState
+from fcw_viz.cli import main
+from fcw_viz.rerun.log import RerunSink, read_frame_times
+
+SIZE = ImageSize(1280, 720)
+RATE_HZ = 25.0
+FRAMES = 60
+MADE = {"rerun.controls.RowId", "RecordingInfo:start_time"}
+"""What tells one recording from another of the same drive."""
+GREY = 96
+
+
+def box_of(index: int) -> Box:
+    return Box(400.0 + 5 * index, 300.0 + 2 * index, 160.0, 120.0)
+
+
+def marked_picture(index: int) -> NDArray[np.uint8]:
+    """Grey, with a mark drawn where the box is: a black line three pixels wide along its edges."""
+    image = np.full((SIZE.height, SIZE.width, 3), GREY, np.uint8)
+    box = box_of(index)
+    left, top, right, bottom = (round(edge) for edge in (box.x, box.y, box.right, box.bottom))
+    image[top - 1 : bottom + 2, left - 1 : right + 2] = 0
+    image[top + 2 : bottom - 1, left + 2 : right - 1] = GREY
+    return image
+
+
+def result_of(index: int) -> FrameResult:
+    """A vehicle about which a warning is given from 0.8 s to 1.6 s; none at all in the last ten frames."""
+    time_ns = 7_000_000_000 + index * 40_000_000
+    if index >= FRAMES - 10:
+        return FrameResult(index, time_ns, (), (), None, WarningState(WarningLevel.NONE), 20.0)
+    track = Track(4, box_of(index), 8.0, 15.0, 14.0, 16.2, 0.1, 9.0, 0.3, 15 / 9, index / 25, False, True)
+    warned = 20 <= index <= 40
+    state = WarningState(WarningLevel.NONE)
+    if warned:
+        state = WarningState(WarningLevel.WARNING, 4, "ttc", 15 / 9, 4.0, 0.75)
+    return FrameResult(index, time_ns, (Detection(track.box, 8.0),), (track,), 4, state, 20.0)
+
+
+@pytest.fixture(scope="module")
+def entries() -> list[Any]:
+    encoder = VideoEncoder(SIZE, RATE_HZ)
+    drive = []
+    for index in range(FRAMES):
+        result = result_of(index)
+        drive.append((result, encoder.encode(Frame(index, result.time_ns, marked_picture(index)))))
+    encoder.close()
+    return drive
+
+
+@pytest.fixture(scope="module")
+def header() -> DriveHeader:
+    camera = GroundPlaneCamera(0.03, 1000.0, 350.0, 1.4, 640.0)
+    calibration = Calibration.from_camera(camera, SIZE, reference_offset_m=1.7)
+    return DriveHeader("drive.mp4", SIZE, RATE_HZ, calibration, False, "acf", "ab" * 32, {"fcw": "0.1.0"})
+
+
+@pytest.fixture(scope="module")
+def drives(entries, header, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of two drives of `fcw run`: their logs in MCAP and for rerun."""
+    folder = tmp_path_factory.mktemp("drives")
+    for name in ("monday", "tuesday"):
+        (folder / name).mkdir()
+        for sink in (McapSink(folder / name / "drive.mcap"), RerunSink(folder / name / "drive.rrd")):
+            sink.open(header)
+            for result, packets in entries:
+                sink.write(result, packets)
+            sink.close()
+    return folder
+
+
+def export(*arguments: str | Path) -> int:
+    return main(["export", *map(str, arguments)])
+
+
+def read_video(path: Path) -> list[NDArray[np.uint8]]:
+    video, pictures = cv2.VideoCapture(str(path)), []
+    while True:
+        there, picture = video.read()
+        if not there:
+            return pictures
+        pictures.append(np.asarray(picture, np.uint8))
+
+
+def test_a_drive_as_csv_has_a_row_for_each_frame(drives, tmp_path, capsys):
+    assert export(drives / "monday", "--format", "csv", "--out", tmp_path / "t.csv") == 0
+    table: Any = pd.read_csv(tmp_path / "t.csv")
+    assert table["frame"].tolist() == list(range(FRAMES))
+    assert table["time_s"].tolist() == [index / 25 for index in range(FRAMES)]
+    assert table["track_id"].isna().sum() == 10
+    assert (table["warning_level"] == "warning").sum() == 21
+    assert capsys.readouterr().out == f"{tmp_path / 't.csv'}: 60 rows of 1 drive\n"
+
+
+@pytest.mark.parametrize(("form", "name"), [("csv", "tracks.csv"), ("parquet", "tracks.parquet")])
+def test_many_drives_are_one_table(drives, tmp_path, form: str, name: str):
+    assert export(drives, "--format", form, "--out", tmp_path / "tables") == 0
+    path = tmp_path / "tables" / name
+    table = pd.read_csv(path) if form == "csv" else pq.read_table(path).to_pandas()
+    assert table.groupby("drive").size().to_dict() == {"monday": 60, "tuesday": 60}
+
+
+@pytest.mark.parametrize(
+    ("form", "suffix"), [("kitti", "txt"), ("mot", "txt"), ("mcap", "mcap"), ("rrd", "rrd")]
+)
+def test_other_formats_are_a_file_a_drive(drives, tmp_path, form: str, suffix: str):
+    assert export(drives / "monday", drives / "tuesday", "--format", form, "--out", tmp_path / "out") == 0
+    files = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert files == [f"monday.{suffix}", f"tuesday.{suffix}"]
+
+
+def test_events_of_many_drives_are_one_table(drives, tmp_path, capsys):
+    assert export(drives, "--events", "--format", "csv", "--out", tmp_path / "e.csv") == 0
+    with (tmp_path / "e.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["drive"], row["kind"], row["track_id"]) for row in rows] == [
+        ("monday", "warning", "4"),
+        ("tuesday", "warning", "4"),
+    ]
+    assert (float(rows[0]["start_s"]), float(rows[0]["end_s"])) == (0.8, 1.6)
+    assert float(rows[0]["min_distance_m"]) == 15.0
+    assert float(rows[0]["min_ttc_s"]) == pytest.approx(15 / 9)
+    assert "2 events of 2 drives" in capsys.readouterr().out
+    assert export(drives, "--events", "--format", "parquet", "--out", tmp_path / "e.parquet") == 0
+    table = pq.read_table(tmp_path / "e.parquet")
+    assert table.column("start_s").to_pylist() == [0.8, 0.8]
+    assert table.column("note").to_pylist() == [None, None]
+
+
+def test_events_of_a_range_are_those_that_touch_it(drives, tmp_path):
+    for number, (between, count) in enumerate([(("1.6", "2"), 1), (("1.64", "2"), 0), (("0", "0.8"), 1)]):
+        path = tmp_path / f"{number}.csv"
+        arguments = ("--events", "--format", "csv", "--out", path, "--between", *between)
+        assert export(drives / "monday", *arguments) == 0
+        assert len(pd.read_csv(path)) == count
+
+
+def test_a_cut_says_that_it_starts_at_its_keyframe(drives, entries, tmp_path, capsys):
+    arguments = ("--format", "mcap", "--out", tmp_path / "cut.mcap", "--between", "1.4", "2")
+    assert export(drives / "monday", *arguments) == 0
+    assert "cut.mcap: starts 0.40 s earlier, at the keyframe" in capsys.readouterr().err
+    assert list(DriveLog(tmp_path / "cut.mcap").entries()) == entries[25:51]
+
+
+def recorded(path: Path) -> dict[str, str]:
+    """All rows of a recording by entity, as text, for NaN equals nothing; but for when it was made."""
+    rows: dict[str, list[dict[str, Any]]] = {}
+    for chunk in RrdReader(path).stream():
+        for row in chunk.to_record_batch().to_pylist():
+            kept = {name: value for name, value in row.items() if name not in MADE}
+            rows.setdefault(str(chunk.entity_path), []).append(kept)
+    return {entity: repr(each) for entity, each in rows.items()}
+
+
+def test_the_recording_made_of_a_log_is_the_one_that_the_run_wrote(drives, tmp_path):
+    assert export(drives / "monday", "--format", "rrd", "--out", tmp_path / "out.rrd") == 0
+    assert read_frame_times(tmp_path / "out.rrd") == read_frame_times(drives / "monday" / "drive.rrd")
+    made, original = recorded(tmp_path / "out.rrd"), recorded(drives / "monday" / "drive.rrd")
+    assert made == original
+    verified = subprocess.run(
+        [Path(sys.executable).with_name("rerun"), "rrd", "verify", tmp_path / "out.rrd"], check=False
+    )
+    assert verified.returncode == 0
+
+
+def edges_in(strength: NDArray[np.float64], box: Box) -> list[float]:
+    """The middle of the lines that are drawn near a box's left, right, top and bottom edge."""
+    row, column = round(box.y + box.h / 2), round(box.center_x)
+    found = []
+    for edge, profile in (
+        (box.x, strength[row]),
+        (box.right, strength[row]),
+        (box.y, strength[:, column]),
+        (box.bottom, strength[:, column]),
+    ):
+        near = np.arange(round(edge) - 5, round(edge) + 6)
+        found.append(float((profile[near] * near).sum() / profile[near].sum()))
+    return found
+
+
+def test_boxes_in_the_video_are_within_a_pixel_of_the_drawn_marks(drives, tmp_path):
+    assert export(drives / "monday", "--format", "mp4", "--out", tmp_path / "out.mp4") == 0
+    assert export(drives / "monday", "--format", "mp4", "--out", tmp_path / "own.mp4", "--no-overlay") == 0
+    pictures, bare = read_video(tmp_path / "out.mp4"), read_video(tmp_path / "own.mp4")
+    assert len(pictures) == len(bare) == FRAMES
+    for index in (0, 13, 25, 40):
+        color = np.ptp(pictures[index].astype(float), axis=2)  # picture and marks have none
+        marks = edges_in(GREY - bare[index].astype(float).mean(axis=2).clip(0, GREY), box_of(index))
+        box = box_of(index)
+        assert marks == pytest.approx([box.x, box.right, box.y, box.bottom], abs=0.5)
+        assert edges_in(color, box) == pytest.approx(marks, abs=1)
+    banner = pictures[30][4, 100:1200].mean(axis=0)
+    assert banner == pytest.approx(LEVEL_COLORS[WarningLevel.WARNING][::-1], abs=12)
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[str]:
+    handler = partial(SimpleHTTPRequestHandler, directory=str(tmp_path))
+    server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    server.server_close()
+
+
+PLAY = """async () => {
+  const video = document.createElement("video");
+  video.muted = true;
+  // The test's server gives no parts of files, which seeking needs; memory does.
+  video.src = URL.createObjectURL(await (await fetch("out.mp4")).blob());
+  const event = (name) => new Promise((resolve, reject) => {
+    video.addEventListener(name, resolve, { once: true });
+    video.addEventListener("error", () => reject(new Error(video.error.message)), { once: true });
+  });
+  document.body.append(video);
+  await event("loadeddata");
+  const pixel = async (time_s, x, y) => {
+    const seeked = event("seeked");
+    video.currentTime = time_s;
+    await seeked;
+    const canvas = document.createElement("canvas");
+    canvas.width = video.videoWidth;
+    canvas.height = video.videoHeight;
+    const context = canvas.getContext("2d");
+    context.drawImage(video, 0, 0);
+    return [...context.getImageData(x, y, 1, 1).data].slice(0, 3);
+  };
+  const warned = await pixel(1.02, 700, 4);
+  const grey = await pixel(2.22, 700, 200);
+  const ended = event("ended");
+  video.playbackRate = 4;
+  await video.play();
+  await ended;
+  return { width: video.videoWidth, height: video.videoHeight, duration_s: video.duration, warned, grey };
+}"""
+
+
+def played(url: str, chromium: str) -> dict[str, Any]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page()
+        page.goto(url)
+        found = page.evaluate(PLAY)
+        browser.close()
+    return found
+
+
+@pytest.mark.parametrize("options", [(), ("--no-overlay",)], ids=["overlay", "relayed"])
+def test_a_browser_plays_the_video_to_its_end(drives, tmp_path, served, options):
+    chromium = os.environ.get("FCW_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("needs Chromium: install it (Debian: apt-get install chromium), or name it: FCW_CHROMIUM")
+    assert export(drives / "monday", "--format", "mp4", "--out", tmp_path / "out.mp4", *options) == 0
+    (tmp_path / "page.html").write_text("<!doctype html><title>video</title>")
+    # A thread of its own: other tests of this process may have Playwright's event loop in this one.
+    with ThreadPoolExecutor(1) as pool:
+        found = pool.submit(played, f"{served}/page.html", chromium).result()
+    assert (found["width"], found["height"]) == (1280, 720)
+    assert found["duration_s"] == pytest.approx(FRAMES / RATE_HZ, abs=0.001)
+    assert found["grey"] == pytest.approx([GREY] * 3, abs=6)
+    if not options:
+        assert found["warned"] == pytest.approx(LEVEL_COLORS[WarningLevel.WARNING], abs=4)
+
+
+def test_coco_with_pictures_goes_into_training_and_evaluation(drives, tmp_path, capsys):
+    out = tmp_path / "labelled"
+    assert export(drives, "--format", "coco", "--pictures", "--every", "10", "--out", out) == 0
+    names = sorted(str(path.relative_to(out)) for path in out.rglob("*") if path.is_file())
+    assert names[0] == "calibration/monday.yaml"
+    assert "images/tuesday/000050.jpg" in names
+    assert len(names) == 2 + 2 * 6 + 1
+    capsys.readouterr()
+    arguments = ["--images", str(out / "images"), "--calibration", str(out / "calibration"), "--json"]
+    assert main(["evaluate", "detection", str(out / "labels.json"), *arguments]) == 0
+    assert json.loads(capsys.readouterr().out)["vehicles"] == 2 * 5
+
+
+def test_a_log_whose_writer_was_killed_is_exported_and_that_is_said(entries, header, tmp_path, capsys):
+    sink = McapSink(tmp_path / "writing.mcap")
+    sink.open(header)
+    for result, packets in entries:
+        sink.write(result, packets)
+    (tmp_path / "drive.mcap").write_bytes((tmp_path / "writing.mcap").read_bytes())
+    sink.close()
+    assert export(tmp_path / "drive.mcap", "--format", "csv", "--out", tmp_path / "t.csv") == 0
+    assert "drive.mcap: its writer was stopped before the end" in capsys.readouterr().err
+    assert 45 <= len(pd.read_csv(tmp_path / "t.csv")) <= FRAMES
+    assert export(tmp_path / "drive.mcap", "--format", "mp4", "--out", tmp_path / "o.mp4") == 0
+    assert "`fcw recover`" in capsys.readouterr().err
+    assert len(read_video(tmp_path / "o.mp4")) >= 25
+
+
+def test_a_drive_without_frames_among_others_is_left_out_and_that_is_said(drives, header, tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    sink = McapSink(tmp_path / "empty" / "drive.mcap")
+    sink.open(header)
+    sink.close()
+    arguments = ("--format", "csv", "--out", tmp_path / "t.csv")
+    assert export(tmp_path / "empty", drives / "monday", *arguments) == 0
+    assert "left out: " in capsys.readouterr().err
+    assert set(pd.read_csv(tmp_path / "t.csv")["drive"]) == {"monday"}
+
+
+WRONG = [
+    (("--format", "mp4", "--events"), "--events --format mp4: events are a table; choose csv or parquet"),
+    (("--format", "csv", "--no-overlay"), "only an mp4 has the overlay"),
+    (("--format", "kitti", "--pictures"), "--pictures --format kitti: this is for coco"),
+    (("--format", "csv", "--every", "3"), "--every 3 --format csv: this is for coco"),
+    (("--format", "coco", "--every", "0"), "--every 0: expected a whole number of at least 1"),
+    (("--format", "csv", "--between", "3", "1"), "--between 3 1: expected two times in seconds"),
+    (("--format", "csv", "--between", "9", "12"), "has no frame there; its frames are from 0 to 2.36 s"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), WRONG)
+def test_what_makes_no_sense_is_told_in_one_message(drives, tmp_path, capsys, options, message):
+    assert export(drives / "monday", *options, "--out", tmp_path / "out.x") == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_format_is_refused_with_the_known_ones(drives, tmp_path, capsys):
+    with pytest.raises(SystemExit) as exit_info:
+        export(drives / "monday", "--format", "avi", "--out", tmp_path / "out.avi")
+    assert exit_info.value.code == 2
+    message = " ".join(capsys.readouterr().err.split())
+    assert "avi" in message
+    assert "'parquet'" in message
+
+
+def test_no_drive_and_a_folder_without_one_are_told(tmp_path, capsys):
+    assert export("--format", "csv", "--out", tmp_path / "t.csv") == 2
+    assert "no drive given" in capsys.readouterr().err
+    assert export(tmp_path, "--format", "csv", "--out", tmp_path / "t.csv") == 2
+    assert f"{tmp_path}: no drive.mcap in this folder or below it" in capsys.readouterr().err
+
+
+def test_a_file_of_another_kind_is_told(tmp_path, capsys):
+    (tmp_path / "notes.mcap").write_text("no log")
+    assert export(tmp_path / "notes.mcap", "--format", "csv", "--out", tmp_path / "t.csv") == 2
+    assert "notes.mcap: not a drive log" in capsys.readouterr().err
+
+
+def test_a_file_that_is_there_stays_unless_it_may_be_replaced(drives, tmp_path, capsys):
+    out = tmp_path / "t.csv"
+    out.write_text("mine")
+    assert export(drives / "monday", "--format", "csv", "--out", out) == 2
+    message = f"{out}: is there already; name another place, or replace it with --overwrite"
+    assert message in capsys.readouterr().err
+    assert out.read_text() == "mine"
+    assert export(drives / "monday", "--format", "csv", "--out", out, "--overwrite") == 0
+    assert len(pd.read_csv(out)) == FRAMES
+
+
+def test_a_drive_is_never_written_over_itself(drives, capsys):
+    path = drives / "monday" / "drive.mcap"
+    before = path.read_bytes()
+    assert export(path, "--format", "mcap", "--out", path, "--overwrite") == 2
+    assert "this is the drive itself" in capsys.readouterr().err
+    assert path.read_bytes() == before
+
+
+def test_several_drives_do_not_go_into_one_video(drives, tmp_path, capsys):
+    assert export(drives, "--format", "mp4", "--out", tmp_path / "out.mp4") == 2
+    assert "2 drives make a file each; name a folder" in capsys.readouterr().err
+
+
+def test_an_out_folder_that_cannot_be_made_is_told(drives, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert export(drives / "monday", "--format", "mot", "--out", tmp_path / "file" / "out") == 2
+    assert "cannot make this folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("form", ["csv", "mp4", "mcap"])  # test_rerun_log has a full disk of its own
+def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
+    resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
+    out = tmp_path / f"out.{form}"
+    arguments = ["export", str(drives / "monday"), "--format", form, "--out", str(out)]
+    process = subprocess.run(
+        [sys.executable, "-m", "fcw_viz.cli", *arguments],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4_000, 4_000)),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert process.returncode == 2, process.stderr
+    assert f"fcw: {out}: cannot " in process.stderr
+    assert "Traceback" not in process.stderr
+    assert process.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("form", ["csv", "kitti", "mp4", "mcap", "rrd"])
+def test_a_folder_that_is_not_there_is_told(drives, tmp_path, capsys, form: str):
+    out = tmp_path / "nowhere" / f"out.{form}"
+    assert export(drives / "monday", "--format", form, "--out", out) == 2
+    assert f"{out}: cannot write this file" in capsys.readouterr().err
+
+
+def test_distances_in_feet_where_the_drive_is_imperial(entries, header, tmp_path):
+    """Words in the picture only: tables stay in metres."""
+    sink = McapSink(tmp_path / "drive.mcap")
+    sink.open(replace(header, imperial=True))
+    for result, packets in entries[:3]:
+        sink.write(result, packets)
+    sink.close()
+    assert export(tmp_path / "drive.mcap", "--format", "csv", "--out", tmp_path / "t.csv") == 0
+    assert pd.read_csv(tmp_path / "t.csv")["distance_m"].tolist() == [15.0] * 3

@@ -1,0 +1,113 @@
+"""`fcw run --live`: complete logs whatever ends it, and clear words for wrong input."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.pictures import LogPictures
+from fcw.sources import open_source
+from fcw_viz.cli import main
+
+DEMO = Path(__file__).parents[2] / "recordings" / "demo"
+PATIENCE_S = 120
+
+
+def started(*arguments: str) -> subprocess.Popen[str]:
+    """`fcw run --live`, in a session of its own: a signal must reach it alone."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "fcw_viz.cli", "run", *arguments, "--live", "--no-open", "--port", "8480"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def address(process: subprocess.Popen[str]) -> str:
+    """Where the page is, as the command says it."""
+    assert process.stderr is not None
+    for line in process.stderr:
+        if "live at " in line:
+            return line.split()[2]
+    raise AssertionError("the command says no address")
+
+
+def test_ctrl_c_ends_a_live_drive_with_complete_logs(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process = started(str(DEMO / "drive.mp4"), "--out", str(out))
+    with urllib.request.urlopen(address(process), timeout=PATIENCE_S) as page:
+        assert page.status == 200
+    deadline = time.monotonic() + PATIENCE_S
+    while not (out / "drive.mcap").is_file() or (out / "drive.mcap").stat().st_size < 300_000:
+        assert process.poll() is None, process.communicate()[1]
+        assert time.monotonic() < deadline, "the log does not grow"
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGINT)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
+
+    assert process.returncode == 130, stderr
+    log = DriveLog(out / "drive.mcap")
+    results = list(log.results())
+    assert log.complete
+    assert [result.index for result in results] == list(range(len(results)))
+    # The times are the source's own, of the frames that were not left out; and so are the pictures.
+    wanted = {result.time_ns: result.index for result in results[::7]}
+    pictures, compared = LogPictures(log), 0
+    for frame in open_source(DEMO / "drive.mp4").frames():
+        if frame.time_ns > results[-1].time_ns:
+            break
+        if frame.time_ns in wanted:
+            assert np.array_equal(pictures.at(wanted[frame.time_ns]), frame.image)
+            compared += 1
+    pictures.close()
+    assert compared == len(wanted)
+    assert (out / "summary.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("0",), "0: a camera runs live only; add --live"),
+        (("rtsp://10.0.0.1/main",), "rtsp://10.0.0.1/main: a camera runs live only; add --live"),
+        (("drive.mp4", "--port", "8500"), "--port, --no-open: they are for the page of --live"),
+        (("0", "--live"), "camera-0.calibration.yaml: no calibration for camera-0; make one with"),
+        (("0", "--live", "--topic", "/x"), "0: a camera has neither --frame-rate nor --topic"),
+        (("nothing.mp4", "--live"), "nothing.mp4: no such file or folder"),
+        (
+            ("97", "--live", "--calibration", str(DEMO / "drive.calibration.yaml")),
+            "camera-97: no camera there with pictures of 1280x720",
+        ),
+        ((str(DEMO / "drive.mp4"), "--live", "--port", "0"), "--port 0: expected a number from 1 to 65535"),
+    ],
+)
+def test_wrong_input_is_told_in_one_message(
+    arguments: tuple[str, ...],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert message in captured.err
+    assert captured.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_calibration_no_page_is_opened(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = tmp_path / "drive.mp4"
+    source.write_bytes((DEMO / "drive.mp4").read_bytes())
+    assert main(["run", str(source), "--live", "--no-open"]) == 2
+    error = capsys.readouterr().err
+    assert "drive.calibration.yaml: no calibration for" in error
+    assert "live at" not in error

@@ -1,0 +1,143 @@
+"""Whole logs made of torn and of damaged ones, judged by mcap's own readers."""
+
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from fcw.errors import UserError
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.recovery import recover, recovered_path
+from fcw.logs.mcap.writer import McapSink
+from fcw_viz.cli import main
+
+
+@pytest.fixture
+def whole(tmp_path, header, short_drive) -> Path:
+    path = tmp_path / "drive.mcap"
+    sink = McapSink(path)
+    sink.open(header)
+    for result, packets in short_drive:
+        sink.write(result, packets)
+    sink.close()
+    return path
+
+
+@pytest.fixture
+def torn(whole) -> Path:
+    data = whole.read_bytes()
+    whole.write_bytes(data[: len(data) * 2 // 3])
+    return whole
+
+
+def messages(path: Path) -> list[tuple[str, int, int, bytes]]:
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        read = [
+            (channel.topic, message.log_time, message.sequence, message.data)
+            for _, channel, message in reader.iter_messages(log_time_order=False)
+        ]
+    assert summary is not None
+    assert summary.statistics is not None
+    assert summary.statistics.message_count == len(read)
+    counts = {summary.channels[k].topic: n for k, n in summary.statistics.channel_message_counts.items()}
+    assert counts == {topic: sum(other == topic for other, *_ in read) for topic in counts}
+    return read
+
+
+def test_a_recovered_log_has_all_that_the_torn_one_gives(torn, tmp_path):
+    out = tmp_path / "new.mcap"
+    before = torn.read_bytes()
+    parts: list[float] = []
+    report = recover(torn, out, parts.append)
+    old, new = DriveLog(torn), DriveLog(out)
+    assert new.complete
+    assert new.notes == ()
+    assert new.header == old.header
+    entries = list(new.entries())
+    assert entries == list(old.entries())
+    assert report.frames == len(entries) == len(new.series())
+    assert report.pictures == sum(bool(packets) for _, packets in entries)
+    assert report.duration_s == pytest.approx((entries[-1][0].time_ns - entries[0][0].time_ns) / 1e9)
+    assert (report.damaged_chunks, report.was_complete) == (0, False)
+    assert report.torn_bytes > 0
+    assert parts == sorted(parts)
+    assert parts[-1] == 1
+    assert torn.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir() if path not in (torn, out)] == []
+    messages(out)
+
+
+def test_the_messages_of_a_whole_log_stay_as_they_are(whole, tmp_path):
+    report = recover(whole, tmp_path / "new.mcap")
+    assert messages(tmp_path / "new.mcap") == messages(whole)
+    assert (report.was_complete, report.torn_bytes, report.frames) == (True, 0, 100)
+
+
+def test_of_a_log_with_a_damaged_part_the_rest_is_recovered(whole, short_drive, tmp_path):
+    chunks = DriveLog(whole).chunks.chunks
+    data = bytearray(whole.read_bytes())
+    damaged = chunks[len(chunks) // 2]
+    middle = damaged.chunk_start_offset + damaged.chunk_length // 2
+    data[middle : middle + 20] = bytes(20)
+    whole.write_bytes(data)
+    with pytest.raises(UserError, match=r"the log is damaged .* `fcw recover "):
+        list(DriveLog(whole).entries())
+    report = recover(whole, tmp_path / "new.mcap")
+    assert report.damaged_chunks == 1
+    expected = dict(short_drive)
+    entries = list(DriveLog(tmp_path / "new.mcap").entries())
+    assert len(entries) > 90
+    assert all(packets in (expected[result], ()) for result, packets in entries)
+    messages(tmp_path / "new.mcap")
+
+
+def test_a_damaged_index_does_not_matter(whole, short_drive, tmp_path):
+    data = bytearray(whole.read_bytes())
+    data[-60:-30] = bytes(30)
+    whole.write_bytes(data)
+    recover(whole, tmp_path / "new.mcap")
+    assert list(DriveLog(tmp_path / "new.mcap").entries()) == short_drive
+
+
+def test_a_log_of_no_readable_frame_is_refused_and_nothing_left(whole, tmp_path):
+    first = DriveLog(whole).chunks.chunks[0]
+    whole.write_bytes(whole.read_bytes()[: first.chunk_start_offset + 20])
+    with pytest.raises(UserError, match=r"drive\.mcap: not a frame of this log can be read"):
+        recover(whole, tmp_path / "new.mcap")
+    assert list(tmp_path.iterdir()) == [whole]
+
+
+def test_nothing_is_replaced(torn, tmp_path):
+    for out in (torn, tmp_path / "other"):
+        if out != torn:
+            out.write_text("mine")
+        before = out.read_bytes()
+        with pytest.raises(
+            UserError, match="is there already; move it away, or name another file with --out"
+        ):
+            recover(torn, out)
+        assert out.read_bytes() == before
+
+
+def test_the_command_recovers_beside_the_drive_and_says_what_came_of_it(torn, capsys):
+    assert main(["recover", str(torn.parent)]) == 0
+    said = capsys.readouterr().out
+    log = DriveLog(recovered_path(torn))
+    results = list(log.results())
+    assert recovered_path(torn).name == "drive.recovered.mcap"
+    assert f"{len(results)} frames, {log.series().duration_s:.2f} s" in said
+    assert "at most 0.3 s of signals and 0.5 s of pictures are lost" in said
+    assert main(["recover", str(torn)]) == 2
+    assert "drive.recovered.mcap: is there already" in capsys.readouterr().err
+
+
+def test_the_command_on_a_whole_log_says_that_nothing_was_lost(whole, tmp_path, capsys):
+    assert main(["recover", str(whole), "--out", str(tmp_path / "new.mcap")]) == 0
+    assert "nothing was lost: drive.mcap is whole" in capsys.readouterr().out
+
+
+def test_the_command_on_what_is_no_log(tmp_path, capsys):
+    assert main(["recover", str(tmp_path)]) == 2
+    assert "drive.mcap: cannot read the log (No such file or directory)" in capsys.readouterr().err

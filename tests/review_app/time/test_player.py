@@ -1,0 +1,116 @@
+"""Playing by the clock: never late by more than the frame that is being shown, whatever showing takes."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from fcw.clock import Clock
+from fcw.errors import UserError
+from fcw_viz.review_app.time.player import SPEEDS, Player
+
+PERIOD_NS = 40_000_000
+TIMES_NS = 7_000_000_000 + np.arange(500, dtype=np.int64) * PERIOD_NS
+
+
+class FakeClock(Clock):
+    """Time that passes only where the test says so."""
+
+    def __init__(self) -> None:
+        self.time_s = 100.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def wait_s(self, seconds: float, stop: threading.Event) -> None:
+        self.time_s += seconds
+
+
+def play(showing_s: float, speed: float, start: int = 0, times_ns=TIMES_NS) -> list[tuple[int, float]]:
+    """Rows that were shown, each with the time since the start at which its showing began."""
+    clock, shown, ended = FakeClock(), [], threading.Event()
+
+    def show(row: int) -> None:
+        shown.append((row, clock.now_s() - 100.0))
+        clock.time_s += showing_s
+
+    player = Player(lambda stop: None, show, lambda message: ended.set(), clock)
+    player.load(times_ns)
+    player.play(start, speed)
+    assert ended.wait(10)
+    return shown
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("showing_s", [0.0, 0.01, 0.09, 0.35])
+def test_each_frame_is_the_one_that_is_due(showing_s: float, speed: float):
+    shown = play(showing_s, speed)
+    for row, at_s in shown[:-1]:
+        due_s = (TIMES_NS[row] - TIMES_NS[0]) / 1e9 / speed
+        assert at_s == pytest.approx(due_s, abs=PERIOD_NS / 1e9 / speed + 1e-6)
+    rows = [row for row, _ in shown]
+    assert rows == sorted(set(rows))
+    assert rows[-1] == len(TIMES_NS) - 1
+
+
+def test_at_a_quarter_of_the_speed_no_frame_is_left_out():
+    assert [row for row, _ in play(0.01, 0.25)] == list(range(1, 500))
+
+
+def test_a_slow_browser_gets_fewer_frames_of_the_same_drive():
+    shown = play(0.2, 1.0)
+    assert len(shown) == pytest.approx(499 * 0.04 / 0.2, rel=0.05)
+
+
+def test_frames_that_come_unevenly_are_shown_at_their_times():
+    times_ns = np.array([0, 40, 80, 2_000, 2_040], np.int64) * 1_000_000
+    assert [at_s for _, at_s in play(0.0, 1.0, times_ns=times_ns)] == pytest.approx([0.04, 0.08, 2.0, 2.04])
+
+
+def test_the_end_is_told_with_what_went_wrong():
+    told, ended = [], threading.Event()
+
+    def fail(row: int) -> None:
+        raise UserError("the log is gone")
+
+    def end(message: str) -> None:
+        told.append(message)
+        ended.set()
+
+    player = Player(lambda stop: None, fail, end, FakeClock())
+    player.load(TIMES_NS)
+    player.play(3)
+    assert ended.wait(10)
+    assert told == ["the log is gone"]
+    assert not player.playing
+
+
+def test_nothing_is_shown_after_stop():
+    shown, first = [], threading.Event()
+
+    def show(row: int) -> None:
+        shown.append(row)
+        first.set()
+
+    player = Player(lambda stop: None, show, lambda message: None)
+    player.load(TIMES_NS)
+    player.play(0, 8.0)
+    assert first.wait(10)
+    player.stop()
+    count = len(shown)
+    assert not player.playing
+    assert len(shown) == count
+
+
+def test_the_browser_is_waited_for_before_the_frame_is_chosen():
+    clock, shown, ended = FakeClock(), [], threading.Event()
+
+    def ready(stop: threading.Event) -> None:
+        clock.time_s += 0.5
+
+    player = Player(ready, shown.append, lambda message: ended.set(), clock)
+    player.load(TIMES_NS)
+    player.play(0)
+    assert ended.wait(10)
+    # The next frame is waited for, then the browser for half a second: by then a later frame is due.
+    assert shown[:2] == [(40 + 500) // 40, (14 * 40 + 500) // 40]
