@@ -12,7 +12,8 @@ import tyro
 
 from fcw.errors import UserError
 from fcw_viz.commands.bench import BenchCommand, run_bench
-from fcw_viz.commands.calibrate import CalibrateCommand, run_calibrate
+from fcw_viz.commands.calibrate.command import run_calibrate
+from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.demo import DemoCommand, run_demo
 from fcw_viz.commands.evaluate.command import EvaluateCommand, run_evaluate
 from fcw_viz.commands.export import ExportCommand, run_export

@@ -124,3 +124,37 @@ class NumberField:
     def _typed(self) -> float | None:
         number = parse_number(self.handle.value)
         return None if number is None else number * self._unit
+
+
+class NumberFields:
+    """The fields of a page: what is being typed in one of them counts before anything else that is done."""
+
+    def __init__(
+        self, run: Callable[[Callable[[], None]], None], refuse: Callable[[UserError], object]
+    ) -> None:
+        """None yet; `run` and `refuse` are those of each `NumberField`."""
+        self._run = run
+        self._refuse = refuse
+        self._fields: list[NumberField] = []
+
+    def add(
+        self,
+        gui: viser.GuiApi,
+        label: str,
+        commit: Callable[[float | None], object],
+        hint: str | None = None,
+    ) -> NumberField:
+        """A new field."""
+        field = NumberField(gui, label, self._run, commit, self._refuse, hint)
+        self._fields.append(field)
+        return field
+
+    def remove(self, field: NumberField) -> None:
+        """Take a field away."""
+        self._fields.remove(field)
+        field.handle.remove()
+
+    def flush(self) -> None:
+        """Commit what is being typed, without waiting for the pause."""
+        for field in list(self._fields):
+            field.flush()

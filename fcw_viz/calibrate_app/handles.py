@@ -2,27 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
 from fcw.logs.overlay import Rgb
+from fcw_viz.calibrate_app.desk import Desk, mark_handle
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edits import Edit, MoveMark, SetHorizon, SetLaneLine
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.drawing.drawing import FAINT_COLOR, HORIZON_COLOR, MARK_COLOR, SELECTED_COLOR
+from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.picture.handle import Handle, Phase
 
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
-
 HORIZON = "horizon"
-HORIZON_SIGMA_PX = 2.0
-"""How well a horizon is dragged by eye."""
-
-
-def mark_handle(mark_id: int) -> str:
-    """The name of a mark's handle in the view."""
-    return f"mark_{mark_id}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +32,15 @@ class _Wish:
 class PictureHandles:
     """The handles of one tab, made, moved and removed as the document has it."""
 
-    def __init__(self, tab: "Tab") -> None:
-        self._tab = tab
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
         self._handles: dict[str, Handle] = {}
         self._wishes: dict[str, _Wish] = {}
         self._dragged = ""
+
+    def horizon_grip(self, document: Document) -> bool:
+        """Whether the horizon can be dragged."""
+        return self._desk.tool is Tool.HORIZON or document.horizon is not None
 
     def show(self, state: SessionState) -> None:
         """Bring the handles to a moment of the session."""
@@ -67,7 +63,7 @@ class PictureHandles:
             if name in self._wishes:
                 self._wishes[name].click()
 
-        return self._tab.view.add_handle(name, wish.column_px, wish.row_px, wish.color, drag, click)
+        return self._desk.view.add_handle(name, wish.column_px, wish.row_px, wish.color, drag, click)
 
     def _drag(self, name: str, phase: Phase, column_px: float, row_px: float) -> None:
         wish = self._wishes.get(name)
@@ -77,17 +73,17 @@ class PictureHandles:
             self._dragged = name
             wish.click()
         elif phase == "update":
-            self._tab.preview(wish.edit(column_px, row_px))
+            self._desk.preview(wish.edit(column_px, row_px))
         else:
             self._dragged = ""
-            self._tab.apply(wish.edit(column_px, row_px))
+            self._desk.apply(wish.edit(column_px, row_px))
 
-    def _wished(self, state: SessionState) -> "list[tuple[str, _Wish]]":
+    def _wished(self, state: SessionState) -> list[tuple[str, _Wish]]:
         document = state.document
         wishes = [(mark_handle(mark.id), self._mark_wish(document, mark.id)) for mark in document.marks]
-        if self._tab.horizon_grip:
+        if self.horizon_grip(document):
             wishes.append((HORIZON, self._horizon_wish(state)))
-        if self._tab.lane_line_grips:
+        if self._desk.tool in (Tool.LANE_LINES, Tool.POINTS):
             for index, line in enumerate(document.lane_lines):
                 if line is not None:
                     wishes += [
@@ -96,28 +92,36 @@ class PictureHandles:
         return wishes
 
     def _mark_wish(self, document: Document, mark_id: int) -> _Wish:
-        mark, tab = document.mark(mark_id), self._tab
-        elsewhere = mark.frame is not None and mark.frame != tab.frame_index
-        color = SELECTED_COLOR if tab.selected == mark_id else FAINT_COLOR if elsewhere else MARK_COLOR
+        mark, desk = document.mark(mark_id), self._desk
+        elsewhere = mark.frame is not None and mark.frame != desk.frame_index
+        color = SELECTED_COLOR if desk.selected == mark_id else FAINT_COLOR if elsewhere else MARK_COLOR
         return _Wish(
             mark.column_px,
             mark.row_px,
             color,
             lambda column_px, row_px: MoveMark(mark_id, column_px, row_px),
-            lambda: tab.select(mark_id),
+            lambda: desk.select(mark_id),
             mark.enabled,
         )
 
     def _horizon_wish(self, state: SessionState) -> _Wish:
-        left_px, _, right_px, _ = self._tab.view.window_px
+        left_px, _, right_px, _ = self._desk.view.window_px
         belief = state.document.horizon
 
         def edit(_: float, row_px: float) -> Edit:
-            sigma_px = HORIZON_SIGMA_PX if belief is None else belief.prior.sigma
+            sigma_px = HORIZON_ROW_SIGMA_PX if belief is None else belief.prior.sigma
             return SetHorizon(Belief(Gaussian(row_px, sigma_px)))
 
         column_px = (left_px + right_px) / 2
-        return _Wish(column_px, self._tab.horizon_row_px, HORIZON_COLOR, edit, lambda: None)
+        return _Wish(column_px, self._horizon_row_px(state), HORIZON_COLOR, edit, lambda: None)
+
+    def _horizon_row_px(self, state: SessionState) -> float:
+        """Where the horizon is taken hold of: where it was dragged to, or else where it comes out."""
+        if state.document.horizon is not None:
+            return state.document.horizon.prior.value
+        if state.shown is not None:
+            return state.shown.calibration.horizon_row_px
+        return (state.document.image_size.height - 1) / 2
 
     def _line_wish(self, index: int, line: Line, end: int) -> _Wish:
         column_px, row_px = line.end_px if end else line.start_px

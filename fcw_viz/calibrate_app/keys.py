@@ -1,12 +1,9 @@
 """The keys of the page: each does what some button or drag does, and stands in the command palette."""
 
 from functools import partial
-from typing import TYPE_CHECKING
 
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.page.keys import ZOOM_STEP, Key
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 NUDGE_PX = 0.1
 LARGE_NUDGE_PX = 1.0
@@ -14,27 +11,27 @@ NUMBER_KEYS = 9
 ARROWS = (("left", -1, 0), ("right", 1, 0), ("up", 0, -1), ("down", 0, 1))
 
 
-def all_keys() -> "list[Key[Tab]]":
+def all_keys() -> list[Key[Desk]]:
     """Every key of the page."""
-    keys: list[Key[Tab]] = [
-        Key("Undo", "Z", "cmd/ctrl", lambda tab: tab.undo()),
-        Key("Redo", "Z", "cmd/ctrl+shift", lambda tab: tab.redo()),
-        Key("Redo", "Y", "cmd/ctrl", lambda tab: tab.redo()),
-        Key("Save the calibration", "S", "cmd/ctrl", lambda tab: tab.save()),
-        Key("Delete the selected point", "delete", None, lambda tab: tab.delete_selected()),
-        Key("Delete the selected point", "backspace", None, lambda tab: tab.delete_selected()),
-        Key("Switch the selected point on or off", "O", None, lambda tab: tab.switch_selected()),
-        Key("Type the distance of the selected point", "D", None, lambda tab: tab.type_distance()),
-        Key("Select nothing", "escape", None, lambda tab: tab.escape()),
-        Key("Next picture", "N", None, lambda tab: tab.step(1)),
-        Key("Previous picture", "P", None, lambda tab: tab.step(-1)),
-        Key("Next picture", ".", None, lambda tab: tab.step(1)),
-        Key("Previous picture", ",", None, lambda tab: tab.step(-1)),
-        Key("Whole picture", "F", None, lambda tab: tab.view.fit()),
-        Key("Zoom in", "=", None, lambda tab: tab.zoom(ZOOM_STEP)),
-        Key("Zoom in", "[plus]", None, lambda tab: tab.zoom(ZOOM_STEP)),
-        Key("Zoom in", "[plus]", "shift", lambda tab: tab.zoom(ZOOM_STEP)),
-        Key("Zoom out", "-", None, lambda tab: tab.zoom(1 / ZOOM_STEP)),
+    keys: list[Key[Desk]] = [
+        Key("Undo", "Z", "cmd/ctrl", lambda desk: desk.undo()),
+        Key("Redo", "Z", "cmd/ctrl+shift", lambda desk: desk.redo()),
+        Key("Redo", "Y", "cmd/ctrl", lambda desk: desk.redo()),
+        Key("Save the calibration", "S", "cmd/ctrl", lambda desk: desk.save()),
+        Key("Delete the selected point", "delete", None, lambda desk: desk.delete_selected()),
+        Key("Delete the selected point", "backspace", None, lambda desk: desk.delete_selected()),
+        Key("Switch the selected point on or off", "O", None, lambda desk: desk.switch_selected()),
+        Key("Type the distance of the selected point", "D", None, lambda desk: desk.type_distance()),
+        Key("Select nothing", "escape", None, lambda desk: desk.escape()),
+        Key("Next picture", "N", None, lambda desk: desk.step(1)),
+        Key("Previous picture", "P", None, lambda desk: desk.step(-1)),
+        Key("Next picture", ".", None, lambda desk: desk.step(1)),
+        Key("Previous picture", ",", None, lambda desk: desk.step(-1)),
+        Key("Whole picture", "F", None, lambda desk: desk.view.fit()),
+        Key("Zoom in", "=", None, lambda desk: desk.zoom(ZOOM_STEP)),
+        Key("Zoom in", "[plus]", None, lambda desk: desk.zoom(ZOOM_STEP)),
+        Key("Zoom in", "[plus]", "shift", lambda desk: desk.zoom(ZOOM_STEP)),
+        Key("Zoom out", "-", None, lambda desk: desk.zoom(1 / ZOOM_STEP)),
     ]
     for name, columns, rows in ARROWS:
         for step_px, modifier in ((NUDGE_PX, None), (LARGE_NUDGE_PX, "shift")):
@@ -45,14 +42,14 @@ def all_keys() -> "list[Key[Tab]]":
     return keys
 
 
-def _nudge(tab: "Tab", columns_px: float, rows_px: float) -> None:
-    tab.nudge(columns_px, rows_px)
+def _nudge(desk: Desk, columns_px: float, rows_px: float) -> None:
+    desk.nudge(columns_px, rows_px)
 
 
-def _select(tab: "Tab", number: int) -> None:
-    marks = tab.state.document.marks
+def _select(desk: Desk, number: int) -> None:
+    marks = desk.state.document.marks
     if number <= len(marks):
-        tab.select(marks[number - 1].id)
+        desk.select(marks[number - 1].id)
 
 
 HELP_ROWS = (

@@ -19,7 +19,7 @@ from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.numbers_text import interval_text
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.report import report_html
-from fcw_viz.commands.calibrate import calibration_summary
+from fcw_viz.commands.calibrate.summary import calibration_summary
 
 PICTURE = np.full((SIZE.height, SIZE.width, 3), 90, np.uint8)
 FOUR_POINTS = document_of(marks_at((5.0, 10.0, 20.0, 30.0), errors_px=(0.4, -0.7, 0.9, -0.5)))

@@ -36,7 +36,7 @@ PLAYBACK_QUALITY = 80
 SLIDER_S = 0.4
 """While the drive plays, everything but the picture follows in such steps."""
 STOP_CHECK_S = 0.02
-"""The playback waits for the tab's thread, but not when that wants it to stop."""
+"""The playback waits for the desk's thread, but not when that wants it to stop."""
 KEY_ECHO_S = 0.3
 """The space key also presses the button that was clicked last: one press counts once."""
 REAL_TIME = "1×"
@@ -47,8 +47,8 @@ PREPARING_WORDS = "Preparing the detector; the first time takes some seconds."
 LOOKING_WORDS = "Looking for vehicles."
 
 
-class CheckTab(Protocol):
-    """What the panel needs of its tab."""
+class CheckDesk(Protocol):
+    """What the panel needs of its desk."""
 
     client: viser.ClientHandle
     view: PictureView
@@ -69,7 +69,7 @@ class CheckTab(Protocol):
         ...
 
     def run(self, work: Callable[[], object]) -> None:
-        """Do something in the tab's thread."""
+        """Do something in the desk's thread."""
         ...
 
     def refresh(self) -> None:
@@ -82,7 +82,7 @@ class CheckTab(Protocol):
 
 
 class CheckPanel:
-    """The three tools. All but decoding and detection happens in the tab's thread.
+    """The three tools. All but decoding and detection happens in the desk's thread.
 
     Attributes:
         measure_switch: takes the measuring tool.
@@ -91,8 +91,8 @@ class CheckPanel:
         vehicles: what was found, in words.
     """
 
-    def __init__(self, gui: viser.GuiApi, tab: CheckTab, make_detector: MakeDetector = make_acf) -> None:
-        self._tab = tab
+    def __init__(self, gui: viser.GuiApi, desk: CheckDesk, make_detector: MakeDetector = make_acf) -> None:
+        self._desk = desk
         self._clicked: list[tuple[float, float]] = []
         self._measured_frame = -1
         self._asked: tuple[int, Calibration] | None = None
@@ -100,11 +100,11 @@ class CheckPanel:
         self._refreshed_s = self._toggled_s = -math.inf
         self._played_index = -1
         self._closed = False
-        self._boxes = LineOverlay(tab.view, tab.client, "vehicles", lambda: tab.overlay.label_areas)
-        self._length = LineOverlay(tab.view, tab.client, "length", lambda: tab.overlay.label_areas)
-        self._detector = FrameDetector(lambda found: tab.run(lambda: self._show_found(found)), make_detector)
+        self._boxes = LineOverlay(desk.view, desk.client, "vehicles", lambda: desk.overlay.label_areas)
+        self._length = LineOverlay(desk.view, desk.client, "length", lambda: desk.overlay.label_areas)
+        self._detector = FrameDetector(lambda found: desk.run(lambda: self._show_found(found)), make_detector)
         self._playback = Playback(
-            tab.pictures, self._show_played, lambda message: tab.run(lambda: self._ended(message))
+            desk.pictures, self._show_played, lambda message: desk.run(lambda: self._ended(message))
         )
 
         self.measure_switch = gui.add_checkbox(
@@ -115,7 +115,7 @@ class CheckPanel:
             "Vehicles", False, hint="What the detector finds here, with its distances"
         )
         self.vehicles = gui.add_html("")
-        several = tab.pictures.count > 1
+        several = desk.pictures.count > 1
         self._play_button = gui.add_button(
             PLAY,
             color="gray",
@@ -126,17 +126,17 @@ class CheckPanel:
         self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value=REAL_TIME, visible=several)
         play_command = gui.add_command("Play or stop the drive", hotkey="space")
 
-        on_choice(self.measure_switch, tab.run, self.measure)
-        on_choice(self.vehicle_switch, tab.run, self._switch_vehicles)
-        on_choice(self._speed, tab.run, self._change_speed)
-        on_button(self._play_button, tab.run, self.toggle_playing)
+        on_choice(self.measure_switch, desk.run, self.measure)
+        on_choice(self.vehicle_switch, desk.run, self._switch_vehicles)
+        on_choice(self._speed, desk.run, self._change_speed)
+        on_button(self._play_button, desk.run, self.toggle_playing)
 
         @play_command.on_trigger
         async def _(_: viser.CommandEvent) -> None:
-            tab.run(self.toggle_playing)
+            desk.run(self.toggle_playing)
 
     def show(self, state: SessionState) -> None:
-        """Bring the tools to a moment of the session, and to the tab's tool and picture."""
+        """Bring the tools to a moment of the session, and to the desk's tool and picture."""
         result = state.shown
         self.measure_switch.disabled = self.vehicle_switch.disabled = result is None
         self._show_measured(state)
@@ -155,38 +155,38 @@ class CheckPanel:
         """Take the measuring tool, or put it away."""
         self._clicked = []
         if measuring:
-            self._tab.use(Tool.MEASURE, self._click, MEASURE_WORDS)
-        elif self._tab.tool is Tool.MEASURE:
-            self._tab.use(Tool.POINTS)
+            self._desk.use(Tool.MEASURE, self._click, MEASURE_WORDS)
+        elif self._desk.tool is Tool.MEASURE:
+            self._desk.use(Tool.POINTS)
 
     def toggle_playing(self) -> None:
         """Play from the present picture on, or stop; from the last picture on it begins anew."""
         now_s = time.monotonic()
-        if now_s - self._toggled_s < KEY_ECHO_S or self._tab.pictures.count < 2:
+        if now_s - self._toggled_s < KEY_ECHO_S or self._desk.pictures.count < 2:
             return
         self._toggled_s = now_s
         if self._playback.playing:
             self._playback.stop()
             return
-        last = self._tab.frame_index >= self._tab.pictures.count - 1
-        self._play(0 if last else self._tab.frame_index)
+        last = self._desk.frame_index >= self._desk.pictures.count - 1
+        self._play(0 if last else self._desk.frame_index)
 
     # Measuring
 
     def _click(self, column_px: float, row_px: float) -> None:
         """A click with the measuring tool; the third one begins anew."""
         self._clicked = [*(self._clicked if len(self._clicked) < 2 else []), (column_px, row_px)]
-        self._measured_frame = self._tab.frame_index
-        self._show_measured(self._tab.state)
+        self._measured_frame = self._desk.frame_index
+        self._show_measured(self._desk.state)
 
     def _show_measured(self, state: SessionState) -> None:
-        measuring = self._tab.tool is Tool.MEASURE
+        measuring = self._desk.tool is Tool.MEASURE
         if self.measure_switch.value != measuring:
             self.measure_switch.value = measuring
-        if not measuring or self._measured_frame != self._tab.frame_index:
+        if not measuring or self._measured_frame != self._desk.frame_index:
             self._clicked = []
         if state.shown is None or not self._clicked:
-            self._tab.overlay.measure(None)
+            self._desk.overlay.measure(None)
             self._length.show(())
             set_html(self.measured, "")
             return
@@ -194,7 +194,7 @@ class CheckPanel:
         row_sigma_px = state.document.row_sigma_px
         points = [measure_point(calibration, *click, row_sigma_px) for click in self._clicked]
         words = [point_words(point, imperial) for point in points]
-        self._tab.overlay.measure(Measured(*self._clicked[-1], words[-1]))
+        self._desk.overlay.measure(Measured(*self._clicked[-1], words[-1]))
         length = _length(points)
         if length is not None:
             measured = measure_length(calibration, *length, row_sigma_px)
@@ -206,11 +206,11 @@ class CheckPanel:
 
     def _switch_vehicles(self, _: bool) -> None:
         self._forget_vehicles("")
-        self.show(self._tab.state)
+        self.show(self._desk.state)
 
     def _ask(self, calibration: Calibration) -> None:
         """Look at the present picture, unless that is under way or done."""
-        frame = self._tab.pictures.read(self._tab.frame_index)
+        frame = self._desk.pictures.read(self._desk.frame_index)
         if (frame.index, calibration) == self._asked:
             return
         self._forget_vehicles(LOOKING_WORDS if self._detector.ready else PREPARING_WORDS)
@@ -223,7 +223,7 @@ class CheckPanel:
             self._draw_vehicles(found)
 
     def _draw_vehicles(self, found: Found) -> None:
-        self._boxes.show(vehicle_lines(found.vehicles, self._tab.state.document.imperial))
+        self._boxes.show(vehicle_lines(found.vehicles, self._desk.state.document.imperial))
         count = len(found.vehicles)
         words = found.trouble or (
             f"{count} vehicle{'s' * (count != 1)} found." if count else "No vehicle found."
@@ -240,17 +240,17 @@ class CheckPanel:
 
     def _change_speed(self, _: str) -> None:
         if self._playback.playing:
-            self._play(self._tab.frame_index)
+            self._play(self._desk.frame_index)
 
     def _play(self, start_index: int) -> None:
         self._forget_vehicles("")
-        self._played_index = self._tab.frame_index
+        self._played_index = self._desk.frame_index
         self._play_button.label, self._play_button.icon = STOP, viser.Icon.PLAYER_STOP
         self._playback.play(start_index, SPEEDS[self._speed.value])
 
     def _show_played(self, frame: Frame) -> None:
         """Have a picture of the drive that plays shown; in the playback's thread, which waits for it."""
-        result, found = self._tab.state.shown, None
+        result, found = self._desk.state.shown, None
         if self.vehicle_switch.value and result is not None and self._detector.ready:
             found = self._detector.detect_now(frame, result.calibration)
         shown = threading.Event()
@@ -259,41 +259,41 @@ class CheckPanel:
             self._turn_to(frame, found)
             shown.set()
 
-        self._tab.run(show)
+        self._desk.run(show)
         while self._playback.playing and not shown.wait(STOP_CHECK_S):
             pass
 
     def _turn_to(self, frame: Frame, found: Found | None) -> None:
         """Show a played picture, unless playing was stopped or somebody went to another one."""
-        tab = self._tab
+        desk = self._desk
         if not self._playback.playing:
             return
-        if tab.frame_index != self._played_index:
+        if desk.frame_index != self._played_index:
             self._playback.stop()
             return
-        with tab.client.atomic():
-            tab.view.show(frame.image, quality=PLAYBACK_QUALITY)
-            if found is not None and tab.state.shown and found.calibration == tab.state.shown.calibration:
+        with desk.client.atomic():
+            desk.view.show(frame.image, quality=PLAYBACK_QUALITY)
+            if found is not None and desk.state.shown and found.calibration == desk.state.shown.calibration:
                 self._draw_vehicles(found)
             else:
                 self._boxes.show(())
-        tab.frame_index = self._played_index = frame.index
+        desk.frame_index = self._played_index = frame.index
         now_s = time.monotonic()
         if now_s - self._refreshed_s > SLIDER_S:
             self._refreshed_s = now_s
-            tab.refresh()
+            desk.refresh()
 
     def _ended(self, message: str) -> None:
         """Playing has ended: the present picture again, with every pixel as it is."""
-        tab = self._tab
+        desk = self._desk
         if self._closed or self._playback.playing:  # it has begun again
             return
         self._play_button.label, self._play_button.icon = PLAY, viser.Icon.PLAYER_PLAY
         if message:
-            tab.notify(message, trouble=True)
-        tab.view.show(tab.pictures.read(tab.frame_index).image)
+            desk.notify(message, trouble=True)
+        desk.view.show(desk.pictures.read(desk.frame_index).image)
         self._forget_vehicles("")
-        tab.refresh()
+        desk.refresh()
 
 
 def _length(

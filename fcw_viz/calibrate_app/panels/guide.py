@@ -1,16 +1,13 @@
 """The line over the picture that says what to do next, and who else is here."""
 
 from html import escape
-from typing import TYPE_CHECKING
 
 import viser
 
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.document.state import SessionState, Status
 from fcw_viz.page.style import STYLE, set_html, text_block
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 GOOD_ERROR = 0.1
 """An error of a tenth at the distance of the quality sentence may be called good."""
@@ -19,8 +16,8 @@ GOOD_ERROR = 0.1
 class Guide:
     """The line over the picture, which is always seen, and the notices above the steps."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab", docked_px: int) -> None:
-        self._tab = tab
+    def __init__(self, gui: viser.GuiApi, desk: Desk, docked_px: int) -> None:
+        self._desk = desk
         # The colours of a page are those of its root: the docked panel's width is told there, too.
         gui.add_html(f"{STYLE}<style>:root {{ --fcw-docked: {docked_px}px; }}</style>")
         self._banner = gui.add_html("")
@@ -28,12 +25,12 @@ class Guide:
 
     def show(self, state: SessionState) -> None:
         """Say what to do next at a moment of the session."""
-        words = self._tab.tool_words or _words(state)
-        kind = "" if self._tab.tool_words else _kind(state)
+        words = self._desk.tool_words or _words(state)
+        kind = "" if self._desk.tool_words else _kind(state)
         set_html(self._banner, f'<div class="fcw-banner {kind}">{escape(words)}</div>')
         notices = [state.notice] if state.notice else []
         if len(state.people) > 1:
-            own = self._tab.person.name
+            own = self._desk.person.name
             names = ", ".join(f"{name} (this one)" if name == own else name for name in state.people)
             notices.append(f"{len(state.people)} tabs are open: {names}. They work on the same points.")
         html = "".join(f"<p>{escape(notice)}</p>" for notice in notices)

@@ -4,11 +4,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import viser
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.prior_sigmas import (
+    FIELD_OF_VIEW_SIGMA_DEG,
+    HORIZON_ROW_SIGMA_PX,
+    PRINCIPAL_ROW_SIGMA_HEIGHTS,
+)
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edits import (
     Edit,
@@ -22,14 +27,9 @@ from fcw_viz.calibrate_app.document.edits import (
 from fcw_viz.calibrate_app.document.numbers_text import percent_text, row_distance_text
 from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.document.state import BeliefEffect, SessionState
-from fcw_viz.calibrate_app.handles import HORIZON_SIGMA_PX
 from fcw_viz.calibrate_app.tools import Tool
-from fcw_viz.commands.calibrate import FIELD_OF_VIEW_SIGMA_DEG, PRINCIPAL_ROW_SIGMA_HEIGHTS
 from fcw_viz.page.controls import on_choice, on_press
 from fcw_viz.page.style import set_html, text_block
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 UNMOVED = 0.0005
 """A smaller relative change would be shown as 0.0 %."""
@@ -72,12 +72,12 @@ class _BeliefKind:
 class KnowledgePanel:
     """Field of view, principal row, horizon and lane lines."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
-        self._tab = tab
-        height_px = tab.pictures.image_size.height
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        height_px = desk.pictures.image_size.height
         gui.add_html(text_block(FIRST_WORDS))
         self._beliefs = [
-            _BeliefControls(gui, tab, kind)
+            _BeliefControls(gui, desk, kind)
             for kind in (
                 _BeliefKind(
                     "field_of_view",
@@ -100,7 +100,7 @@ class KnowledgePanel:
                     "Horizon, row",
                     "Where a flat road would end",
                     1.0,
-                    HORIZON_SIGMA_PX,
+                    HORIZON_ROW_SIGMA_PX,
                     SetHorizon,
                 ),
             )
@@ -109,21 +109,21 @@ class KnowledgePanel:
         self._lines = gui.add_button_group("", (DRAW_LINES, CLEAR))
         self._lines_used = gui.add_checkbox("Use them", False, visible=False)
         self._lines_words = gui.add_html("")
-        self._sigma = tab.number_field(
+        self._sigma = desk.fields.add(
             gui,
             "Click error, px",
-            lambda sigma_px: sigma_px is not None and tab.apply(SetRowSigma(sigma_px)),
+            lambda sigma_px: sigma_px is not None and desk.apply(SetRowSigma(sigma_px)),
             hint="Standard deviation of a click in rows: about 1 at fit, 0.3 where you zoomed in",
         )
         self._line_start: tuple[float, float] | None = None
 
         on_press(
             self._horizon,
-            tab.run,
-            {DRAG_HORIZON: lambda: tab.use(Tool.HORIZON, self._horizon_clicked, HORIZON_WORDS)},
+            desk.run,
+            {DRAG_HORIZON: lambda: desk.use(Tool.HORIZON, self._horizon_clicked, HORIZON_WORDS)},
         )
-        on_choice(self._lines_used, tab.run, lambda enabled: tab.apply(EnableLaneLines(enabled)))
-        on_press(self._lines, tab.run, {DRAW_LINES: self._draw_lines, CLEAR: self._clear_lines})
+        on_choice(self._lines_used, desk.run, lambda enabled: desk.apply(EnableLaneLines(enabled)))
+        on_press(self._lines, desk.run, {DRAW_LINES: self._draw_lines, CLEAR: self._clear_lines})
 
     def show(self, state: SessionState) -> None:
         """Bring the switches to a moment of the session."""
@@ -139,13 +139,13 @@ class KnowledgePanel:
         set_html(self._lines_words, text_block(f'<p class="dim">{words}{effect}</p>') if words else "")
 
     def _horizon_clicked(self, _: float, row_px: float) -> None:
-        believed = self._tab.state.document.horizon
-        sigma_px = HORIZON_SIGMA_PX if believed is None else believed.prior.sigma
-        self._tab.apply(SetHorizon(Belief(Gaussian(row_px, sigma_px))))
+        believed = self._desk.state.document.horizon
+        sigma_px = HORIZON_ROW_SIGMA_PX if believed is None else believed.prior.sigma
+        self._desk.apply(SetHorizon(Belief(Gaussian(row_px, sigma_px))))
 
     def _draw_lines(self) -> None:
         self._line_start = None
-        self._tab.use(Tool.LANE_LINES, partial(self._line_clicked, 0), LINE_WORDS[0])
+        self._desk.use(Tool.LANE_LINES, partial(self._line_clicked, 0), LINE_WORDS[0])
 
     def _line_clicked(self, step: int, column_px: float, row_px: float) -> None:
         """The clicks of the tool in turn: start and end of the left line, start and end of the right one."""
@@ -154,31 +154,31 @@ class KnowledgePanel:
             self._line_start = (column_px, row_px)
         elif self._line_start is not None:
             line = Line(self._line_start, (column_px, row_px))
-            if not self._tab.apply(SetLaneLine(index, line)):
+            if not self._desk.apply(SetLaneLine(index, line)):
                 return
         if step + 1 < len(LINE_WORDS):
-            self._tab.use(Tool.LANE_LINES, partial(self._line_clicked, step + 1), LINE_WORDS[step + 1])
+            self._desk.use(Tool.LANE_LINES, partial(self._line_clicked, step + 1), LINE_WORDS[step + 1])
         else:
-            self._tab.use(Tool.POINTS)
+            self._desk.use(Tool.POINTS)
 
     def _clear_lines(self) -> None:
-        self._tab.apply(SetLaneLine(0, None), SetLaneLine(1, None))
+        self._desk.apply(SetLaneLine(0, None), SetLaneLine(1, None))
 
 
 class _BeliefControls:
     """A belief's fields: the value, and once there is one its sigma, its switch and its effect."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab", kind: _BeliefKind) -> None:
-        self._tab = tab
+    def __init__(self, gui: viser.GuiApi, desk: Desk, kind: _BeliefKind) -> None:
+        self._desk = desk
         self._kind = kind
-        self._value = tab.number_field(gui, kind.label, self._typed, hint=kind.hint)
-        self._sigma = tab.number_field(
+        self._value = desk.fields.add(gui, kind.label, self._typed, hint=kind.hint)
+        self._sigma = desk.fields.add(
             gui, "± (1 sigma)", self._sigma_typed, hint="How uncertain it is: its standard deviation"
         )
         self._used = gui.add_checkbox("Use it", True, visible=False)
         self._words = gui.add_html("")
 
-        on_choice(self._used, tab.run, self._switch)
+        on_choice(self._used, desk.run, self._switch)
 
     def show(self, state: SessionState) -> None:
         """Bring them to a moment of the session."""
@@ -191,20 +191,20 @@ class _BeliefControls:
         set_html(self._words, text_block(f'<p class="dim">{words}</p>') if words else "")
 
     def _typed(self, value: float | None) -> None:
-        belief = self._kind.stated(self._tab.state.document)
+        belief = self._kind.stated(self._desk.state.document)
         sigma = self._kind.sigma if belief is None else belief.prior.sigma
-        self._tab.apply(self._kind.edit(None if value is None else Belief(Gaussian(value, sigma))))
+        self._desk.apply(self._kind.edit(None if value is None else Belief(Gaussian(value, sigma))))
 
     def _sigma_typed(self, sigma: float | None) -> None:
-        belief = self._kind.stated(self._tab.state.document)
+        belief = self._kind.stated(self._desk.state.document)
         if belief is not None:
             prior = replace(belief.prior, sigma=self._kind.sigma if sigma is None else sigma)
-            self._tab.apply(self._kind.edit(replace(belief, prior=prior)))
+            self._desk.apply(self._kind.edit(replace(belief, prior=prior)))
 
     def _switch(self, enabled: bool) -> None:
-        belief = self._kind.stated(self._tab.state.document)
+        belief = self._kind.stated(self._desk.state.document)
         if belief is not None:
-            self._tab.apply(self._kind.edit(replace(belief, enabled=enabled)))
+            self._desk.apply(self._kind.edit(replace(belief, enabled=enabled)))
 
 
 def effect_words(effect: BeliefEffect | None, document: Document) -> str:

@@ -1,9 +1,10 @@
 """The panels of a tab and where they stand: the steps of the job at the right, the rest floating."""
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import viser
 
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.panels.check import CheckPanel
 from fcw_viz.calibrate_app.panels.figures import AbovePanel, IntervalPanel
@@ -15,9 +16,6 @@ from fcw_viz.calibrate_app.panels.points import PointsPanel
 from fcw_viz.calibrate_app.panels.result import ResultPanel
 from fcw_viz.calibrate_app.panels.save import SavePanel
 from fcw_viz.calibrate_app.panels.setup import SetupPanel
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 STEPS_WIDTH_PX = 340
 SIDE_LEFT_PX, SIDE_TOP_PX, SIDE_WIDTH_PX = 12, 72, 356
@@ -36,25 +34,25 @@ class Panel(Protocol):
 
 
 class Panels:
-    """All panels of a tab.
+    """All panels of a desk.
 
     Attributes:
         points: the one that the cursor is put into.
     """
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab", dark: bool) -> None:
+    def __init__(self, gui: viser.GuiApi, desk: Desk, dark: bool) -> None:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(STEPS_WIDTH_PX)
-        guide = Guide(gui, tab, STEPS_WIDTH_PX)
-        picture = PicturePanel(gui, tab)
-        self.points = PointsPanel(gui, tab)
+        guide = Guide(gui, desk, STEPS_WIDTH_PX)
+        picture = PicturePanel(gui, desk)
+        self.points = PointsPanel(gui, desk)
         steps: list[Panel] = [
             guide,
             picture,
             self.points,
-            SetupPanel(gui, tab),
-            ResultPanel(gui, tab),
-            SavePanel(gui, tab),
+            SetupPanel(gui, desk),
+            ResultPanel(gui, desk),
+            SavePanel(gui, desk),
         ]
         side = gui.add_panel()
         with side.add_tab("Error"):
@@ -62,13 +60,13 @@ class Panels:
         with side.add_tab("From above"):
             above = AbovePanel(gui)
         with side.add_tab("Know more"):
-            knowledge = KnowledgePanel(gui, tab)
+            knowledge = KnowledgePanel(gui, desk)
         with side.add_tab("Check"):
-            self._check = CheckPanel(gui, tab)
+            self._check = CheckPanel(gui, desk)
         with side.add_tab("Keys"):
-            PagePanel(gui, tab, dark)
+            PagePanel(gui, desk.run, dark)
         side.float(x=SIDE_LEFT_PX, y=SIDE_TOP_PX, width=SIDE_WIDTH_PX)
-        if tab.client.camera.image_height < LOW_WINDOW_PX:
+        if desk.client.camera.image_height < LOW_WINDOW_PX:
             side.minimize()
         self._all: list[Panel] = [*steps, interval, above, knowledge, self._check]
 

@@ -2,11 +2,11 @@
 
 import math
 from html import escape
-from typing import TYPE_CHECKING
 
 import viser
 
 from fcw.units import FEET_PER_METRE
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import SetDistance
 from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
@@ -20,9 +20,6 @@ from fcw_viz.page.controls import on_press
 from fcw_viz.page.script import focus
 from fcw_viz.page.style import set_html, step_heading, text_block
 
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
-
 MINIMUM_POINTS = 3
 SWITCH, DELETE, GO_TO = "On / off", "Delete", "Its picture"
 UNDO, REDO = "Undo", "Redo"
@@ -32,23 +29,23 @@ EXACT_WORDS = "Three points always fit; a fourth one shows errors."
 class PointsPanel:
     """The points, a field for each distance, and what can be done with the selected one."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._gui = gui
-        self._tab = tab
+        self._desk = desk
         self._heading = gui.add_html("")
-        self._preset = PresetPanel(gui, tab)
+        self._preset = PresetPanel(gui, desk)
         self._table = gui.add_html("")
         self._folder = gui.add_folder(None)
         self._fields: dict[int, NumberField] = {}
         actions = {
-            UNDO: tab.undo,
-            REDO: tab.redo,
-            SWITCH: tab.switch_selected,
-            DELETE: tab.delete_selected,
-            GO_TO: tab.go_to_selected,
+            UNDO: desk.undo,
+            REDO: desk.redo,
+            SWITCH: desk.switch_selected,
+            DELETE: desk.delete_selected,
+            GO_TO: desk.go_to_selected,
         }
         self._actions = gui.add_button_group("", tuple(actions), visible=False)
-        on_press(self._actions, tab.run, actions)
+        on_press(self._actions, desk.run, actions)
 
     def show(self, state: SessionState) -> None:
         """Bring table and fields to a moment of the session."""
@@ -64,13 +61,13 @@ class PointsPanel:
     def focus_on(self, mark_id: int) -> None:
         """Put the cursor in the field of a mark, so that its distance can be typed at once."""
         if mark_id in self._fields:
-            focus(self._tab.client, self._fields[mark_id].handle)
+            focus(self._desk.client, self._fields[mark_id].handle)
 
     def _show_fields(self, state: SessionState) -> None:
         imperial = state.document.imperial
         ids = {mark.id for mark in state.document.marks}
         for gone in set(self._fields) - ids:
-            self._tab.forget_field(self._fields.pop(gone))
+            self._desk.fields.remove(self._fields.pop(gone))
         for mark in state.document.marks:
             if mark.id not in self._fields:
                 with self._folder:
@@ -82,9 +79,9 @@ class PointsPanel:
 
     def _new_field(self, mark: Mark) -> NumberField:
         def commit(distance_m: float | None) -> None:
-            self._tab.apply(SetDistance(mark.id, distance_m))
+            self._desk.apply(SetDistance(mark.id, distance_m))
 
-        return self._tab.number_field(
+        return self._desk.fields.add(
             self._gui, mark.name, commit, hint=f"Distance of {mark.name} along the road; empty: not said yet"
         )
 
@@ -100,7 +97,7 @@ class PointsPanel:
         ]
         for number, mark in enumerate(state.document.marks, 1):
             classes = {
-                "selected": mark.id == self._tab.selected,
+                "selected": mark.id == self._desk.selected,
                 "off": not mark.enabled,
                 "trouble": mark.id in troubled,
             }

@@ -1,19 +1,15 @@
 """What somebody has to measure with: a choice that gives the points to come their distances."""
 
-from typing import TYPE_CHECKING
-
 import viser
 
 from fcw.units import FEET_PER_METRE
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.edits import PlanDistances
 from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.document.presets import PRESETS, SPACED_PRESETS, Preset, SpacedPreset
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.page.controls import on_choice
 from fcw_viz.page.style import set_html, text_block
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 OWN_DISTANCES = "Marks at distances I know"
 OWN_WORDS = (
@@ -25,17 +21,17 @@ OWN_WORDS = (
 class PresetPanel:
     """The list, what to do with the choice, and for evenly spaced marks the distance of the first one."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
-        self._tab = tab
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
         self._chosen: Preset | SpacedPreset | None = None
         self._first_m: float | None = None
         self._presets = {preset.name: preset for preset in (*PRESETS, *SPACED_PRESETS)}
         list_ = gui.add_dropdown("You have", (OWN_DISTANCES, *self._presets))
         self._words = gui.add_html("")
-        self._first = tab.number_field(
+        self._first = desk.fields.add(
             gui, "First mark at", self._plan_from, hint="Distance of the near end of the first one, measured"
         )
-        on_choice(list_, tab.run, self._choose)
+        on_choice(list_, desk.run, self._choose)
 
     def show(self, state: SessionState) -> None:
         """Say what to do with the choice."""
@@ -56,12 +52,12 @@ class PresetPanel:
         self._chosen = self._presets.get(name)
         self._first_m = None
         planned_m = self._chosen.distances_m if isinstance(self._chosen, Preset) else ()
-        if planned_m != self._tab.state.document.planned_m:
-            self._tab.apply(PlanDistances(planned_m))
-        self._tab.refresh()
+        if planned_m != self._desk.state.document.planned_m:
+            self._desk.apply(PlanDistances(planned_m))
+        self._desk.refresh()
 
     def _plan_from(self, first_m: float | None) -> None:
         if isinstance(self._chosen, SpacedPreset):
             planned_m = () if first_m is None else self._chosen.starting_at(first_m).distances_m
             self._first_m = first_m
-            self._tab.apply(PlanDistances(planned_m))
+            self._desk.apply(PlanDistances(planned_m))

@@ -2,16 +2,13 @@
 
 import math
 from html import escape
-from typing import TYPE_CHECKING
 
 import viser
 
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.state import Result, SessionState, Status
 from fcw_viz.calibrate_app.panels.trouble import TroublePanel
 from fcw_viz.page.style import card, set_html, step_heading, text_block
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 FIRST_WORDS = '<p class="dim">Comes as soon as three points have their distances.</p>'
 STALE_WORDS = "Not current: the last result that could be calculated."
@@ -22,10 +19,10 @@ TRADE_OFF_WORDS = "These trade off against each other: judge by the distances."
 class ResultPanel:
     """The quality in a sentence, the troubles with their mends, and the parameters with their uncertainty."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._heading = gui.add_html("")
         self._quality = gui.add_html("")
-        self._troubles = TroublePanel(gui, tab)
+        self._troubles = TroublePanel(gui, desk)
         self._numbers = gui.add_html("")
 
     def show(self, state: SessionState) -> None:

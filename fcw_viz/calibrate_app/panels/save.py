@@ -5,7 +5,6 @@ from functools import partial
 from html import escape
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING
 
 import viser
 
@@ -13,13 +12,11 @@ from fcw.camera.export import ExportFormat, export_text
 from fcw.camera.file import calibration_text, default_path
 from fcw.errors import UserError
 from fcw.versions import versions
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.state import SessionState, Status
 from fcw_viz.calibrate_app.report import report_html
 from fcw_viz.page.controls import on_button, on_press
 from fcw_viz.page.style import card, set_html, step_heading, text_block
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 SAVE_COLOR = (47, 158, 68)
 FILE, REPORT, ROS, KALIBR = "↓ YAML", "↓ Report", "↓ camera_info", "↓ Kalibr"
@@ -30,21 +27,21 @@ ANEW = "Start anew"
 class SavePanel:
     """The button that saves, with the reason where it cannot; downloads."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
-        self._tab = tab
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
         self._heading = gui.add_html("")
         self._button = gui.add_button("Save", color=SAVE_COLOR, icon=viser.Icon.DEVICE_FLOPPY, disabled=True)
         self._words = gui.add_html("")
         self._downloads = gui.add_button_group("", (FILE, REPORT, ROS, KALIBR), visible=False)
         self._anew = gui.add_button_group("", (ANEW,))
 
-        on_button(self._button, tab.run, tab.save)
+        on_button(self._button, desk.run, desk.save)
         on_press(
             self._downloads,
-            tab.run,
+            desk.run,
             {kind: partial(self._download, kind) for kind in (FILE, REPORT, ROS, KALIBR)},
         )
-        on_press(self._anew, tab.run, {ANEW: tab.start_anew})
+        on_press(self._anew, desk.run, {ANEW: desk.start_anew})
 
     def show(self, state: SessionState) -> None:
         """Bring the step to a moment of the session."""
@@ -58,7 +55,7 @@ class SavePanel:
         set_html(self._words, text_block(self._words_html(state)))
 
     def _words_html(self, state: SessionState) -> str:
-        command = f"fcw run {quote(str(self._tab.source))}{_flag(self._tab.source, state.save_path)}"
+        command = f"fcw run {quote(str(self._desk.source))}{_flag(self._desk.source, state.save_path)}"
         if state.saved:
             return f"<p>Next, type <code>{escape(command)}</code></p>"
         if state.solution.status is Status.DEGENERATE:
@@ -69,26 +66,26 @@ class SavePanel:
         return f'<p class="dim">Your points are kept all the while, saved or not. {warning}</p>'
 
     def _download(self, kind: str) -> None:
-        tab = self._tab
-        result = tab.state.solution.result
-        if result is None or not tab.state.solution.can_save:
-            raise UserError(f"nothing to download yet: {tab.state.solution.hint}")
-        stem = tab.source.stem if tab.source.is_file() else tab.source.resolve().name
+        desk = self._desk
+        result = desk.state.solution.result
+        if result is None or not desk.state.solution.can_save:
+            raise UserError(f"nothing to download yet: {desk.state.solution.hint}")
+        stem = desk.source.stem if desk.source.is_file() else desk.source.resolve().name
         if kind == FILE:
-            name, text = tab.state.save_path.name, calibration_text(result.calibration)
+            name, text = desk.state.save_path.name, calibration_text(result.calibration)
         elif kind == REPORT:
             name, text = f"{stem}.calibration.html", self._report()
         else:
             export_format = EXPORT_FORMATS[kind]
             name, text = f"{stem}.{export_format}.yaml", export_text(result.calibration, export_format)
-        tab.client.send_file_download(name, text.encode(), save_immediately=True)
+        desk.client.send_file_download(name, text.encode(), save_immediately=True)
 
     def _report(self) -> str:
-        """The report, with the picture of this tab."""
-        tab = self._tab
-        image = tab.pictures.read(tab.frame_index).image
+        """The report, with the picture of this desk."""
+        desk = self._desk
+        image = desk.pictures.read(desk.frame_index).image
         today = datetime.now().astimezone().date()
-        return report_html(tab.state, image, tab.frame_index, str(tab.source), today, versions())
+        return report_html(desk.state, image, desk.frame_index, str(desk.source), today, versions())
 
 
 def _flag(source: Path, save_path: Path) -> str:

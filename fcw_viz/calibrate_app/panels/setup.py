@@ -1,17 +1,13 @@
 """Step 3 of the job: the height of the camera, and where distances start."""
 
-from typing import TYPE_CHECKING
-
 import viser
 
 from fcw.units import FEET_PER_METRE
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.edits import SetHeight, SetReference, SetUnits
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.page.controls import on_choice
 from fcw_viz.page.style import set_html, step_heading, text_block
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 CAMERA, BUMPER = "the camera", "the front bumper"
 METRES, FEET = "metres", "feet"
@@ -24,22 +20,22 @@ BUMPER_WORDS = '<p class="dim">How far the front bumper is ahead of the lens.</p
 class SetupPanel:
     """Height, reference and units."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._heading = gui.add_html("")
-        self._height = tab.number_field(gui, "Camera height", lambda height_m: tab.apply(SetHeight(height_m)))
+        self._height = desk.fields.add(gui, "Camera height", lambda height_m: desk.apply(SetHeight(height_m)))
         gui.add_html(text_block(HEIGHT_WORDS))
         self._reference = gui.add_dropdown(
             "Measured from", (CAMERA, BUMPER), hint="Where the distances that you typed start"
         )
         self._bumper_words = gui.add_html(text_block(BUMPER_WORDS), visible=False)
-        self._offset = tab.number_field(
-            gui, "Bumper ahead", lambda offset_m: tab.apply(SetReference(True, offset_m))
+        self._offset = desk.fields.add(
+            gui, "Bumper ahead", lambda offset_m: desk.apply(SetReference(True, offset_m))
         )
         self._units = gui.add_dropdown("Units", (METRES, FEET))
-        self._tab = tab
+        self._desk = desk
 
-        on_choice(self._reference, tab.run, self._measured_from)
-        on_choice(self._units, tab.run, lambda units: tab.apply(SetUnits(units == FEET)))
+        on_choice(self._reference, desk.run, self._measured_from)
+        on_choice(self._units, desk.run, lambda units: desk.apply(SetUnits(units == FEET)))
 
     def show(self, state: SessionState) -> None:
         """Bring the fields to a moment of the session."""
@@ -59,5 +55,5 @@ class SetupPanel:
         self._units.value = FEET if document.imperial else METRES
 
     def _measured_from(self, reference: str) -> None:
-        offset_m = self._tab.state.document.bumper_offset_m
-        self._tab.apply(SetReference(reference == BUMPER, offset_m))
+        offset_m = self._desk.state.document.bumper_offset_m
+        self._desk.apply(SetReference(reference == BUMPER, offset_m))

@@ -1,17 +1,14 @@
 """What is wrong, in words, each with the button that mends it."""
 
 from html import escape
-from typing import TYPE_CHECKING
 
 import viser
 
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.state import Mend, SessionState, Trouble
 from fcw_viz.page.controls import on_button
 from fcw_viz.page.style import card, text_block
-
-if TYPE_CHECKING:
-    from fcw_viz.calibrate_app.tab import Tab
 
 MEND_COLOR = (47, 158, 68)
 
@@ -19,9 +16,9 @@ MEND_COLOR = (47, 158, 68)
 class TroublePanel:
     """One card for each trouble; nothing where all is well."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._gui = gui
-        self._tab = tab
+        self._desk = desk
         self._folder = gui.add_folder(None)
         self._shown: tuple[Trouble, ...] = ()
         self._parts: list[viser.GuiHtmlHandle | viser.GuiButtonHandle] = []
@@ -49,5 +46,5 @@ class TroublePanel:
     def _mend_button(self, mend: Mend) -> viser.GuiButtonHandle:
         button = self._gui.add_button(mend.label, color=MEND_COLOR)
 
-        on_button(button, self._tab.run, lambda: self._tab.apply(*mend.edits))
+        on_button(button, self._desk.run, lambda: self._desk.apply(*mend.edits))
         return button

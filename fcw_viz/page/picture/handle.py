@@ -2,15 +2,12 @@
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, Protocol
 
 import numpy as np
 import viser
 
-from fcw_viz.page.picture.plane import layer_offset
-
-if TYPE_CHECKING:
-    from fcw_viz.page.picture.view import PictureView
+from fcw_viz.page.picture.plane import PicturePlane, layer_offset
 
 Phase = Literal["start", "update", "end"]
 OnDrag = Callable[[Phase, float, float], None]
@@ -44,12 +41,43 @@ def _shape(hollow: bool) -> np.ndarray:
 _SHAPES = {hollow: _shape(hollow) for hollow in (False, True)}
 
 
+class HandleSurface(Protocol):
+    """What a handle needs of the view that it stands on.
+
+    Attributes:
+        plane: where pixels are in the scene.
+    """
+
+    plane: PicturePlane
+
+    @property
+    def pixels_per_screen_pixel(self) -> float:
+        """Image pixels that a CSS pixel covers now."""
+        ...
+
+    def run_in_order(self, work: Callable[..., None], *arguments: object) -> None:
+        """Run work in the view's thread."""
+        ...
+
+    def handle_moved(self, handle: "Handle") -> None:
+        """Hear that a handle is elsewhere."""
+        ...
+
+    def magnify_handle(self, handle: "Handle | None") -> None:
+        """Hold the magnifier beside a handle; None puts it away."""
+        ...
+
+    def forget_handle(self, handle: "Handle") -> None:
+        """Hear that a handle is gone."""
+        ...
+
+
 class Handle:
     """A mark that can be dragged; made by `PictureView.add_handle`."""
 
     def __init__(
         self,
-        view: "PictureView",
+        view: HandleSurface,
         scene: viser.SceneApi,
         name: str,
         colour: tuple[int, int, int],
@@ -110,7 +138,7 @@ class Handle:
     def move(self, column_px: float, row_px: float) -> None:
         """Puts it elsewhere."""
         self._column_px, self._row_px = column_px, row_px
-        self._target.position = self._view.world(column_px, row_px, layer=-1)
+        self._target.position = self._view.plane.world(column_px, row_px, layer=-1)
         self._view.handle_moved(self)
 
     def set_colour(self, colour: tuple[int, int, int]) -> None:

@@ -1,7 +1,6 @@
 """A round magnifier that stands beside a pixel of the picture and shows it with a cross-hair."""
 
 import math
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -9,10 +8,8 @@ import viser
 from numpy.typing import NDArray
 
 from fcw_viz.page.picture.handle import HANDLE_LAYER
-from fcw_viz.page.picture.plane import FACING_WXYZ
-
-if TYPE_CHECKING:
-    from fcw_viz.page.picture.view import PictureView
+from fcw_viz.page.picture.label_layout import Window
+from fcw_viz.page.picture.plane import FACING_WXYZ, PicturePlane
 
 MAGNIFICATION = 8
 """CSS pixels that an image pixel covers in it."""
@@ -61,9 +58,9 @@ def magnified(image_bgr: NDArray[np.uint8], column_px: float, row_px: float) -> 
 class Magnifier:
     """The glass of one view."""
 
-    def __init__(self, view: "PictureView", scene: viser.SceneApi) -> None:
-        self._view = view
+    def __init__(self, scene: viser.SceneApi) -> None:
         self._middle_px = (0.0, 0.0)
+        self._radius_px = 0.0
         self._node = scene.add_image(
             "/magnifier",
             np.zeros((1, 1, 4), np.uint8),
@@ -76,22 +73,38 @@ class Magnifier:
             visible=False,
         )
 
-    def show(self, image_bgr: NDArray[np.uint8], column_px: float, row_px: float) -> None:
-        """Puts it beside a pixel, where there is room; not over a picture that is itself as large."""
-        pixels_per_screen_pixel = self._view.pixels_per_screen_pixel
-        if pixels_per_screen_pixel * MAGNIFICATION * _ENOUGH < 1:
+    def show(
+        self,
+        image_bgr: NDArray[np.uint8],
+        plane: PicturePlane,
+        window: Window,
+        column_px: float,
+        row_px: float,
+    ) -> None:
+        """Puts it beside a pixel, where there is room; not over a picture that is itself as large.
+
+        Args:
+            image_bgr: the picture, (height, width, 3).
+            plane: of the picture.
+            window: the part of it that is seen.
+            column_px: of the pixel.
+            row_px: of the pixel.
+        """
+        scale = window.pixels_per_screen_pixel
+        if scale * MAGNIFICATION * _ENOUGH < 1:
             self.hide()
             return
-        left, top, right, bottom = self._view.window_px
-        room_px = (_DIAMETER / 2 + _MARGIN) * pixels_per_screen_pixel
-        beside_px = _BESIDE * pixels_per_screen_pixel
-        to_the_right = column_px + beside_px + room_px <= right or column_px - beside_px - room_px < left
+        self._radius_px = _DIAMETER / 2 * scale
+        room_px, beside_px = self._radius_px + _MARGIN * scale, _BESIDE * scale
+        to_the_right = (
+            column_px + beside_px + room_px <= window.right_px
+            or column_px - beside_px - room_px < window.left_px
+        )
         middle_column_px = column_px + beside_px if to_the_right else column_px - beside_px
-        middle_row_px = min(max(row_px, top + room_px), bottom - room_px)
+        middle_row_px = min(max(row_px, window.top_px + room_px), window.bottom_px - room_px)
         self._middle_px = (middle_column_px, middle_row_px)
-        size = _DIAMETER * pixels_per_screen_pixel * self._view.plane.scale
-        self._node.position = self._view.world(middle_column_px, middle_row_px, _LAYER)
-        self._node.render_width = self._node.render_height = size
+        self._node.position = plane.world(middle_column_px, middle_row_px, _LAYER)
+        self._node.render_width = self._node.render_height = 2 * self._radius_px * plane.scale
         self._node.image = magnified(image_bgr, column_px, row_px)
         self._node.visible = True
 
@@ -101,5 +114,4 @@ class Magnifier:
 
     def covers(self, column_px: float, row_px: float) -> bool:
         """Whether a pixel of the picture cannot be seen for it."""
-        reach_px = _DIAMETER / 2 * self._view.pixels_per_screen_pixel
-        return self._node.visible and math.dist((column_px, row_px), self._middle_px) <= reach_px
+        return self._node.visible and math.dist((column_px, row_px), self._middle_px) <= self._radius_px

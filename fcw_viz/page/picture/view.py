@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fcw.frame import ImageSize
 from fcw_viz.page.picture.away import Orbit, small_jpeg
 from fcw_viz.page.picture.handle import Handle, OnClick, OnDrag
+from fcw_viz.page.picture.label_layout import Window
 from fcw_viz.page.picture.magnifier import Magnifier
 from fcw_viz.page.picture.plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
 from fcw_viz.page.script import run_script
@@ -72,7 +73,7 @@ class PictureView:
             receive_shadow=False,
             wxyz=FACING_WXYZ,
         )
-        self._magnifier = Magnifier(self, client.scene)
+        self._magnifier = Magnifier(client.scene)
         client.camera.fov = FIELD_OF_VIEW_RAD
         self.fit()
         run_script(client, f"{self._bounds_script()}\n{_BROWSER_SIDE}")
@@ -303,7 +304,8 @@ class PictureView:
         if self._magnified is None or self._image_bgr is None:
             self._magnifier.hide()
         else:
-            self._magnifier.show(self._image_bgr, *self._magnified.position_px)
+            window = Window(*self.window_px, self.pixels_per_screen_pixel)
+            self._magnifier.show(self._image_bgr, self.plane, window, *self._magnified.position_px)
 
     async def _camera_moved(self, camera: viser.CameraHandle) -> None:
         seen = (*camera.position, camera.image_width, camera.image_height)

@@ -130,5 +130,5 @@ def test_a_tab_closed_while_it_plays_ends_its_playback_without_a_word(
     tab.page.close()
     wait_for(lambda: drive_page.session.state.people == ())
     wait_for(lambda: all(thread.name != "playback" for thread in threading.enumerate()))
-    served.view.pan(1.0, 0.0)  # as a picture that was on its way
+    served.desk.view.pan(1.0, 0.0)  # as a picture that was on its way
     assert [str(warning.message) for warning in recwarn] == []

@@ -1,12 +1,10 @@
 """`fcw calibrate SOURCE` without points: the page in the browser."""
 
-import math
 import webbrowser
 from pathlib import Path
 
 from rich.console import Console
 
-from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -23,13 +21,8 @@ from fcw_viz.calibrate_app.document.edits import (
 )
 from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person
-from fcw_viz.commands.calibrate import (
-    FIELD_OF_VIEW_SIGMA_DEG,
-    HORIZON_ROW_SIGMA_PX,
-    PRINCIPAL_ROW_SIGMA_HEIGHTS,
-    CalibrateCommand,
-    parse_gaussian,
-)
+from fcw_viz.commands.calibrate.options import CalibrateCommand
+from fcw_viz.commands.calibrate.priors import stated_priors
 
 COMMAND_LINE = Person("command line")
 """Who said it, in the journal."""
@@ -78,11 +71,7 @@ def _say(page: CalibrationPage, command: CalibrateCommand) -> None:
 
 
 def _edits(command: CalibrateCommand, size: ImageSize) -> list[Edit]:
-    degrees = parse_gaussian("--field-of-view", command.field_of_view, FIELD_OF_VIEW_SIGMA_DEG)
-    field_of_view = degrees and Gaussian(math.radians(degrees.value), math.radians(degrees.sigma))
-    principal_row_sigma_px = PRINCIPAL_ROW_SIGMA_HEIGHTS * size.height
-    principal_row = parse_gaussian("--principal-row", command.principal_row, principal_row_sigma_px)
-    horizon = parse_gaussian("--horizon-row", command.horizon_row, HORIZON_ROW_SIGMA_PX)
+    priors = stated_priors(command, size)
     edits: list[Edit] = []
     if command.height is not None:
         edits.append(SetHeight(command.height))
@@ -90,12 +79,12 @@ def _edits(command: CalibrateCommand, size: ImageSize) -> list[Edit]:
         edits.append(SetReference(True, command.reference_offset))
     if command.row_sigma != Document(size).row_sigma_px:
         edits.append(SetRowSigma(command.row_sigma))
-    if field_of_view is not None:
-        edits.append(SetFieldOfView(Belief(field_of_view)))
-    if principal_row is not None:
-        edits.append(SetPrincipalRow(Belief(principal_row)))
-    if horizon is not None:
-        edits.append(SetHorizon(Belief(horizon)))
+    if priors.field_of_view_rad is not None:
+        edits.append(SetFieldOfView(Belief(priors.field_of_view_rad)))
+    if priors.principal_row_px is not None:
+        edits.append(SetPrincipalRow(Belief(priors.principal_row_px)))
+    if priors.horizon_row_px is not None:
+        edits.append(SetHorizon(Belief(priors.horizon_row_px)))
     if command.units == "imperial":
         edits.append(SetUnits(True))
     return edits

@@ -1,0 +1,267 @@
+"""What one person has in front of them on a session, and all that they do there.
+
+It happens in one thread, the picture's: what is clicked, typed and shown, in the order it came.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import viser
+
+from fcw.errors import UserError
+from fcw_viz.calibrate_app.document.document import Mark
+from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
+from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.drawing.picture_overlay import PictureOverlay
+from fcw_viz.calibrate_app.fields import NumberFields
+from fcw_viz.calibrate_app.session import CalibrationSession, Person
+from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.picture.view import PictureView
+from fcw_viz.page.pictures import Pictures
+
+NOTIFICATION_S = 6.0
+
+
+def mark_handle(mark_id: int) -> str:
+    """The name of a mark's handle in the view."""
+    return f"mark_{mark_id}"
+
+
+class Display(Protocol):
+    """What shows a desk."""
+
+    def show(self) -> None:
+        """Show what is on the desk now."""
+        ...
+
+    def ask_distance(self, mark_id: int) -> None:
+        """Put the cursor where the distance of a mark is typed."""
+        ...
+
+
+class Desk:
+    """One tab's: the panels, the keys and the handles work on it, and a display shows it.
+
+    Attributes:
+        client: the browser's side.
+        source: the path that the pictures come from.
+        session: what all tabs share.
+        pictures: of the source.
+        view: the picture of this tab.
+        overlay: what is drawn over it.
+        fields: in which numbers are typed.
+        person: who sits here, from `sit_down` on.
+        state: the moment that is shown.
+        selected: id of the selected mark.
+        tool: what a click does.
+        tool_words: what to do with it; empty for the points.
+        frame_index: number of the picture shown.
+    """
+
+    person: Person
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        session: CalibrationSession,
+        pictures: Pictures,
+        source: Path,
+        display: Display,
+    ) -> None:
+        self.client = client
+        self.source = source
+        self.session = session
+        self.pictures = pictures
+        self.selected: int | None = None
+        self.tool = Tool.POINTS
+        self.tool_words = ""
+        self.frame_index = 0
+        self.state: SessionState = session.state
+        self.view = PictureView(client, pictures.image_size)
+        self.overlay = PictureOverlay(self.view, client)
+        self.fields = NumberFields(self.run, self._refuse)
+        self._display = display
+        self._newest = self.state
+        self._refresh_waits = True  # what is heard while joining is shown once it is known who this is
+        self._wanted_frame: int | None = None
+        self._tool_click: Callable[[float, float], None] = self._add_mark
+
+    def sit_down(self) -> None:
+        """Join the session, and show it: the display is ready."""
+        self.view.on_click(self._clicked)
+        self.person = self.session.join(self._hear)
+        self.run(self.refresh)
+        frames = [mark.frame for mark in self.state.document.marks if mark.frame is not None]
+        self.go_to(frames[0] if frames else 0)
+
+    def close(self) -> None:
+        """The tab is gone: keep what was being typed, and leave the session."""
+        self.fields.flush()
+        self.session.leave(self.person)
+        self.view.close()
+
+    def run(self, work: Callable[[], object]) -> None:
+        """Do something in this desk's thread, after everything that came before."""
+        self.view.run_in_order(self._run, work)
+
+    def notify(self, title: str, text: str = "", trouble: bool = False) -> None:
+        """Tell the person something."""
+        self.client.add_notification(
+            title, text, auto_close_seconds=NOTIFICATION_S, color="orange" if trouble else "green"
+        )
+
+    def apply(self, *edits: Edit) -> bool:
+        """Do one step; False where it was refused, and the person was told why."""
+        return self._try(lambda: self.session.apply(self.person, *edits))
+
+    def preview(self, edit: Edit) -> None:
+        """Show what an edit would do, while dragging."""
+        self._try(lambda: self.session.preview(self.person, edit))
+
+    def undo(self) -> None:
+        """Take back the last step of anybody."""
+        self._try(lambda: self.session.undo(self.person))
+
+    def redo(self) -> None:
+        """Do the last undone step again."""
+        self._try(lambda: self.session.redo(self.person))
+
+    def save(self) -> None:
+        """Write the calibration file."""
+        self._try(self.session.save)
+
+    def start_anew(self) -> None:
+        """Empty everything; undo brings it back."""
+        self._try(lambda: self.session.start_anew(self.person))
+
+    def select(self, mark_id: int | None) -> None:
+        """Select a mark, or none."""
+        if mark_id != self.selected:
+            self.fields.flush()
+            self.selected = mark_id
+            self.refresh()
+
+    def use(
+        self, tool: Tool, on_click: Callable[[float, float], None] | None = None, words: str = ""
+    ) -> None:
+        """Take another tool: clicks on the picture go to `on_click` until the next one is taken."""
+        self.tool = tool
+        self.tool_words = words
+        self._tool_click = on_click or self._add_mark
+        self.refresh()
+
+    def escape(self) -> None:
+        """Put the tool away, and unselect."""
+        self.selected = None
+        self.view.magnify(None)
+        self.use(Tool.POINTS)
+
+    def go_to(self, frame_index: int) -> None:
+        """Show another picture; of several asked for at once only the last one is read."""
+        self._wanted_frame = min(max(frame_index, 0), self.pictures.count - 1)
+        self.run(self._load_frame)
+
+    def step(self, pictures: int) -> None:
+        """Go on or back by so many pictures, from the one asked for last."""
+        self.go_to((self.frame_index if self._wanted_frame is None else self._wanted_frame) + pictures)
+
+    def zoom(self, factor: float) -> None:
+        """Zoom about the selected mark, or the middle."""
+        mark = self._selected_mark()
+        self.view.zoom(factor, None if mark is None else (mark.column_px, mark.row_px))
+
+    def nudge(self, columns_px: float, rows_px: float) -> None:
+        """Move the selected mark a little."""
+        mark = self._told_mark()
+        self.apply(MoveMark(mark.id, mark.column_px + columns_px, mark.row_px + rows_px))
+        self.view.magnify(mark_handle(mark.id))
+
+    def switch_selected(self) -> None:
+        """Switch the selected mark on or off."""
+        mark = self._told_mark()
+        self.apply(EnableMark(mark.id, not mark.enabled))
+
+    def delete_selected(self) -> None:
+        """Delete the selected mark."""
+        self.apply(DeleteMark(self._told_mark().id))
+
+    def go_to_selected(self) -> None:
+        """Show the picture in which the selected mark was clicked."""
+        mark = self._told_mark()
+        if mark.frame is None:
+            raise UserError(f"{mark.name} comes from a file that does not say its picture")
+        self.go_to(mark.frame)
+
+    def type_distance(self) -> None:
+        """Put the cursor in the selected mark's field."""
+        self._display.ask_distance(self._told_mark().id)
+
+    def refresh(self) -> None:
+        """Show the newest moment, with this desk's selection, tool and picture."""
+        self._refresh_waits = False
+        self.state = self._newest
+        if self._selected_mark() is None:
+            self.selected = None
+        self._display.show()
+
+    def _hear(self, state: SessionState) -> None:
+        """The session's listener: of several moments that come at once only the last one is drawn."""
+        self._newest = state
+        if not self._refresh_waits:
+            self._refresh_waits = True
+            self.run(self.refresh)
+
+    def _clicked(self, column_px: float, row_px: float) -> None:
+        self.fields.flush()
+        self._tool_click(column_px, row_px)
+
+    def _add_mark(self, column_px: float, row_px: float) -> None:
+        if not self.apply(AddMark(column_px, row_px, self.frame_index)):
+            return
+        marks = self.session.state.document.marks
+        added = next((m for m in reversed(marks) if (m.column_px, m.row_px) == (column_px, row_px)), None)
+        if added is not None:
+            self.selected = added.id
+            self.refresh()
+            if added.distance_m is None:
+                self._display.ask_distance(added.id)
+
+    def _load_frame(self) -> None:
+        index = self._wanted_frame
+        if index is not None:
+            self._wanted_frame = None
+            self.frame_index = index
+            self.view.show(self.pictures.read(index).image)
+            self.refresh()
+
+    def _selected_mark(self) -> Mark | None:
+        return next((mark for mark in self._newest.document.marks if mark.id == self.selected), None)
+
+    def _told_mark(self) -> Mark:
+        """The selected mark, for what needs one."""
+        mark = self._selected_mark()
+        if mark is None:
+            raise UserError("select a point first: click it, or press its number")
+        return mark
+
+    def _try(self, work: Callable[[], object]) -> bool:
+        self.fields.flush()
+        try:
+            work()
+        except UserError as error:
+            self._refuse(error)
+            return False
+        return True
+
+    def _run(self, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except UserError as error:
+            self._refuse(error)
+        except Exception:
+            self.notify("That failed by a fault of the program; its terminal says which", trouble=True)
+            raise
+
+    def _refuse(self, error: UserError) -> None:
+        self.notify(str(error), trouble=True)

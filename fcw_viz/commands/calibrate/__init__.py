@@ -1,0 +1,1 @@
+"""`fcw calibrate`: from points of the road at known distances to a calibration."""

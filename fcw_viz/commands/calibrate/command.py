@@ -1,0 +1,18 @@
+"""`fcw calibrate`: with points on the command line, or as the page that they are clicked on."""
+
+from fcw_viz.commands.calibrate.options import CalibrateCommand
+
+
+def run_calibrate(command: CalibrateCommand) -> int:
+    """Run `fcw calibrate`, with points, or as a page until it is interrupted; returns the exit code.
+
+    Raises:
+        UserError: the input is wrong or determines no camera; nothing is saved then.
+    """
+    if command.source is not None and not command.points:
+        from fcw_viz.commands.calibrate.page import run_calibrate_page
+
+        return run_calibrate_page(command, command.source)
+    from fcw_viz.commands.calibrate.points import run_calibrate_points
+
+    return run_calibrate_points(command)

@@ -1,0 +1,54 @@
+"""The options of `fcw calibrate`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrateCommand:
+    """Calibrate the camera from points of the road at known distances.
+
+    With a source alone it opens a page in the browser, where the points are clicked. Three points are solved
+    exactly; more points, and what else is known of the camera, make it better. One point should be far away:
+    three near ones leave the far distances open.
+    """
+
+    source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
+    """Video or MCAP file, picture, or folder of pictures to click in; the calibration is saved beside it."""
+    topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
+    """Of an MCAP file: the pictures to click in; needed where it has several topics of pictures."""
+    points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()
+    """Points of the road: distance in metres from the reference, row, and column where known."""
+    image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
+    """Size of the picture that the points were clicked in; not needed with a source."""
+    height: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
+    """Height of the camera above the road in metres."""
+    reference_offset: float = 0.0
+    """Metres from the camera forward to where the distances start (front bumper); 0 is the camera itself."""
+    row_sigma: float = 1.0
+    """Standard deviation of a clicked row in pixels."""
+    field_of_view: Annotated[str | None, tyro.conf.arg(metavar="DEG[:SIGMA]")] = None
+    """Horizontal field of view of the whole picture in degrees, known this well (3 degrees unless said)."""
+    principal_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
+    """Row of the lens's axis, mostly the picture's middle (known to 3 % of its height unless said)."""
+    horizon_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
+    """Row of the horizon, e.g. where straight lane lines meet (known to 2 pixels unless said)."""
+    save: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Calibration file to write; with a source by default `<name>.calibration.yaml` beside it."""
+    export: Annotated[
+        tuple[Literal["camera_info", "kalibr"], Path] | None, tyro.conf.arg(metavar="FORMAT FILE")
+    ] = None
+    """Also write the intrinsics for other tools: `camera_info FILE` (ROS) or `kalibr FILE`."""
+    units: Literal["metric", "imperial"] = "metric"
+    """Units of the distances shown; input is in metres always."""
+    json: bool = False
+    """Print the result as JSON on stdout, alone."""
+    port: int = 8080
+    """Port of the page; the next free one where it is taken."""
+    no_open: bool = False
+    """Do not open the page in the browser, only print its address."""
+    dark: bool = False
+    """Begin with the page's dark colours."""

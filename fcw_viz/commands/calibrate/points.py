@@ -1,0 +1,114 @@
+"""`fcw calibrate --points`: the calibration from points on the command line; it needs no browser."""
+
+import json
+import sys
+
+from rich.console import Console
+
+from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.export import export_text
+from fcw.camera.file import default_path
+from fcw.camera.solve import calibrate
+from fcw.errors import UserError
+from fcw.files import write_whole
+from fcw.frame import ImageSize
+from fcw_viz.commands.calibrate.options import CalibrateCommand
+from fcw_viz.commands.calibrate.priors import stated_priors
+from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
+
+
+def run_calibrate_points(command: CalibrateCommand) -> int:
+    """Solve, save and print; returns the exit code.
+
+    Raises:
+        UserError: the input is wrong or determines no camera; nothing is saved then.
+    """
+    calibration = _calibration(command)
+    summary = calibration_summary(calibration)
+    save = command.save
+    if save is None and command.source is not None:
+        save = default_path(command.source)
+    if save is not None:
+        calibration.save(save)
+    if command.export is not None:
+        file_format, path = command.export
+        write_whole(path, export_text(calibration, file_format))
+
+    messages = Console(stderr=True)
+    for warning in summary["warnings"]:
+        messages.print(
+            f"[yellow]warning:[/yellow] {warning}", highlight=False, soft_wrap=not messages.is_terminal
+        )
+    if command.json:
+        result = summary | {"saved": save and str(save)}
+        sys.stdout.write(json.dumps(result, indent=2, allow_nan=False) + "\n")
+    else:
+        print_report(calibration, save, Console(), imperial=command.units == "imperial")
+    return 0
+
+
+def _calibration(command: CalibrateCommand) -> Calibration:
+    if not command.points:
+        raise UserError(
+            "no points: name a video or a picture to click them in, or give at least three as --points "
+            "DISTANCE:ROW ..., for example --points 8:594 15:513 40:455 --image-size 1280x720 --height 1.2"
+        )
+    if command.height is None:
+        raise UserError("--height is missing: the height of the camera's lens above the road, in metres")
+    points = tuple(_ground_point(text) for text in command.points)
+    size = _image_size(command)
+    priors = stated_priors(command, size)
+    return calibrate(
+        points,
+        size,
+        command.height,
+        command.reference_offset,
+        command.row_sigma,
+        priors.field_of_view_rad,
+        priors.principal_row_px,
+        priors.horizon_row_px,
+    )
+
+
+def _image_size(command: CalibrateCommand) -> ImageSize:
+    stated = None if command.image_size is None else _stated_size(command.image_size)
+    if command.source is None:
+        if stated is None:
+            raise UserError(
+                "--image-size is missing: width and height of the picture that the points were clicked in, "
+                "for example --image-size 1280x720"
+            )
+        return stated
+    from fcw.sources import open_source  # decoders, which points alone do not need
+
+    size = open_source(command.source, topic=command.topic).image_size
+    if stated is not None and stated != size:
+        raise UserError(
+            f"--image-size {stated}: the pictures of {command.source} are {size}; "
+            "click the points in one of them and leave --image-size out"
+        )
+    return size
+
+
+def _ground_point(text: str) -> GroundPoint:
+    """A point from `DISTANCE:ROW` or `DISTANCE:ROW:COLUMN`."""
+    try:
+        distance_m, row_px, *rest = (float(part) for part in text.split(":"))
+        (column_px,) = rest or (None,)
+    except ValueError:
+        raise UserError(
+            f"--points {text}: expected DISTANCE:ROW or DISTANCE:ROW:COLUMN, metres and pixels, "
+            "for example 8:594 or 8:594:640 (a video or folder is named before --points)"
+        ) from None
+    return GroundPoint(distance_m, row_px, column_px)
+
+
+def _stated_size(text: str) -> ImageSize:
+    """An image size from `WIDTHxHEIGHT`."""
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise UserError(
+            f"--image-size {text}: expected WIDTHxHEIGHT in pixels, for example 1280x720"
+        ) from None
+    return ImageSize(width, height)

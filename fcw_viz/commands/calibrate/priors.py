@@ -1,0 +1,39 @@
+"""What the command line says of the camera besides points."""
+
+import math
+
+from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.prior_sigmas import (
+    FIELD_OF_VIEW_SIGMA_DEG,
+    HORIZON_ROW_SIGMA_PX,
+    PRINCIPAL_ROW_SIGMA_HEIGHTS,
+)
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+from fcw_viz.commands.calibrate.options import CalibrateCommand
+
+
+def stated_priors(command: CalibrateCommand, size: ImageSize) -> Priors:
+    """The field of view, the principal row and the horizon that are stated, for pictures of a size.
+
+    Raises:
+        UserError: one of them is not `VALUE` or `VALUE:SIGMA`.
+    """
+    degrees = _parse("--field-of-view", command.field_of_view, FIELD_OF_VIEW_SIGMA_DEG)
+    return Priors(
+        degrees and Gaussian(math.radians(degrees.value), math.radians(degrees.sigma)),
+        _parse("--principal-row", command.principal_row, PRINCIPAL_ROW_SIGMA_HEIGHTS * size.height),
+        _parse("--horizon-row", command.horizon_row, HORIZON_ROW_SIGMA_PX),
+    )
+
+
+def _parse(option: str, text: str | None, default_sigma: float) -> Gaussian | None:
+    """A value with its standard deviation; None for None."""
+    if text is None:
+        return None
+    try:
+        value, *rest = (float(part) for part in text.split(":"))
+        (sigma,) = rest or (default_sigma,)
+    except ValueError:
+        raise UserError(f"{option} {text}: expected VALUE or VALUE:SIGMA, for example 65 or 65:3") from None
+    return Gaussian(value, sigma)

@@ -1,0 +1,114 @@
+"""The result of a calibration: as JSON has it, and as a person reads it."""
+
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.plausibility import plausibility
+from fcw.camera.points import PARAMETER_COUNT
+from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
+from fcw.units import FEET_PER_METRE, distance_text
+
+ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
+
+
+def calibration_summary(calibration: Calibration) -> dict[str, Any]:
+    """The result as JSON has it; unbounded distances are None."""
+
+    def bounded(value: float) -> float | None:
+        return value if math.isfinite(value) else None
+
+    rows = []
+    for distance_m in ROW_DISTANCES_M:
+        row_px = calibration.row_at(distance_m)
+        low_m, high_m = calibration.distance_interval(row_px)
+        rows.append(
+            {
+                "distance_m": distance_m,
+                "row_px": bounded(row_px),
+                "low_m": bounded(low_m),
+                "high_m": bounded(high_m),
+            }
+        )
+    findings = plausibility(calibration)
+    proposals = [finding.offset for finding in findings if finding.offset]
+    next_click = best_next_click(calibration)
+    camera = calibration.camera
+    return {
+        "pitch_rad": camera.pitch_rad,
+        "focal_y_px": camera.focal_y_px,
+        "principal_row_px": camera.principal_row_px,
+        "horizon_row_px": camera.horizon_row_px,
+        "principal_column_px": camera.principal_column_px,
+        "field_of_view_rad": calibration.field_of_view_rad,
+        "height_m": camera.height_m,
+        "reference_offset_m": calibration.reference_offset_m,
+        "image_size": asdict(calibration.image_size),
+        "sigmas": asdict(camera_sigmas(calibration)),
+        "rows": rows,
+        "points": [asdict(point) for point in calibration.points],
+        "residuals_px": list(calibration.residuals_px),
+        "warnings": [finding.text for finding in findings],
+        "next_click": next_click and asdict(next_click),
+        "proposed_reference_offset": asdict(proposals[0]) if proposals else None,
+    }
+
+
+def print_report(calibration: Calibration, saved: Path | None, console: Console, imperial: bool) -> None:
+    """Print the result for a person; `saved` is its file, where there is one."""
+    camera, sigmas = calibration.camera, camera_sigmas(calibration)
+
+    def length(distance_m: float) -> str:
+        return f"{distance_m * FEET_PER_METRE:.0f} ft" if imperial else f"{distance_m:.1f} m"
+
+    def line(text: str) -> None:
+        console.print(text, highlight=False, soft_wrap=not console.is_terminal)
+
+    line(
+        f"pitch {math.degrees(camera.pitch_rad):.2f} ± {math.degrees(sigmas.pitch_rad):.2f} degrees down "
+        f"({camera.pitch_rad:.6g} rad), "
+        f"focal length {camera.focal_y_px:.6g} ± {sigmas.focal_y_px:.3g} px "
+        f"(horizontal field of view {math.degrees(calibration.field_of_view_rad):.1f} degrees)"
+    )
+    line(
+        f"principal row {camera.principal_row_px:.6g} ± {sigmas.principal_row_px:.3g}, "
+        f"horizon row {camera.horizon_row_px:.6g} ± {sigmas.horizon_row_px:.3g}"
+    )
+    line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
+
+    table = Table("distance", "row", "16th to 84th percentile", "half of it", box=None, pad_edge=False)
+    for distance_m in ROW_DISTANCES_M:
+        row_px = calibration.row_at(distance_m)
+        low_m, high_m = calibration.distance_interval(row_px)
+        bounded = math.isfinite(high_m)
+        outside = "" if row_px <= calibration.image_size.height - 0.5 else " (below the picture)"
+        table.add_row(
+            distance_text(distance_m, imperial),
+            f"{row_px:.1f}{outside}",
+            f"{length(low_m)} to {length(high_m) if bounded else 'unbounded'}",
+            f"{(high_m - low_m) / 2 / distance_m:.1%}" if bounded else "",
+        )
+    console.print(table)
+
+    if len(calibration.points) + calibration.priors.count > PARAMETER_COUNT:
+        residuals = ", ".join(
+            f"{point} {residual:+.2f}"
+            for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)
+        )
+        line(f"residuals in px (clicked row less row of the solution): {residuals}")
+    else:
+        line("The solution meets the points exactly, as any three do: that says nothing of its quality.")
+    next_click = best_next_click(calibration)
+    if next_click is not None:
+        nearest, farthest = (distance_text(TARGET_DISTANCES_M[end], imperial) for end in (0, -1))
+        line(
+            f"One more point helps most at {distance_text(next_click.distance_m, imperial)}, near row "
+            f"{next_click.row_px:.0f}: the error of distances from {nearest} to {farthest} would fall from "
+            f"{next_click.error_before:.1%} to {next_click.error_after:.1%}."
+        )
+    line(f"saved {saved}" if saved is not None else "not saved; --save FILE keeps it")
