@@ -13,7 +13,7 @@ from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.document.state import SessionState
-from fcw_viz.calibrate_app.drawing.picture_overlay import PictureOverlay
+from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
 from fcw_viz.calibrate_app.fields import NumberFields
 from fcw_viz.calibrate_app.session import CalibrationSession, Person
 from fcw_viz.calibrate_app.tools import Tool

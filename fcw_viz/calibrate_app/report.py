@@ -24,9 +24,10 @@ from fcw_viz.calibrate_app.document.numbers_text import (
 )
 from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.document.state import Result, SessionState
+from fcw_viz.calibrate_app.drawing.birds_eye import birds_eye
 from fcw_viz.calibrate_app.drawing.drawing import draw
-from fcw_viz.calibrate_app.drawing.figures import birds_eye, interval_plot, residual_bar
-from fcw_viz.calibrate_app.drawing.picture_svg import picture_overlay_svg
+from fcw_viz.calibrate_app.drawing.figures import interval_plot, residual_bar
+from fcw_viz.calibrate_app.drawing.svg import picture_overlay_svg
 from fcw_viz.page.picture.label_layout import Window
 
 PICTURE_WIDTH_CSS_PX = 1000.0

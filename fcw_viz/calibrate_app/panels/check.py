@@ -12,9 +12,9 @@ import viser
 from fcw.camera.calibration import Calibration
 from fcw.frame import Frame
 from fcw_viz.calibrate_app.document.state import SessionState
-from fcw_viz.calibrate_app.drawing.box_overlay import length_lines, vehicle_lines
+from fcw_viz.calibrate_app.drawing.check_lines import length_lines, vehicle_lines
 from fcw_viz.calibrate_app.drawing.drawing import Measured
-from fcw_viz.calibrate_app.drawing.picture_overlay import PictureOverlay
+from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
 from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, MakeDetector, make_acf
 from fcw_viz.calibrate_app.measure import (
     GroundMeasurement,

@@ -3,7 +3,8 @@
 import viser
 
 from fcw_viz.calibrate_app.document.state import SessionState
-from fcw_viz.calibrate_app.drawing.figures import birds_eye, interval_plot
+from fcw_viz.calibrate_app.drawing.birds_eye import birds_eye
+from fcw_viz.calibrate_app.drawing.figures import interval_plot
 from fcw_viz.page.style import set_html, text_block
 
 FIRST_WORDS = '<p class="dim">Comes with the first result.</p>'

@@ -13,15 +13,10 @@ from hypothesis import strategies as st
 
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw_viz.calibrate_app.document.numbers_text import gain_text, interval_text, percent_text
+from fcw_viz.calibrate_app.drawing.birds_eye import birds_eye, ground_scale
 from fcw_viz.calibrate_app.drawing.drawing import draw
-from fcw_viz.calibrate_app.drawing.figures import (
-    BAR_SIGMAS,
-    birds_eye,
-    ground_scale,
-    interval_plot,
-    residual_bar,
-)
-from fcw_viz.calibrate_app.drawing.picture_svg import picture_overlay_svg
+from fcw_viz.calibrate_app.drawing.figures import BAR_SIGMAS, interval_plot, residual_bar
+from fcw_viz.calibrate_app.drawing.svg import picture_overlay_svg
 from fcw_viz.page.picture.label_layout import Window
 
 SVG = "{http://www.w3.org/2000/svg}"

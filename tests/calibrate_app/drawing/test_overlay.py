@@ -28,8 +28,8 @@ from fcw_viz.calibrate_app.drawing.drawing import (
     draw,
     visible_rows,
 )
+from fcw_viz.calibrate_app.drawing.overlay import LINE_LAYER, PictureOverlay
 from fcw_viz.calibrate_app.drawing.pen import MAXIMUM_DASHES, FillKind
-from fcw_viz.calibrate_app.drawing.picture_overlay import LINE_LAYER, PictureOverlay
 from fcw_viz.page.picture.label_layout import LabelWish, Window, lay_out_labels
 
 WHOLE = Window(-0.5, -0.5, SIZE.width - 0.5, SIZE.height - 0.5, 1.0)

@@ -21,7 +21,7 @@ from fcw.frame import ImageSize
 from fcw.sources import open_source
 from fcw_viz.calibrate_app.document.edits import MoveMark, SetHeight, SetUnits
 from fcw_viz.calibrate_app.document.state import SessionState
-from fcw_viz.calibrate_app.drawing.box_overlay import vehicle_lines, vehicle_words
+from fcw_viz.calibrate_app.drawing.check_lines import vehicle_lines, vehicle_words
 from fcw_viz.calibrate_app.drawing.drawing import Measured
 from fcw_viz.calibrate_app.frame_detector import RangedVehicle, range_vehicle
 from fcw_viz.calibrate_app.measure import measure_length, measure_point, point_words
