@@ -7,7 +7,6 @@ project's pixels: the centre of the top-left one is (0, 0).
 
 import contextlib
 import logging
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -18,45 +17,37 @@ import viser
 from numpy.typing import NDArray
 
 from fcw.frame import ImageSize
-from fcw_viz.page.picture.away import Orbit, small_jpeg
+from fcw_viz.page.picture.away import small_jpeg
+from fcw_viz.page.picture.camera import PictureCamera
 from fcw_viz.page.picture.handle import Handle, OnClick, OnDrag
 from fcw_viz.page.picture.label_layout import Window
 from fcw_viz.page.picture.magnifier import Magnifier
-from fcw_viz.page.picture.plane import FACING_WXYZ, FIELD_OF_VIEW_RAD, PicturePlane
+from fcw_viz.page.picture.plane import FACING_WXYZ, PicturePlane
 from fcw_viz.page.script import run_script
 
 _BROWSER_SIDE = "\n".join(
     Path(__file__).with_name(f"{topic}.js").read_text() for topic in ("view", "away", "frames")
 )
 _TELL_DRAWN = Path(__file__).with_name("drawn.js").read_text()
-_FIT_MARGIN = 1.02
-_FARTHEST_FITS = 2.0  # zoomed out at most until the picture fills half the window
-_CLOSEST_PIXEL = 64.0  # zoomed in at most until an image pixel covers that many screen pixels
 _LEVEL_COSINE = 1 - 1e-12  # of half the angle between two orientations
-_REMEMBERED_FITS = 16  # of a window that is being resized, on their way to the browser and back
 
 _log = logging.getLogger(__name__)
 
 
-class PictureView:
+class PictureView(PictureCamera):
     """One tab's picture, what happens on it and how it is looked at.
 
     Callbacks run one after the other in a thread of the view, in the order of what happened in the browser.
-
-    Attributes:
-        plane: where its pixels are in the scene.
     """
 
     def __init__(self, client: viser.ClientHandle, image_size: ImageSize) -> None:
-        self._client = client
-        self.plane = PicturePlane(image_size)
+        super().__init__(client, image_size)
         self._on_click: list[Callable[[float, float], None]] = []
         self._on_view_change: list[Callable[[], None]] = []
         self._on_box: Callable[[float, float, float, float], None] | None = None
         self._handles: dict[str, Handle] = {}
-        self._fits: deque[tuple[float, float, float]] = deque(maxlen=_REMEMBERED_FITS)
         self._seen: tuple[float, ...] = ()
-        self._view_change_waits = self._away = False
+        self._view_change_waits = False
         self._image_bgr: NDArray[np.uint8] | None = None
         self._magnified: Handle | None = None
         self._in_order = ThreadPoolExecutor(max_workers=1, thread_name_prefix="picture")
@@ -74,7 +65,6 @@ class PictureView:
             wxyz=FACING_WXYZ,
         )
         self._magnifier = Magnifier(client.scene)
-        client.camera.fov = FIELD_OF_VIEW_RAD
         self.fit()
         run_script(client, f"{self._bounds_script()}\n{_BROWSER_SIDE}")
         client.camera.on_update(self._camera_moved)
@@ -103,24 +93,6 @@ class PictureView:
         """From now on the page's channel is told `drawn` when a new picture is on the screen."""
         run_script(self._client, _TELL_DRAWN)
 
-    @property
-    def away(self) -> bool:
-        """Whether the camera looks at something else than the picture."""
-        return self._away
-
-    def leave(self, orbit: Orbit) -> None:
-        """Look at another place of the scene, where the camera orbits freely and clicks mean nothing here.
-
-        Until `come_back` the picture is kept small, and fitting, zooming and sliding do nothing.
-        """
-        self._away = True
-        run_script(self._client, f"window.__viserMutable.leavePicture({orbit.script_arguments()});")
-
-    def come_back(self) -> None:
-        """Look at the picture again exactly as before; it has to be shown anew."""
-        self._away = False
-        run_script(self._client, "window.__viserMutable.backToPicture();")
-
     def show(self, image_bgr: NDArray[np.uint8], quality: int | None = None) -> None:
         """Replaces the picture.
 
@@ -128,7 +100,7 @@ class PictureView:
             image_bgr: (height, width, 3) of the view's size.
             quality: of a JPEG, 0 to 100, for playback; None shows every pixel as it is.
         """
-        if self._away:
+        if self.away:
             image_format, data = "jpeg", small_jpeg(image_bgr)
         elif quality is None:
             image_format, (_, encoded) = "png", cv2.imencode(".png", image_bgr)
@@ -147,25 +119,6 @@ class PictureView:
     def sent(self) -> bytes:
         """The picture as it was sent last; a small JPEG while the camera is away."""
         return self._picture._data
-
-    def world(self, column_px: float, row_px: float, layer: int = 0) -> tuple[float, float, float]:
-        """The scene position of a pixel; higher layers are nearer to the eye."""
-        return self.plane.world(column_px, row_px, layer)
-
-    @property
-    def pixels_per_screen_pixel(self) -> float:
-        """Image pixels that a CSS pixel covers now."""
-        camera = self._client.camera
-        return self.plane.pixels_per_screen_pixel(-float(camera.position[1]), camera.image_height)
-
-    @property
-    def window_px(self) -> tuple[float, float, float, float]:
-        """The part of the image plane in view: left, top, right, bottom in pixels; may exceed the picture."""
-        camera = self._client.camera
-        column_px, row_px = self.plane.pixel(camera.position)
-        half_height = self.pixels_per_screen_pixel * camera.image_height / 2
-        half_width = half_height * camera.aspect
-        return column_px - half_width, row_px - half_height, column_px + half_width, row_px + half_height
 
     def on_click(self, callback: Callable[[float, float], None]) -> None:
         """Calls back with (column_px, row_px) of each click inside the picture that met no handle."""
@@ -227,43 +180,6 @@ class PictureView:
         if handle is self._magnified:
             self._place_magnifier()
 
-    def fit(self) -> None:
-        """Shows the whole picture; it stays whole when the window changes, until somebody zooms or slides."""
-        if self._away:
-            return
-        camera = self._client.camera
-        size = self.plane.size
-        across = max(size.width / camera.image_width, size.height / camera.image_height)
-        pixels_per_screen_pixel = across * _FIT_MARGIN
-        distance = self._distance(pixels_per_screen_pixel)
-        self._fits.append((0.0, -distance, 0.0))
-        with self._client.atomic():
-            camera.min_orbit_distance = self._distance(1 / _CLOSEST_PIXEL)
-            camera.max_orbit_distance = distance * _FARTHEST_FITS
-            self._look_at(*self.plane.middle_px, pixels_per_screen_pixel)
-
-    def zoom(self, factor: float, centre_px: tuple[float, float] | None = None) -> None:
-        """Zooms in by a factor (out, below 1) about a (column, row) that stays where it is on the screen."""
-        column_px, row_px = self.plane.pixel(self._client.camera.position)
-        fixed_column_px, fixed_row_px = (column_px, row_px) if centre_px is None else centre_px
-        before = self.pixels_per_screen_pixel
-        after = self._limited(before / factor)
-        kept = after / before
-        self._look_at(
-            fixed_column_px + (column_px - fixed_column_px) * kept,
-            fixed_row_px + (row_px - fixed_row_px) * kept,
-            after,
-        )
-
-    def zoom_to(self, column_px: float, row_px: float, pixels_across: float) -> None:
-        """Looks at a pixel with that many image pixels across the window."""
-        self._look_at(column_px, row_px, self._limited(pixels_across / self._client.camera.image_width))
-
-    def pan(self, columns_px: float, rows_px: float) -> None:
-        """Moves the view to the right and down over the picture."""
-        column_px, row_px = self.plane.pixel(self._client.camera.position)
-        self._look_at(column_px + columns_px, row_px + rows_px, self.pixels_per_screen_pixel)
-
     def run_in_order(self, work: Callable[..., None], *arguments: object) -> None:
         """Runs work in the view's thread after all that happened before."""
 
@@ -281,25 +197,6 @@ class PictureView:
         width, height = self.plane.extent
         return f"const halfWidth = {width / 2}, halfHeight = {height / 2};"
 
-    def _distance(self, pixels_per_screen_pixel: float) -> float:
-        return self.plane.distance(pixels_per_screen_pixel, self._client.camera.image_height)
-
-    def _limited(self, pixels_per_screen_pixel: float) -> float:
-        camera = self._client.camera
-        distance = self._distance(pixels_per_screen_pixel)
-        limited = min(max(distance, camera.min_orbit_distance), camera.max_orbit_distance)
-        return self.plane.pixels_per_screen_pixel(limited, camera.image_height)
-
-    def _look_at(self, column_px: float, row_px: float, pixels_per_screen_pixel: float) -> None:
-        if self._away:
-            return
-        column_px = min(max(column_px, -0.5), self.plane.size.width - 0.5)
-        row_px = min(max(row_px, -0.5), self.plane.size.height - 0.5)
-        x, _, z = self.world(column_px, row_px)
-        with self._client.atomic():
-            self._client.camera.position = (x, -self._distance(pixels_per_screen_pixel), z)
-            self._client.camera.look_at = (x, 0.0, z)
-
     def _place_magnifier(self) -> None:
         if self._magnified is None or self._image_bgr is None:
             self._magnifier.hide()
@@ -316,7 +213,7 @@ class PictureView:
             # Nothing on the picture tilts the view, but viser's own panel has buttons that do.
             camera.up_direction = (0.0, 0.0, 1.0)
             self.run_in_order(self.fit)
-        elif resized and any(np.allclose(camera.position, fit, atol=1e-3) for fit in self._fits):
+        elif resized and self.was_fitted(camera.position):
             self.run_in_order(self.fit)
         if not self._view_change_waits:
             self._view_change_waits = True
