@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fcw.errors import UserError
-from fcw_viz.commands.run import report_drive
+from fcw_viz.commands.run.report import report_drive
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -61,7 +61,8 @@ def run_demo(command: DemoCommand) -> int:
         return 130
     if command.no_serve:
         return 0
-    from fcw_viz.commands.review.command import ReviewCommand, run_review
+    from fcw_viz.commands.review.dispatch import run_review
+    from fcw_viz.commands.review.options import ReviewCommand
 
     console.print()
     return run_review(ReviewCommand(command.out))

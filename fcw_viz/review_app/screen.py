@@ -1,15 +1,18 @@
 """What a tab shows of its drive: the picture, and under it the strip with the time line and the plots."""
 
-from typing import TYPE_CHECKING
+import threading
+import time
+from collections.abc import Callable
 
-from fcw.logs.records import FrameResult
+from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.picture.drawn import FramePictures
+from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
+from fcw_viz.review_app.picture.box_editor import BoxEditor
+from fcw_viz.review_app.picture.frames import FramePictures
+from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.time.axis import window_around
+from fcw_viz.review_app.time.playing import DRAWN_PATIENCE_S, Playing
 from fcw_viz.review_app.time.strip import DEFAULT_WINDOW, WINDOWS_S, Strip, StripLayout
-
-if TYPE_CHECKING:
-    from fcw_viz.review_app.tab import Tab
 
 FIRST_LAYOUT = StripLayout(1040.0, 300.0)
 """Of the strip before the browser has told its size."""
@@ -17,58 +20,73 @@ STILL_QUALITY, PLAYED_QUALITY = 95, 80
 """Of the JPEGs; a played picture has half the bytes of one that is looked at."""
 PAGE_AT, PAGE_TO = 0.95, 0.08
 """Parts of the plots' width: played to the first, they go on with the moment at the second."""
+PANELS_S = 0.4
+"""While the drive plays the panel at the right follows in such steps."""
 
 
 class Screen:
     """Picture and strip of one tab, in its thread.
 
     Attributes:
-        result: what the log says of the frame that is shown.
+        birds_eye: the picture's drive from above.
         overlay_shown: whether anything is drawn over the picture.
         window_name: how much of the drive the plots show, one of `WINDOWS_S`.
     """
 
-    def __init__(self, tab: "Tab") -> None:
-        self._tab = tab
+    def __init__(
+        self,
+        tab: PageTab,
+        place: Place,
+        playing: Playing,
+        boxes: BoxEditor,
+        show_panels: Callable[[], None],
+    ) -> None:
+        self._tab, self._place = tab, place
+        self._playing, self._boxes = playing, boxes
+        self._show_panels = show_panels
         self._strip = Strip(tab.client.gui)
         self._frames: FramePictures | None = None
         self._layout = FIRST_LAYOUT
         self._window = (0.0, 1.0)
-        self.result: FrameResult | None = None
+        self._outlined: int | None = None
+        self._rest_waits = False
+        self._panels_s = float("-inf")
+        self.birds_eye = BirdsEye(tab.client, tab.view)
         self.overlay_shown = True
         self.window_name = DEFAULT_WINDOW
-        self._outlined: int | None = None
 
     def open(self, drive: Drive) -> None:
-        """Begin with a drive, at the tab's row."""
+        """Begin with a drive, at the place's row."""
         self._frames = FramePictures(drive)
         self._tab.view.set_size(drive.header.image_size)
-        self._tab.birds_eye.load(drive.header)
+        self.birds_eye.load(drive.header)
         self._center_window()
         self.show_picture()
         self._strip.show_frame()
 
     def close(self) -> None:
         """Let go of the drive, and show nothing."""
-        self._tab.birds_eye.come_back()
+        self.birds_eye.come_back()
         if self._frames is not None:
             self._frames.close()
-        self._frames, self.result = None, None
+        self._frames = None
         self._strip.hide()
+
+    # What is chosen
 
     def set_window(self, name: str) -> None:
         """How much of the drive the plots show."""
         if name in WINDOWS_S:
             self.window_name = name
             self._center_window()
-            self.show_strip()
+            self._show_strip()
             self.show_bar()
 
     def next_window(self, wider: bool) -> None:
         """A wider or a narrower window."""
         names = list(WINDOWS_S)
-        place = names.index(self.window_name) + (1 if wider else -1)
-        self.set_window(names[min(max(place, 0), len(names) - 1)])
+        index = names.index(self.window_name) + (1 if wider else -1)
+        self.set_window(names[min(max(index, 0), len(names) - 1)])
 
     def switch_overlay(self) -> None:
         """The picture with all that is drawn over it, or bare."""
@@ -77,83 +95,128 @@ class Screen:
 
     def switch_birds_eye(self) -> None:
         """The drive from above, or its picture again."""
-        self._tab.opened  # noqa: B018 - raises where no drive is open
-        self._tab.boxes.stop()
-        self._tab.birds_eye.toggle()
+        self._place.opened  # noqa: B018 - raises where no drive is open
+        self._boxes.stop()
+        self.birds_eye.toggle()
         self.show_picture()
         self.show_bar()
+
+    def switch_boxes(self) -> None:
+        """Correct the boxes of the frame that is shown, or no longer."""
+        if self._boxes.active:
+            self._boxes.stop()
+        else:
+            self._playing.stop()
+            self._place.opened  # noqa: B018 - raises where no drive is open
+            self.birds_eye.come_back()
+            self._boxes.start()
+        self.show_picture()
+        self._show_panels()
 
     def resized(self, about: str) -> None:
         """The browser has told an element's size."""
         layout = StripLayout.parse(about)
         if layout is not None and layout != self._layout:
             self._layout = layout
-            if self._tab.drive is not None:
-                self.show_strip()
+            if self._place.drive is not None:
+                self._show_strip()
 
-    def turn(self, quality: int) -> None:
-        """Show the tab's row: the picture with its cursors."""
-        tab = self._tab
-        with tab.client.atomic():
-            self.show_picture(quality)
+    # What is shown
+
+    def refresh(self) -> None:
+        """Show everything but the picture anew."""
+        # The ground's size and colours come with the panels: they are first.
+        self._show_panels()
+        if self._place.drive is not None:
+            self._show_strip()
+            self.show_bar()
+
+    def turn_to(self, row: int, played: bool = False) -> None:
+        """Show a frame now, and what follows from it."""
+        self._place.row = row
+        followed = self._place.follow_event()
+        with self._tab.client.atomic():
+            self.show_picture(PLAYED_QUALITY if played else STILL_QUALITY)
             self._show_now()
-        tab.client.flush()
+        self._tab.client.flush()
+        now_s = time.monotonic()
+        if not self._playing.now:
+            # The eye is on the picture: the browser does nothing else before it is drawn.
+            self._rest_waits = True
+            patience = threading.Timer(DRAWN_PATIENCE_S, self._tab.run, [self._show_rest])
+            patience.daemon = True
+            patience.start()
+        elif followed or now_s - self._panels_s > PANELS_S:
+            self._panels_s = now_s
+            self._follow()
+            self._show_panels()
+        else:
+            self._follow()
 
-    def follow(self) -> None:
-        """Bring time line and plots to where the tab's row is, where they do not hold it yet."""
-        tab = self._tab
-        if self._page(tab.time_s, tab.playing.now):
-            self.show_strip()
-        elif self._outlined != tab.selected:
-            self.show_timeline()
+    def drawn(self) -> None:
+        """The browser has drawn a picture."""
+        self._playing.drawn()
+        self._show_rest()
 
     def show_picture(self, quality: int = STILL_QUALITY) -> None:
-        """The picture of the tab's row."""
-        tab = self._tab
+        """The picture of the place's row."""
         if self._frames is None:
             return
-        self.result = self._frames.result(tab.row)
+        row = self._place.row
+        result = self._frames.result(row)
         # Boxes that are corrected stand over a bare picture.
-        drawn = self.result if self.overlay_shown and not tab.boxes.active else None
-        image, trouble = self._frames.image(tab.row, drawn)
+        drawn = result if self.overlay_shown and not self._boxes.active else None
+        image, trouble = self._frames.image(row, drawn)
         if trouble:
-            tab.notify("This picture is missing", trouble, trouble=True)
-        tab.playing.sent()
-        tab.view.show(image, quality)
-        tab.birds_eye.show(self.result)
-        tab.boxes.redraw()
-
-    def show_strip(self) -> None:
-        """Time line, plots and cursors."""
-        tab = self._tab
-        self._strip.show_plots(tab.opened, self._window, self._layout)
-        self.show_timeline()
-        self._show_now()
-
-    def show_timeline(self) -> None:
-        """The time line with what is said of the events."""
-        tab = self._tab
-        self._outlined = tab.selected
-        self._strip.show_timeline(tab.opened, tab.review, self._window, tab.selected, self._layout)
+            self._tab.notify("This picture is missing", trouble, trouble=True)
+        self._playing.sent()
+        self._tab.view.show(image, quality)
+        self.birds_eye.show(result)
+        self._boxes.show(result)
 
     def show_bar(self) -> None:
         """The buttons of playback."""
-        tab = self._tab
-        several = bool(tab.opened.events)
-        self._strip.show_bar(
-            tab.playing.now, tab.playing.speed, self.window_name, several, tab.birds_eye.active
-        )
+        several = bool(self._place.opened.events)
+        playing = self._playing
+        self._strip.show_bar(playing.now, playing.speed, self.window_name, several, self.birds_eye.active)
+
+    def _show_rest(self) -> None:
+        """What follows from the frame that is shown: plots, and the panel at the right."""
+        if self._rest_waits and self._place.drive is not None:
+            self._rest_waits = False
+            with self._tab.client.atomic():
+                self._follow()
+                self._show_panels()
+
+    def _follow(self) -> None:
+        """Bring time line and plots to where the place's row is, where they do not hold it yet."""
+        if self._page(self._place.time_s, self._playing.now):
+            self._show_strip()
+        elif self._outlined != self._place.selected:
+            self._show_timeline()
+
+    def _show_strip(self) -> None:
+        """Time line, plots and cursors."""
+        self._strip.show_plots(self._place.opened, self._window, self._layout)
+        self._show_timeline()
+        self._show_now()
+
+    def _show_timeline(self) -> None:
+        """The time line with what is said of the events."""
+        place = self._place
+        self._outlined = place.selected
+        self._strip.show_timeline(place.opened, place.review, self._window, place.selected, self._layout)
 
     def _show_now(self) -> None:
-        self._strip.show_now(self._tab.opened, self._tab.row, self._window, self._layout)
+        self._strip.show_now(self._place.opened, self._place.row, self._window, self._layout)
 
     def _center_window(self) -> None:
-        tab = self._tab
-        self._window = window_around(tab.time_s, WINDOWS_S[self.window_name], tab.opened.duration_s)
+        place = self._place
+        self._window = window_around(place.time_s, WINDOWS_S[self.window_name], place.opened.duration_s)
 
     def _page(self, time_s: float, plays: bool) -> bool:
         """Move the plots' window where the moment has left it; whether it did."""
-        window_s, duration_s = WINDOWS_S[self.window_name], self._tab.opened.duration_s
+        window_s, duration_s = WINDOWS_S[self.window_name], self._place.opened.duration_s
         start_s, end_s = self._window
         if window_s is None or window_s >= duration_s:
             return False

@@ -1,23 +1,20 @@
 """What all tabs of a review page share: the drives, what people say of them, and who is told of changes."""
 
-import base64
 import logging
 import math
 import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-
-import cv2
 
 from fcw.annotation.records import Entry, Said
 from fcw.annotation.review import JudgedEvent, Review, judged_events
-from fcw.annotation.store import ReviewStore, read_review
+from fcw.annotation.store import ReviewStore
 from fcw.errors import UserError
-from fcw.events import DriveEvent
 from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.drive_card import DriveCard, card_of, list_key, read_card
 from fcw_viz.review_app.taking import RerunViewers
 
 LOGGER = logging.getLogger(__name__)
@@ -28,43 +25,8 @@ REFRESH_S = 1.5
 """So often it is looked whether other programs have added to a review."""
 FOLDER_TOLD_S = 0.4
 """A folder that is being read is shown anew so often."""
-THUMBNAIL_PX, THUMBNAIL_QUALITY = (294, 165), 72
 
 Listener = Callable[[], None]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DriveCard:
-    """What the folder list says of a drive.
-
-    Attributes:
-        name: of the drive.
-        path: its log.
-        duration_s: from its first frame to its last.
-        events: by time.
-        complete: False where the program that wrote it was killed.
-        imperial: units of its words.
-        review: what people said of it.
-        thumbnail: its worst moment, a JPEG in base 64; empty before it was read.
-        trouble: why it cannot be read; empty where it can.
-        read: False before it was looked at.
-    """
-
-    name: str
-    path: Path
-    duration_s: float = 0.0
-    events: tuple[DriveEvent, ...] = ()
-    complete: bool = True
-    imperial: bool = False
-    review: Review = field(default_factory=Review)
-    thumbnail: str = ""
-    trouble: str = ""
-    read: bool = True
-
-    @property
-    def severity(self) -> float:
-        """Of its worst event; below 0 where there is none."""
-        return max((event.severity for event in self.events), default=-1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,7 +116,7 @@ class ReviewSession:
         """Every drive, the one with the worst event first; those not read yet come last."""
         with self._lock:
             cards = list(self._cards.values())
-            return tuple(sorted(cards, key=_list_key))
+            return tuple(sorted(cards, key=list_key))
 
     @property
     def unread(self) -> int:
@@ -233,7 +195,7 @@ class ReviewSession:
         opened = self._open[name]
         opened.shown = _shown(opened.drive, opened.store)
         thumbnail = self._cards[name].thumbnail
-        self._cards[name] = _card(name, self.drives[name], opened.drive, opened.shown.review, thumbnail)
+        self._cards[name] = card_of(opened.drive, opened.shown.review, thumbnail)
 
     def _let_go(self) -> None:
         """Close drives that nobody looks at; the caller holds the lock."""
@@ -256,7 +218,7 @@ class ReviewSession:
         for name, path in self.drives.items():
             if self._stop.is_set():
                 return
-            card = _read_card(name, path)
+            card = read_card(name, path)
             with self._lock:
                 self._unread.discard(name)
                 self._cards[name] = card
@@ -282,11 +244,6 @@ class ReviewSession:
                 self._publish()
 
 
-def _list_key(card: DriveCard) -> tuple[bool, bool, float, int, str]:
-    """Drives not read yet come last, before them those that cannot be read; the worst is first."""
-    return not card.read, bool(card.trouble), -card.severity, -len(card.events), card.name
-
-
 def _shown(drive: Drive, store: ReviewStore) -> DriveReview:
     judged, lost = judged_events(store.review, drive.events)
     troubles = list(store.troubles)
@@ -294,47 +251,3 @@ def _shown(drive: Drive, store: ReviewStore) -> DriveReview:
         verdicts = f"{len(lost)} verdict{'s' * (len(lost) != 1)}"
         troubles.append(f"{verdicts} are about events that are not found any more; they are kept")
     return DriveReview(store.review, judged, tuple(troubles))
-
-
-def _read_card(name: str, path: Path) -> DriveCard:
-    try:
-        drive = Drive.open(name, path)
-        review, _ = read_review(drive.log)
-        thumbnail = _thumbnail(drive)
-    except UserError as error:
-        return DriveCard(name, path, trouble=str(error))
-    except Exception:
-        LOGGER.exception("%s cannot be read", path)
-        return DriveCard(name, path, trouble=f"{path}: cannot be read; the program's terminal says why")
-    return _card(name, path, drive, review, thumbnail)
-
-
-def _card(name: str, path: Path, drive: Drive, review: Review, thumbnail: str) -> DriveCard:
-    return DriveCard(
-        name,
-        path,
-        drive.duration_s,
-        drive.events,
-        drive.complete,
-        drive.header.imperial,
-        review,
-        thumbnail,
-    )
-
-
-def _thumbnail(drive: Drive) -> str:
-    """The picture of a drive's worst moment, or of its middle; empty where it is missing."""
-    worst = drive.worst_event()
-    moment_s = drive.duration_s / 2 if worst is None else drive.events[worst].peak_s
-    pictures = drive.pictures()
-    try:
-        image = pictures.at(drive.frame_index(drive.row_at(moment_s)))
-    except UserError:
-        return ""
-    finally:
-        pictures.close()
-    width_px, height_px = THUMBNAIL_PX
-    scale = max(width_px / image.shape[1], height_px / image.shape[0])
-    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    _, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, THUMBNAIL_QUALITY])
-    return base64.b64encode(data.tobytes()).decode()

@@ -35,6 +35,12 @@ JUDGEMENT_SIGNS = {
     Judgement.TOO_LATE: "▸",
     Judgement.FALSE: "✗",
 }
+JUDGEMENT_KEYS = {
+    Judgement.RIGHT: "1",
+    Judgement.TOO_EARLY: "2",
+    Judgement.TOO_LATE: "3",
+    Judgement.FALSE: "4",
+}
 DISAGREEMENT_SIGN = "≠"
 LEVEL_NAMES = {
     WarningLevel.NONE: "no warning",

@@ -8,7 +8,8 @@ from review_drives import CAUTION_S, NEAR_MISS_S, RATE_HZ, WARNING_S, result
 from fcw.annotation.records import Entry, EventReference, Judgement, Reason, Verdict
 from fcw.annotation.review import fold, judged_events
 from fcw_viz.review_app.drive import Drive, by_severity
-from fcw_viz.review_app.panels.event_list import list_html, list_order, verdict_html
+from fcw_viz.review_app.panels.event_list import list_html, verdict_html
+from fcw_viz.review_app.place import list_order
 from fcw_viz.review_app.words import event_line, verdict_words, why
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from fcw.logs.export.clip import find_drives
-from fcw_viz.commands.review.command import ReviewCommand
+from fcw_viz.commands.review.options import ReviewCommand
 from fcw_viz.page.server import DEFAULT_PORT
 from fcw_viz.review_app.server import ReviewPage
 

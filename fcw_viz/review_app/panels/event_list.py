@@ -6,31 +6,18 @@ from html import escape
 from fcw.annotation.records import REASONS, Judgement
 from fcw.annotation.review import JudgedEvent
 from fcw_viz.page.channel import chooses, says
-from fcw_viz.review_app.drive import by_severity, time_text
+from fcw_viz.review_app.drive import time_text
+from fcw_viz.review_app.place import list_order
 from fcw_viz.review_app.time.timeline import kind_color
 from fcw_viz.review_app.words import (
     DISAGREEMENT_SIGN,
+    JUDGEMENT_KEYS,
     JUDGEMENT_SIGNS,
     event_line,
     kind_title,
     verdict_words,
     when_words,
 )
-
-MOST_LISTED = 200
-"""Of a long list the worst ones; the time line has them all."""
-JUDGEMENT_KEYS = {
-    Judgement.RIGHT: "1",
-    Judgement.TOO_EARLY: "2",
-    Judgement.TOO_LATE: "3",
-    Judgement.FALSE: "4",
-}
-
-
-def list_order(events: Sequence[JudgedEvent], by_time: bool) -> list[int]:
-    """Numbers of the events as they are listed."""
-    ranked = by_severity(tuple(judged.event for judged in events))[:MOST_LISTED]
-    return sorted(ranked) if by_time else ranked
 
 
 def list_html(

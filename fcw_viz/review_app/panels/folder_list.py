@@ -7,7 +7,7 @@ from fcw.annotation.records import Judgement
 from fcw.annotation.review import judged_events
 from fcw_viz.page.channel import says
 from fcw_viz.review_app.drive import by_severity, duration_text, time_text
-from fcw_viz.review_app.session import DriveCard
+from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.timeline import HEIGHT_PX, kind_color, timeline_svg
 from fcw_viz.review_app.words import (

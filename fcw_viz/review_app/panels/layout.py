@@ -2,12 +2,11 @@
 
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import viser
 
 from fcw_viz.page.channel import enters, says, says_size
 from fcw_viz.page.style import STYLE, set_html, text_block
+from fcw_viz.page.tab import PageTab
+from fcw_viz.review_app.desk import NOTE_ID, Desk
 from fcw_viz.review_app.drive import duration_text
 from fcw_viz.review_app.panels.boxes import BoxesPanel
 from fcw_viz.review_app.panels.event import EventPanel
@@ -16,12 +15,8 @@ from fcw_viz.review_app.panels.page import PagePanel
 from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
 
-if TYPE_CHECKING:
-    from fcw_viz.review_app.tab import Tab
-
 PANEL_WIDTH_PX = 350
 FIRST_FOLDER_PX = 1040.0
-NOTE_ID = "fcw-note"
 NOTE_FIELD = (
     f'<input type="text" {enters(NOTE_ID, "note")} placeholder="A note on this moment (T), Enter keeps it" '
     'autocomplete="off">'
@@ -32,8 +27,17 @@ OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
 class Panels:
     """All panels of a tab."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab", dark: bool) -> None:
-        self._tab = tab
+    def __init__(self, tab: PageTab, desk: Desk, title: str, dark: bool) -> None:
+        """Stand beside a desk.
+
+        Args:
+            tab: whose panels they are.
+            desk: what they show and work on.
+            title: of all drives together.
+            dark: colours at the beginning.
+        """
+        gui, place = tab.client.gui, desk.place
+        self._place, self._title = place, title
         self._folder_px = FIRST_FOLDER_PX
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH_PX)
@@ -44,19 +48,19 @@ class Panels:
         self._note = gui.add_html(text_block(NOTE_FIELD), visible=False)
         self._tabs = gui.add_tab_group(visible=False)
         with self._tabs.add_tab("Events"):
-            self._events = EventPanel(gui, tab)
+            self._events = EventPanel(gui, place, desk.annotating)
         with self._tabs.add_tab("Remarks"):
-            self._remarks = RemarksPanel(gui, tab)
+            self._remarks = RemarksPanel(gui, place)
         with self._tabs.add_tab("Boxes"):
-            self._boxes = BoxesPanel(gui, tab)
+            self._boxes = BoxesPanel(gui, tab.run, desk.boxes, desk.screen.switch_boxes)
         with self._tabs.add_tab("Take"):
-            self._take = TakePanel(gui, tab)
+            self._take = TakePanel(tab, place)
         with self._tabs.add_tab("Keys"):
-            PagePanel(gui, tab, dark)
+            PagePanel(gui, tab.run, dark)
 
     def show(self) -> None:
-        """Bring all of them to the tab's drive, moment and reviews."""
-        drive = self._tab.drive
+        """Bring all of them to the place's drive, moment and reviews."""
+        drive = self._place.drive
         aspect = 0.5625 if drive is None else drive.header.image_size.height / drive.header.image_size.width
         set_html(
             self._sizes,
@@ -80,26 +84,26 @@ class Panels:
             self._show_folder()
 
     def _show_folder(self) -> None:
-        tab = self._tab
-        if tab.drive is not None:
+        if self._place.drive is not None:
             set_html(self._folder, "")
             return
-        html = folder_html(tab.folder, tab.session.cards, tab.session.unread, self._folder_px)
+        session = self._place.session
+        html = folder_html(self._title, session.cards, session.unread, self._folder_px)
         set_html(self._folder, f'<div class="fcw-folder" {says_size("folder")}>{html}</div>')
 
     def _head_html(self) -> str:
-        tab = self._tab
-        who = f'<p class="dim">You review as <b>{escape(tab.session.reviewer)}</b>.</p>'
-        if tab.drive is None:
-            return f'<div class="fcw-drive"><b>{escape(tab.folder)}</b></div>{who}{legend_html()}'
-        header = tab.drive.header
-        several = len(tab.session.drives) > 1
+        drive, session = self._place.drive, self._place.session
+        who = f'<p class="dim">You review as <b>{escape(session.reviewer)}</b>.</p>'
+        if drive is None:
+            return f'<div class="fcw-drive"><b>{escape(self._title)}</b></div>{who}{legend_html()}'
+        header = drive.header
+        several = len(session.drives) > 1
         back = f'<button {says("list:")} title="All drives (L)">‹ All drives</button>' if several else ""
-        torn = "" if tab.drive.complete else " · never finished"
+        torn = "" if drive.complete else " · never finished"
         return (
-            f'<div class="fcw-drive"><b title="{escape(str(tab.drive.log.path))}">'
-            f"{escape(tab.drive.name)}</b>"
+            f'<div class="fcw-drive"><b title="{escape(str(drive.log.path))}">'
+            f"{escape(drive.name)}</b>"
             f"<span>{back}</span></div>"
-            f'<p class="dim">{duration_text(tab.drive.duration_s)} · {header.image_size} · '
-            f"{escape(header.detector)}{torn} · reviewed as {escape(tab.session.reviewer)}</p>"
+            f'<p class="dim">{duration_text(drive.duration_s)} · {header.image_size} · '
+            f"{escape(header.detector)}{torn} · reviewed as {escape(session.reviewer)}</p>"
         )

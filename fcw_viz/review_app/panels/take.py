@@ -4,18 +4,16 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING
 
 import viser
 
 from fcw.errors import UserError
 from fcw_viz.page.controls import on_button
 from fcw_viz.page.style import set_html, text_block
+from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.drive import Drive, time_text
+from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.taking import clip_around, event_table, exported_file
-
-if TYPE_CHECKING:
-    from fcw_viz.review_app.tab import Tab
 
 WAIT_WORDS = "One at a time: the last one is still being made."
 
@@ -23,8 +21,9 @@ WAIT_WORDS = "One at a time: the last one is still being made."
 class TakePanel:
     """The fourth of a drive's tabs; what takes long is done in a thread of its own."""
 
-    def __init__(self, gui: viser.GuiApi, tab: "Tab") -> None:
-        self._tab = tab
+    def __init__(self, tab: PageTab, place: Place) -> None:
+        self._tab, self._place = tab, place
+        gui = tab.client.gui
         self._busy = ""
         self._result = ""
         self._clip = gui.add_html("")
@@ -41,20 +40,20 @@ class TakePanel:
     def show(self) -> None:
         """Say which part of the drive is taken."""
         start_s, end_s = self._between()
-        about = "around the event" if self._tab.selected is not None else "around this moment"
+        about = "around the event" if self._place.selected is not None else "around this moment"
         html = f"<p>The clip {about}: <b>{time_text(start_s)} to {time_text(end_s)}</b></p>"
         set_html(self._clip, text_block(html))
         set_html(self._state, text_block(self._busy or self._result))
 
     def _between(self) -> tuple[float, float]:
-        tab = self._tab
-        if tab.selected is None:
-            return clip_around(tab.time_s, tab.time_s, tab.opened.duration_s)
-        event = tab.opened.events[tab.selected]
-        return clip_around(event.start_s, event.end_s, tab.opened.duration_s)
+        place = self._place
+        if place.selected is None:
+            return clip_around(place.time_s, place.time_s, place.opened.duration_s)
+        event = place.opened.events[place.selected]
+        return clip_around(event.start_s, event.end_s, place.opened.duration_s)
 
     def _take_clip(self, export_format: str) -> None:
-        drive, between = self._tab.opened, self._between()
+        drive, between = self._place.opened, self._between()
         name = f"{drive.name}-{between[0]:.0f}s.{export_format}"
         self._do(
             f"Making {name}",
@@ -62,16 +61,16 @@ class TakePanel:
         )
 
     def _take_table(self) -> None:
-        drive = self._tab.opened
+        drive = self._place.opened
         name = f"{drive.name}-events.csv"
         self._do(f"Making {name}", lambda: self._send(name, event_table(drive.log.path)))
 
     def _open_rerun(self) -> None:
-        drive, between = self._tab.opened, self._between()
+        drive, between = self._place.opened, self._between()
         self._do("Starting rerun", lambda: self._rerun(drive, between))
 
     def _rerun(self, drive: Drive, between: tuple[float, float]) -> str:
-        url = self._tab.session.rerun.open(drive.log.path, between)
+        url = self._place.session.rerun.open(drive.log.path, between)
         if url is None:
             return "<p>rerun has a window of its own.</p>"
         return f'<p><a href="{escape(url)}" target="_blank">Open rerun on this clip</a></p>'
@@ -100,5 +99,5 @@ class TakePanel:
 
     def _done(self, result: str) -> None:
         self._busy, self._result = "", result
-        if self._tab.drive is not None:
+        if self._place.drive is not None:
             self.show()

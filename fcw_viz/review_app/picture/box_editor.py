@@ -1,19 +1,20 @@
 """Correcting the boxes of a frame on the picture: dragged at their corners, drawn, deleted, confirmed."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 from fcw.annotation.records import BoxEdit, FrameConfirmed, LabelledBox, new_box_id, track_box_id
 from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.logs.overlay import OTHER_TRACK_COLOR, Rgb
+from fcw.logs.records import FrameResult
 from fcw_viz.page.picture.handle import Handle, Phase
 from fcw_viz.page.picture.label_layout import Point
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, box_line
-
-if TYPE_CHECKING:
-    from fcw_viz.review_app.tab import Tab
+from fcw_viz.page.tab import PageTab
+from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.place import Place
 
 LOG_COLOR: Rgb = OTHER_TRACK_COLOR
 EDITED_COLOR: Rgb = (70, 200, 110)
@@ -37,8 +38,21 @@ class BoxEditor:
         selected: id of the box whose corners can be dragged; None for none.
     """
 
-    def __init__(self, tab: "Tab") -> None:
-        self._tab = tab
+    def __init__(
+        self, tab: PageTab, place: Place, annotating: Annotating, show_panels: Callable[[], None]
+    ) -> None:
+        """Nothing is corrected before `start`.
+
+        Args:
+            tab: on whose picture.
+            place: where the person is.
+            annotating: keeps what is corrected.
+            show_panels: brings the panels to the boxes.
+        """
+        self._view, self._client = tab.view, tab.client
+        self._place, self._annotating = place, annotating
+        self._show_panels = show_panels
+        self._result: FrameResult | None = None
         self._lines = LineOverlay(tab.view, tab.client, "boxes")
         self._handles: list[Handle] = []
         self._dragged: tuple[str, LabelledBox] | None = None
@@ -49,24 +63,16 @@ class BoxEditor:
 
     # What a person does
 
-    def toggle(self) -> None:
-        """Begin, or stop, with the frame that is shown."""
-        if self.active:
-            self.stop()
-        else:
-            self._tab.playing.stop()
-            self._tab.opened  # noqa: B018 - raises where no drive is open
-            self._tab.birds_eye.come_back()
-            self.active = True
-            self._tab.view.on_box(self.draw)
-        self._tab.screen.show_picture()
-        self._tab.panels.show()
+    def start(self) -> None:
+        """Take the tool; the frame is shown to it next."""
+        self.active = True
+        self._view.on_box(self.draw)
 
     def stop(self) -> None:
         """Put the tool away."""
         self.active, self.selected = False, None
         self._dragged = self._grips_px = None
-        self._tab.view.on_box(None)
+        self._view.on_box(None)
         self.redraw()
 
     def click(self, column_px: float, row_px: float) -> None:
@@ -80,7 +86,7 @@ class BoxEditor:
         ]
         self.selected = min(hit)[1] if hit else None
         self.redraw()
-        self._tab.panels.show()
+        self._show_panels()
 
     def draw(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> None:
         """Add a box that was drawn."""
@@ -106,9 +112,14 @@ class BoxEditor:
         """Say that all boxes of the frame are right as they stand."""
         if not self.active:
             raise UserError("correct boxes first: press E")
-        self._tab.annotating.say(FrameConfirmed(self._frame_index))
+        self._annotating.say(FrameConfirmed(self._frame_index))
 
     # What is shown
+
+    def show(self, result: FrameResult) -> None:
+        """Show the boxes of another frame: what the log says of it."""
+        self._result = result
+        self.redraw()
 
     def review_changed(self) -> None:
         """Somebody has said something: show it, unless a box is being dragged."""
@@ -117,7 +128,7 @@ class BoxEditor:
 
     def redraw(self) -> None:
         """Show the boxes of the frame, the selected one with its corners."""
-        if not self.active or self._tab.drive is None:
+        if not self.active or self._place.drive is None:
             if self._handles or self._labels:
                 self._labels = {}
                 self._lines.show(())
@@ -129,14 +140,14 @@ class BoxEditor:
         if self.selected not in self._labels:
             self.selected = None
         # At once: a handle that has no place yet could be taken hold of anywhere.
-        with self._tab.client.atomic():
+        with self._client.atomic():
             self._lines.show([self._line(box_id, label) for box_id, label in self._labels.items()])
             self._show_handles(self._labels[self.selected] if self.selected else None)
 
     @property
     def confirmed_by(self) -> tuple[str, ...]:
         """Who said that the frame's boxes are right."""
-        frame = self._tab.review.review.frames.get(self._frame_index)
+        frame = self._place.review.review.frames.get(self._frame_index)
         return tuple(entry.person for entry in frame.confirmed) if frame else ()
 
     @property
@@ -146,15 +157,15 @@ class BoxEditor:
 
     @property
     def _frame_index(self) -> int:
-        return self._tab.opened.frame_index(self._tab.row)
+        return self._place.opened.frame_index(self._place.row)
 
     def _edited(self) -> dict[str, LabelledBox | None]:
-        frame = self._tab.review.review.frames.get(self._frame_index)
+        frame = self._place.review.review.frames.get(self._frame_index)
         return frame.labels if frame else {}
 
     def _present_labels(self) -> dict[str, LabelledBox]:
         """The boxes as they stand: of the log's tracks, and edited."""
-        result = self._tab.screen.result
+        result = self._result
         labels: dict[str, LabelledBox | None] = {
             track_box_id(track.track_id): LabelledBox(track.box, track.track_id)
             for track in (result.tracks if result else ())
@@ -181,7 +192,7 @@ class BoxEditor:
         corners = self._grips_px or _corners(label.box)
         if not self._handles:
             self._handles = [
-                self._tab.view.add_handle(
+                self._view.add_handle(
                     f"corner {name}",
                     *corners[number],
                     HANDLE_COLOR,
@@ -231,15 +242,15 @@ class BoxEditor:
 
     def _inside(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> Box:
         """A box cut at the picture's edges."""
-        size = self._tab.view.plane.size
+        size = self._view.plane.size
         left_px, right_px = (min(max(x, -0.5), size.width - 0.5) for x in (left_px, right_px))
         top_px, bottom_px = (min(max(y, -0.5), size.height - 0.5) for y in (top_px, bottom_px))
         return Box(left_px, top_px, max(right_px - left_px, 1e-3), max(bottom_px - top_px, 1e-3))
 
     def _say(self, box_id: str, label: LabelledBox | None) -> None:
-        self._tab.annotating.say(BoxEdit(self._frame_index, box_id, label))
+        self._annotating.say(BoxEdit(self._frame_index, box_id, label))
         self.redraw()
-        self._tab.panels.show()
+        self._show_panels()
 
     def _told(self) -> str:
         if not self.active or self.selected is None:

@@ -2,15 +2,13 @@
 
 import threading
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Protocol
 
 from fcw.errors import UserError
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.screen import PLAYED_QUALITY
+from fcw_viz.review_app.place import LEAD_IN_S, Place
 from fcw_viz.review_app.time.player import SPEEDS, Player
-
-if TYPE_CHECKING:
-    from fcw_viz.review_app.tab import Tab
 
 DRAWN_PATIENCE_S = 0.5
 """A browser that does not say that it has drawn a picture gets the next one after this."""
@@ -18,8 +16,26 @@ STOP_CHECK_S = 0.02
 """The player waits for the tab's thread, but not when that wants it to stop."""
 KEY_ECHO_S = 0.3
 """The space key also presses the button that was clicked last: one press counts once."""
-LEAD_IN_S = 2.0
-"""An event is played from so long before it."""
+
+
+class Stage(Protocol):
+    """What playing asks of what shows the drive; all of it in the tab's thread."""
+
+    def before_playing(self) -> None:
+        """Frames follow each other from now on."""
+        ...
+
+    def turn_to(self, row: int, played: bool) -> None:
+        """Show a frame now; a played one in less quality."""
+        ...
+
+    def speed_changed(self) -> None:
+        """It plays or not, or faster than before."""
+        ...
+
+    def after_playing(self, trouble: str) -> None:
+        """Playing has ended; with words where it could not go on."""
+        ...
 
 
 class Playing:
@@ -29,14 +45,19 @@ class Playing:
         speed: seconds of the drive for each second, one of `SPEEDS`.
     """
 
-    def __init__(self, tab: "Tab") -> None:
-        self._tab = tab
+    def __init__(self, place: Place, run: Callable[[Callable[[], object]], None], stage: Stage) -> None:
+        """Nothing is played yet.
+
+        Args:
+            place: where the person is; the drive there is played from there.
+            run: runs work in the tab's thread.
+            stage: shows it.
+        """
+        self._place, self._run, self._stage = place, run, stage
         self.speed = 1.0
         self._toggled_s = float("-inf")
         self._drawn = threading.Event()
-        self._player = Player(
-            self._wait_drawn, self._show, lambda message: tab.run(lambda: self._ended(message))
-        )
+        self._player = Player(self._wait_drawn, self._show, lambda message: run(lambda: self._ended(message)))
 
     @property
     def now(self) -> bool:
@@ -60,14 +81,14 @@ class Playing:
         if self.now:
             self.stop()
         else:
-            self._play(0 if self._tab.row >= self._tab.opened.last_row else self._tab.row)
+            self._play(0 if self._place.row >= self._place.opened.last_row else self._place.row)
 
     def play_event(self) -> None:
         """Play the selected event, from a little before it."""
-        tab = self._tab
-        if tab.selected is None:
+        place = self._place
+        if place.selected is None:
             raise UserError("select an event first: click one of the list, or press N")
-        self._play(tab.opened.row_at(tab.opened.events[tab.selected].start_s - LEAD_IN_S))
+        self._play(place.opened.row_at(place.opened.events[place.selected].start_s - LEAD_IN_S))
 
     def set_speed(self, speed: float) -> None:
         """Play so much faster."""
@@ -75,8 +96,8 @@ class Playing:
             return
         self.speed = speed
         if self.now:
-            self._play(self._tab.row)
-        self._tab.screen.show_bar()
+            self._play(self._place.row)
+        self._stage.speed_changed()
 
     def change_speed(self, faster: bool) -> None:
         """The next speed up or down."""
@@ -92,13 +113,12 @@ class Playing:
         self._drawn.set()
 
     def _play(self, row: int) -> None:
-        tab = self._tab
-        tab.boxes.stop()
+        self._stage.before_playing()
         self.stop()
-        if row != tab.row:
-            tab.turn_to(row, PLAYED_QUALITY)
+        if row != self._place.row:
+            self._stage.turn_to(row, played=True)
         self._player.play(row, self.speed)
-        tab.screen.show_bar()
+        self._stage.speed_changed()
 
     def _wait_drawn(self, stop: threading.Event) -> None:
         """Wait until the browser has drawn the last picture; in the player's thread."""
@@ -113,17 +133,13 @@ class Playing:
 
         def show() -> None:
             if self.now:
-                self._tab.turn_to(row, PLAYED_QUALITY)
+                self._stage.turn_to(row, played=True)
             shown.set()
 
-        self._tab.run(show)
+        self._run(show)
         while self.now and not shown.wait(STOP_CHECK_S):
             pass
 
     def _ended(self, message: str) -> None:
-        """Playing has ended: the present picture again in full quality."""
-        if self.now or self._tab.drive is None:
-            return
-        if message:
-            self._tab.notify(message, trouble=True)
-        self._tab.rest()
+        if not self.now and self._place.drive is not None:
+            self._stage.after_playing(message)

@@ -28,6 +28,8 @@ WINDOWS_S: dict[str, float | None] = {
 }
 """How much of the drive the plots show."""
 DEFAULT_WINDOW = "30 s"
+PANEL_END = 1e6
+"""The strip's place in the page: after all parts of the panel, in which it is not seen."""
 SPEED_NAMES = {0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×", 4.0: "4×", 8.0: "8×"}
 
 
@@ -77,11 +79,8 @@ class Strip:
     """The strip of one tab; all of it is HTML that speaks to the page's channel."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._frame = gui.add_html("")
-        self._bar = gui.add_html("")
-        self._timeline = gui.add_html("")
-        self._plots = gui.add_html("")
-        self._now = gui.add_html("")
+        parts = (gui.add_html("", order=PANEL_END + number) for number in range(5))
+        self._frame, self._bar, self._timeline, self._plots, self._now = parts
 
     def hide(self) -> None:
         """Nothing of it is seen."""

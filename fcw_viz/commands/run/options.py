@@ -1,4 +1,4 @@
-"""`fcw run`: the whole job on one drive."""
+"""What `fcw run` is told on the command line."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,13 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from fcw_viz.jobs.drive import DriveJob, DriveOutcome
+    from fcw_viz.jobs.drive import DriveJob
 
 RECORDINGS = Path("recordings")
-FOXGLOVE_LAYOUT = Path(__file__).parents[1] / "foxglove_layout.json"
-"""Camera, ground view, plots and warnings of a drive.mcap, as Foxglove imports it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,37 +50,6 @@ class RunCommand:
     """Print the summary as JSON on stdout, alone."""
 
 
-def run_run(command: RunCommand) -> int:
-    """Run `fcw run`; returns the exit code."""
-    import json
-    import sys
-
-    from rich.console import Console
-
-    from fcw.errors import UserError
-    from fcw_viz.jobs.drive import run_drive
-
-    if command.live:
-        from fcw_viz.commands.run_live import run_live
-
-        return run_live(command)
-    if command.port is not None or command.no_open:
-        raise UserError("--port, --no-open: they are for the page of --live; add it, or leave them out")
-    path = Path(command.source)
-    if not path.exists() and _is_camera(command.source):
-        raise UserError(f"{command.source}: a camera runs live only; add --live")
-    job = job_of(command, path)
-    messages = Console(stderr=True)
-    outcome = run_drive(job, messages)
-    for note in outcome.notes:
-        messages.print(f"note: {note}", highlight=False)
-    if command.json:
-        sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
-    else:
-        report_drive(outcome, job.out, Console(), imperial=job.imperial)
-    return 130 if outcome.interrupted else 0
-
-
 def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "DriveJob":
     """What the command asks for.
 
@@ -107,54 +72,3 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
         imperial=command.units == "imperial",
         frame_rate_hz=command.frame_rate,
     )
-
-
-def _is_camera(source: str) -> bool:
-    from fcw.sources.camera import is_camera
-
-    return is_camera(source)
-
-
-def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False) -> None:
-    """Print what a drive came to, and how to open its logs."""
-    from rich.table import Table
-
-    from fcw.units import distance_text
-    from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, SUMMARY_NAME
-
-    summary = outcome.summary
-    console.print(
-        f"[bold]{summary['source']}[/bold]: {summary['frames']} frames, {summary['duration_s']:.1f} s, "
-        f"{summary['frames_per_second']:.0f} frames/s, a lead vehicle in {summary['frames_with_lead']} frames"
-        + (" [yellow](interrupted)[/yellow]" if outcome.interrupted else ""),
-        highlight=False,
-    )
-    if summary["warnings"]:
-        table = Table("level", "from", "to", "smallest TTC", "smallest distance", "track", box=None)
-        for span in summary["warnings"]:
-            ttc_s, distance_m = span["min_ttc_s"], span["min_distance_m"]
-            table.add_row(
-                span["level"],
-                f"{span['start_s']:.2f} s",
-                f"{span['end_s']:.2f} s",
-                "-" if ttc_s is None else f"{ttc_s:.1f} s",
-                "-" if distance_m is None else distance_text(distance_m, imperial),
-                str(span["track_id"]),
-            )
-        console.print(table)
-    else:
-        console.print("no warnings")
-    console.print(
-        f"\n  look at it: fcw review {out}\n\n"
-        f"  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file),\n"
-        f"      with the layout {_short(FOXGLOVE_LAYOUT)} (Layouts, Import from file)\n"
-        f"  {out / RRD_NAME}    open it with: fcw review {out} --rerun\n"
-        f"  {out / SUMMARY_NAME}",
-        highlight=False,
-        soft_wrap=True,
-    )
-
-
-def _short(path: Path) -> Path:
-    """A path as a person here would type it."""
-    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path

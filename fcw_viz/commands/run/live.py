@@ -17,7 +17,8 @@ from fcw.frame import ImageSize
 from fcw.sources import is_mcap, open_source
 from fcw.sources.camera import CameraSource, camera_name, is_camera
 from fcw.sources.live import LiveSource
-from fcw_viz.commands.run import RECORDINGS, RunCommand, job_of, report_drive
+from fcw_viz.commands.run.options import RECORDINGS, RunCommand, job_of
+from fcw_viz.commands.run.report import report_drive
 from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, load_calibration, run_drive
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage

@@ -1,0 +1,23 @@
+"""`fcw review`: in its page, in rerun, or in a few figures."""
+
+from fcw_viz.commands.review.options import ReviewCommand
+
+
+def run_review(command: ReviewCommand) -> int:
+    """Run `fcw review`; returns the exit code."""
+    from fcw.errors import UserError
+
+    if command.json and not command.summary:
+        raise UserError("--json: only --summary has a result to print; add it, or leave --json out")
+    if command.summary:
+        from fcw_viz.commands.review.summary import print_summary
+
+        print_summary(command.path, command.json)
+        return 0
+    if command.rerun:
+        from fcw_viz.commands.review.rerun import review_in_rerun
+
+        return review_in_rerun(command)
+    from fcw_viz.commands.review.page import review_in_page
+
+    return review_in_page(command)

@@ -1,0 +1,1 @@
+"""`fcw run`: the whole job on one drive."""

@@ -1,0 +1,38 @@
+"""`fcw run`: on a file as fast as it goes, or live."""
+
+from pathlib import Path
+
+from fcw_viz.commands.run.options import RunCommand, job_of
+from fcw_viz.commands.run.report import report_drive
+
+
+def run_run(command: RunCommand) -> int:
+    """Run `fcw run`; returns the exit code."""
+    import json
+    import sys
+
+    from rich.console import Console
+
+    from fcw.errors import UserError
+    from fcw.sources.camera import is_camera
+    from fcw_viz.jobs.drive import run_drive
+
+    if command.live:
+        from fcw_viz.commands.run.live import run_live
+
+        return run_live(command)
+    if command.port is not None or command.no_open:
+        raise UserError("--port, --no-open: they are for the page of --live; add it, or leave them out")
+    path = Path(command.source)
+    if not path.exists() and is_camera(command.source):
+        raise UserError(f"{command.source}: a camera runs live only; add --live")
+    job = job_of(command, path)
+    messages = Console(stderr=True)
+    outcome = run_drive(job, messages)
+    for note in outcome.notes:
+        messages.print(f"note: {note}", highlight=False)
+    if command.json:
+        sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
+    else:
+        report_drive(outcome, job.out, Console(), imperial=job.imperial)
+    return 130 if outcome.interrupted else 0

@@ -1,0 +1,57 @@
+"""What a drive came to, as it is printed at its end."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fcw_viz.jobs.drive import DriveOutcome
+
+FOXGLOVE_LAYOUT = Path(__file__).parents[2] / "foxglove_layout.json"
+"""Camera, ground view, plots and warnings of a drive.mcap, as Foxglove imports it."""
+
+
+def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False) -> None:
+    """Print what a drive came to, and how to open its logs."""
+    from rich.table import Table
+
+    from fcw.units import distance_text
+    from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, SUMMARY_NAME
+
+    summary = outcome.summary
+    console.print(
+        f"[bold]{summary['source']}[/bold]: {summary['frames']} frames, {summary['duration_s']:.1f} s, "
+        f"{summary['frames_per_second']:.0f} frames/s, a lead vehicle in {summary['frames_with_lead']} frames"
+        + (" [yellow](interrupted)[/yellow]" if outcome.interrupted else ""),
+        highlight=False,
+    )
+    if summary["warnings"]:
+        table = Table("level", "from", "to", "smallest TTC", "smallest distance", "track", box=None)
+        for span in summary["warnings"]:
+            ttc_s, distance_m = span["min_ttc_s"], span["min_distance_m"]
+            table.add_row(
+                span["level"],
+                f"{span['start_s']:.2f} s",
+                f"{span['end_s']:.2f} s",
+                "-" if ttc_s is None else f"{ttc_s:.1f} s",
+                "-" if distance_m is None else distance_text(distance_m, imperial),
+                str(span["track_id"]),
+            )
+        console.print(table)
+    else:
+        console.print("no warnings")
+    console.print(
+        f"\n  look at it: fcw review {out}\n\n"
+        f"  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file),\n"
+        f"      with the layout {_short(FOXGLOVE_LAYOUT)} (Layouts, Import from file)\n"
+        f"  {out / RRD_NAME}    open it with: fcw review {out} --rerun\n"
+        f"  {out / SUMMARY_NAME}",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def _short(path: Path) -> Path:
+    """A path as a person here would type it."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path

@@ -1,0 +1,54 @@
+"""One browser tab of a page: its picture, and the thread in which all of it happens, in order."""
+
+from collections.abc import Callable
+
+import viser
+
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+from fcw_viz.page.picture.view import PictureView
+from fcw_viz.page.script import install
+
+NOTIFICATION_S = 6.0
+
+
+class PageTab:
+    """What every tab of every page is.
+
+    Attributes:
+        client: the browser's side.
+        view: the picture of this tab.
+    """
+
+    def __init__(self, client: viser.ClientHandle, title: str, image_size: ImageSize) -> None:
+        """A tab with that title, and nothing on its picture yet."""
+        self.client = client
+        self._closed = False
+        install(client, title)
+        self.view = PictureView(client, image_size)
+
+    def close(self) -> None:
+        """The tab is gone."""
+        self._closed = True
+        self.view.close()
+
+    def run(self, work: Callable[[], object]) -> None:
+        """Do something in this tab's thread, after everything that came before."""
+        self.view.run_in_order(self._run, work)
+
+    def notify(self, title: str, text: str = "", trouble: bool = False) -> None:
+        """Tell the person of this tab something."""
+        self.client.add_notification(
+            title, text, auto_close_seconds=NOTIFICATION_S, color="orange" if trouble else "green"
+        )
+
+    def _run(self, work: Callable[[], object]) -> None:
+        if self._closed:
+            return
+        try:
+            work()
+        except UserError as error:
+            self.notify(str(error), trouble=True)
+        except Exception:
+            self.notify("That failed by a fault of the program; its terminal says which", trouble=True)
+            raise

@@ -1,0 +1,183 @@
+"""What one person reviews a drive with: playing, boxes, words and the screen, and what moves them all."""
+
+import json
+from collections.abc import Callable
+
+from fcw_viz.page.script import focus_element, run_script
+from fcw_viz.page.tab import PageTab
+from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.picture.box_editor import BoxEditor
+from fcw_viz.review_app.place import Place, parse_place
+from fcw_viz.review_app.screen import Screen
+from fcw_viz.review_app.session import ReviewSession
+from fcw_viz.review_app.time.playing import Playing
+
+NOTE_ID = "fcw-note"
+"""Of the field for a note."""
+
+
+class Desk:
+    """The desk of one tab, in its thread.
+
+    Attributes:
+        view: the picture.
+        place: where the person is.
+        playing: plays the drive.
+        annotating: what is said here of it.
+        boxes: corrects the boxes of a frame.
+        screen: what is shown of the drive.
+    """
+
+    def __init__(self, tab: PageTab, session: ReviewSession, show_panels: Callable[[], None]) -> None:
+        """No drive is open yet.
+
+        Args:
+            tab: whose desk it is.
+            session: what all tabs share.
+            show_panels: brings the panels to the place and what is said there.
+        """
+        self._client, self._run, self._notify = tab.client, tab.run, tab.notify
+        self._session = session
+        self._wanted_row: int | None = None
+        self.view = tab.view
+        self.place = Place(session)
+        self.playing = Playing(self.place, tab.run, self)
+        self.annotating = Annotating(self.place, tab.notify)
+        self.boxes = BoxEditor(tab, self.place, self.annotating, show_panels)
+        self.screen = Screen(tab, self.place, self.playing, self.boxes, show_panels)
+        self.view.on_click(self.boxes.click)
+        self.view.on_view_change(self.boxes.redraw)
+
+    # Drives
+
+    def show_list(self) -> None:
+        """Back to the list of the folder's drives."""
+        if len(self._session.drives) < 2:
+            return
+        self._leave_drive()
+        self._session.release(self.place)
+        self._note_address("")
+        self.refresh()
+
+    def open_at(self, text: str) -> None:
+        """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`."""
+        name, event, moment_s = parse_place(text)
+        if len(self._session.drives) == 1:
+            name = next(iter(self._session.drives))  # whatever it was called when the place was noted
+        drive = self._session.open(self.place, name)
+        self._leave_drive()
+        self.place.enter(drive, event, moment_s)
+        self.playing.load(drive)
+        if not drive.complete:
+            self._notify("This log was never finished", "It is shown as far as it goes.", trouble=True)
+        for trouble in self.place.review.troubles:
+            self._notify("Of the reviews of this drive", trouble, trouble=True)
+        self.screen.open(drive)
+        self.refresh()
+
+    def _leave_drive(self) -> None:
+        self.playing.stop()
+        self.boxes.stop()
+        self.screen.close()
+        self.place.leave()
+        self._wanted_row = None
+
+    # Moments
+
+    def go_to_time(self, time_s: float) -> None:
+        """Show the frame of a moment."""
+        self.go_to(self.place.opened.row_at(time_s))
+
+    def go_to(self, row: int) -> None:
+        """Show a frame; of several asked for at once only the last one is read."""
+        self.playing.stop()
+        waits = self._wanted_row is not None
+        self._wanted_row = min(max(row, 0), self.place.opened.last_row)
+        if not waits:
+            self._run(self._load_wanted)
+
+    def step(self, frames: int) -> None:
+        """Go on or back by so many frames, from the one asked for last."""
+        self.go_to((self.place.row if self._wanted_row is None else self._wanted_row) + frames)
+
+    def skip(self, seconds: float) -> None:
+        """Go on or back by so much time."""
+        self.go_to_time(self.place.time_s + seconds)
+
+    def select_event(self, number: int) -> None:
+        """Show an event at its worst moment; it is the one that is judged."""
+        self.place.selected = number
+        self.go_to_time(self.place.opened.events[number].peak_s)
+
+    def next_event(self, forward: bool) -> None:
+        """The next event by time, or the one before."""
+        self.select_event(self.place.next_event(forward))
+
+    def next_listed(self, forward: bool) -> None:
+        """The next event of the list as it is sorted, or the one before."""
+        self.select_event(self.place.next_listed(forward))
+
+    def sort(self, by_time: bool) -> None:
+        """List the events in another order."""
+        self.place.by_time = by_time
+        self.refresh()
+
+    def type_note(self) -> None:
+        """Put the cursor in the field of a note."""
+        self.place.opened  # noqa: B018 - raises where no drive is open
+        focus_element(self._client, NOTE_ID)
+
+    def escape(self) -> None:
+        """Put the tool away, and stop."""
+        self.playing.stop()
+        if self.boxes.active:
+            self.screen.switch_boxes()
+        elif self.screen.birds_eye.active:
+            self.screen.switch_birds_eye()
+
+    def refresh(self) -> None:
+        """Show everything but the picture anew."""
+        with self._client.atomic():
+            self.screen.refresh()
+            if self.place.drive is not None:
+                self._note_moment()
+
+    # What playing asks for
+
+    def before_playing(self) -> None:
+        """Frames follow each other from now on: nobody corrects boxes in them."""
+        self.boxes.stop()
+
+    def turn_to(self, row: int, played: bool) -> None:
+        """Show a frame now, and what follows from it."""
+        self.screen.turn_to(row, played)
+
+    def speed_changed(self) -> None:
+        """It plays or not, or faster than before."""
+        self.screen.show_bar()
+
+    def after_playing(self, trouble: str) -> None:
+        """Playing has ended: the present picture again in full quality."""
+        if trouble:
+            self._notify(trouble, trouble=True)
+        if self._wanted_row is None:
+            self.screen.show_picture()
+        self.refresh()
+
+    def _load_wanted(self) -> None:
+        row, self._wanted_row = self._wanted_row, None
+        if row is not None and self.place.drive is not None:
+            self.screen.turn_to(row)
+            self._note_moment()
+
+    def _note_moment(self) -> None:
+        self._note_address(f"{self.place.opened.name}@{self.place.time_s:.3f}")
+
+    def _note_address(self, text: str) -> None:
+        """Keep the place in the page's address: loaded anew, or sent to somebody, it leads there."""
+        run_script(
+            self._client,
+            "const address = new URL(location);"
+            f"address.searchParams.set('at', {json.dumps(text)});"
+            "history.replaceState(null, '', address);",
+        )

@@ -1,0 +1,104 @@
+"""What the list of drives says of each."""
+
+import base64
+import logging
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+
+from fcw.annotation.review import Review
+from fcw.annotation.store import read_review
+from fcw.errors import UserError
+from fcw.events import DriveEvent
+from fcw_viz.review_app.drive import Drive
+
+LOGGER = logging.getLogger(__name__)
+
+THUMBNAIL_PX, THUMBNAIL_QUALITY = (294, 165), 72
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveCard:
+    """What the folder list says of a drive.
+
+    Attributes:
+        name: of the drive.
+        path: its log.
+        duration_s: from its first frame to its last.
+        events: by time.
+        complete: False where the program that wrote it was killed.
+        imperial: units of its words.
+        review: what people said of it.
+        thumbnail: its worst moment, a JPEG in base 64; empty before it was read.
+        trouble: why it cannot be read; empty where it can.
+        read: False before it was looked at.
+    """
+
+    name: str
+    path: Path
+    duration_s: float = 0.0
+    events: tuple[DriveEvent, ...] = ()
+    complete: bool = True
+    imperial: bool = False
+    review: Review = field(default_factory=Review)
+    thumbnail: str = ""
+    trouble: str = ""
+    read: bool = True
+
+    @property
+    def severity(self) -> float:
+        """Of its worst event; below 0 where there is none."""
+        return max((event.severity for event in self.events), default=-1.0)
+
+
+def list_key(card: DriveCard) -> tuple[bool, bool, float, int, str]:
+    """The order of the list: drives not read yet come last, before them those that cannot be read; the worst
+    is first."""
+    return not card.read, bool(card.trouble), -card.severity, -len(card.events), card.name
+
+
+def read_card(name: str, path: Path) -> DriveCard:
+    """Read a drive for the list; its card says so where it cannot be read."""
+    try:
+        drive = Drive.open(name, path)
+        review, _ = read_review(drive.log)
+        thumbnail = _thumbnail(drive)
+    except UserError as error:
+        return DriveCard(name, path, trouble=str(error))
+    except Exception:
+        LOGGER.exception("%s cannot be read", path)
+        return DriveCard(name, path, trouble=f"{path}: cannot be read; the program's terminal says why")
+    return card_of(drive, review, thumbnail)
+
+
+def card_of(drive: Drive, review: Review, thumbnail: str) -> DriveCard:
+    """The card of a drive that can be read."""
+    return DriveCard(
+        drive.name,
+        drive.log.path,
+        drive.duration_s,
+        drive.events,
+        drive.complete,
+        drive.header.imperial,
+        review,
+        thumbnail,
+    )
+
+
+def _thumbnail(drive: Drive) -> str:
+    """The picture of a drive's worst moment, or of its middle; empty where it is missing."""
+    worst = drive.worst_event()
+    moment_s = drive.duration_s / 2 if worst is None else drive.events[worst].peak_s
+    pictures = drive.pictures()
+    try:
+        image = pictures.at(drive.frame_index(drive.row_at(moment_s)))
+    except UserError:
+        return ""
+    finally:
+        pictures.close()
+    width_px, height_px = THUMBNAIL_PX
+    scale = max(width_px / image.shape[1], height_px / image.shape[0])
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    _, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, THUMBNAIL_QUALITY])
+    return base64.b64encode(data.tobytes()).decode()

@@ -1,0 +1,65 @@
+"""Where somebody is: events are followed, and gone to in the order of time or of the list."""
+
+import pytest
+
+from fcw.errors import UserError
+from fcw_viz.review_app.place import LEAD_IN_S, Place, parse_place
+
+
+def at(place: Place, time_s: float) -> Place:
+    place.row = place.opened.row_at(time_s)
+    return place
+
+
+@pytest.mark.parametrize(
+    ("text", "parsed"),
+    [
+        ("monday", ("monday", None, None)),
+        ("monday#2", ("monday", 2, None)),
+        ("monday@7.5", ("monday", None, 7.5)),
+        ("a@b#c", ("a@b#c", None, None)),
+    ],
+)
+def test_a_place_is_a_drive_and_what_follows_its_name(
+    text: str, parsed: tuple[str, int | None, float | None]
+):
+    assert parse_place(text) == parsed
+
+
+def test_a_drive_begins_at_its_worst_event_where_nothing_else_is_named(place: Place):
+    place.enter(place.opened, None, None)
+    assert place.selected == place.opened.worst_event()
+    place.enter(place.opened, None, 4.0)
+    assert place.time_s == pytest.approx(4.0)
+
+
+def test_events_come_one_after_the_other_and_the_last_one_stays(place: Place):
+    events = place.opened.events
+    for number in range(1, len(events)):
+        place.selected = place.next_event(True)
+        assert place.selected == number
+        at(place, events[number].peak_s)
+    assert place.next_event(True) == len(events) - 1
+
+
+def test_from_between_two_events_each_way_leads_to_its_neighbour(place: Place):
+    first, second = place.opened.events[:2]
+    at(place, (first.end_s + second.start_s) / 2)
+    place.selected = None
+    assert (place.next_event(False), place.next_event(True)) == (0, 1)
+
+
+def test_the_event_that_the_moment_is_in_is_selected_and_a_near_one_kept(place: Place):
+    first, second = place.opened.events[:2]
+    at(place, first.end_s + LEAD_IN_S / 2)
+    assert not place.follow_event()
+    assert place.selected == 0
+    at(place, (second.start_s + second.end_s) / 2)
+    assert place.follow_event()
+    assert place.selected == 1
+
+
+def test_without_a_drive_the_person_is_told_to_open_one(place: Place):
+    place.leave()
+    with pytest.raises(UserError, match="open a drive first"):
+        place.next_event(True)
