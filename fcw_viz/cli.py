@@ -18,9 +18,9 @@ from fcw_viz.commands.demo import DemoCommand, run_demo
 from fcw_viz.commands.evaluate.command import EvaluateCommand, run_evaluate
 from fcw_viz.commands.export import ExportCommand, run_export
 from fcw_viz.commands.recover import RecoverCommand, run_recover
-from fcw_viz.commands.review.dispatch import run_review
+from fcw_viz.commands.review.command import run_review
 from fcw_viz.commands.review.options import ReviewCommand
-from fcw_viz.commands.run.dispatch import run_run
+from fcw_viz.commands.run.command import run_run
 from fcw_viz.commands.run.options import RunCommand
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train

@@ -61,7 +61,7 @@ def run_demo(command: DemoCommand) -> int:
         return 130
     if command.no_serve:
         return 0
-    from fcw_viz.commands.review.dispatch import run_review
+    from fcw_viz.commands.review.command import run_review
     from fcw_viz.commands.review.options import ReviewCommand
 
     console.print()

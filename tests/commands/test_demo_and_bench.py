@@ -39,7 +39,7 @@ from fcw_viz.benchmark.picture_cases import (
 )
 from fcw_viz.cli import main
 from fcw_viz.commands.demo import demo_folder
-from fcw_viz.commands.review import dispatch
+from fcw_viz.commands.review import command as review
 from fcw_viz.commands.review.options import ReviewCommand
 
 LARGEST_SHIPPED_BYTES = 8_000_000
@@ -65,7 +65,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
         return 0
 
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()) as told:
-        patch.setattr(dispatch, "run_review", note_review)  # it serves until Ctrl-C
+        patch.setattr(review, "run_review", note_review)  # it serves until Ctrl-C
         assert main(["demo", "--out", str(out)]) == 0
     results = list(DriveLog(out / "drive.mcap").results())
     return Demo(out, told.getvalue(), reviewed, results, read_truth(demo_folder() / "truth.csv"))
