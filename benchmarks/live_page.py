@@ -105,7 +105,7 @@ def live(page: Page | None, seconds: float) -> None:
                 f"of {len(latencies.found_s)} pictures; {source.dropped} left out\n"
             )
             if page is not None:
-                (tab,) = served._tabs.values()
+                (tab,) = served.tabs
                 assert isinstance(tab, LiveTab)
                 say(f"of the last pictures: {tab.latency.figures.words()}\n")
                 from_above(tab, Path(out) / MCAP_NAME)

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
-import viser
-
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
@@ -17,10 +15,8 @@ from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
 from fcw_viz.calibrate_app.fields import NumberFields
 from fcw_viz.calibrate_app.session import CalibrationSession, Person
 from fcw_viz.calibrate_app.tools import Tool
-from fcw_viz.page.picture.view import PictureView
 from fcw_viz.page.pictures import Pictures
-
-NOTIFICATION_S = 6.0
+from fcw_viz.page.tab import PageTab
 
 
 def mark_handle(mark_id: int) -> str:
@@ -49,6 +45,8 @@ class Desk:
         session: what all tabs share.
         pictures: of the source.
         view: the picture of this tab.
+        run: does something in this tab's thread, after everything that came before.
+        notify: tells the person something.
         overlay: what is drawn over it.
         fields: in which numbers are typed.
         person: who sits here, from `sit_down` on.
@@ -63,13 +61,14 @@ class Desk:
 
     def __init__(
         self,
-        client: viser.ClientHandle,
+        tab: PageTab,
         session: CalibrationSession,
         pictures: Pictures,
         source: Path,
         display: Display,
     ) -> None:
-        self.client = client
+        self.client, self.view = tab.client, tab.view
+        self.run, self.notify, self._refuse = tab.run, tab.notify, tab.refuse
         self.source = source
         self.session = session
         self.pictures = pictures
@@ -78,9 +77,8 @@ class Desk:
         self.tool_words = ""
         self.frame_index = 0
         self.state: SessionState = session.state
-        self.view = PictureView(client, pictures.image_size)
-        self.overlay = PictureOverlay(self.view, client)
-        self.fields = NumberFields(self.run, self._refuse)
+        self.overlay = PictureOverlay(tab.view, tab.client)
+        self.fields = NumberFields(tab.run, tab.refuse)
         self._display = display
         self._newest = self.state
         self._refresh_waits = True  # what is heard while joining is shown once it is known who this is
@@ -95,21 +93,10 @@ class Desk:
         frames = [mark.frame for mark in self.state.document.marks if mark.frame is not None]
         self.go_to(frames[0] if frames else 0)
 
-    def close(self) -> None:
+    def leave(self) -> None:
         """The tab is gone: keep what was being typed, and leave the session."""
         self.fields.flush()
         self.session.leave(self.person)
-        self.view.close()
-
-    def run(self, work: Callable[[], object]) -> None:
-        """Do something in this desk's thread, after everything that came before."""
-        self.view.run_in_order(self._run, work)
-
-    def notify(self, title: str, text: str = "", trouble: bool = False) -> None:
-        """Tell the person something."""
-        self.client.add_notification(
-            title, text, auto_close_seconds=NOTIFICATION_S, color="orange" if trouble else "green"
-        )
 
     def apply(self, *edits: Edit) -> bool:
         """Do one step; False where it was refused, and the person was told why."""
@@ -253,15 +240,3 @@ class Desk:
             self._refuse(error)
             return False
         return True
-
-    def _run(self, work: Callable[[], object]) -> None:
-        try:
-            work()
-        except UserError as error:
-            self._refuse(error)
-        except Exception:
-            self.notify("That failed by a fault of the program; its terminal says which", trouble=True)
-            raise
-
-    def _refuse(self, error: UserError) -> None:
-        self.notify(str(error), trouble=True)

@@ -3,7 +3,7 @@
 from functools import partial
 
 from fcw_viz.calibrate_app.desk import Desk
-from fcw_viz.page.keys import ZOOM_STEP, Key
+from fcw_viz.page.keys import Key, picture_keys
 
 NUDGE_PX = 0.1
 LARGE_NUDGE_PX = 1.0
@@ -11,39 +11,31 @@ NUMBER_KEYS = 9
 ARROWS = (("left", -1, 0), ("right", 1, 0), ("up", 0, -1), ("down", 0, 1))
 
 
-def all_keys() -> list[Key[Desk]]:
-    """Every key of the page."""
-    keys: list[Key[Desk]] = [
-        Key("Undo", "Z", "cmd/ctrl", lambda desk: desk.undo()),
-        Key("Redo", "Z", "cmd/ctrl+shift", lambda desk: desk.redo()),
-        Key("Redo", "Y", "cmd/ctrl", lambda desk: desk.redo()),
-        Key("Save the calibration", "S", "cmd/ctrl", lambda desk: desk.save()),
-        Key("Delete the selected point", "delete", None, lambda desk: desk.delete_selected()),
-        Key("Delete the selected point", "backspace", None, lambda desk: desk.delete_selected()),
-        Key("Switch the selected point on or off", "O", None, lambda desk: desk.switch_selected()),
-        Key("Type the distance of the selected point", "D", None, lambda desk: desk.type_distance()),
-        Key("Select nothing", "escape", None, lambda desk: desk.escape()),
-        Key("Next picture", "N", None, lambda desk: desk.step(1)),
-        Key("Previous picture", "P", None, lambda desk: desk.step(-1)),
-        Key("Next picture", ".", None, lambda desk: desk.step(1)),
-        Key("Previous picture", ",", None, lambda desk: desk.step(-1)),
-        Key("Whole picture", "F", None, lambda desk: desk.view.fit()),
-        Key("Zoom in", "=", None, lambda desk: desk.zoom(ZOOM_STEP)),
-        Key("Zoom in", "[plus]", None, lambda desk: desk.zoom(ZOOM_STEP)),
-        Key("Zoom in", "[plus]", "shift", lambda desk: desk.zoom(ZOOM_STEP)),
-        Key("Zoom out", "-", None, lambda desk: desk.zoom(1 / ZOOM_STEP)),
+def all_keys(desk: Desk) -> list[Key]:
+    """Every key of the page, at one desk."""
+    keys = [
+        Key("Undo", "Z", "cmd/ctrl", desk.undo),
+        Key("Redo", "Z", "cmd/ctrl+shift", desk.redo),
+        Key("Redo", "Y", "cmd/ctrl", desk.redo),
+        Key("Save the calibration", "S", "cmd/ctrl", desk.save),
+        Key("Delete the selected point", "delete", None, desk.delete_selected),
+        Key("Delete the selected point", "backspace", None, desk.delete_selected),
+        Key("Switch the selected point on or off", "O", None, desk.switch_selected),
+        Key("Type the distance of the selected point", "D", None, desk.type_distance),
+        Key("Select nothing", "escape", None, desk.escape),
+        Key("Next picture", "N", None, lambda: desk.step(1)),
+        Key("Previous picture", "P", None, lambda: desk.step(-1)),
+        Key("Next picture", ".", None, lambda: desk.step(1)),
+        Key("Previous picture", ",", None, lambda: desk.step(-1)),
+        *picture_keys(desk.view.fit, desk.zoom),
     ]
     for name, columns, rows in ARROWS:
         for step_px, modifier in ((NUDGE_PX, None), (LARGE_NUDGE_PX, "shift")):
-            move = partial(_nudge, columns_px=columns * step_px, rows_px=rows * step_px)
+            move = partial(desk.nudge, columns * step_px, rows * step_px)
             keys.append(Key(f"Move the point {step_px:g} px {name}", f"arrow{name}", modifier, move))
     for number in range(1, NUMBER_KEYS + 1):
-        keys.append(Key(f"Select point {number}", str(number), None, partial(_select, number=number)))
+        keys.append(Key(f"Select point {number}", str(number), None, partial(_select, desk, number)))
     return keys
-
-
-def _nudge(desk: Desk, columns_px: float, rows_px: float) -> None:
-    desk.nudge(columns_px, rows_px)
 
 
 def _select(desk: Desk, number: int) -> None:

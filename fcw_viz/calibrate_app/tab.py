@@ -11,10 +11,10 @@ from fcw_viz.calibrate_app.panels.layout import Panels
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.page.keys import add_keys
 from fcw_viz.page.pictures import Pictures
-from fcw_viz.page.script import install
+from fcw_viz.page.tab import PageTab
 
 
-class Tab:
+class Tab(PageTab):
     """One tab on a session.
 
     Attributes:
@@ -29,29 +29,29 @@ class Tab:
         source: Path,
         dark: bool,
     ) -> None:
-        self._client = client
-        install(client, f"{pictures.name} · fcw calibrate")
-        desk = self.desk = Desk(client, session, pictures, source, self)
+        super().__init__(client, f"{pictures.name} · fcw calibrate", pictures.image_size)
+        desk = self.desk = Desk(self, session, pictures, source, self)
         self._handles = PictureHandles(desk)
         self._panels = Panels(client.gui, desk, dark)
-        add_keys(client.gui, desk, all_keys(), desk.run)
-        desk.view.on_view_change(lambda: self._handles.show(desk.state))
+        add_keys(client.gui, self.run, all_keys(desk))
+        self.view.on_view_change(lambda: self._handles.show(desk.state))
         desk.sit_down()
 
     def close(self) -> None:
         """The tab is gone."""
         self._panels.close()
-        self.desk.close()
+        self.desk.leave()
+        super().close()
 
     def show(self) -> None:
         """Show what is on the desk now."""
         desk, state = self.desk, self.desk.state
-        with self._client.atomic():
+        with self.client.atomic():
             grip = self._handles.horizon_grip(state.document)
             desk.overlay.show(state, desk.selected, desk.frame_index, grip)
             self._handles.show(state)
-        self._client.flush()  # the eye is on the picture: it does not wait for the panels
-        with self._client.atomic():
+        self.client.flush()  # the eye is on the picture: it does not wait for the panels
+        with self.client.atomic():
             self._panels.show(state)
 
     def ask_distance(self, mark_id: int) -> None:

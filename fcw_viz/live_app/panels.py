@@ -12,6 +12,7 @@ from fcw.logs.series import DriveSeries
 from fcw_viz.live_app.feed import HISTORY_S, NANOSECONDS
 from fcw_viz.live_app.latency import LatencyFigures
 from fcw_viz.page.channel import says, says_size
+from fcw_viz.page.keys import help_table
 from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.panels.layout import OWN_STYLE, PANEL_WIDTH_PX
@@ -24,7 +25,7 @@ LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text()
 TOP_PX = 8.0
 """Over the plots."""
 FIRST_LAYOUT = StripLayout(1040.0, 300.0)
-KEYS = (
+HELP_ROWS = (
     ("B", "the road from above, or the picture"),
     ("M", "sound off, on"),
     ("O", "picture without the overlay"),
@@ -73,7 +74,7 @@ class LivePanels:
         gui.add_html(text_block(_sound_html()))
         self._why = gui.add_html("")
         self._latency = gui.add_html("")
-        gui.add_html(text_block(_keys_html()))
+        gui.add_html(text_block(f'<div class="fcw-keys">{help_table(HELP_ROWS)}</div>'))
         self.show_aspect(16, 9)
         self.show_head("waits for the first picture", False)
 
@@ -145,8 +146,3 @@ def _sound_html() -> str:
         '<span class="on">on</span><span class="muted">off</span></div>'
         f'<button {says("birdseye:")} title="The road from above, or the picture (B)">From above</button>'
     )
-
-
-def _keys_html() -> str:
-    rows = "".join(f"<tr><td><kbd>{key}</kbd></td><td>{words}</td></tr>" for key, words in KEYS)
-    return f"<table class='fcw-keys'>{rows}</table>"

@@ -4,11 +4,9 @@ import threading
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import viser
 
-from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.live_app.alarm import Alarm
 from fcw_viz.live_app.feed import NANOSECONDS, LiveFeed, Moment
@@ -16,8 +14,8 @@ from fcw_viz.live_app.latency import LatencyMeter
 from fcw_viz.live_app.panels import History, LivePanels
 from fcw_viz.overlay import OverlayPainter
 from fcw_viz.page.channel import PageChannel
-from fcw_viz.page.picture.view import PictureView
-from fcw_viz.page.script import install
+from fcw_viz.page.keys import Key, add_keys
+from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
 
 FIRST_SIZE = ImageSize(1280, 720)
@@ -31,33 +29,28 @@ PLOTS_S, WORDS_S = 0.4, 0.2
 """Plots and words follow in such steps: they are read, not watched."""
 
 
-class LiveTab:
+class LiveTab(PageTab):
     """One tab on a feed.
 
     Attributes:
-        client: the browser's side.
-        view: the picture of this tab.
         birds_eye: the same from above.
         latency: how old what it shows is.
     """
 
     def __init__(self, client: viser.ClientHandle, feed: LiveFeed, title: str) -> None:
-        self.client = client
+        super().__init__(client, f"{title} · live · fcw", FIRST_SIZE)
         self._feed = feed
         self._moment: Moment | None = None
         self._painter: OverlayPainter | None = None
         self._overlay_shown = True
         self._plots_s = self._words_s = float("-inf")
-        self._drawn, self._closed = threading.Event(), threading.Event()
+        self._drawn = threading.Event()
         self._drawn.set()
-
-        install(client, f"{title} · live · fcw")
-        self.view = PictureView(client, FIRST_SIZE)
         self.birds_eye = BirdsEye(client, self.view)
         self.latency = LatencyMeter()
         self._panels = LivePanels(client.gui, title)
         self._alarm = Alarm(client)
-        self._add_keys()
+        add_keys(client.gui, self.run, self._keys())
         # Heard at once: a drawn picture's time is that of the message, not of the tab's thread.
         channel = PageChannel(client, _at_once)
         channel.on("drawn", lambda _: self._was_drawn())
@@ -67,15 +60,6 @@ class LiveTab:
         channel.open()
         self.view.tell_drawn()
         threading.Thread(target=self._follow, name="live tab", daemon=True).start()
-
-    def close(self) -> None:
-        """The tab is gone."""
-        self._closed.set()
-        self.view.close()
-
-    def run(self, work: Callable[[], object]) -> None:
-        """Do something in this tab's thread, after everything that came before."""
-        self.view.run_in_order(self._run, work)
 
     def show_end(self, words: str) -> None:
         """The drive has ended, and what comes now."""
@@ -171,28 +155,13 @@ class LiveTab:
     def _switch_overlay(self) -> None:
         self._overlay_shown = not self._overlay_shown
 
-    def _add_keys(self) -> None:
-        actions: dict[str, tuple[str, Callable[[], object]]] = {
-            "B": ("The road from above, or the picture", self._switch_birds_eye),
-            "M": ("Sound off, on", self._mute),
-            "O": ("Picture with or without overlay", self._switch_overlay),
-            "F": ("Whole picture", self.view.fit),
-        }
-        for key, (label, action) in actions.items():
-            hotkey: Any = key  # viser's type lists letters one by one
-            command = self.client.gui.add_command(label, hotkey=hotkey)
-
-            @command.on_trigger
-            async def _(_event: viser.CommandEvent, action: Callable[[], object] = action) -> None:
-                self.run(action)
-
-    def _run(self, work: Callable[[], object]) -> None:
-        if self._closed.is_set():
-            return
-        try:
-            work()
-        except UserError as error:
-            self.client.add_notification(str(error), "", color="orange")
+    def _keys(self) -> tuple[Key, ...]:
+        return (
+            Key("The road from above, or the picture", "B", None, self._switch_birds_eye),
+            Key("Sound off, on", "M", None, self._mute),
+            Key("Picture with or without overlay", "O", None, self._switch_overlay),
+            Key("Whole picture", "F", None, self.view.fit),
+        )
 
 
 def _at_once(work: Callable[[], object]) -> None:

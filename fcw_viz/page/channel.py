@@ -11,6 +11,7 @@ from pathlib import Path
 
 import viser
 
+from fcw_viz.page.controls import Run
 from fcw_viz.page.script import run_script
 
 _BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
@@ -25,7 +26,7 @@ class PageChannel:
     runs, and `size:<name> <width>x<height>` of elements that say `data-fcw-size="<name>"`.
     """
 
-    def __init__(self, client: viser.ClientHandle, run: Callable[[Callable[[], object]], None]) -> None:
+    def __init__(self, client: viser.ClientHandle, run: Run) -> None:
         """Nothing is heard before `open`.
 
         Args:

@@ -1,37 +1,105 @@
-"""viser's server with the program's manners: on this machine only, quiet, and at the next free port."""
+"""A page's server with the program's manners: on this machine only, quiet, and at the next free port."""
 
 import contextlib
 import io
+import threading
 import warnings
+import webbrowser
+from abc import ABC, abstractmethod
 
 import viser
+from rich.console import Console
 
 from fcw.errors import UserError
+from fcw_viz.page.style import set_colours
+from fcw_viz.page.tab import PageTab
 
 HOST = "127.0.0.1"
 DEFAULT_PORT = 8080
 LAST_PORT = 65535
 
 
-def start_server(port: int, label: str, dark: bool) -> viser.ViserServer:
-    """A server at `port`, or at the next free one after it, which `get_port` tells.
+class PageServer(ABC):
+    """A running page; every browser that comes has a tab until it goes.
 
-    Args:
-        port: wished for.
-        label: over the panels.
-        dark: colours at the beginning.
-
-    Raises:
-        UserError: the port is none.
+    Attributes:
+        url: where it is.
+        port: the one it got.
     """
-    check_port(port)
-    # A tab that is closed while it plays or draws is nothing to tell anybody.
-    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-    with _viser_quiet():
-        server = viser.ViserServer(host=HOST, port=port, verbose=False)
-    server.gui.set_panel_label(label)
-    set_colours(server.gui, dark)
-    return server
+
+    def __init__(self, port: int, label: str, dark: bool) -> None:
+        """Serve from now on: all that `open_tab` needs is there already.
+
+        Args:
+            port: wished for; the next free one where it is taken.
+            label: over the panels.
+            dark: colours at the beginning.
+
+        Raises:
+            UserError: the port is none.
+        """
+        check_port(port)
+        self._wished_port = port
+        self._tabs: dict[int, PageTab] = {}
+        self._lock = threading.Lock()
+        # A tab that is closed while it plays or draws is nothing to tell anybody.
+        warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
+        with _viser_quiet():
+            self._server = viser.ViserServer(host=HOST, port=port, verbose=False)
+        self._server.gui.set_panel_label(label)
+        set_colours(self._server.gui, dark)
+        self.port = self._server.get_port()
+        self.url = f"http://{HOST}:{self.port}"
+        self._server.on_client_connect(self._connected)
+        self._server.on_client_disconnect(self._disconnected)
+
+    @abstractmethod
+    def open_tab(self, client: viser.ClientHandle) -> PageTab:
+        """The tab of a browser that has come."""
+
+    @property
+    def tabs(self) -> tuple[PageTab, ...]:
+        """Those that are open."""
+        with self._lock:
+            return tuple(self._tabs.values())
+
+    def announce(self, console: Console, title: str, words: str, browser: bool) -> None:
+        """Print where the page is, and show it.
+
+        Args:
+            console: where it is printed.
+            title: what is done there.
+            words: what else the person should know.
+            browser: whether one is opened.
+        """
+        if self.port != self._wished_port:
+            console.print(f"port {self._wished_port} is taken, this is the next free one: {self.port}")
+        console.print(f"{title} at {self.url} ({words})")
+        if browser:
+            webbrowser.open(self.url)
+
+    def wait(self) -> None:
+        """Wait for ever; Ctrl-C raises KeyboardInterrupt."""
+        threading.Event().wait()
+
+    def stop(self) -> None:
+        """Close the tabs and end it."""
+        with self._lock:
+            tabs, self._tabs = self._tabs, {}
+        for tab in tabs.values():
+            tab.close()
+        with _viser_quiet():
+            self._server.stop()
+
+    async def _connected(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            self._tabs[client.client_id] = self.open_tab(client)
+
+    async def _disconnected(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            tab = self._tabs.pop(client.client_id, None)
+        if tab is not None:
+            tab.close()
 
 
 def check_port(port: int) -> None:
@@ -42,22 +110,6 @@ def check_port(port: int) -> None:
     """
     if not 1 <= port <= LAST_PORT:
         raise UserError(f"--port {port}: expected a number from 1 to {LAST_PORT}")
-
-
-def stop_server(server: viser.ViserServer) -> None:
-    """End it."""
-    with _viser_quiet():
-        server.stop()
-
-
-def server_url(server: viser.ViserServer) -> str:
-    """Where it is."""
-    return f"http://{HOST}:{server.get_port()}"
-
-
-def set_colours(gui: viser.GuiApi, dark: bool) -> None:
-    """Dark or light, and none of viser's own advertising."""
-    gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=dark)
 
 
 def _viser_quiet() -> contextlib.redirect_stdout[io.StringIO]:

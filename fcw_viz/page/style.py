@@ -29,3 +29,8 @@ def set_html(handle: viser.GuiHtmlHandle, html: str) -> None:
     """Send HTML, unless it is there already."""
     if handle.content != html:
         handle.content = html
+
+
+def set_colours(gui: viser.GuiApi, dark: bool) -> None:
+    """Dark or light, and none of viser's own advertising."""
+    gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=dark)

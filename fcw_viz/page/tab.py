@@ -1,5 +1,6 @@
 """One browser tab of a page: its picture, and the thread in which all of it happens, in order."""
 
+import threading
 from collections.abc import Callable
 
 import viser
@@ -23,13 +24,13 @@ class PageTab:
     def __init__(self, client: viser.ClientHandle, title: str, image_size: ImageSize) -> None:
         """A tab with that title, and nothing on its picture yet."""
         self.client = client
-        self._closed = False
+        self._closed = threading.Event()
         install(client, title)
         self.view = PictureView(client, image_size)
 
     def close(self) -> None:
         """The tab is gone."""
-        self._closed = True
+        self._closed.set()
         self.view.close()
 
     def run(self, work: Callable[[], object]) -> None:
@@ -42,13 +43,17 @@ class PageTab:
             title, text, auto_close_seconds=NOTIFICATION_S, color="orange" if trouble else "green"
         )
 
+    def refuse(self, error: UserError) -> None:
+        """Tell the person of this tab why something was not done."""
+        self.notify(str(error), trouble=True)
+
     def _run(self, work: Callable[[], object]) -> None:
-        if self._closed:
+        if self._closed.is_set():
             return
         try:
             work()
         except UserError as error:
-            self.notify(str(error), trouble=True)
+            self.refuse(error)
         except Exception:
             self.notify("That failed by a fault of the program; its terminal says which", trouble=True)
             raise

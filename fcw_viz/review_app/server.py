@@ -1,25 +1,22 @@
-"""The page's server: one session for all tabs, on this machine only."""
+"""The page's server: one session for all tabs."""
 
-import threading
 from collections.abc import Mapping
 from pathlib import Path
 
 import viser
 
 from fcw.annotation.store import review_path
-from fcw_viz.page.server import DEFAULT_PORT, check_port, server_url, start_server, stop_server
+from fcw_viz.page.server import DEFAULT_PORT, PageServer, check_port
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.tab import Tab
 
 
-class ReviewPage:
+class ReviewPage(PageServer):
     """A running page.
 
     Attributes:
         session: what its tabs share.
-        url: where it is.
-        port: the one it got.
     """
 
     def __init__(
@@ -49,29 +46,14 @@ class ReviewPage:
             Drive.open(*next(iter(drives.items())))
         self.session = ReviewSession(drives, reviewer)
         self._title, self._dark = title, dark
-        self._tabs: dict[int, Tab] = {}
-        self._server = start_server(port, f"fcw review · {title}", dark)
-        self.port = self._server.get_port()
-        self.url = server_url(self._server)
-        self._server.on_client_connect(self._connected)
-        self._server.on_client_disconnect(self._disconnected)
+        super().__init__(port, f"fcw review · {title}", dark)
         self.session.start()
+
+    def open_tab(self, client: viser.ClientHandle) -> Tab:
+        """A tab on the session."""
+        return Tab(client, self.session, self._title, self._dark)
 
     def stop(self) -> None:
         """End it; all that was said is kept already."""
-        for client_id in list(self._tabs):
-            self._tabs.pop(client_id).close()
-        stop_server(self._server)
+        super().stop()
         self.session.close()
-
-    def wait(self) -> None:
-        """Wait for ever; Ctrl-C raises KeyboardInterrupt."""
-        threading.Event().wait()
-
-    async def _connected(self, client: viser.ClientHandle) -> None:
-        self._tabs[client.client_id] = Tab(client, self.session, self._title, self._dark)
-
-    async def _disconnected(self, client: viser.ClientHandle) -> None:
-        tab = self._tabs.pop(client.client_id, None)
-        if tab is not None:
-            tab.close()

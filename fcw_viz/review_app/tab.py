@@ -33,7 +33,7 @@ class Tab(PageTab):
         self._refresh_waits = False
         self._desk = Desk(self, session, self._show_panels)
         self._panels = Panels(self, self._desk, folder, dark)
-        add_keys(client.gui, self._desk, all_keys(), self.run)
+        add_keys(client.gui, self.run, all_keys(self._desk))
         session.join(self._desk.place, self._hear)
         self._open_channel()
         self.view.tell_drawn()

@@ -6,16 +6,17 @@ import viser
 
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.keys import HELP_ROWS
 from fcw_viz.calibrate_app.panels.check import CheckPanel
 from fcw_viz.calibrate_app.panels.figures import AbovePanel, IntervalPanel
 from fcw_viz.calibrate_app.panels.guide import Guide
 from fcw_viz.calibrate_app.panels.knowledge import KnowledgePanel
-from fcw_viz.calibrate_app.panels.page import PagePanel
 from fcw_viz.calibrate_app.panels.picture import PicturePanel
 from fcw_viz.calibrate_app.panels.points import PointsPanel
 from fcw_viz.calibrate_app.panels.result import ResultPanel
 from fcw_viz.calibrate_app.panels.save import SavePanel
 from fcw_viz.calibrate_app.panels.setup import SetupPanel
+from fcw_viz.page.panel import add_page_panel
 
 STEPS_WIDTH_PX = 340
 SIDE_LEFT_PX, SIDE_TOP_PX, SIDE_WIDTH_PX = 12, 72, 356
@@ -64,7 +65,7 @@ class Panels:
         with side.add_tab("Check"):
             self._check = CheckPanel(gui, desk)
         with side.add_tab("Keys"):
-            PagePanel(gui, desk.run, dark)
+            add_page_panel(gui, desk.run, HELP_ROWS, dark)
         side.float(x=SIDE_LEFT_PX, y=SIDE_TOP_PX, width=SIDE_WIDTH_PX)
         if desk.client.camera.image_height < LOW_WINDOW_PX:
             side.minimize()

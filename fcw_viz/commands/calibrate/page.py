@@ -1,6 +1,5 @@
 """`fcw calibrate SOURCE` without points: the page in the browser."""
 
-import webbrowser
 from pathlib import Path
 
 from rich.console import Console
@@ -46,11 +45,7 @@ def run_calibrate_page(command: CalibrateCommand, source: Path) -> int:
     console = Console(highlight=False, soft_wrap=True)
     try:
         _say(page, command)
-        if page.port != command.port:
-            console.print(f"port {command.port} is taken, this is the next free one: {page.port}")
-        console.print(f"calibrate at {page.url} (Ctrl-C ends; every click is kept)")
-        if not command.no_open:
-            webbrowser.open(page.url)
+        page.announce(console, "calibrate", "Ctrl-C ends; every click is kept", not command.no_open)
         page.wait()
     finally:
         page.stop()

@@ -1,7 +1,6 @@
 """`fcw review` without --rerun: the page in the browser."""
 
 import getpass
-import webbrowser
 from pathlib import Path
 
 from rich.console import Console
@@ -26,11 +25,7 @@ def review_in_page(command: ReviewCommand) -> int:
     page = ReviewPage(drives, title, command.reviewer or login_name(), port, command.dark)
     console = Console(highlight=False, soft_wrap=True)
     try:
-        if page.port != port:
-            console.print(f"port {port} is taken, this is the next free one: {page.port}")
-        console.print(f"review at {page.url} (Ctrl-C ends; every word is kept)")
-        if not command.no_open:
-            webbrowser.open(page.url)
+        page.announce(console, "review", "Ctrl-C ends; every word is kept", not command.no_open)
         page.wait()
     finally:
         page.stop()

@@ -4,7 +4,6 @@ import getpass
 import json
 import sys
 import threading
-import webbrowser
 from datetime import datetime
 from pathlib import Path
 
@@ -46,11 +45,7 @@ def run_live(command: RunCommand) -> int:
     page = LivePage(feed, job.source.stem or source.name, port)
     messages = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        if page.port != port:
-            messages.print(f"port {port} is taken, this is the next free one: {page.port}")
-        messages.print(f"live at {page.url} (Ctrl-C ends the drive, with complete logs)")
-        if not command.no_open:
-            webbrowser.open(page.url)
+        page.announce(messages, "live", "Ctrl-C ends the drive, with complete logs", not command.no_open)
         outcome = run_drive(job, messages, source, (feed,), stop)
         for note in outcome.notes:
             messages.print(f"note: {note}")

@@ -4,14 +4,15 @@ from html import escape
 from pathlib import Path
 
 from fcw_viz.page.channel import enters, says, says_size
+from fcw_viz.page.panel import add_page_panel
 from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import NOTE_ID, Desk
 from fcw_viz.review_app.drive import duration_text
+from fcw_viz.review_app.keys import HELP_ROWS
 from fcw_viz.review_app.panels.boxes import BoxesPanel
 from fcw_viz.review_app.panels.event import EventPanel
 from fcw_viz.review_app.panels.folder_list import folder_html, legend_html
-from fcw_viz.review_app.panels.page import PagePanel
 from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
 
@@ -56,7 +57,7 @@ class Panels:
         with self._tabs.add_tab("Take"):
             self._take = TakePanel(tab, place)
         with self._tabs.add_tab("Keys"):
-            PagePanel(gui, tab.run, dark)
+            add_page_panel(gui, tab.run, HELP_ROWS, dark)
 
     def show(self) -> None:
         """Bring all of them to the place's drive, moment and reviews."""

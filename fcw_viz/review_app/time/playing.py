@@ -2,10 +2,10 @@
 
 import threading
 import time
-from collections.abc import Callable
 from typing import Protocol
 
 from fcw.errors import UserError
+from fcw_viz.page.controls import Run
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.place import LEAD_IN_S, Place
 from fcw_viz.review_app.time.player import SPEEDS, Player
@@ -45,7 +45,7 @@ class Playing:
         speed: seconds of the drive for each second, one of `SPEEDS`.
     """
 
-    def __init__(self, place: Place, run: Callable[[Callable[[], object]], None], stage: Stage) -> None:
+    def __init__(self, place: Place, run: Run, stage: Stage) -> None:
         """Nothing is played yet.
 
         Args:

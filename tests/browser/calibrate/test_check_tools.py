@@ -126,7 +126,7 @@ def test_a_tab_closed_while_it_plays_ends_its_playback_without_a_word(
     tab = check_tools(open_page(drive_page.url))
     tab.page.get_by_role("button", name="Play").click()
     wait_until_picture(tab, "n > 5")
-    (served,) = drive_page._tabs.values()
+    (served,) = drive_page.tabs
     tab.page.close()
     wait_for(lambda: drive_page.session.state.people == ())
     wait_for(lambda: all(thread.name != "playback" for thread in threading.enumerate()))

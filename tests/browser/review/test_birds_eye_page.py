@@ -67,7 +67,7 @@ def test_clicks_on_the_picture_are_exact_after_coming_back(
     page = review({"made": drive_log})
     person = Reviewer(open_page(page.url))
     wait_for(lambda: person.sees(WORST_ROW))
-    (tab,) = page._tabs.values()
+    (tab,) = page.tabs
     clicks: list[tuple[float, float]] = []
     tab.view.on_click(lambda column_px, row_px: clicks.append((column_px, row_px)))
     mouse = person.browser.mouse_position(BOX.x + 20.0, BOX.y + 30.0)

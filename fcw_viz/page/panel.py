@@ -1,0 +1,22 @@
+"""The panel about the page itself: its keys, and how it looks."""
+
+from collections.abc import Iterable
+
+import viser
+
+from fcw_viz.page.controls import Run, on_choice
+from fcw_viz.page.keys import help_table
+from fcw_viz.page.style import set_colours, text_block
+
+
+def add_page_panel(gui: viser.GuiApi, run: Run, help_rows: Iterable[tuple[str, str]], dark: bool) -> None:
+    """Add a table of the keys, and the switch between dark and light.
+
+    Args:
+        gui: the tab's.
+        run: runs work in the tab's thread.
+        help_rows: keys and what they do.
+        dark: colours at the beginning.
+    """
+    gui.add_html(text_block(help_table(help_rows)))
+    on_choice(gui.add_checkbox("Dark colours", dark), run, lambda chosen: set_colours(gui, chosen))
