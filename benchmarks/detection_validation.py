@@ -25,6 +25,7 @@ from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.detection.windows.plan import full_levels
 from fcw.evaluation.detection.bottom_rows import bottom_rows
 from fcw.evaluation.detection.comparison import EqualRate, SeedMean, rate_at
+from fcw.evaluation.detection.curve_chart import PlottedCurve
 from fcw.evaluation.detection.detectors import (
     EVERY_SCORE,
     CalibrationOf,
@@ -38,7 +39,6 @@ from fcw.evaluation.detection.figures import evaluate
 from fcw.evaluation.detection.labels import AnnotatedImage, calibration_source, count_only, read_annotated
 from fcw.evaluation.detection.perturbation import CALIBRATION_ERRORS
 from fcw.versions import machine, versions
-from fcw_viz.charts.detection_curve import PlottedCurve
 from fcw_viz.jobs.detection_report import write_detection_report
 
 FPPI = (0.046, 0.1, 1.0)

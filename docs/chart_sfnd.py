@@ -15,9 +15,9 @@ import numpy as np
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
+from fcw.charts.chart import Chart, Series
 from fcw.detection.acf import AcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
-from fcw.evaluation.charts import Chart, Series
 from fcw.sources import open_source
 from fcw.tracking.tracker import Tracker
 

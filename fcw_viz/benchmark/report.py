@@ -8,8 +8,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from fcw.charts.chart import Chart, Series
 from fcw.errors import UserError
-from fcw.evaluation.charts import Chart, Series
 from fcw.files import write_whole
 from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.picture_cases import FARTHEST_M, PITCH_TOLERANCES_DEG, PRIOR_PREFIX, prior_name

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
+from fcw.evaluation.detection.curve_chart import GRID_FPPI, PlottedCurve, curve_chart
 from fcw.evaluation.detection.failures import Failure, FailureKind, count_kinds, false_positives, misses
 from fcw.evaluation.detection.figures import DetectionEvaluation
 from fcw.evaluation.detection.intervals import curve_intervals
 from fcw.files import write_whole
-from fcw_viz.charts.detection_curve import GRID_FPPI, PlottedCurve, svg_curve
 
 REPORT_NAME = "report.html"
 TILES_PER_KIND = 36
@@ -46,8 +46,6 @@ p{margin:4px 0 10px;max-width:75ch}nav a{margin-right:16px}a{color:#1769aa}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin-bottom:12px}
 th,td{text-align:left;padding:2px 14px 2px 0;border-bottom:1px solid #e3e7ec;vertical-align:top}
 th{color:#5a6675;font-weight:600}.tables{display:flex;flex-wrap:wrap;gap:0 40px}
-.curve{width:100%}.curve text{font-size:13px;fill:#3c4654}.grid{stroke:#dfe4ea}
-.curve polyline{stroke-width:2.2}
 .tiles{display:flex;flex-wrap:wrap;gap:14px}figure{margin:0}
 figure img{display:block;height:230px;border-radius:4px}
 figcaption{font-size:13px;color:#3c4654;margin-top:3px;max-width:330px}
@@ -129,7 +127,7 @@ def _curve(evaluation: DetectionEvaluation, name: str, beside: Sequence[PlottedC
     )
     mark = evaluation.operating_point
     own = PlottedCurve(f"{name} (dot: as shipped)", CURVE_COLOR, evaluation.curve, mark, band)
-    return svg_curve([own, *beside])
+    return curve_chart([own, *beside]).svg()
 
 
 def _headline_table(figures: Mapping[str, Any]) -> str:

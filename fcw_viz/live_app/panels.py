@@ -6,6 +6,7 @@ from pathlib import Path
 
 import viser
 
+from fcw.charts.svg import css_color
 from fcw.logs.overlay import LEVEL_COLORS
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.series import DriveSeries
@@ -17,7 +18,7 @@ from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.panels.layout import OWN_STYLE, PANEL_WIDTH_PX
 from fcw_viz.review_app.time.axis import TimeAxis
-from fcw_viz.review_app.time.plots import css_color, plots_svg
+from fcw_viz.review_app.time.plots import plots_svg
 from fcw_viz.review_app.time.strip import BOTTOM_PX, LEFT_PX, StripLayout, figures_html
 from fcw_viz.review_app.words import why
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fcw.evaluation.charts import Chart, Series
+from fcw.charts.chart import Chart, Series
 from fcw.evaluation.distance.kitti import DistanceEvaluation, DistanceSample
 from fcw.evaluation.distance.kitti_tracking import FRAME_RATE_HZ
 from fcw.files import write_whole

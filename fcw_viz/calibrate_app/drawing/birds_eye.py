@@ -5,12 +5,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from fcw.camera.calibration import Calibration
+from fcw.charts.svg import element, picture, words
 from fcw.logs.overlay import OWN_CAR_SIZE_M, VEHICLE_LENGTH_M
 from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.numbers_text import interval_text, row_distance_text
 from fcw_viz.calibrate_app.document.state import DistanceRow, Result
-from fcw_viz.calibrate_app.drawing.figures import AMBER, FARTHEST_M, TEAL
-from fcw_viz.charts.svg import points_text, svg_element, words
+from fcw_viz.calibrate_app.drawing.figures import AMBER, FARTHEST_M, FIGURE_STYLE, TEAL
 
 SEEN_AHEAD_M = 50.0
 """Least depth of the ground seen from above."""
@@ -72,17 +72,13 @@ def birds_eye(result: Result, marks: Sequence[Mark], imperial: bool, current: bo
     half_m = OWN_CAR_SIZE_M[1] / 2
     if calibration.reference_offset_m > 0:
         x, y = scale.place(0.0, half_m)
-        car = (2 * half_m * scale.px_per_m, VEHICLE_LENGTH_M * scale.px_per_m)
-        parts.append(
-            f'<rect x="{x:.2f}" y="{y:.2f}" width="{car[0]:.2f}" height="{car[1]:.2f}" rx="2" '
-            'fill="currentColor" fill-opacity="0.25" stroke="currentColor" stroke-opacity="0.6"/>'
-        )
-    parts.append(
-        f'<circle data-name="camera" cx="{camera_x:.3f}" cy="{camera_y:.3f}" r="3" fill="currentColor"/>'
-    )
+        size = {"width": 2 * half_m * scale.px_per_m, "height": VEHICLE_LENGTH_M * scale.px_per_m}
+        ink = {"fill": "currentColor", "stroke": "currentColor"}
+        parts.append(element("rect", x=x, y=y, **size, **ink, rx=2, fill_opacity=0.25, stroke_opacity=0.6))
+    parts.append(element("circle", data_name="camera", cx=camera_x, cy=camera_y, r=3, fill="currentColor"))
     parts.append(words(camera_x + 8, camera_y + 4, "camera", opacity=0.75))
     parts += _ground_marks(calibration, marks, scale)
-    return svg_element(scale.width_px, scale.height_px, parts, "The ground seen from above")
+    return picture(scale.width_px, scale.height_px, parts, "The ground seen from above", style=FIGURE_STYLE)
 
 
 def _wedge(calibration: Calibration, scale: GroundScale, color: str) -> Iterator[str]:
@@ -100,9 +96,14 @@ def _wedge(calibration: Calibration, scale: GroundScale, color: str) -> Iterator
         scale.place(scale.ahead_m, sides[0]),
         scale.place(scale.ahead_m, sides[1]),
     ]
-    yield (
-        f'<polygon points="{points_text(corners)}" fill="{color}" fill-opacity="0.07" stroke="{color}" '
-        'stroke-opacity="0.45" stroke-dasharray="4 3"/>'
+    yield element(
+        "polygon",
+        points=corners,
+        fill=color,
+        fill_opacity=0.07,
+        stroke=color,
+        stroke_opacity=0.45,
+        stroke_dasharray="4 3",
     )
 
 
@@ -110,10 +111,8 @@ def _path(scale: GroundScale, color: str) -> Iterator[str]:
     half_m = OWN_CAR_SIZE_M[1] / 2
     left_x, top_y = scale.place(scale.ahead_m, half_m)
     right_x, bottom_y = scale.place(0.0, -half_m)
-    yield (
-        f'<rect x="{left_x:.2f}" y="{top_y:.2f}" width="{right_x - left_x:.2f}" '
-        f'height="{bottom_y - top_y:.2f}" fill="{color}" fill-opacity="0.22"/>'
-    )
+    size = {"width": right_x - left_x, "height": bottom_y - top_y}
+    yield element("rect", x=left_x, y=top_y, **size, fill=color, fill_opacity=0.22)
 
 
 def _row_lines(rows: Sequence[DistanceRow], scale: GroundScale, color: str, imperial: bool) -> Iterator[str]:
@@ -133,15 +132,10 @@ def _row_lines(rows: Sequence[DistanceRow], scale: GroundScale, color: str, impe
         top_y = scale.place(min(row.high_m, scale.ahead_m), 0.0)[1]
         bottom_y = scale.place(row.low_m, 0.0)[1]
         y = scale.place(row.distance_m, 0.0)[1]
-        yield (
-            f'<rect x="{left:.2f}" y="{top_y:.2f}" width="{right - left:.2f}" '
-            f'height="{max(bottom_y - top_y, 0.0):.2f}" fill="{color}" fill-opacity="0.3"/>'
-        )
+        size = {"width": right - left, "height": max(bottom_y - top_y, 0.0)}
+        yield element("rect", x=left, y=top_y, **size, fill=color, fill_opacity=0.3)
         for start, end, thickness in ((0.0, scale.width_px, 0.7), (left, right, own)):
-            yield (
-                f'<line x1="{start:.2f}" y1="{y:.2f}" x2="{end:.2f}" y2="{y:.2f}" stroke="{color}" '
-                f'stroke-width="{thickness:g}"/>'
-            )
+            yield element("line", x1=start, y1=y, x2=end, y2=y, stroke=color, stroke_width=thickness)
         interval = interval_text(row.low_m, row.high_m, imperial)
         yield words(4, y - 3, f"{row_distance_text(row.distance_m, imperial)}  {interval}")
 
@@ -153,8 +147,5 @@ def _ground_marks(calibration: Calibration, marks: Sequence[Mark], scale: Ground
             continue
         x, y = scale.place(distance_m, calibration.lateral_at(mark.column_px, mark.row_px))
         fill = AMBER if mark.enabled else "none"
-        yield (
-            f'<circle data-mark="{mark.id}" cx="{x:.6f}" cy="{y:.6f}" r="4" fill="{fill}" '
-            'stroke="currentColor" stroke-width="1"/>'
-        )
+        yield element("circle", data_mark=str(mark.id), cx=x, cy=y, r=4, fill=fill, stroke="currentColor")
         yield words(x + 7, y + 4, mark.name)

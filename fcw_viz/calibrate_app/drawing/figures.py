@@ -1,13 +1,14 @@
-"""Figures of errors as inline SVG, for the page's panels and for the report.
-
-Words and axes are drawn in `currentColor`, so that they read in dark and in light.
-"""
+"""Figures of errors as inline SVG, for the page's panels and for the report."""
 
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from fcw.camera.calibration import Calibration
 from fcw.camera.plausibility import OUTLIER_SIGMAS
+from fcw.charts.scale import Scale
+from fcw.charts.svg import css_color, element, line, picture, words
 from fcw.logs.overlay import ROW_COLOR
 from fcw_viz.calibrate_app.document.numbers_text import (
     in_units,
@@ -17,12 +18,13 @@ from fcw_viz.calibrate_app.document.numbers_text import (
     unit_name,
 )
 from fcw_viz.calibrate_app.document.state import Result
-from fcw_viz.charts.svg import line, points_text, svg_element, words
 
-TEAL = "rgb({}, {}, {})".format(*ROW_COLOR)
+TEAL = css_color(ROW_COLOR)
 AMBER = "#d98a00"
 """Marks; dark enough for a white page, light enough for a dark one."""
 GRID_OPACITY = 0.22
+FIGURE_STYLE = "display: block; width: 100%; max-width: 26rem; height: auto"
+"""As wide as its place, up to a readable width."""
 
 NEAREST_M, FARTHEST_M = 3.0, 80.0
 """The range of the plot."""
@@ -49,20 +51,11 @@ def interval_plot(result: Result, imperial: bool) -> str:
     width, height, left, right, top, bottom = 340, 240, 46, 24, 20, 74
     unit_m = 1 / in_units(1.0, imperial)
     calibration = result.calibration
-    distances_m = [
-        NEAREST_M * (FARTHEST_M / NEAREST_M) ** (k / (CURVE_POINTS - 1)) for k in range(CURVE_POINTS)
-    ]
+    distances_m = np.geomspace(NEAREST_M, FARTHEST_M, CURVE_POINTS).tolist()
     curve = [(distance_m, *_relative_interval(calibration, distance_m)) for distance_m in distances_m]
     reach = _plot_height(curve)
-
-    def x(distance_m: float) -> float:
-        part = math.log(distance_m / NEAREST_M) / math.log(FARTHEST_M / NEAREST_M)
-        return left + part * (width - left - right)
-
-    def y(relative: float) -> float:
-        part = (min(max(relative, -reach), reach) + reach) / (2 * reach)
-        return height - bottom - part * (height - top - bottom)
-
+    x = Scale(NEAREST_M, FARTHEST_M, left, width - right, logarithmic=True).px
+    y = Scale(-reach, reach, height - bottom, top).px
     parts = [line(left, y(level), width - right, y(level), GRID_OPACITY) for level in _levels(reach)]
     parts += [words(left - 4, y(level) + 4, _signed_percent(level), "end", 0.75) for level in _levels(reach)]
     upper = [(x(d), y(high)) for d, _, high in curve if math.isfinite(high)]
@@ -70,9 +63,9 @@ def interval_plot(result: Result, imperial: bool) -> str:
     unbounded = [d for d, _, high in curve if not math.isfinite(high)]
     if unbounded:
         upper += [(x(unbounded[0]), y(reach)), (x(FARTHEST_M), y(reach))]
+    outline = [*upper, *reversed(lower)]
     parts.append(
-        f'<polygon points="{points_text([*upper, *reversed(lower)])}" fill="{TEAL}" fill-opacity="0.35" '
-        f'stroke="{TEAL}" stroke-width="1.2"/>'
+        element("polygon", points=outline, fill=TEAL, fill_opacity=0.35, stroke=TEAL, stroke_width=1.2)
     )
     parts.append(line(left, y(0.0), width - right, y(0.0), 0.8))
     for number, tick in enumerate(TICKS_FT if imperial else TICKS_M):
@@ -88,9 +81,9 @@ def interval_plot(result: Result, imperial: bool) -> str:
         if NEAREST_M <= point.distance_m <= FARTHEST_M:
             seen_m = calibration.distance_at(point.row_px)
             relative = (seen_m - point.distance_m) / point.distance_m
+            place = {"cx": x(point.distance_m), "cy": y(relative)}
             parts.append(
-                f'<circle cx="{x(point.distance_m):.2f}" cy="{y(relative):.2f}" r="3.5" fill="{AMBER}" '
-                'stroke="currentColor" stroke-width="0.8"/>'
+                element("circle", **place, r=3.5, fill=AMBER, stroke="currentColor", stroke_width=0.8)
             )
     parts.append(words(left, 12, "error of the distance, 16th to 84th percentile"))
     axis = f"distance in {unit_name(imperial)}, and its interval"
@@ -98,7 +91,7 @@ def interval_plot(result: Result, imperial: bool) -> str:
     if unbounded:
         limit = row_distance_text(_rounded_down(in_units(unbounded[0], imperial)) * unit_m, imperial)
         parts.append(words(left, height - 6, f"beyond {limit} the interval has no upper end"))
-    return svg_element(width, height, parts, "Error of the distance over the distance")
+    return picture(width, height, parts, "Error of the distance over the distance", style=FIGURE_STYLE)
 
 
 def residual_bar(sigmas: float) -> str:
@@ -114,22 +107,18 @@ def residual_bar(sigmas: float) -> str:
     size = abs(sigmas)
     color = TEAL if size <= NOISE_SIGMAS else AMBER if size <= OUTLIER_SIGMAS else "#d9480f"
     end = middle + shown * per_sigma
+    noise_px = NOISE_SIGMAS * per_sigma
+    ground = {"fill": "currentColor", "fill_opacity": 0.12}
     parts = [
-        f'<rect x="{middle - NOISE_SIGMAS * per_sigma:.2f}" y="1" width="{2 * NOISE_SIGMAS * per_sigma:.2f}" '
-        'height="10" fill="currentColor" fill-opacity="0.12"/>',
-        f'<rect x="{min(middle, end):.2f}" y="3" width="{abs(end - middle):.2f}" height="6" fill="{color}"/>',
+        element("rect", x=middle - noise_px, y=1, width=2 * noise_px, height=10, **ground),
+        element("rect", x=min(middle, end), y=3, width=abs(end - middle), height=6, fill=color),
         line(middle, 0, middle, height, 0.8),
     ]
     if size > BAR_SIGMAS:
         tip = end + math.copysign(5, sigmas)
-        parts.append(
-            f'<polygon points="{points_text([(end, 1.0), (tip, 6.0), (end, 11.0)])}" fill="{color}"/>'
-        )
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '
-        f'height="{height:g}" role="img"><title>{sigmas:+.1f} times the error of a click</title>'
-        f"{''.join(parts)}</svg>"
-    )
+        parts.append(element("polygon", points=[(end, 1), (tip, 6), (end, 11)], fill=color))
+    title = f"{sigmas:+.1f} times the error of a click"
+    return picture(width, height, parts, title)
 
 
 def _relative_interval(calibration: Calibration, distance_m: float) -> tuple[float, float]:

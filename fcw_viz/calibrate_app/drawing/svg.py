@@ -1,13 +1,12 @@
 """The picture with the drawing over it, as SVG that holds the picture itself."""
 
 from base64 import b64encode
-from html import escape
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.logs.overlay import Rgb
+from fcw.charts.svg import css_color, element, words
 from fcw_viz.calibrate_app.drawing.drawing import Drawing, fill_style
 from fcw_viz.calibrate_app.drawing.pen import Fill, Stroke
 from fcw_viz.page.picture.label_layout import FONT_CSS_PX, LABEL_MARGIN_CSS_PX, Label
@@ -44,12 +43,12 @@ def picture_overlay_svg(
         thickness = THICKNESS_CSS_PX[strong] * scale
         outline = thickness + 2 * OUTLINE_CSS_PX * scale
         parts += [_stroke(stroke, OUTLINE, outline) for stroke in strokes]
-        parts += [_stroke(stroke, _css(stroke.color), thickness) for stroke in strokes]
+        parts += [_stroke(stroke, css_color(stroke.color), thickness) for stroke in strokes]
     parts += [_label(label, scale) for label in drawing.labels]
     return (
         # The picture's own pixels: the centre of the top-left one is (0, 0).
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="-0.5 -0.5 {width} {height}" role="img" '
-        f'style="display: block; width: 100%; height: auto" font-family="Arial, sans-serif" '
+        f'style="display: block; width: 100%; height: auto; color: black" font-family="Arial, sans-serif" '
         f'font-size="{FONT_CSS_PX * scale:.3f}"><title>The picture with the distances of its rows</title>'
         f"{''.join(parts)}</svg>"
     )
@@ -57,26 +56,18 @@ def picture_overlay_svg(
 
 def _fill(fill: Fill, current: bool) -> str:
     color, opacity = fill_style(fill.kind, current)
-    corners = " ".join(f"{column:.3f},{row:.3f}" for column, row in fill.corners_px)
-    return f'<polygon points="{corners}" fill="{_css(color)}" fill-opacity="{opacity:g}"/>'
+    return element("polygon", points=fill.corners_px, fill=css_color(color), fill_opacity=opacity)
 
 
 def _stroke(stroke: Stroke, color: str, thickness: float) -> str:
-    points = " ".join(f"{column:.3f},{row:.3f}" for column, row in stroke.points_px)
-    return f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="{thickness:.3f}"/>'
+    points = stroke.points_px
+    return element("polyline", points=points, fill="none", stroke=color, stroke_width=thickness)
 
 
 def _label(label: Label, scale: float) -> str:
     area = label.area
-    # Two spaces in a row are one in SVG.
-    text = escape(label.text).replace("  ", "\u2002")
-    return (
-        f'<rect x="{area.left_px:.3f}" y="{area.top_px:.3f}" width="{area.right_px - area.left_px:.3f}" '
-        f'height="{area.bottom_px - area.top_px:.3f}" fill="white" fill-opacity="0.85"/>'
-        f'<text x="{label.left_px + LABEL_MARGIN_CSS_PX * scale / 2:.3f}" '
-        f'y="{label.row_px + BASELINE_EM * FONT_CSS_PX * scale:.3f}" fill="black">{text}</text>'
-    )
-
-
-def _css(color: Rgb) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*color)
+    size = {"width": area.right_px - area.left_px, "height": area.bottom_px - area.top_px}
+    left_px = label.left_px + LABEL_MARGIN_CSS_PX * scale / 2
+    base_px = label.row_px + BASELINE_EM * FONT_CSS_PX * scale
+    ground = element("rect", x=area.left_px, y=area.top_px, **size, fill="white", fill_opacity=0.85)
+    return ground + words(left_px, base_px, label.text)

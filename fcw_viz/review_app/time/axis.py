@@ -1,7 +1,8 @@
 """Where moments of a drive stand along the page's time line and plots."""
 
-import math
 from dataclasses import dataclass
+
+from fcw.charts.scale import multiples
 
 TICK_STEPS_S = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0)
 TICK_GAP_PX = 80.0
@@ -31,10 +32,6 @@ class TimeAxis:
         """Where a moment stands."""
         return (time_s - self.start_s) / self.span_s * self.width_px
 
-    def part(self, time_s: float) -> float:
-        """Where a moment stands, as a part of the width."""
-        return (time_s - self.start_s) / self.span_s
-
     def holds(self, time_s: float) -> bool:
         """Whether a moment is on it."""
         return self.start_s <= time_s <= self.end_s
@@ -45,9 +42,7 @@ class TimeAxis:
         step_s = next((step for step in TICK_STEPS_S if step >= wanted_s), TICK_STEPS_S[-1])
         while step_s < wanted_s:
             step_s *= 2
-        first = math.ceil(self.start_s / step_s - 1e-9)
-        last = math.floor(self.end_s / step_s + 1e-9)
-        return [number * step_s for number in range(first, last + 1)]
+        return multiples(step_s, self.start_s, self.end_s)
 
 
 def window_around(time_s: float, window_s: float | None, duration_s: float) -> tuple[float, float]:

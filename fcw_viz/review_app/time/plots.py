@@ -8,12 +8,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.charts.scale import Scale
+from fcw.charts.svg import css_color, element, line, picture, words
 from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR
 from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries
 from fcw.units import FEET_PER_METRE, KMH_PER_MPS, MPH_PER_MPS
 from fcw.warning.types import WarningLevel
-from fcw_viz.charts.svg import line, words
 from fcw_viz.review_app.drive import NS_PER_S, time_text
 from fcw_viz.review_app.time.axis import TimeAxis
 
@@ -32,13 +33,6 @@ SPEED_TOPS_MPS = (2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0)
 LONGEST_TTC_S = 10.0
 """Beyond ten seconds nobody is warned: the plot keeps its room for what matters."""
 LONGEST_HEADWAY_S = 4.0
-
-
-def css_color(rgb: tuple[int, int, int]) -> str:
-    """A colour for SVG."""
-    return "rgb({}, {}, {})".format(*rgb)
-
-
 CURVE_COLOR = css_color(ROW_COLOR)
 
 
@@ -74,29 +68,24 @@ class Plot:
         title: its name.
         unit: of its axis.
         values: (N,) float, NaN where there is none, in that unit.
-        low: (N,) lower edge of the interval; None where there is no interval.
-        high: (N,) its upper edge, inf where it has none.
         bottom: value at the lower edge.
         top: value at the upper edge.
         decimals: of a value in words.
         share: of the height, beside the others.
+        low: (N,) lower edge of the interval; None where there is no interval.
+        high: (N,) its upper edge, inf where it has none.
     """
 
     key: str
     title: str
     unit: str
     values: NDArray[np.float64]
-    low: NDArray[np.float64] | None
-    high: NDArray[np.float64] | None
     bottom: float
     top: float
     decimals: int
     share: float = 1.0
-
-    def y(self, value: float, height_px: float) -> float:
-        """Where a value stands, 0 at the upper edge; values beyond the edges stand on them."""
-        part = (min(max(value, self.bottom), self.top) - self.bottom) / (self.top - self.bottom)
-        return PAD_PX + (1 - part) * (height_px - 2 * PAD_PX)
+    low: NDArray[np.float64] | None = None
+    high: NDArray[np.float64] | None = None
 
 
 def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, ...]:
@@ -108,54 +97,22 @@ def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, 
     closing_mps = series.closing_speed_mps[rows].astype(np.float64)
     farthest_m = _largest(np.where(np.isfinite(high_m), high_m, distance_m))
     fastest_mps = _largest(np.abs(closing_mps))
-    distance_top = _above(farthest_m, DISTANCE_TOPS_M) * metre
+    top = _above(farthest_m, DISTANCE_TOPS_M) * metre
     speed_top = _above(fastest_mps, SPEED_TOPS_MPS) * speed
+    bottom = -speed_top if _largest(-closing_mps) > 0.1 * fastest_mps else 0.0
+    decimals = 0 if imperial else 1
+    low_m = series.distance_low_m[rows].astype(np.float64)
+    interval = low_m * metre, high_m * metre
+    ttc_s = _up_to(series.ttc_s[rows], LONGEST_TTC_S)
+    headway_s = _up_to(series.headway_s[rows], LONGEST_HEADWAY_S)
+    length, rate = ("ft", "mph") if imperial else ("m", "km/h")
     return (
         Plot(
-            "distance",
-            "Distance",
-            "ft" if imperial else "m",
-            distance_m * metre,
-            series.distance_low_m[rows].astype(np.float64) * metre,
-            high_m * metre,
-            0.0,
-            distance_top,
-            0 if imperial else 1,
-            DISTANCE_SHARE,
+            "distance", "Distance", length, distance_m * metre, 0.0, top, decimals, DISTANCE_SHARE, *interval
         ),
-        Plot(
-            "closing",
-            "Closing speed",
-            "mph" if imperial else "km/h",
-            closing_mps * speed,
-            None,
-            None,
-            -speed_top if _largest(-closing_mps) > 0.1 * fastest_mps else 0.0,
-            speed_top,
-            0,
-        ),
-        Plot(
-            "ttc",
-            "Time to collision",
-            "s",
-            _up_to(series.ttc_s[rows], LONGEST_TTC_S),
-            None,
-            None,
-            0.0,
-            LONGEST_TTC_S,
-            1,
-        ),
-        Plot(
-            "headway",
-            "Headway",
-            "s",
-            _up_to(series.headway_s[rows], LONGEST_HEADWAY_S),
-            None,
-            None,
-            0.0,
-            LONGEST_HEADWAY_S,
-            1,
-        ),
+        Plot("closing", "Closing speed", rate, closing_mps * speed, bottom, speed_top, 0),
+        Plot("ttc", "Time to collision", "s", ttc_s, 0.0, LONGEST_TTC_S, 1),
+        Plot("headway", "Headway", "s", headway_s, 0.0, LONGEST_HEADWAY_S, 1),
     )
 
 
@@ -165,8 +122,8 @@ def plots_svg(drive: Plotted, axis: TimeAxis, height_px: float) -> str:
     times_s = (drive.series.time_ns[rows] - drive.first_ns) / NS_PER_S
     plots = make_plots(drive.series, rows, drive.header.imperial)
     columns = _columns(axis, times_s)
-    ground = "".join(_level_spans(drive.series.level[rows], times_s, axis, height_px - AXIS_PX))
-    parts = [f'<g data-name="levels">{ground}</g>']
+    ground = _level_spans(drive.series.level[rows], times_s, axis, height_px - AXIS_PX)
+    parts = [element("g", *ground, data_name="levels")]
     parts += [
         line(axis.x(tick_s), 0, axis.x(tick_s), height_px - AXIS_PX, 0.1)
         + words(axis.x(tick_s), height_px - 3, time_text(tick_s, _tick_decimals(axis)), "middle", 0.65)
@@ -174,13 +131,9 @@ def plots_svg(drive: Plotted, axis: TimeAxis, height_px: float) -> str:
         if 20 <= axis.x(tick_s) <= axis.width_px - 20
     ]
     for plot, (top_px, own_px) in zip(plots, plot_places(plots, height_px), strict=True):
-        drawn = "".join(_plot(plot, axis, own_px, columns))
-        parts.append(f'<g data-plot="{plot.key}" transform="translate(0 {top_px:.1f})">{drawn}</g>')
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{axis.width_px:.0f}" height="{height_px:.0f}" '
-        f'viewBox="0 0 {axis.width_px:.0f} {height_px:.0f}" font-family="system-ui, sans-serif" '
-        f'font-size="11" role="img"><title>The vehicle ahead over time</title>{"".join(parts)}</svg>'
-    )
+        drawn = _plot(plot, axis, own_px, columns)
+        parts.append(element("g", *drawn, data_plot=plot.key, transform=f"translate(0 {top_px:.1f})"))
+    return picture(round(axis.width_px), round(height_px), parts, "The vehicle ahead over time")
 
 
 def plot_places(plots: Sequence[Plot], height_px: float) -> list[tuple[float, float]]:
@@ -256,27 +209,18 @@ def _columns(axis: TimeAxis, times_s: NDArray[np.float64]) -> _Columns:
 
 
 def _plot(plot: Plot, axis: TimeAxis, height_px: float, columns: _Columns) -> Iterator[str]:
-    yield (
-        f'<rect width="{axis.width_px:.1f}" height="{height_px:.1f}" fill="currentColor" '
-        'fill-opacity="0.035"/>'
-    )
+    yield element("rect", width=axis.width_px, height=height_px, fill="currentColor", fill_opacity=0.035)
+    scale = Scale(plot.bottom, plot.top, height_px - PAD_PX, PAD_PX)
+    y = scale.places_px
     if plot.bottom < 0:
-        zero_px = plot.y(0, height_px)
-        yield line(0, zero_px, axis.width_px, zero_px, 0.3)
-
-    def y(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        part = (np.clip(values, plot.bottom, plot.top) - plot.bottom) / (plot.top - plot.bottom)
-        return PAD_PX + (1 - part) * (height_px - 2 * PAD_PX)
-
+        yield line(0, scale.px(0), axis.width_px, scale.px(0), 0.3)
     if plot.low is not None and plot.high is not None:
         low, high = y(columns.lowest(plot.low)), y(columns.highest(plot.high))
         for run in _runs(np.isfinite(low) & np.isfinite(high)):
             outline = [*zip(columns.x[run], high[run], strict=True)]
             outline += [*zip(columns.x[run][::-1], low[run][::-1], strict=True)]
-            yield (
-                f'<polygon data-name="interval" points="{_points(outline)}" fill="{CURVE_COLOR}" '
-                f'fill-opacity="{BAND_OPACITY}"/>'
-            )
+            color = {"fill": CURVE_COLOR, "fill_opacity": BAND_OPACITY}
+            yield element("polygon", data_name="interval", points=outline, **color)
     lowest, highest = y(columns.lowest(plot.values)), y(columns.highest(plot.values))
     for run in _runs(np.isfinite(lowest)):
         if columns.thin:
@@ -288,10 +232,8 @@ def _plot(plot: Plot, axis: TimeAxis, height_px: float, columns: _Columns) -> It
                 for x, bottom, top in zip(columns.x[run], lowest[run], highest[run], strict=True)
                 for corner in ((x, bottom), (x, top))
             ]
-        yield (
-            f'<polyline data-name="curve" points="{_points(corners)}" fill="none" stroke="{CURVE_COLOR}" '
-            f'stroke-width="{CURVE_WIDTH_PX}" stroke-linejoin="round"/>'
-        )
+        style = {"fill": "none", "stroke": CURVE_COLOR, "stroke_width": CURVE_WIDTH_PX}
+        yield element("polyline", data_name="curve", points=corners, stroke_linejoin="round", **style)
     label = f"{plot.top:g} {plot.unit}"
     yield words(axis.width_px - 4, 11, label, "end", 0.55, size=10)
 
@@ -300,10 +242,6 @@ def _runs(known: NDArray[np.bool_]) -> list[slice]:
     """Unbroken runs of what is known."""
     edges = np.flatnonzero(np.diff(known.astype(np.int8), prepend=0, append=0))
     return [slice(int(start), int(end)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
-
-
-def _points(corners: list[tuple[float, float]]) -> str:
-    return " ".join(f"{x:.1f},{y:.1f}" for x, y in corners)
 
 
 def _level_spans(
@@ -320,7 +258,5 @@ def _level_spans(
             continue
         left_px = max(axis.x(float(times_s[start])), 0.0)
         right_px = min(axis.x(float(times_s[min(end, len(times_s) - 1)])), axis.width_px)
-        yield (
-            f'<rect x="{left_px:.1f}" width="{max(right_px - left_px, 1.0):.1f}" height="{height_px:.1f}" '
-            f'fill="{css_color(LEVEL_COLORS[level])}" fill-opacity="{LEVEL_OPACITY[level]}"/>'
-        )
+        color = {"fill": css_color(LEVEL_COLORS[level]), "fill_opacity": LEVEL_OPACITY[level]}
+        yield element("rect", x=left_px, width=max(right_px - left_px, 1.0), height=height_px, **color)

@@ -5,13 +5,12 @@ from html import escape
 
 from fcw.annotation.records import Entry, MissedEvent, Note
 from fcw.annotation.review import JudgedEvent, Review
+from fcw.charts.svg import css_color, element, line, picture, words
 from fcw.logs.overlay import LEVEL_COLORS
 from fcw.warning.types import WarningLevel
-from fcw_viz.charts.svg import line, words
 from fcw_viz.page.channel import says
 from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.time.axis import TimeAxis
-from fcw_viz.review_app.time.plots import css_color
 from fcw_viz.review_app.words import (
     DISAGREEMENT_SIGN,
     JUDGEMENT_SIGNS,
@@ -70,16 +69,12 @@ def timeline_svg(
         message: before an event's number, what a click on it says.
     """
     bottom = SIGNS_PX + TRACK_PX
-    parts = [
-        f'<rect y="{SIGNS_PX}" width="{axis.width_px:.1f}" height="{TRACK_PX}" rx="3" fill="currentColor" '
-        'fill-opacity="0.07"/>',
-    ]
+    track = {"y": SIGNS_PX, "height": TRACK_PX, "rx": 3, "fill": "currentColor"}
+    parts = [element("rect", **track, width=axis.width_px, fill_opacity=0.07)]
     if shown is not None:
         left, right = (min(max(axis.x(edge), 0.0), axis.width_px) for edge in shown)
-        parts.append(
-            f'<rect data-name="shown" x="{left:.1f}" y="{SIGNS_PX}" width="{max(right - left, 2):.1f}" '
-            f'height="{TRACK_PX}" rx="3" fill="currentColor" fill-opacity="0.1"/>'
-        )
+        width = max(right - left, 2)
+        parts.append(element("rect", **track, data_name="shown", x=left, width=width, fill_opacity=0.1))
     for tick_s in axis.ticks_s():
         x = axis.x(tick_s)
         parts.append(line(x, bottom, x, bottom + 3, 0.5))
@@ -90,11 +85,7 @@ def timeline_svg(
     for number in sorted(drawn, key=lambda number: (number == selected, events[number].event.severity)):
         parts += _event(axis, number, events[number], number == selected, imperial, message)
     parts += _remarks(axis, review.missed, review.notes)
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{axis.width_px:.0f}" height="{HEIGHT_PX:.0f}" '
-        f'viewBox="0 0 {axis.width_px:.0f} {HEIGHT_PX:.0f}" font-family="system-ui, sans-serif" '
-        f'font-size="11" role="img"><title>The whole drive</title>{"".join(parts)}</svg>'
-    )
+    return picture(round(axis.width_px), HEIGHT_PX, parts, "The whole drive")
 
 
 def drawn_events(axis: TimeAxis, events: Sequence[JudgedEvent], selected: int | None) -> set[int]:
@@ -122,22 +113,15 @@ def _event(
     bottom = SIGNS_PX + TRACK_PX
     height = TRACK_PX * KIND_HEIGHTS.get(event.kind, 0.6)
     title = f"{kind_title(event.kind)} at {time_text(event.start_s)}: {event_line(event, imperial)}"
-    outline = ' stroke="currentColor" stroke-width="1.5"' if selected else ""
+    look: dict[str, str | float] = {"fill": color}
+    if selected:
+        look |= {"stroke": "currentColor", "stroke_width": 1.5}
     if event.kind == NEAR_MISS:
-        middle = bottom - TRACK_PX / 2
-        shape = (
-            f'<path d="M{left:.1f} {middle:.1f} l5 -6 l5 6 l-5 6 z" fill="{color}"{outline} '
-            'transform="translate(-5 0)"/>'
-        )
+        shape = element("path", d=f"M{left - 5:.1f} {bottom - TRACK_PX / 2:.1f} l5 -6 l5 6 l-5 6 z", **look)
     else:
-        shape = (
-            f'<rect x="{left:.1f}" y="{bottom - height:.1f}" width="{right - left:.1f}" '
-            f'height="{height:.1f}" rx="1" fill="{color}"{outline}/>'
-        )
-    reach = (
-        f'<rect x="{left - REACH_PX:.1f}" y="{SIGNS_PX}" width="{right - left + 2 * REACH_PX:.1f}" '
-        f'height="{TRACK_PX}" fill="transparent"/>'
-    )
+        shape = element("rect", x=left, y=bottom - height, width=right - left, height=height, rx=1, **look)
+    width = right - left + 2 * REACH_PX
+    reach = element("rect", x=left - REACH_PX, y=SIGNS_PX, width=width, height=TRACK_PX, fill="transparent")
     sign = ""
     if judged.verdicts:
         text = DISAGREEMENT_SIGN if judged.judgement is None else JUDGEMENT_SIGNS[judged.judgement]
@@ -156,17 +140,17 @@ def _remarks(
     for entry in missed:
         left, right = axis.x(entry.said.start_s), axis.x(entry.said.end_s)
         title = f"{entry.person}: missed, {entry.said.text}" if entry.said.text else f"{entry.person}: missed"
+        width = max(right - left, SMALLEST_MARK_PX)
+        line_style = {"stroke": MISSED_COLOR, "stroke_width": 1.5, "stroke_dasharray": "3 2"}
+        place = {"x": left, "y": SIGNS_PX + 1, "width": width, "height": TRACK_PX - 2}
         yield (
             f'<g class="fcw-mark" {says(f"goto:{entry.said.start_s!r}")}><title>{escape(title)}</title>'
-            f'<rect x="{left:.1f}" y="{SIGNS_PX + 1}" width="{max(right - left, SMALLEST_MARK_PX):.1f}" '
-            f'height="{TRACK_PX - 2}" fill="transparent" stroke="{MISSED_COLOR}" stroke-width="1.5" '
-            'stroke-dasharray="3 2"/></g>'
+            f"{element('rect', **place, **line_style, fill='transparent')}</g>"
         )
+    dot = {"cy": bottom, "r": 4, "fill": NOTE_COLOR, "stroke": "currentColor", "stroke_opacity": 0.5}
     for entry in notes:
-        x = axis.x(entry.said.time_s)
         yield (
             f'<g class="fcw-mark" {says(f"goto:{entry.said.time_s!r}")}>'
             f"<title>{escape(f'{entry.person}: {entry.said.text}')}</title>"
-            f'<circle cx="{x:.1f}" cy="{bottom:.1f}" r="4" fill="{NOTE_COLOR}" stroke="currentColor" '
-            'stroke-opacity="0.5"/></g>'
+            f"{element('circle', cx=axis.x(entry.said.time_s), **dot)}</g>"
         )

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fcw.errors import UserError
-from fcw.evaluation.charts import Chart, Series
 from fcw.evaluation.distance.cues import CUES
 from fcw.evaluation.distance.kitti import (
     DistanceEvaluation,
@@ -219,13 +218,6 @@ def test_a_report_shows_the_time_to_collision_with_its_warning(tmp_path: Path) -
     chart = (tmp_path / "ttc-0000-1.svg").read_text()
     assert chart.count("#f6c7c7") == 1
     assert chart.startswith("<svg")
-
-
-def test_a_chart_leaves_out_what_is_outside_its_axes() -> None:
-    points = [(1.0, 1.0), (2.0, math.inf), (3.0, math.nan), (50.0, 1.0)]
-    svg = Chart("a < b", "x", "y", (0, 10), (0, 2), [Series("s", points)]).svg()
-    assert svg.count("<circle") == 1
-    assert "a &lt; b" in svg
 
 
 def test_a_file_that_is_not_tusimples_is_named(tmp_path: Path) -> None:
