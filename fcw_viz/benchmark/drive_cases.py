@@ -6,8 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
 from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector
 from fcw.detection.model import Model
@@ -16,6 +14,7 @@ from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource
 from fcw.threads import one_opencv_thread
 from fcw_viz.benchmark.picture_cases import Picture
+from fcw_viz.console import SILENT
 from fcw_viz.jobs.drive import DriveJob, run_drive
 
 DECODE, RELAYED, ENCODED = "decoding alone", "whole job, video relayed", "whole job, video encoded anew"
@@ -51,7 +50,7 @@ def drive_cases(job: DriveJob) -> dict[str, Callable[[], int]]:
 
     def whole_job(source: Source) -> int:
         with tempfile.TemporaryDirectory() as folder:
-            outcome = run_drive(replace(job, out=Path(folder)), Console(quiet=True), source)
+            outcome = run_drive(replace(job, out=Path(folder)), SILENT, source)
             return outcome.summary["frames"]
 
     cases = {DECODE: decode}

@@ -13,7 +13,6 @@ from itertools import islice
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import Progress
 
 from fcw.camera.file import default_path
 from fcw.detection.choice import DetectorModel
@@ -28,6 +27,7 @@ from fcw_viz.benchmark.drive_cases import drive_cases, thread_cases
 from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.benchmark.picture_cases import Picture, PictureCase, picture_cases
+from fcw_viz.console import progress
 from fcw_viz.jobs.drive import DriveJob, load_calibration
 
 
@@ -60,30 +60,26 @@ def measure(
     pictures = [frame.image for frame in islice(source.frames(), 0, step * picture_count, step)]
     picture_ms: dict[str, list[float]] = defaultdict(list)
     drive_ms: dict[str, list[float]] = defaultdict(list)
-    with _progress_bar(console) as progress, _long_enough(job, source, shortest_s) as drive:
-        bar = progress.add_task("preparing (the first time kernels are compiled)", total=None)
+    preparing = "preparing (the first time kernels are compiled)"
+    with progress(preparing, None, console) as bar, _long_enough(job, source, shortest_s) as drive:
         on_pictures = picture_cases(pictures[0], calibration, model, plugged_in)
         on_drive = drive_cases(drive) | thread_cases(pictures, calibration, model)
         frames_of_drive = open_source(drive.source).frame_count or 0
-        progress.update(bar, description="measuring", total=(rounds + 1) * (len(on_drive) + 1))
+        bar.begin("measuring", (rounds + 1) * (len(on_drive) + 1))
         for measured_round in range(-1, rounds):
             for name, run in on_drive.items():
                 start = time.perf_counter()
                 frames = run()
                 if measured_round >= 0:
                     drive_ms[name].append(1e3 * (time.perf_counter() - start) / frames)
-                progress.advance(bar)
+                bar.advance()
             for name, value in _picture_round(on_pictures, pictures).items():
                 if measured_round >= 0:
                     picture_ms[name].append(value)
-            progress.advance(bar)
+            bar.advance()
     windows = {name: case.windows for name, case in on_pictures.items() if case.windows is not None}
     heading = _heading(source, rounds, len(pictures), frames_of_drive)
     return Figures(heading, picture_ms, drive_ms, windows)
-
-
-def _progress_bar(console: Console) -> Progress:
-    return Progress(console=console, disable=not console.is_terminal, transient=True)
 
 
 @contextmanager

@@ -33,16 +33,12 @@ class BenchCommand:
 
 def run_bench(command: BenchCommand) -> int:
     """Run `fcw bench`; returns the exit code."""
-    import json
-    import sys
-
-    from rich.console import Console
-
     from fcw.detection.choice import ONNX_PREFIX, load_model
     from fcw.errors import UserError
     from fcw_viz.benchmark.measure import measure
     from fcw_viz.benchmark.report import print_figures, write_report
     from fcw_viz.commands.demo import demo_folder
+    from fcw_viz.console import MESSAGES, RESULTS, print_json
 
     if command.rounds < 1 or command.detector_frames < 1:
         raise UserError("--rounds and --detector-frames: expected at least 1")
@@ -55,21 +51,20 @@ def run_bench(command: BenchCommand) -> int:
         name = f"{ONNX_PREFIX}{command.onnx}"
         plugged_in = name, load_model(name, command.detector_classes)
     source = command.source or demo_folder() / "drive.mp4"
-    messages = Console(stderr=True)
     figures = measure(
         source,
         command.calibration,
         command.rounds,
         command.detector_frames,
-        messages,
+        MESSAGES,
         plugged_in,
         command.shortest,
     )
     if command.report:
         for path in write_report(figures, command.report):
-            messages.print(str(path), highlight=False, soft_wrap=True)
+            MESSAGES.print(str(path))
     if command.json:
-        sys.stdout.write(json.dumps(figures.as_json(), indent=2) + "\n")
+        print_json(figures.as_json())
     else:
-        print_figures(figures, Console())
+        print_figures(figures, RESULTS)
     return 0

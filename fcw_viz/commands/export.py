@@ -40,8 +40,7 @@ class ExportCommand:
 
 def run_export(command: ExportCommand) -> int:
     """Run `fcw export`; returns the exit code."""
-    from rich.console import Console
-
+    from fcw_viz.console import MESSAGES, RESULTS
     from fcw_viz.jobs.export import ExportJob, run_export_job
 
     job = ExportJob(
@@ -56,7 +55,6 @@ def run_export(command: ExportCommand) -> int:
         every=command.every,
         overwrite=command.overwrite,
     )
-    outcome = run_export_job(job, Console(stderr=True))
-    for line in outcome:
-        Console().print(line, highlight=False, soft_wrap=True, markup=False)
+    for line in run_export_job(job, MESSAGES):
+        RESULTS.print(line, soft_wrap=True, markup=False)
     return 0

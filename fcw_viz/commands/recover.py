@@ -22,19 +22,15 @@ class RecoverCommand:
 
 def run_recover(command: RecoverCommand) -> int:
     """Run `fcw recover`; returns the exit code."""
-    from rich.console import Console
-    from rich.progress import Progress
-
     from fcw.logs.mcap.recovery import recover, recovered_path
+    from fcw_viz.console import RESULTS, progress
     from fcw_viz.jobs.drive import MCAP_NAME
 
     path = command.drive / MCAP_NAME if command.drive.is_dir() else command.drive
     out = command.out or recovered_path(path)
-    messages = Console(stderr=True)
-    with Progress(console=messages, disable=not messages.is_terminal, transient=True) as bar:
-        task = bar.add_task(path.name, total=1.0)
-        report = recover(path, out, lambda part: bar.update(task, completed=part))
-    Console().print(report_text(report, path, out), highlight=False, soft_wrap=True)
+    with progress(path.name, 1.0) as bar:
+        report = recover(path, out, bar.reach)
+    RESULTS.print(report_text(report, path, out), soft_wrap=True)
     return 0
 
 

@@ -21,9 +21,6 @@ class SimulateCommand:
 
 def run_simulate(command: SimulateCommand) -> int:
     """Run `fcw simulate`; returns the exit code."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from fcw.errors import UserError
     from fcw.simulation.world.scenario import load_scenario
 
@@ -31,15 +28,13 @@ def run_simulate(command: SimulateCommand) -> int:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
     scenario = load_scenario(command.scenario)
     from fcw.simulation.drive import CALIBRATION_NAME, SPEED_NAME, TRUTH_LOG_NAME, VIDEO_NAME, write_drive
+    from fcw_viz.console import RESULTS, progress
 
-    messages = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=messages, disable=not messages.is_terminal, transient=True) as progress:
-        task = progress.add_task(command.scenario, total=scenario.frame_count)
-        write_drive(scenario, command.out, command.seed, lambda: progress.update(task, advance=1))
+    with progress(command.scenario, scenario.frame_count) as bar:
+        write_drive(scenario, command.out, command.seed, bar.advance)
     marks = ", ".join(f"{distance_m:g}" for distance_m in scenario.road.marks_m)
     video = command.out / VIDEO_NAME
-    Console().print(
+    RESULTS.print(
         f"{video}: {scenario.duration_s:g} s, {scenario.frame_count} frames\n"
         f"The white bars on the road of its first picture are {marks} m from the front bumper, which is "
         f"{scenario.camera.reference_offset_m:g} m ahead of the camera; the camera is "
@@ -47,7 +42,6 @@ def run_simulate(command: SimulateCommand) -> int:
         f"  {command.out / CALIBRATION_NAME}   its true calibration\n"
         f"  {command.out / TRUTH_LOG_NAME}   what is true, as a log: open it as one of `fcw run`\n"
         f"  fcw run {video} --ego-speed {command.out / SPEED_NAME}",
-        highlight=False,
         soft_wrap=True,
     )
     return 0

@@ -33,13 +33,11 @@ def run_train(command: TrainCommand) -> int:
     import shutil
     from datetime import UTC, datetime
 
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
     from fcw.detection.model import model_sha256
     from fcw.detection.training.dataset import load_training_set
     from fcw.detection.training.training import TrainingSettings, train
     from fcw.errors import UserError
+    from fcw_viz.console import MESSAGES, progress
 
     if not command.data:
         raise UserError("--data: no folder given; expected one with labels.json and images/")
@@ -52,40 +50,32 @@ def run_train(command: TrainCommand) -> int:
         )
     images = load_training_set(*command.data, include_non_commercial=command.include_non_commercial)
 
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     parts = command.out.with_name(command.out.name + ".parts")
     log_path = command.out.with_name(command.out.name + ".log.jsonl")
     # A training that goes on from kept stages goes on with its log too.
     with (
         _opened(log_path, "a" if parts.is_dir() else "w") as log,
-        Progress(*columns, console=console, disable=not console.is_terminal) as bars,
+        progress("reading", None) as bar,
     ):
 
-        class _Bars:
+        class _BarAndLog:
             """One bar, set anew for each stage; the log's lines go above it."""
 
-            task = bars.add_task("reading", total=None)
-
-            def stage(self, name: str, steps: int) -> None:
-                bars.reset(self.task, description=name, total=steps)
-
-            def advance(self) -> None:
-                bars.advance(self.task)
+            stage, advance = bar.begin, bar.advance
 
             def note(self, text: str, **figures: float) -> None:
-                console.print(text, highlight=False, soft_wrap=True)
+                MESSAGES.print(text)
                 line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "text": text} | figures
                 log.write(json.dumps(line) + "\n")
                 log.flush()
 
-        bars_and_log = _Bars()
+        bar_and_log = _BarAndLog()
         folders = ", ".join(map(str, command.data))
-        bars_and_log.note(f"training on {len(images)} pictures of {folders}, seed {command.seed}")
-        result = train(images, TrainingSettings(seed=command.seed), bars_and_log, parts)
+        bar_and_log.note(f"training on {len(images)} pictures of {folders}, seed {command.seed}")
+        result = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts)
     result.model.save(command.out)
     shutil.rmtree(parts)
-    console.print(f"{command.out}: {model_sha256(command.out)}", highlight=False, soft_wrap=True)
+    MESSAGES.print(f"{command.out}: {model_sha256(command.out)}")
     return 0
 
 

@@ -1,13 +1,12 @@
 """Exporting drive logs: what goes where, with a progress bar."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from fcw.annotation.frame_labels import labelled_frames, labelled_indices
 from fcw.annotation.review import Review
@@ -22,6 +21,7 @@ from fcw.logs.export.replay import replay, with_its_keyframe
 from fcw.logs.export.table import write_csv, write_parquet
 from fcw.logs.export.tracks import write_kitti, write_mot
 from fcw.logs.mcap.writer import McapSink
+from fcw_viz.console import note, progress
 from fcw_viz.overlay import OverlayPainter
 from fcw_viz.rerun.log import RerunSink
 
@@ -72,12 +72,9 @@ def run_export_job(job: ExportJob, console: Console) -> list[str]:
     """
     _check(job)
     drives = find_drives(job.drives)
-
-    def note(text: str) -> None:
-        console.print(f"note: {text}", highlight=False, soft_wrap=True, markup=False)
-
-    clips = _clips(job, drives, note)
-    reviews = _labelled(clips, note) if job.annotations else None
+    tell = partial(note, console=console)
+    clips = _clips(job, drives, tell)
+    reviews = _labelled(clips, tell) if job.annotations else None
     if reviews is not None:
         clips = [clip for clip in clips if clip.name in reviews]
     targets = _targets(job, [clip.name for clip in clips])
@@ -86,13 +83,14 @@ def run_export_job(job: ExportJob, console: Console) -> list[str]:
         len(clip.times_ns) if reviews is None else len(labelled_indices(clip, reviews[clip.name]))
         for clip in clips
     )
-    with _progress(console, f"{job.format} of {_counted(len(clips), 'drive')}", frames) as on_frame:
+    with progress(f"{job.format} of {_counted(len(clips), 'drive')}", frames, console) as bar:
         if job.events:
             return [_write_events(job, targets[0], clips)]
         if job.format in GATHERED:
-            return [_write_gathered(job, targets[0], clips, reviews, on_frame)]
+            return [_write_gathered(job, targets[0], clips, reviews, bar.advance)]
         return [
-            _write_one(job, target, clip, on_frame, note) for target, clip in zip(targets, clips, strict=True)
+            _write_one(job, target, clip, bar.advance, tell)
+            for target, clip in zip(targets, clips, strict=True)
         ]
 
 
@@ -281,11 +279,3 @@ def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable
 
 def _counted(count: int, one: str, many: str = "") -> str:
     return f"{count} {one if count == 1 else many or one + 's'}"
-
-
-@contextmanager
-def _progress(console: Console, text: str, frames: int) -> Iterator[Callable[[], None]]:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
-        task = progress.add_task(text, total=frames)
-        yield lambda: progress.update(task, advance=1)

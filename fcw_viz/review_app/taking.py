@@ -1,13 +1,11 @@
 """Files to take along from a drive, and the rerun viewer on a part of it."""
 
-import io
 import tempfile
 import threading
 from contextlib import ExitStack
 from pathlib import Path
 
-from rich.console import Console
-
+from fcw_viz.console import SILENT
 from fcw_viz.jobs.export import ExportJob, run_export_job
 from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer
 
@@ -30,7 +28,7 @@ def exported_file(log: Path, export_format: str, between: tuple[float, float]) -
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"clip.{export_format}"
-        run_export_job(ExportJob((log,), export_format, file, between=between), _silent())
+        run_export_job(ExportJob((log,), export_format, file, between=between), SILENT)
         return file.read_bytes()
 
 
@@ -42,7 +40,7 @@ def event_table(log: Path) -> bytes:
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "events.csv"
-        run_export_job(ExportJob((log,), "csv", file, events=True), _silent())
+        run_export_job(ExportJob((log,), "csv", file, events=True), SILENT)
         return file.read_bytes()
 
 
@@ -65,7 +63,7 @@ class RerunViewers:
         with ExitStack() as stack:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
             recording = folder / "drive.rrd"
-            run_export_job(ExportJob((log,), "rrd", recording, between=between), _silent())
+            run_export_job(ExportJob((log,), "rrd", recording, between=between), SILENT)
             make = native_viewer if has_display() else web_viewer
             viewer = stack.enter_context(make(recording))
             with self._lock:
@@ -82,8 +80,3 @@ class RerunViewers:
             ended, self._viewers = self._viewers, []
         for viewer in ended:
             viewer.close()
-
-
-def _silent() -> Console:
-    """Progress and notes of an export are nothing for the server's terminal."""
-    return Console(file=io.StringIO())

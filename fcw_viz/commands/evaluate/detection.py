@@ -40,18 +40,13 @@ class EvaluateDetectionCommand:
 
 def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
     """Run `fcw evaluate detection`; returns the exit code."""
-    import json
-    import sys
-
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from fcw.detection.choice import load_model
     from fcw.errors import UserError
     from fcw.evaluation.detection.coco import write_coco_results
     from fcw.evaluation.detection.detectors import EVERY_SCORE, DetectorCase, run_detectors
     from fcw.evaluation.detection.figures import evaluate
     from fcw.evaluation.detection.labels import calibration_source, count_only, read_annotated, read_category
+    from fcw_viz.console import MESSAGES, RESULTS, print_json, progress
     from fcw_viz.jobs.detection_report import write_detection_report
 
     if not all(x >= 0 for x in command.at_fppi):
@@ -74,15 +69,9 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
         "shipped": DetectorCase(command.detector, model),
         "every score": DetectorCase(command.detector, model, EVERY_SCORE),
     }
-    messages = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=messages, disable=not messages.is_terminal) as progress:
-        bar = progress.add_task("detecting", total=len(images))
-        runs = run_detectors(
-            images,
-            {name: case.detector_of(calibration_of) for name, case in cases.items()},
-            lambda: progress.advance(bar),
-        )
+    detectors = {name: case.detector_of(calibration_of) for name, case in cases.items()}
+    with progress("detecting", len(images)) as bar:
+        runs = run_detectors(images, detectors, bar.advance)
     found = runs["every score"]
     evaluation = evaluate(images, calibration_of, found, model.score_threshold, runs["shipped"])
     figures = {
@@ -95,11 +84,11 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
         write_coco_results(images, found, read_category(command.labels), command.detections)
     if command.report:
         page = write_detection_report(evaluation, figures, command.report)
-        messages.print(f"{page}: open it in a browser", highlight=False, soft_wrap=True)
+        MESSAGES.print(f"{page}: open it in a browser")
     if command.json:
-        sys.stdout.write(json.dumps(figures, indent=2) + "\n")
+        print_json(figures)
     else:
-        report_figures(figures, Console())
+        report_figures(figures, RESULTS)
     return 0
 
 

@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from fcw.evaluation.distance.kitti import DistanceEvaluation
 
 
-from fcw.json_form import without_non_finite
-
-
 @dataclass(frozen=True, slots=True)
 class EvaluateDistanceCommand:
     """Measure distances and closing speeds on KITTI tracking, beside the row alone and a constant width."""
@@ -47,12 +44,8 @@ METHODS = {"tracker": "estimated_m", "row alone": "row_m", "width 1.70 m": "widt
 
 def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     """Run `fcw evaluate distance`; returns the exit code."""
-    import json
     import math
-    import sys
     from dataclasses import asdict
-
-    from rich.console import Console
 
     from fcw.errors import UserError
     from fcw.evaluation.distance.kitti import evaluate_distance, tracker_settings
@@ -60,6 +53,7 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     from fcw.evaluation.distance.report import write_report
     from fcw.evaluation.distance.simulation import simulate_coverage
     from fcw.evaluation.distance.tusimple_velocity import evaluate_single_boxes
+    from fcw_viz.console import RESULTS, print_json
 
     if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
@@ -90,30 +84,26 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     if command.json:
         figures = as_json(result)
         if second is not None:
-            figures["tusimple"] = without_non_finite(
-                {name: asdict(errors) for name, errors in second.errors.items()}
-            )
+            figures["tusimple"] = {name: asdict(errors) for name, errors in second.errors.items()}
         if simulated is not None:
             figures["simulated"] = asdict(simulated)
-        sys.stdout.write(json.dumps(figures, indent=2) + "\n")
+        print_json(figures)
         return 0
     print_tables(result)
-    console = Console()
     if second is not None:
         texts = (f"{name} {errors.median:.1%}" for name, errors in second.errors.items())
         count = second.errors["tracker"].n
-        console.print(f"TuSimple, {count} single boxes, median error: {', '.join(texts)}", highlight=False)
+        RESULTS.print(f"TuSimple, {count} single boxes, median error: {', '.join(texts)}")
     if simulated is not None:
-        console.print(
+        RESULTS.print(
             f"{simulated.tracks} simulated tracks: {simulated.part:.1%} end inside their 1-sigma interval, "
             f"median error {simulated.median_error:.1%}",
-            highlight=False,
         )
     return 0
 
 
 def as_json(result: "DistanceEvaluation") -> dict[str, Any]:
-    """The result with the keys that scripts rely on; what is not known is null."""
+    """The result with the keys that scripts rely on; what is not known is NaN."""
     from dataclasses import asdict
 
     coverage, low, high = result.coverage()
@@ -129,17 +119,16 @@ def as_json(result: "DistanceEvaluation") -> dict[str, Any]:
     }
     for key, method in (("row", "row_m"), ("width", "width_m")):
         figures[key] = {name: asdict(errors) for name, errors in result.errors(method).items()}
-    return without_non_finite(figures)
+    return figures
 
 
 def print_tables(result: "DistanceEvaluation") -> None:
     """Print the methods side by side."""
-    from rich.console import Console
     from rich.table import Table
 
     from fcw.evaluation.distance.kitti import RANGES_M
+    from fcw_viz.console import RESULTS
 
-    console = Console()
     table = Table("relative error", *(f"{name} m" if name != "all" else name for name in RANGES_M), box=None)
     for name, method in METHODS.items():
         errors = result.errors(method).values()
@@ -150,15 +139,14 @@ def print_tables(result: "DistanceEvaluation") -> None:
         table.add_row("  9 of 10", *(f"{e.p90:.1%}" for e in errors))
     counted = result.errors().values()
     table.add_row("samples (tracks)", *(f"{e.n} ({e.tracks})" for e in counted))
-    console.print(table)
+    RESULTS.print(table)
     coverage, low, high = result.coverage()
-    console.print(
+    RESULTS.print(
         f"{len(result.samples)} of {result.measured} measured vehicles were followed, box noise "
         f"{result.box_noise_px:g} px, seed {result.seed}.\n"
         f"closing speed, mean absolute error after 1 s: {result.closing_speed_mae_mps():.2f} m/s by track, "
         f"{result.closing_speed_mae_mps(by_track=False):.2f} m/s by sample\n"
         f"inside the 1-sigma interval: {coverage:.0%} ({low:.0%} to {high:.0%})",
-        highlight=False,
     )
 
 

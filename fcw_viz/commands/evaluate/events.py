@@ -47,13 +47,12 @@ def evaluate_events(log_path: Path, labels: Path | None, console: "Console") -> 
 
 def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
     """The labels that people's verdicts on a drive give, and what else there is to tell of them."""
-    from rich.console import Console
-
     from fcw.annotation.records import Judgement
     from fcw.annotation.store import read_review
     from fcw.annotation.warning_labels import warning_labels
     from fcw.events import find_events
     from fcw.logs.mcap.reader import DriveLog
+    from fcw_viz.console import note
 
     log = DriveLog(path)
     review, troubles = read_review(log)
@@ -63,18 +62,12 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
             f"{path}: nobody has judged a warning of this drive yet; do so with `fcw review {path}`, "
             "or give labelled events with --events FILE"
         )
-    messages = Console(stderr=True)
     for trouble in troubles:
-        messages.print(f"note: {trouble}", highlight=False, soft_wrap=True, markup=False)
+        note(trouble)
     if labels.disagreements:
-        messages.print(
-            f"note: people judge {len(labels.disagreements)} warnings differently; they are no labels",
-            highlight=False,
-        )
+        note(f"people judge {len(labels.disagreements)} warnings differently; they are no labels")
     if labels.lost:
-        messages.print(
-            f"note: {labels.lost} verdicts are on warnings that are not in the log any more", highlight=False
-        )
+        note(f"{labels.lost} verdicts are on warnings that are not in the log any more")
     return labels.events, {
         "judgements": {one.name.lower(): labels.judgements.get(one, 0) for one in Judgement},
         "disagreements": len(labels.disagreements),

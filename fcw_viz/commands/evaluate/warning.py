@@ -1,7 +1,6 @@
 """`fcw evaluate warning`: whether warnings come in time, and never for nothing."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -55,13 +54,12 @@ class EvaluateWarningCommand:
 
 def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
     """Run `fcw evaluate warning`; returns the exit code."""
-    import json
-    import sys
-
     from rich.console import Console
 
+    from fcw_viz.console import RESULTS, SILENT, print_json
+
     _check(command)
-    console = Console(quiet=command.json)
+    console = SILENT if command.json else RESULTS
     result: dict[str, Any] = {"false_alarms": 0, "missed": 0}
     parts: tuple[tuple[bool, Callable[[EvaluateWarningCommand, Console], dict[str, Any]]], ...] = (
         (command.ncap, _scenarios),
@@ -77,7 +75,7 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
                 result[name] += found.pop(name, 0)
             result |= found
     if command.json:
-        sys.stdout.write(json.dumps(result, indent=2) + "\n")
+        print_json(result)
     return 0
 
 
@@ -110,28 +108,17 @@ def _check(command: EvaluateWarningCommand) -> None:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
 
 
-@contextmanager
-def _progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
-    """A bar on stderr, where that is a terminal; call with what was done."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    messages = Console(stderr=True)
-    with Progress(console=messages, disable=not messages.is_terminal, transient=True) as progress:
-        task = progress.add_task(what, total=total)
-        yield lambda done: progress.update(task, advance=done)
-
-
 def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
     from fcw.evaluation.warning.ncap import TRIALS, euro_ncap_scenarios, nhtsa_scenarios
     from fcw.evaluation.warning.scenarios import BoxLevel, run_scenarios
     from fcw.warning.policies import make_policy
+    from fcw_viz.console import progress
 
     scenarios = (*nhtsa_scenarios(), *euro_ncap_scenarios())
     view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
-    with _progress("trials", len(scenarios) * TRIALS) as advance:
+    with progress("trials", len(scenarios) * TRIALS) as bar:
         results = run_scenarios(
-            scenarios, lambda: make_policy(command.warning_policy), view, command.seed, lambda: advance(1)
+            scenarios, lambda: make_policy(command.warning_policy), view, command.seed, bar.advance
         )
     print_scenarios(results, console)
     return scenarios_as_json(results)
@@ -254,12 +241,13 @@ def _following(command: EvaluateWarningCommand, console: "Console") -> dict[str,
     from fcw.evaluation.warning.false_alarms import FOLLOWING_RATE_HZ, run_following
     from fcw.evaluation.warning.scenarios import BoxLevel
     from fcw.warning.policies import make_policy
+    from fcw_viz.console import progress
 
     hours = command.following_hours or 0.0
     view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight, frame_rate_hz=FOLLOWING_RATE_HZ)
-    with _progress("hours", hours) as advance:
+    with progress("hours", float(hours)) as bar:
         results = run_following(
-            lambda: make_policy(command.warning_policy), view, hours, command.seed, advance
+            lambda: make_policy(command.warning_policy), view, hours, command.seed, bar.advance
         )
     print_following(results, console)
     return {
@@ -290,10 +278,11 @@ def print_following(results: "Sequence[FollowingResult]", console: "Console") ->
 
 def _mounts(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
     from fcw.evaluation.distance.mount import AFTER_S, BEFORE_S, watch_mounts
+    from fcw_viz.console import progress
 
     hours = command.mount_hours or 0.0
-    with _progress("hours", hours + MOUNT_TRIALS * (BEFORE_S + AFTER_S) / 3600) as advance:
-        result = watch_mounts(MOUNT_TRIALS, hours, command.box_noise, command.seed, advance)
+    with progress("hours", hours + MOUNT_TRIALS * (BEFORE_S + AFTER_S) / 3600) as bar:
+        result = watch_mounts(MOUNT_TRIALS, hours, command.box_noise, command.seed, bar.advance)
     delays_s = sorted(delay_s for delay_s in result.delays_s if delay_s is not None)
     in_time = sum(delay_s <= MOUNT_ASKED_S for delay_s in delays_s)
     console.print(

@@ -1,0 +1,50 @@
+"""How commands speak: notes as they are, JSON that any reader takes, bars for terminals alone."""
+
+import io
+import json
+import math
+
+import pytest
+from rich.console import Console
+
+from fcw_viz.console import Bar, note, print_json, progress
+
+
+def drawn(work_total: float, rate_of: str = "", terminal: bool = True) -> str:
+    console = Console(file=io.StringIO(), force_terminal=terminal, width=100, color_system=None)
+    with progress("work [of] many", work_total, console, rate_of) as bar:
+        bar.reach(work_total / 2)
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_a_bar_tells_steps_or_a_part_and_keeps_the_name_as_it_is():
+    assert "2/4" in drawn(4)
+    assert "50%" in drawn(4.0)
+    assert "work [of] many" in drawn(4)
+    assert "frames/s" in drawn(4, "frames")
+
+
+def test_where_nobody_looks_no_bar_is_drawn():
+    assert not drawn(4, terminal=False)
+
+
+def test_other_work_begins_at_nothing():
+    console = Console(file=io.StringIO(), force_terminal=True, width=100, color_system=None)
+    with progress("first", 4, console) as bar:
+        bar.advance(3)
+        bar.begin("second", 7)
+        assert isinstance(bar, Bar)
+    assert isinstance(console.file, io.StringIO)
+    assert "0/7" in console.file.getvalue()
+
+
+def test_json_has_null_for_what_is_not_finite(capsys: pytest.CaptureFixture[str]):
+    print_json({"a": [math.nan, 1.5], "b": -math.inf})
+    assert json.loads(capsys.readouterr().out) == {"a": [None, 1.5], "b": None}
+
+
+def test_notes_go_to_standard_error_as_they_are(capsys: pytest.CaptureFixture[str]):
+    note("a [b] " + "long " * 40)
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", "note: a [b] " + "long " * 40 + "\n")
