@@ -299,12 +299,8 @@ def track_weights(tracks: np.ndarray) -> FloatArray:
 
 
 def weighted_quantile(values: FloatArray, weights: FloatArray, part: float) -> float:
-    """The value that `part` of the weight does not exceed; nan where there is none."""
-    if not len(values):
-        return math.nan
-    order = np.argsort(values, kind="stable")
-    cumulated = np.cumsum(weights[order])
-    return float(values[order][min(np.searchsorted(cumulated, part * cumulated[-1]), len(values) - 1)])
+    """The value that `part` of the weight does not exceed; there is at least one."""
+    return float(np.quantile(values, part, weights=weights, method="inverted_cdf"))
 
 
 def range_errors(relative: FloatArray, tracks: np.ndarray, seed: int) -> RangeErrors:
