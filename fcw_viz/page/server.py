@@ -73,8 +73,10 @@ class PageServer(ABC):
             browser: whether one is opened.
         """
         if self.port != self._wished_port:
-            console.print(f"port {self._wished_port} is taken, this is the next free one: {self.port}")
-        console.print(f"{title} at {self.url} ({words})")
+            console.print(
+                f"port {self._wished_port} is taken, this is the next free one: {self.port}", soft_wrap=True
+            )
+        console.print(f"{title} at {self.url} ({words})", soft_wrap=True)
         if browser:
             webbrowser.open(self.url)
 

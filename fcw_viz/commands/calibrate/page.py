@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from rich.console import Console
-
 from fcw.camera.file import default_path
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -22,6 +20,7 @@ from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
+from fcw_viz.console import RESULTS
 
 COMMAND_LINE = Person("command line")
 """Who said it, in the journal."""
@@ -42,18 +41,19 @@ def run_calibrate_page(command: CalibrateCommand, source: Path) -> int:
     page = CalibrationPage(
         source, command.save or default_path(source), command.port, command.dark, command.topic
     )
-    console = Console(highlight=False, soft_wrap=True)
     try:
         _say(page, command)
-        page.announce(console, "calibrate", "Ctrl-C ends; every click is kept", not command.no_open)
+        page.announce(RESULTS, "calibrate", "Ctrl-C ends; every click is kept", not command.no_open)
         page.wait()
     finally:
         page.stop()
         state = page.session.state
         if state.saved:
-            console.print(f"saved {state.save_path}")
+            RESULTS.print(f"saved {state.save_path}", soft_wrap=True)
         elif state.document.marks:
-            console.print("not saved; your points are kept, the same command brings them back")
+            RESULTS.print(
+                "not saved; your points are kept, the same command brings them back", soft_wrap=True
+            )
     return 0
 
 

@@ -1,9 +1,6 @@
 """`fcw calibrate --points`: the calibration from points on the command line; it needs no browser."""
 
-import json
-import sys
-
-from rich.console import Console
+from rich.text import Text
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.export import export_text
@@ -15,6 +12,7 @@ from fcw.frame import ImageSize
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
+from fcw_viz.console import MESSAGES, RESULTS, print_json
 
 
 def run_calibrate_points(command: CalibrateCommand) -> int:
@@ -34,16 +32,14 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
         file_format, path = command.export
         write_whole(path, export_text(calibration, file_format))
 
-    messages = Console(stderr=True)
     for warning in summary["warnings"]:
-        messages.print(
-            f"[yellow]warning:[/yellow] {warning}", highlight=False, soft_wrap=not messages.is_terminal
-        )
+        text = Text.assemble(("warning:", "yellow"), f" {warning}")
+        MESSAGES.print(text, soft_wrap=not MESSAGES.is_terminal)
     if command.json:
         result = summary | {"saved": save and str(save)}
-        sys.stdout.write(json.dumps(result, indent=2, allow_nan=False) + "\n")
+        print_json(result)
     else:
-        print_report(calibration, save, Console(), imperial=command.units == "imperial")
+        print_report(calibration, save, RESULTS, imperial=command.units == "imperial")
     return 0
 
 

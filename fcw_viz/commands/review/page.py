@@ -3,10 +3,9 @@
 import getpass
 from pathlib import Path
 
-from rich.console import Console
-
 from fcw.logs.export.clip import find_drives
 from fcw_viz.commands.review.options import ReviewCommand
+from fcw_viz.console import RESULTS
 from fcw_viz.page.server import DEFAULT_PORT
 from fcw_viz.review_app.server import ReviewPage
 
@@ -23,9 +22,8 @@ def review_in_page(command: ReviewCommand) -> int:
     port = command.port or DEFAULT_PORT
     title = next(iter(drives)) if len(drives) == 1 else path.resolve().name
     page = ReviewPage(drives, title, command.reviewer or login_name(), port, command.dark)
-    console = Console(highlight=False, soft_wrap=True)
     try:
-        page.announce(console, "review", "Ctrl-C ends; every word is kept", not command.no_open)
+        page.announce(RESULTS, "review", "Ctrl-C ends; every word is kept", not command.no_open)
         page.wait()
     finally:
         page.stop()

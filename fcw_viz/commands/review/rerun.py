@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rich.console import Console
-
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.commands.review.options import ReviewCommand
+from fcw_viz.console import RESULTS
 from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, stop_on_interrupt
 from fcw_viz.rerun.log import RerunSink
 from fcw_viz.rerun.viewer import Viewer, has_display, native_viewer, web_viewer
@@ -25,29 +24,28 @@ def review_in_rerun(command: ReviewCommand) -> int:
     Raises:
         UserError: there is no drive, the port is taken, or the viewer does not start.
     """
-    console = Console(highlight=False, soft_wrap=True)
     in_window = has_display() and not command.no_open and command.port is None
-    with stop_on_interrupt() as stop, _recording(command.path, console) as recording:
+    with stop_on_interrupt() as stop, _recording(command.path) as recording:
         if stop.is_set():
             return 0
         with native_viewer(recording) if in_window else web_viewer(recording, command.port) as viewer:
-            _announce(viewer, recording, console, command.no_open)
+            _announce(viewer, recording, command.no_open)
             while viewer.process.poll() is None and not stop.wait(LOOK_S):
                 pass
     return 0
 
 
-def _announce(viewer: Viewer, recording: Path, console: Console, no_open: bool) -> None:
+def _announce(viewer: Viewer, recording: Path, no_open: bool) -> None:
     if viewer.url is None:
-        console.print(f"{recording} in the rerun viewer (Ctrl-C ends)")
+        RESULTS.print(f"{recording} in the rerun viewer (Ctrl-C ends)", soft_wrap=True)
         return
-    console.print(f"{recording} in the rerun viewer at {viewer.url} (Ctrl-C ends)")
+    RESULTS.print(f"{recording} in the rerun viewer at {viewer.url} (Ctrl-C ends)", soft_wrap=True)
     if not no_open:
         webbrowser.open(viewer.url)
 
 
 @contextmanager
-def _recording(path: Path, console: Console) -> Iterator[Path]:
+def _recording(path: Path) -> Iterator[Path]:
     """The drive's recording; made for the time of the review where there is only the MCAP log."""
     rrd = path / RRD_NAME if path.is_dir() else path.with_suffix(".rrd")
     mcap = path / MCAP_NAME if path.is_dir() else path.with_suffix(".mcap")
@@ -57,7 +55,7 @@ def _recording(path: Path, console: Console) -> Iterator[Path]:
         log = DriveLog(mcap)
         with tempfile.TemporaryDirectory() as folder:
             made = Path(folder) / RRD_NAME
-            console.print(f"no {rrd.name} beside {mcap}: making one to look at")
+            RESULTS.print(f"no {rrd.name} beside {mcap}: making one to look at", soft_wrap=True)
             sink = RerunSink(made)
             sink.open(log.header)
             try:

@@ -1,19 +1,16 @@
 """`fcw review FOLDER --summary`: what people's verdicts on the warnings of many drives come to."""
 
-import json
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import Progress
 from rich.table import Column, Table
 
 from fcw.annotation.records import Judgement
 from fcw.annotation.summary import ReviewSummary, Tally, summarise
 from fcw.logs.export.clip import find_drives
 from fcw.warning.types import WarningLevel
+from fcw_viz.console import RESULTS, note, print_json, progress
 
 LEVELS = (WarningLevel.WARNING, WarningLevel.CAUTION, WarningLevel.ADVISORY)
 
@@ -25,19 +22,16 @@ def print_summary(path: Path, as_json: bool) -> None:
         UserError: there is no drive, or none that can be read.
     """
     drives = find_drives([path])
-    messages = Console(stderr=True)
-    with Progress(console=messages, disable=not messages.is_terminal, transient=True) as progress:
-        task = progress.add_task("drives", total=len(drives))
-        summary = summarise(drives, lambda: progress.advance(task))
+    with progress("drives", len(drives)) as bar:
+        summary = summarise(drives, bar.advance)
     for text in (*summary.left_out, *(text for drive in summary.drives for text in drive.troubles)):
-        messages.print(f"note: {text}", highlight=False, soft_wrap=True, markup=False)
+        note(text)
     if as_json:
-        sys.stdout.write(json.dumps(summary_as_json(summary), indent=2) + "\n")
+        print_json(summary_as_json(summary))
         return
-    console = Console()
     for table in summary_tables(summary):
         if table.row_count:
-            console.print(table, "")
+            RESULTS.print(table, "")
 
 
 def summary_as_json(summary: ReviewSummary) -> dict[str, Any]:
