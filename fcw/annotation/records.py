@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, TypeVar, get_args
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
 

@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from fcw.camera.calibration import Calibration
-from fcw.camera.file import default_path
+from fcw.camera.file import default_path, read_calibration
 from fcw.detection.choice import load_model, make_detector, model_path
 from fcw.detection.model import model_sha256
 from fcw.errors import UserError
@@ -100,7 +100,7 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
     if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
         path, calibration = job.source, facts.calibration
     elif path.is_file():
-        calibration = Calibration.load(path)
+        calibration = read_calibration(path)
     else:
         raise UserError(
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate {job.source} "

@@ -22,7 +22,7 @@ from fcw.annotation.records import (
     Verdict,
 )
 from fcw.annotation.review import find_event, fold, judged_events, reference_to
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.errors import UserError
 from fcw.events import DriveEvent
 from fcw.json_form import tagged_from_json, tagged_to_json

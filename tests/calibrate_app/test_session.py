@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from session_helpers import CAMERA, PAPER_POINTS, SIZE, edits, open_session, said, save_path, seen
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
+from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.camera.file import read_calibration, write_calibration
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -251,7 +252,7 @@ def test_the_file_is_what_the_headless_calibration_of_the_same_pixels_gives(sess
     session.apply(anna, SetReference(True, 2.29))
     if priors:
         session.apply(anna, SetHorizon(Belief(priors["horizon_row"])))
-    saved = Calibration.load(session.save())
+    saved = read_calibration(session.save())
     headless = calibrate(
         [GroundPoint(d, row, 600.0) for d, row in points], SIZE, 1.225, reference_offset_m=2.29, **priors
     )
@@ -356,7 +357,7 @@ def test_an_old_calibration_shows_its_points_again(tmp_path):
         principal_row=Gaussian(359.5, 20.0),
         horizon_row=Gaussian(310.0, 2.0),
     )
-    old.save(save_path(tmp_path))
+    write_calibration(old, save_path(tmp_path))
     session = open_session(tmp_path)
     state = session.state
     assert state.saved
@@ -379,7 +380,9 @@ def test_an_old_calibration_shows_its_points_again(tmp_path):
 
 
 def test_a_calibration_of_the_same_camera_in_another_size_is_scaled(tmp_path):
-    calibrate([GroundPoint(d, row) for d, row in seen(6, 15, 40)], SIZE, 1.3).save(save_path(tmp_path))
+    write_calibration(
+        calibrate([GroundPoint(d, row) for d, row in seen(6, 15, 40)], SIZE, 1.3), save_path(tmp_path)
+    )
     session = open_session(tmp_path, ImageSize(640, 360))
     assert [mark.row_px for mark in session.state.document.marks] == pytest.approx(
         [(row + 0.5) / 2 - 0.5 for _, row in seen(6, 15, 40)]
@@ -403,7 +406,9 @@ def test_a_file_written_by_another_hand_becomes_a_step_that_can_be_undone(sessio
     session.save()
     own = session.state.document
     session.close()
-    calibrate([GroundPoint(d, row) for d, row in seen(5, 10, 20)], SIZE, 1.3).save(save_path(tmp_path))
+    write_calibration(
+        calibrate([GroundPoint(d, row) for d, row in seen(5, 10, 20)], SIZE, 1.3), save_path(tmp_path)
+    )
     resumed = open_session(tmp_path)
     assert [mark.distance_m for mark in resumed.state.document.marks] == [5, 10, 20]
     assert "changed elsewhere" in resumed.state.notice

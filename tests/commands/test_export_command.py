@@ -24,9 +24,10 @@ from numpy.typing import NDArray
 from playwright.sync_api import sync_playwright
 from rerun.chunk import RrdReader
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import Frame, ImageSize
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.reader import DriveLog

@@ -13,15 +13,16 @@ from numba.core.runtime import _nrt_python  # pyright: ignore[reportAttributeAcc
 from numba.core.runtime.nrt import rtsys
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
 from fcw.detection.boxes.overlap import cut_to_picture, intersection_over_union
 from fcw.detection.channels.aggregated import compute_channels
+from fcw.detection.detector import Detection
 from fcw.detection.model import BoostedTrees, BoxRegressor, Model, SecondStage, VehicleStatistics, Window
 from fcw.detection.scanner import FIRST_CAPACITY
 from fcw.detection.trees.boosting import train_trees
-from fcw.detection.types import Box, Detection
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 

@@ -14,10 +14,11 @@ import pyarrow as pa
 import pytest
 from rerun.chunk import RrdReader
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import parse_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.errors import UserError
 from fcw.frame import ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from fcw.camera.calibration import Calibration
-from fcw.camera.file import default_path
+from fcw.camera.file import default_path, read_calibration
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.sources import is_mcap, open_source
@@ -85,4 +84,4 @@ def _calibrated_size(job: DriveJob) -> ImageSize:
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate --points ... "
             f"--height ... --image-size WxH --save {path}`, or name an existing one with --calibration"
         )
-    return Calibration.load(path).image_size
+    return read_calibration(path).image_size
