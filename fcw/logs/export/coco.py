@@ -7,7 +7,6 @@ from typing import Any
 
 import cv2
 
-from fcw import __version__
 from fcw.box import Box
 from fcw.camera.file import calibration_text
 from fcw.errors import UserError
@@ -15,6 +14,7 @@ from fcw.files import whole_file, write_whole
 from fcw.logs.export.clip import DriveClip
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
+from fcw.versions import VERSION
 
 VEHICLE = {"id": 1, "name": "vehicle", "supercategory": "vehicle"}
 PICTURES_NAME, CALIBRATIONS_NAME = "images", "calibration"
@@ -69,7 +69,7 @@ def write_coco(
         if pictures:
             pictures.close()
     content = {
-        "info": {"description": "vehicles followed by fcw", "version": __version__},
+        "info": {"description": "vehicles followed by fcw", "version": VERSION},
         "categories": [VEHICLE],
         "images": images,
         "annotations": annotations,

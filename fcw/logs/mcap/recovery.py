@@ -11,12 +11,12 @@ from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Message, Metada
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
-from fcw import __version__
 from fcw.errors import UserError
 from fcw.files import whole_file
 from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap.chunks import DAMAGED, chunk_records
 from fcw.logs.mcap.reader import DriveLog
+from fcw.versions import VERSION
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class _Copy:
 
     def start(self, source: BinaryIO) -> None:
         """Copy what stands before the first chunk."""
-        self._writer.start(library=f"fcw {__version__}")
+        self._writer.start(library=f"fcw {VERSION}")
         with suppress(*DAMAGED):  # the first chunk may be torn
             for record in StreamReader(source, emit_chunks=True).records:
                 if isinstance(record, Metadata):

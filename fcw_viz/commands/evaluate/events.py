@@ -52,7 +52,7 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
     from fcw.annotation.records import Judgement
     from fcw.annotation.store import read_review
     from fcw.annotation.warning_labels import warning_labels
-    from fcw.events import find_events
+    from fcw.logs.events import find_events
     from fcw.logs.mcap.reader import DriveLog
 
     log = DriveLog(path)
