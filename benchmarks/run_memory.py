@@ -17,11 +17,12 @@ from rich.console import Console
 from rich.table import Table
 
 from fcw.frame import Frame, Source
+from fcw.job import DriveJob
 from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource
 from fcw.versions import machine
 from fcw_viz.benchmark.long_drive import repeat_packets
-from fcw_viz.jobs.drive import DriveJob, run_drive
+from fcw_viz.jobs.drive import run_on_console
 
 ROWS = 20
 MEGABYTE = 1e6
@@ -63,7 +64,7 @@ def main() -> None:
         source = Watched(opened, max(count // ROWS, 1))
         job = DriveJob(source=long, out=Path(folder) / "out", calibration=arguments.calibration)
         start = time.perf_counter()
-        outcome = run_drive(job, Console(stderr=True), source)
+        outcome = run_on_console(job, Console(stderr=True), source)
         seconds = time.perf_counter() - start
     console.print(
         f"{machine()}; {arguments.clip.name} repeated to {outcome.summary['duration_s'] / 60:.1f} min, "

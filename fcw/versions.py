@@ -6,7 +6,7 @@ from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-VERSION = "0.1.0"
+__version__ = "0.1.0"
 """Of this program."""
 _LIBRARIES = ("numpy", "scipy", "opencv-python-headless", "numba", "av", "mcap", "rerun-sdk")
 _EXTRAS = ("onnxruntime",)
@@ -14,7 +14,7 @@ _EXTRAS = ("onnxruntime",)
 
 def versions() -> dict[str, str]:
     """Version by name; of extras where they are installed."""
-    found = {"fcw": VERSION, "python": platform.python_version()}
+    found = {"fcw": __version__, "python": platform.python_version()}
     found |= {name: version(name) for name in _LIBRARIES}
     for name in _EXTRAS:
         with suppress(PackageNotFoundError):

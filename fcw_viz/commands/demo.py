@@ -44,14 +44,16 @@ def run_demo(command: DemoCommand) -> int:
     from rich.console import Console
 
     from fcw.evaluation.simulated import compare_with_truth
+    from fcw.job import DriveJob
     from fcw.logs.mcap.reader import DriveLog
+    from fcw.logs.names import MCAP_NAME
     from fcw.simulation.truth.file import read_truth
-    from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, run_drive
+    from fcw_viz.jobs.drive import run_on_console
 
     folder = demo_folder()
     truth = read_truth(folder / "truth.csv")
     job = DriveJob(source=folder / "drive.mp4", out=command.out, ego_speed=str(folder / "drive.speed.csv"))
-    outcome = run_drive(job, Console(stderr=True))
+    outcome = run_on_console(job, Console(stderr=True))
     console = Console()
     if not outcome.interrupted:
         results = list(DriveLog(command.out / MCAP_NAME).results())

@@ -26,9 +26,9 @@ def run_recover(command: RecoverCommand) -> int:
     from rich.progress import Progress
 
     from fcw.logs.mcap.recovery import recover, recovered_path
-    from fcw_viz.jobs.drive import MCAP_NAME
+    from fcw.logs.names import mcap_path
 
-    path = command.drive / MCAP_NAME if command.drive.is_dir() else command.drive
+    path = mcap_path(command.drive)
     out = command.out or recovered_path(path)
     messages = Console(stderr=True)
     with Progress(console=messages, disable=not messages.is_terminal, transient=True) as bar:

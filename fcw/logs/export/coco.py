@@ -14,7 +14,7 @@ from fcw.files import whole_file, write_whole
 from fcw.logs.export.clip import DriveClip
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
-from fcw.versions import VERSION
+from fcw.versions import __version__
 
 VEHICLE = {"id": 1, "name": "vehicle", "supercategory": "vehicle"}
 PICTURES_NAME, CALIBRATIONS_NAME = "images", "calibration"
@@ -69,7 +69,7 @@ def write_coco(
         if pictures:
             pictures.close()
     content = {
-        "info": {"description": "vehicles followed by fcw", "version": VERSION},
+        "info": {"description": "vehicles followed by fcw", "version": __version__},
         "categories": [VEHICLE],
         "images": images,
         "annotations": annotations,

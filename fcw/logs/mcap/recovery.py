@@ -16,7 +16,7 @@ from fcw.files import whole_file
 from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap.chunks import DAMAGED, chunk_records
 from fcw.logs.mcap.reader import DriveLog
-from fcw.versions import VERSION
+from fcw.versions import __version__
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class _Copy:
 
     def start(self, source: BinaryIO) -> None:
         """Copy what stands before the first chunk."""
-        self._writer.start(library=f"fcw {VERSION}")
+        self._writer.start(library=f"fcw {__version__}")
         with suppress(*DAMAGED):  # the first chunk may be torn
             for record in StreamReader(source, emit_chunks=True).records:
                 if isinstance(record, Metadata):

@@ -28,7 +28,7 @@ from fcw.logs.overlay import overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.logs.series import SeriesBuilder
-from fcw.versions import VERSION
+from fcw.versions import __version__
 from fcw.warning.types import WarningLevel
 
 _TOPICS: dict[str, type[Message]] = {
@@ -87,7 +87,7 @@ class McapSink:
         self._series = SeriesBuilder()
         self._disk = DiskSync(self._file)
         self._writer = Writer(self._file, chunk_size=mcap.CHUNK_BYTES)
-        self._writer.start(library=f"fcw {VERSION}")
+        self._writer.start(library=f"fcw {__version__}")
         self._writer.add_metadata(mcap.DRIVE_METADATA, mcap.drive_metadata(header))
         self._writer.add_metadata(mcap.VERSIONS_METADATA, dict(header.versions))
         calibration = calibration_text(header.calibration).encode()

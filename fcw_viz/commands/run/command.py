@@ -15,7 +15,7 @@ def run_run(command: RunCommand) -> int:
 
     from fcw.errors import UserError
     from fcw.sources.camera import is_camera
-    from fcw_viz.jobs.drive import run_drive
+    from fcw_viz.jobs.drive import run_on_console
 
     if command.live:
         from fcw_viz.commands.run.live import run_live
@@ -28,7 +28,7 @@ def run_run(command: RunCommand) -> int:
         raise UserError(f"{command.source}: a camera runs live only; add --live")
     job = job_of(command, path)
     messages = Console(stderr=True)
-    outcome = run_drive(job, messages)
+    outcome = run_on_console(job, messages)
     for note in outcome.notes:
         messages.print(f"note: {note}", highlight=False)
     if command.json:

@@ -12,12 +12,14 @@ from rich.console import Console
 from fcw.camera.file import default_path, read_calibration
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.job import DriveJob, load_calibration
+from fcw.logs.names import MCAP_NAME
 from fcw.sources import is_mcap, open_source
 from fcw.sources.camera import CameraSource, camera_name, is_camera
 from fcw.sources.live import LiveSource
 from fcw_viz.commands.run.options import RECORDINGS, RunCommand, job_of
 from fcw_viz.commands.run.report import report_drive
-from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, load_calibration, run_drive
+from fcw_viz.jobs.drive import run_on_console
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 from fcw_viz.page.server import DEFAULT_PORT
@@ -45,7 +47,7 @@ def run_live(command: RunCommand) -> int:
     messages = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
         page.announce(messages, "live", "Ctrl-C ends the drive, with complete logs", not command.no_open)
-        outcome = run_drive(job, messages, source, (feed,), stop)
+        outcome = run_on_console(job, messages, source, (feed,), stop)
         for note in outcome.notes:
             messages.print(f"note: {note}")
         if command.json:
@@ -73,12 +75,12 @@ def _open_camera(command: RunCommand, job: DriveJob, stop: threading.Event) -> L
     """A camera, asked for pictures as large as its calibration is for."""
     if command.frame_rate is not None or command.topic is not None:
         raise UserError(f"{command.source}: a camera has neither --frame-rate nor --topic; leave them out")
-    source = CameraSource(command.source, _calibrated_size(job))
+    source = CameraSource(command.source, _calibrated_size(command, job))
     return LiveSource(source, stop, paced=source.recorded)
 
 
-def _calibrated_size(job: DriveJob) -> ImageSize:
-    path = job.calibration or default_path(job.source)
+def _calibrated_size(command: RunCommand, job: DriveJob) -> ImageSize:
+    path = command.calibration or default_path(job.source)
     if not path.is_file():
         raise UserError(
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate --points ... "
