@@ -19,15 +19,17 @@ from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
-from rich.console import Console
 
 from fcw.frame import VideoPacket
+from fcw.job import DriveJob
 from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.names import MCAP_NAME
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources import open_source
 from fcw.sources.live import LiveSource
-from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, run_drive
+from fcw_viz.console import SILENT
+from fcw_viz.jobs.drive import run_on_console
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 from fcw_viz.live_app.tab import LiveTab
@@ -87,7 +89,7 @@ def live(page: Page | None, seconds: float) -> None:
                 page.wait_for_selector(".fcw-live", timeout=READY_MS)
             job = DriveJob(DRIVE, Path(out))
             pipeline = threading.Thread(
-                target=run_drive, args=(job, Console(quiet=True), source, (feed, latencies), stop)
+                target=run_on_console, args=(job, SILENT, source, (feed, latencies), stop)
             )
             pipeline.start()
             if page is None:

@@ -20,9 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fcw.events import find_events
 from fcw.frame import Frame, VideoPacket
 from fcw.logs.encode import VideoEncoder
+from fcw.logs.events import find_events
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.pictures import LogPictures

@@ -10,10 +10,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from rich.console import Console
-
+from fcw.job import DriveJob
 from fcw.logs.mcap.reader import DriveLog
-from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, DriveJob, run_drive
+from fcw.logs.names import MCAP_NAME, RRD_NAME
+from fcw_viz.console import MESSAGES
+from fcw_viz.jobs.drive import run_on_console
 
 
 def main() -> None:
@@ -23,9 +24,9 @@ def main() -> None:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
-        frames = run_drive(
-            DriveJob(arguments.video, out, arguments.calibration), Console(stderr=True)
-        ).summary["frames"]
+        frames = run_on_console(DriveJob(arguments.video, out, arguments.calibration), MESSAGES).summary[
+            "frames"
+        ]
         log = DriveLog(out / MCAP_NAME)
         video = sum(len(packet.data) for packet in log.video_packets())
         relayed = "relayed" if log.header.relays_video else "encoded anew"

@@ -13,15 +13,16 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from fcw.frame import Frame, Source
+from fcw.job import DriveJob
 from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource
 from fcw.versions import machine
 from fcw_viz.benchmark.long_drive import repeat_packets
-from fcw_viz.jobs.drive import DriveJob, run_drive
+from fcw_viz.console import MESSAGES, RESULTS
+from fcw_viz.jobs.drive import run_on_console
 
 ROWS = 20
 MEGABYTE = 1e6
@@ -54,7 +55,7 @@ def main() -> None:
     parser.add_argument("--calibration", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=20.0)
     arguments = parser.parse_args()
-    console = Console()
+    console = RESULTS
     with tempfile.TemporaryDirectory() as folder:
         long = Path(folder) / "long.mp4"
         repeat_packets(arguments.clip, long, arguments.minutes * 60)
@@ -63,7 +64,7 @@ def main() -> None:
         source = Watched(opened, max(count // ROWS, 1))
         job = DriveJob(source=long, out=Path(folder) / "out", calibration=arguments.calibration)
         start = time.perf_counter()
-        outcome = run_drive(job, Console(stderr=True), source)
+        outcome = run_on_console(job, MESSAGES, source)
         seconds = time.perf_counter() - start
     console.print(
         f"{machine()}; {arguments.clip.name} repeated to {outcome.summary['duration_s'] / 60:.1f} min, "

@@ -22,11 +22,11 @@ from fcw_viz.commands.demo import demo_folder
 
 FIRST_RESULT = """
 import numpy as np
-from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.detection.acf import AcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from pathlib import Path
-detector = AcfDetector(Model.load(SHIPPED_MODEL_PATH), Calibration.load(Path({calibration!r})))
+detector = AcfDetector(Model.load(SHIPPED_MODEL_PATH), read_calibration(Path({calibration!r})))
 detector.detect(np.full((720, 1280, 3), 99, np.uint8))
 """
 

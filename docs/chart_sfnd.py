@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import FloatArray
 from fcw.charts.chart import Chart, Series
 from fcw.detection.acf import AcfDetector
@@ -33,7 +34,7 @@ def main(calibration_path: Path, out: Path) -> None:
         lidar_m = np.array([float(row["cam_z_p10_m"] or "nan") for row in csv.DictReader(file)])
     times_s = np.arange(len(lidar_m)) / FRAME_RATE_HZ
     lidar_ttc_s = ttc_of(times_s, lidar_m)
-    distance_m, ttc_s = followed(folder, Calibration.load(calibration_path), len(lidar_m))
+    distance_m, ttc_s = followed(folder, read_calibration(calibration_path), len(lidar_m))
     for what, estimated, true in (("distance", distance_m, lidar_m), ("TTC", ttc_s, lidar_ttc_s)):
         known = np.isfinite(estimated) & np.isfinite(true) & (true <= LONGEST_TTC_S)
         error = np.median(np.abs(estimated[known] / true[known] - 1))

@@ -14,11 +14,13 @@ from pathlib import Path
 
 from page_pictures import BROWSER_ARGUMENTS, READY_MS, STEADY_MS, WITHOUT_WARNING, steady_screenshot
 from playwright.sync_api import Page, ViewportSize, sync_playwright
-from rich.console import Console
 
+from fcw.job import DriveJob
+from fcw.logs.names import MCAP_NAME
 from fcw.sources import open_source
 from fcw.sources.live import LiveSource
-from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, run_drive
+from fcw_viz.console import SILENT
+from fcw_viz.jobs.drive import run_on_console
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 
@@ -53,8 +55,8 @@ def take(page: Page, logs: Path, out: Path) -> None:
     feed = LiveFeed(source)
     served = LivePage(feed, "drive")
     job = DriveJob(DRIVE, logs, ego_speed=str(DRIVE.with_name("drive.speed.csv")))
-    arguments = (job, Console(quiet=True), source, (feed,))
-    pipeline = threading.Thread(target=run_drive, args=arguments)
+    arguments = (job, SILENT, source, (feed,))
+    pipeline = threading.Thread(target=run_on_console, args=arguments)
     try:
         page.goto(f"{served.url}/?fixedDpr=1")
         page.wait_for_selector(".fcw-live", timeout=READY_MS)

@@ -19,7 +19,7 @@ from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 from fcw.annotation.records import Judgement, Note, Reason, Verdict
 from fcw.annotation.review import reference_to
 from fcw.annotation.store import ReviewStore
-from fcw.events import find_events
+from fcw.logs.events import find_events
 from fcw.logs.export.clip import DRIVE_NAME, find_drives
 from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.review_app.server import ReviewPage

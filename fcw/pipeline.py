@@ -11,7 +11,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from fcw.detection.types import Detection, Detector
+from fcw.detection.detector import Detection, Detector
 from fcw.frame import Frame, Source, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision

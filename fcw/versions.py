@@ -6,8 +6,8 @@ from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from fcw import __version__
-
+__version__ = "0.1.0"
+"""Of this program."""
 _LIBRARIES = ("numpy", "scipy", "opencv-python-headless", "numba", "av", "mcap", "rerun-sdk")
 _EXTRAS = ("onnxruntime",)
 

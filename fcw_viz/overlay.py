@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.frame import ImageSize
 from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR, Rgb, overlay_boxes, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box
 from fcw.frame import ImageSize
 from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult

@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.logs.records import FrameResult
 from fcw.summary import DriveSummary
 from fcw.tracking.types import Track

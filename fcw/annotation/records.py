@@ -1,7 +1,7 @@
 """What a person can say of a recorded drive, and the entry that keeps it.
 
-Times are seconds from the drive's first frame, as in `fcw.events`; frames are named by their index in the
-log, which never changes. Boxes are in pixels of the log's pictures.
+Times are seconds from the drive's first frame, as in `fcw.logs.events`; frames are named by their index in
+the log, which never changes. Boxes are in pixels of the log's pictures.
 """
 
 import math
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, TypeVar, get_args
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
 
@@ -72,7 +72,7 @@ class EventReference:
     """The event that a verdict is about, so that it is found again when the finding of events is refined.
 
     Attributes:
-        kind: of `fcw.events.DriveEvent`.
+        kind: of `fcw.logs.events.DriveEvent`.
         track_id: the vehicle that it was about; None where it was about none.
         start_s: when it began.
         end_s: when it ended.

@@ -18,7 +18,7 @@ from fcw.annotation.records import (
     TakenBack,
     Verdict,
 )
-from fcw.events import DriveEvent
+from fcw.logs.events import DriveEvent
 
 FOUND_AGAIN_WITHIN_S = 1.0
 """So far from the judged stretch the same vehicle's event may lie: a finer rule moves an edge by less."""

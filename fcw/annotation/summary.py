@@ -12,7 +12,7 @@ from fcw.annotation.review import JudgedEvent, judged_events
 from fcw.annotation.store import read_review
 from fcw.annotation.warning_labels import LEVEL_OF_KIND
 from fcw.errors import UserError
-from fcw.events import find_events
+from fcw.logs.events import find_events
 from fcw.logs.mcap.reader import DriveLog
 from fcw.warning.types import WarningLevel
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fcw.annotation.records import Judgement, MissedEvent
 from fcw.annotation.review import JudgedEvent, Review, judged_events
 from fcw.evaluation.warning.events import Event
-from fcw.events import DriveEvent
+from fcw.logs.events import DriveEvent
 from fcw.warning.types import WarningLevel
 
 LEVEL_OF_KIND = {level.name.lower(): level for level in WarningLevel if level}

@@ -1,4 +1,4 @@
-"""The calibration of one drive's camera: the camera, how well it is known, and its file.
+"""The calibration of one drive's camera: the camera, and how well it is known.
 
 The uncertainty is kept as the covariance of the image rows at three support distances. Three rows fix the
 whole projective row map, and they are what a person measures: with three free clicks the covariance is
@@ -7,15 +7,14 @@ exactly row_sigma^2 times the identity, however ill-conditioned pitch, focal len
 
 import math
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradients
-from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -239,23 +238,6 @@ class Calibration:
             ),
             residuals_px=tuple(residual * scale for residual in self.residuals_px),
         )
-
-    def save(self, path: Path) -> None:
-        """Write the calibration file (see `fcw.camera.file`), whole or not at all."""
-        from fcw.camera.file import write_calibration
-
-        write_calibration(self, path)
-
-    @classmethod
-    def load(cls, path: Path) -> "Calibration":
-        """Read a calibration file.
-
-        Raises:
-            UserError: the file is missing, of another version, or a field of it is not as expected.
-        """
-        from fcw.camera.file import read_calibration
-
-        return read_calibration(path)
 
 
 def matrix3(values: NDArray[np.float64]) -> Matrix3:

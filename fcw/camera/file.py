@@ -89,7 +89,11 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a calibration file; see `Calibration.load`."""
+    """Read a calibration file.
+
+    Raises:
+        UserError: the file is missing, of another version, or a field of it is not as expected.
+    """
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -19,7 +19,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.types import Box
+from fcw.box import Box
 
 FloatArray = NDArray[np.float64]
 

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
+from fcw.detection.detector import Detection
 from fcw.detection.later_stages import LaterStages
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, Scanner
-from fcw.detection.types import Box, Detection
 from fcw.detection.windows.plan import DistancePrior, full_levels, prior_levels
 from fcw.errors import UserError
 from fcw.frame import ImageSize

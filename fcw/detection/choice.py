@@ -6,9 +6,9 @@ from pathlib import Path
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
+from fcw.detection.detector import Detector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.detection.onnx.detector import OnnxDetector, OnnxModel
-from fcw.detection.types import Detector
 from fcw.errors import UserError
 
 ACF, ACF_FULL, ONNX_PREFIX = "acf", "acf-full", "onnx:"

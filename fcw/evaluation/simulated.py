@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fcw.box import Box
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.matching import FALSE_POSITIVE, HIT_IOU, match_detections
-from fcw.detection.types import Box
 from fcw.logs.records import FrameResult
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, warning_is_due
 from fcw.warning.types import WarningLevel

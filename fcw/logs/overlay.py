@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.detection.types import Box
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
 from fcw.units import distance_text

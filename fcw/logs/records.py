@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from fcw.camera.calibration import Calibration
-from fcw.detection.types import Detection
+from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningState

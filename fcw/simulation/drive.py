@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.file import write_calibration
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.files import whole_file, write_whole
@@ -80,7 +81,7 @@ def write_drive(
     with whole_file(video) as partial:
         truth = _write_video(partial, render_drive(scenario, seed), on_frame)
     calibration = true_calibration(scenario)
-    calibration.save(directory / CALIBRATION_NAME)
+    write_calibration(calibration, directory / CALIBRATION_NAME)
     _write_speed(directory / SPEED_NAME, truth)
     write_truth(directory / TRUTH_NAME, truth)
     write_truth_log(directory / TRUTH_LOG_NAME, video, calibration, truth)

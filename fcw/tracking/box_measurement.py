@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.detection.types import Box
 from fcw.frame import ImageSize
 from fcw.tracking.range_model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width

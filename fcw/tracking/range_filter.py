@@ -35,10 +35,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
 from fcw.camera.interval import PERCENTILE_84_SIGMAS
-from fcw.detection.types import Box
 from fcw.tracking.box_measurement import (
     ASPECT,
     BUMP,

@@ -8,7 +8,7 @@ collision warning with a single camera").
 import math
 from dataclasses import dataclass
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.frame import ImageSize
 
 CUT_MARGIN_PX = 2.0

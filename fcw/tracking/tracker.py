@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.tracking.horizon import MountWatch, MountWatchSettings, RulerReading
 from fcw.tracking.lead import Corridor, path_curvature_per_m, select_lead
 from fcw.tracking.lead_speed import SpeedPrior, with_own_speed

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fcw.detection.types import Box
+from fcw.box import Box
 
 
 @dataclass(frozen=True, slots=True)

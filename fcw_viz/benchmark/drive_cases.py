@@ -10,12 +10,13 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector
 from fcw.detection.model import Model
 from fcw.frame import Frame, Source
+from fcw.job import DriveJob
 from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource
 from fcw.threads import one_opencv_thread
 from fcw_viz.benchmark.picture_cases import Picture
 from fcw_viz.console import SILENT
-from fcw_viz.jobs.drive import DriveJob, run_drive
+from fcw_viz.jobs.drive import run_on_console
 
 DECODE, RELAYED, ENCODED = "decoding alone", "whole job, video relayed", "whole job, video encoded anew"
 ONE_THREAD, TWO_THREADS = "detector acf, one thread", "detector acf, two threads over frames"
@@ -50,7 +51,7 @@ def drive_cases(job: DriveJob) -> dict[str, Callable[[], int]]:
 
     def whole_job(source: Source) -> int:
         with tempfile.TemporaryDirectory() as folder:
-            outcome = run_drive(replace(job, out=Path(folder)), SILENT, source)
+            outcome = run_on_console(replace(job, out=Path(folder)), SILENT, source)
             return outcome.summary["frames"]
 
     cases = {DECODE: decode}

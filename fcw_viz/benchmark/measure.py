@@ -18,6 +18,7 @@ from fcw.camera.file import default_path
 from fcw.detection.choice import DetectorModel
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.frame import Source
+from fcw.job import DriveJob, load_calibration
 from fcw.sources import is_mcap, open_source
 from fcw.sources.mcap.facts import mcap_facts
 from fcw.sources.video import VideoSource
@@ -28,7 +29,6 @@ from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.benchmark.picture_cases import Picture, PictureCase, picture_cases
 from fcw_viz.console import progress
-from fcw_viz.jobs.drive import DriveJob, load_calibration
 
 
 def measure(

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector
+from fcw.detection.detector import Detection, Detector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
-from fcw.detection.types import Box, Detection, Detector
 from fcw.errors import UserError
 from fcw.frame import Frame
 from fcw.tracking.range_model import RangeModel

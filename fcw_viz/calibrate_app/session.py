@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fcw.camera.file import write_calibration
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.document import Document
@@ -186,7 +187,7 @@ class CalibrationSession:
             if not solution.can_save or solution.result is None:
                 raise UserError(f"not saved: {_why_not(solution)}")
             calibration = solution.result.calibration
-            calibration.save(self._save_path)
+            write_calibration(calibration, self._save_path)
             self._saved = calibration
             # Without this line a resumed session compares what the file holds, which tells as well.
             with suppress(UserError):

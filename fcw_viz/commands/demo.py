@@ -41,18 +41,19 @@ def demo_folder() -> Path:
 
 def run_demo(command: DemoCommand) -> int:
     """Run `fcw demo`; returns the exit code."""
-    from rich.console import Console
-
     from fcw.evaluation.simulated import compare_with_truth
+    from fcw.job import DriveJob
     from fcw.logs.mcap.reader import DriveLog
+    from fcw.logs.names import MCAP_NAME
     from fcw.simulation.truth.file import read_truth
-    from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, run_drive
+    from fcw_viz.console import RESULTS
+    from fcw_viz.jobs.drive import run_on_console
 
     folder = demo_folder()
     truth = read_truth(folder / "truth.csv")
     job = DriveJob(source=folder / "drive.mp4", out=command.out, ego_speed=str(folder / "drive.speed.csv"))
-    outcome = run_drive(job, Console(stderr=True))
-    console = Console()
+    outcome = run_on_console(job)
+    console = RESULTS
     if not outcome.interrupted:
         results = list(DriveLog(command.out / MCAP_NAME).results())
         print_comparison(compare_with_truth(results, truth), console)

@@ -23,10 +23,10 @@ class RecoverCommand:
 def run_recover(command: RecoverCommand) -> int:
     """Run `fcw recover`; returns the exit code."""
     from fcw.logs.mcap.recovery import recover, recovered_path
+    from fcw.logs.names import mcap_path
     from fcw_viz.console import RESULTS, progress
-    from fcw_viz.jobs.drive import MCAP_NAME
 
-    path = command.drive / MCAP_NAME if command.drive.is_dir() else command.drive
+    path = mcap_path(command.drive)
     out = command.out or recovered_path(path)
     with progress(path.name, 1.0) as bar:
         report = recover(path, out, bar.reach)

@@ -12,7 +12,7 @@ from fcw.annotation.frame_labels import labelled_frames, labelled_indices
 from fcw.annotation.review import Review
 from fcw.annotation.store import read_review
 from fcw.errors import UserError
-from fcw.events import find_events
+from fcw.logs.events import find_events
 from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
 from fcw.logs.export.coco import PICTURES_NAME, FrameBoxes, track_frames, write_coco
 from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, track_rows

@@ -9,7 +9,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 import fcw_viz.rerun.blueprint as scene
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.frame import VideoPacket
 from fcw.logs.overlay import (
     LEVEL_COLORS,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fcw.errors import UserError
-from fcw.events import DriveEvent, find_events
+from fcw.logs.events import DriveEvent, find_events
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader

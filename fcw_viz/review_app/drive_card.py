@@ -10,7 +10,7 @@ import cv2
 from fcw.annotation.review import Review
 from fcw.annotation.store import read_review
 from fcw.errors import UserError
-from fcw.events import DriveEvent
+from fcw.logs.events import DriveEvent
 from fcw_viz.review_app.drive import Drive
 
 LOGGER = logging.getLogger(__name__)

@@ -4,7 +4,7 @@ import math
 from datetime import UTC, datetime
 
 from fcw.annotation.records import Entry, Judgement, Verdict
-from fcw.events import DriveEvent
+from fcw.logs.events import DriveEvent
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
 from fcw.units import distance_text, speed_text

@@ -14,9 +14,9 @@ from fcw.annotation.frame_labels import frame_labels
 from fcw.annotation.records import BoxEdit, Entry, FrameConfirmed, LabelledBox, new_box_id, track_box_id
 from fcw.annotation.review import fold
 from fcw.annotation.store import ReviewStore
+from fcw.box import Box
 from fcw.detection.training.dataset import load_training_set
 from fcw.detection.training.training import TrainingSettings
-from fcw.detection.types import Box
 from fcw.evaluation.detection.labels import read_annotated
 from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main

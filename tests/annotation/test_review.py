@@ -22,10 +22,10 @@ from fcw.annotation.records import (
     Verdict,
 )
 from fcw.annotation.review import find_event, fold, judged_events, reference_to
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.errors import UserError
-from fcw.events import DriveEvent
 from fcw.json_form import tagged_from_json, tagged_to_json
+from fcw.logs.events import DriveEvent
 from fcw.warning.types import WarningLevel
 
 RIGHT, FALSE = Verdict(WARNED, Judgement.RIGHT), Verdict(WARNED, Judgement.FALSE, Reason.ONCOMING)

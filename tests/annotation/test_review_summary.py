@@ -11,7 +11,7 @@ from fcw.annotation.review import reference_to
 from fcw.annotation.store import ReviewStore
 from fcw.annotation.summary import summarise
 from fcw.errors import UserError
-from fcw.events import find_events
+from fcw.logs.events import find_events
 from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main
 

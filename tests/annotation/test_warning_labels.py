@@ -10,7 +10,7 @@ from fcw.annotation.review import fold, reference_to
 from fcw.annotation.store import ReviewStore
 from fcw.annotation.warning_labels import warning_labels
 from fcw.evaluation.warning.events import Event, compare_with_events
-from fcw.events import find_events
+from fcw.logs.events import find_events
 from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main
 

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.boxes.overlap import intersection_over_union
+from fcw.detection.detector import Detection
 from fcw.detection.matching import HIT_IOU
-from fcw.detection.types import Box, Detection
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.simulation.truth.file import read_truth
@@ -146,7 +148,7 @@ def test_what_is_wrong_is_said_in_the_answer_and_the_next_question_is_answered()
 
 @pytest.mark.parametrize("box", [Box(600.0, 330.0, 60.0, 50.0), Box(600.0, 330.0, 150.0, 50.0)])
 def test_the_distance_is_the_calibrations_own_whatever_the_size_of_the_vehicle(box):
-    calibration = Calibration.load(DEMO / "drive.calibration.yaml")
+    calibration = read_calibration(DEMO / "drive.calibration.yaml")
     vehicle = range_vehicle(calibration, Detection(box, 10.0))
     assert vehicle.distance_m == pytest.approx(calibration.distance_at(box.bottom))
     # By the road it stands on pitched up and down by 0.2 degrees, and no nearer to the truth than that.
@@ -169,7 +171,7 @@ def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
 
     A single picture knows nothing of the car's pitching, 0.25 degrees and more; the interval allows for it.
     """
-    calibration = Calibration.load(DEMO / "drive.calibration.yaml")
+    calibration = read_calibration(DEMO / "drive.calibration.yaml")
     pictures = Pictures(open_source(DEMO / "drive.mp4"))
     truth = read_truth(DEMO / "truth.csv")
     detector = FrameDetector(lambda _: None)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw_viz.cli import main
@@ -62,7 +62,7 @@ def test_implausible_is_a_warning_and_saved(tmp_path, capsys):
     assert "733.149" in captured.out
     assert "unbounded" in captured.out
     assert f"saved {file}" in captured.out
-    assert Calibration.load(file).distance_at(383.0) == pytest.approx(7.0)
+    assert read_calibration(file).distance_at(383.0) == pytest.approx(7.0)
 
 
 def test_three_points_are_not_praised_for_their_residuals_and_four_show_them(capsys):
@@ -97,7 +97,7 @@ def test_priors_are_taken_in_degrees_and_pixels(tmp_path, capsys):
     )
     assert result["pitch_rad"] == pytest.approx(0.03, abs=1e-5)
     assert result["field_of_view_rad"] == pytest.approx(math.radians(field_of_view_deg), rel=1e-5)
-    calibration = Calibration.load(file)
+    calibration = read_calibration(file)
     priors = calibration.priors
     assert calibration.row_sigma_px == 0.5
     assert priors.field_of_view_rad is not None
@@ -114,7 +114,7 @@ def test_column_is_kept(tmp_path, capsys):
     arguments[2] = "4:461:640.5"
     assert main(arguments) == 0
     capsys.readouterr()
-    assert Calibration.load(file).points[0].column_px == 640.5
+    assert read_calibration(file).points[0].column_px == 640.5
 
 
 @pytest.mark.parametrize("file_format", ["camera_info", "kalibr"])
@@ -198,7 +198,7 @@ def test_source_gives_the_image_size_and_the_place_to_save(picture_folder, capsy
     assert main(command) == 0
     file = picture_folder.with_name("my.drive.calibration.yaml")
     assert json.loads(capsys.readouterr().out)["saved"] == str(file)
-    assert Calibration.load(file).image_size == ImageSize(128, 72)
+    assert read_calibration(file).image_size == ImageSize(128, 72)
     assert main([*command, "--image-size", "640x360"]) == 2
     assert "--image-size 640x360" in capsys.readouterr().err
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from tiny_nets import write_net
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.errors import UserError
 from fcw.evaluation.simulated import compare_with_truth
 from fcw.logs.mcap.reader import DriveLog
@@ -127,7 +127,7 @@ def test_the_shipped_drive_is_what_its_scenario_says(demo: Demo) -> None:
         assert [vehicle.name for vehicle in frame.vehicles] == [vehicle.name for vehicle in now.vehicles]
         distances_m = [vehicle.distance_m for vehicle in now.vehicles]
         assert [vehicle.distance_m for vehicle in frame.vehicles] == pytest.approx(distances_m, abs=1e-3)
-    shipped, true = Calibration.load(folder / "drive.calibration.yaml"), true_calibration(scenario)
+    shipped, true = read_calibration(folder / "drive.calibration.yaml"), true_calibration(scenario)
     for distance_m in (5.0, 20.0, 80.0):
         assert shipped.row_at(distance_m) == pytest.approx(true.row_at(distance_m), abs=1e-6)
 

@@ -14,9 +14,10 @@ from mcap.writer import Writer
 from mcap_doctor import complaints
 from rerun.chunk import RrdReader
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import Frame, ImageSize
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink

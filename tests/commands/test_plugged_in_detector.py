@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tiny_nets import write_net
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.detection.choice import load_model
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
@@ -39,7 +39,7 @@ def drive(tmp_path: Path) -> Path:
 @pytest.fixture
 def vehicle() -> tuple[float, float, float, float]:
     """Box of a rear straight ahead of the shipped drive's camera."""
-    box = Calibration.load(DEMO / "drive.calibration.yaml").camera.ground_box(DISTANCE_M, 0.0, WIDTH_M, 1.4)
+    box = read_calibration(DEMO / "drive.calibration.yaml").camera.ground_box(DISTANCE_M, 0.0, WIDTH_M, 1.4)
     return box.x, box.y, box.w, box.h
 
 

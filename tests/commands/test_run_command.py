@@ -12,6 +12,7 @@ import pytest
 from mcap.reader import make_reader
 
 from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.file import write_calibration
 from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
 from fcw.logs.mcap.reader import DriveLog
@@ -65,7 +66,7 @@ def test_both_logs_hold_every_shown_frame_of_a_real_clip_at_its_own_time(
 ) -> None:
     path = data_dir / "clips" / f"{clip}.mp4"
     calibration_path = tmp_path / "camera.yaml"
-    rough_calibration(data_dir, clip).save(calibration_path)
+    write_calibration(rough_calibration(data_dir, clip), calibration_path)
 
     arguments = ["run", str(path), "--calibration", str(calibration_path), "--out", str(tmp_path), "--json"]
     assert main(arguments) == 0
@@ -193,7 +194,7 @@ def test_a_calibration_for_another_picture_shape_is_refused_with_its_name(
 ) -> None:
     points = [GroundPoint(5, 400), GroundPoint(10, 330), GroundPoint(20, 300)]
     path = tmp_path / "square.yaml"
-    calibrate(points, ImageSize(640, 640), 1.2).save(path)
+    write_calibration(calibrate(points, ImageSize(640, 640), 1.2), path)
     message = wrong_input(capsys, "run", str(DEMO / "drive.mp4"), "--calibration", str(path))
     assert "square.yaml" in message
     assert "640x640" in message

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw_viz.cli import main
 
 SCENARIO = """
@@ -28,7 +28,7 @@ def test_it_writes_the_drive_and_says_where_the_marks_are(
     assert str(out / "drive.mp4") in told.out
     assert told.err == ""
     assert (out / "truth.mcap").is_file()
-    points = Calibration.load(out / "drive.calibration.yaml").points
+    points = read_calibration(out / "drive.calibration.yaml").points
     assert [point.distance_m for point in points] == [5, 12, 33]
 
 

@@ -4,7 +4,8 @@ import dataclasses
 
 import pytest
 
-from fcw.detection.types import Box, Detection
+from fcw.box import Box
+from fcw.detection.detector import Detection
 from fcw.evaluation.simulated import compare_with_truth, counts_as_rear_view, enhanced_ttc_s, vehicle_at
 from fcw.logs.records import FrameResult
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth

@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import Frame, ImageSize, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.reader import DriveLog

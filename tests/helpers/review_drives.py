@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import Frame, ImageSize
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink

@@ -9,7 +9,9 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document import edits as e
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
-from fcw_viz.calibrate_app.document.edits import AddMark, Edit
+from fcw_viz.calibrate_app.document.edits import AddMark, Edit, SetHeight
+from fcw_viz.calibrate_app.document.journal import journal_path, read_journal
+from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.session import CalibrationSession
 
 SIZE = ImageSize(1280, 720)
@@ -66,3 +68,28 @@ def open_session(folder: Path, size: ImageSize = SIZE) -> CalibrationSession:
 def save_path(folder: Path) -> Path:
     """Where it saves."""
     return folder / "drive.calibration.yaml"
+
+
+def nobody(state: SessionState) -> None:
+    """A listener that does nothing."""
+
+
+def tell(session, person, points, height_m=None) -> None:
+    for distance_m, row_px in points:
+        session.apply(person, AddMark(600.0, row_px, 0, distance_m))
+    if height_m is not None:
+        session.apply(person, SetHeight(height_m))
+
+
+def calibrated(session):
+    """Somebody who has said all that a good calibration needs."""
+    anna = session.join(nobody)
+    tell(session, anna, seen(6, 15, 40), height_m=1.3)
+    return anna
+
+
+def kept(folder: Path):
+    """The document that the journal says."""
+    content = read_journal(journal_path(save_path(folder)))
+    assert content is not None
+    return content.history.document

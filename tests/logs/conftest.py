@@ -3,9 +3,10 @@
 import pytest
 from hypothesis import strategies as st
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.tracking.types import Track

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.detection.types import Box
-from fcw.events import DriveEvent, find_events
+from fcw.box import Box
+from fcw.logs.events import DriveEvent, find_events
 from fcw.logs.records import FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.simulation.truth.file import read_truth

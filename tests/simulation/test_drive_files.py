@@ -7,9 +7,10 @@ import av
 import numpy as np
 import pytest
 
-from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.box import Box
+from fcw.camera.calibration import GroundPoint
+from fcw.camera.file import read_calibration
 from fcw.camera.solve import calibrate
-from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw.simulation.drive import render_drive, true_calibration, write_drive
@@ -98,7 +99,7 @@ def test_the_calibration_is_the_true_camera(name):
 
 
 def test_the_saved_calibration_is_for_the_pictures(folder):
-    assert Calibration.load(folder / "drive.calibration.yaml").image_size == IMAGE_SIZE
+    assert read_calibration(folder / "drive.calibration.yaml").image_size == IMAGE_SIZE
 
 
 def test_clicks_on_the_painted_marks_give_the_true_distances(short_demo):

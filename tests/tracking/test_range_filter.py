@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
-from fcw.detection.types import Box
 from fcw.frame import ImageSize
 from fcw.tracking.box_measurement import CAMERA, VEHICLE, BoxGeometry, Sighting
 from fcw.tracking.range_filter import RangeFilter

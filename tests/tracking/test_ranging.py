@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 

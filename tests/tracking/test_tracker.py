@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.warning.policies import make_policy

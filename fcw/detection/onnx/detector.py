@@ -11,9 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.boxes.overlap import cut_to_picture
 from fcw.detection.boxes.plausible import ROAD_VEHICLES, PlausibleVehicles, plausible
+from fcw.detection.detector import Detection
 from fcw.detection.onnx.yolo import (
     PAD_VALUE,
     Layout,
@@ -23,7 +25,6 @@ from fcw.detection.onnx.yolo import (
     expected_shapes,
     recognise,
 )
-from fcw.detection.types import Box, Detection
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.file import read_calibration
 from fcw.camera.solve import calibrate
 from fcw.detection.boxes.overlap import intersection_areas, intersection_over_union
 from fcw.errors import UserError
@@ -252,6 +253,6 @@ def read_calibration_table(path: Path) -> dict[str, Calibration]:
 def _saved_calibrations(directory: Path) -> Callable[[str], Calibration]:
     """How to find a clip's calibration beside `labels.json`."""
     if (directory / "calibration.yaml").is_file():
-        shared = Calibration.load(directory / "calibration.yaml")
+        shared = read_calibration(directory / "calibration.yaml")
         return lambda clip: shared
-    return lambda clip: Calibration.load(directory / "calibration" / f"{clip}.yaml")
+    return lambda clip: read_calibration(directory / "calibration" / f"{clip}.yaml")

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.choice import DetectorModel, make_detector
+from fcw.detection.detector import Detector
 from fcw.detection.training.dataset import LabelledImage
-from fcw.detection.types import Detector
 from fcw.evaluation.detection.labels import AnnotatedImage
 
 EVERY_SCORE = float("-inf")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.detection.training.dataset import LabelledImage, read_calibration_table, read_labels
 from fcw.errors import UserError
 
@@ -156,7 +157,7 @@ def calibration_source(path: Path) -> Callable[[LabelledImage], Calibration]:
 
 
 def _one_for_all(path: Path) -> Callable[[LabelledImage], tuple[Calibration, Path]]:
-    calibration = Calibration.load(path)
+    calibration = read_calibration(path)
     return lambda _: (calibration, path)
 
 
@@ -173,7 +174,7 @@ def _in_folder(folder: Path) -> Callable[[LabelledImage], tuple[Calibration, Pat
                 f"{path}: no calibration for the clip {image.clip}, which {image.path.name} is from; "
                 "make one with `fcw calibrate --save`, or give one calibration file for all"
             )
-        return Calibration.load(path), path
+        return read_calibration(path), path
 
     return find
 

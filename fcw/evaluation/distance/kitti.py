@@ -15,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.evaluation.distance.ablation import without_cues
 from fcw.evaluation.distance.cues import Cue
 from fcw.evaluation.distance.kitti_tracking import (

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import FloatArray
 from fcw.camera.solve import calibrate
-from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 

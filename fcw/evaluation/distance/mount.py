@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
+from fcw.box import Box
 from fcw.camera.calibration import GroundPoint
 from fcw.camera.ground_plane import FloatArray
 from fcw.camera.solve import calibrate
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
 from fcw.evaluation.distance.simulation import CLICKED_M, FRAME_S, IMAGE_SIZE, SimulatedRoad
 from fcw.tracking.tracker import Tracker

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.solve import calibrate
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.tracking.tracker import Tracker, TrackerSettings

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.evaluation.distance.kitti import CONSTANT_WIDTH_M, RangeErrors, distance_by_width_m, range_errors
 from fcw.frame import ImageSize

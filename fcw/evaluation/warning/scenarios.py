@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
 from fcw.evaluation.warning.ncap import TRIALS, Scenario
 from fcw.frame import ImageSize

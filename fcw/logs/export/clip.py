@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
 from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.names import MCAP_NAME
 from fcw.logs.records import FrameResult
 
-DRIVE_NAME = "drive.mcap"
-"""What `fcw run` calls its log. Other MCAP files in a folder need not be drive logs."""
 NS_PER_S = 1_000_000_000
 
 Between = tuple[float, float]
@@ -124,11 +123,11 @@ def _logs(path: Path) -> list[Path]:
         raise UserError(f"{path}: no such file or folder; expected a drive.mcap of `fcw run`, or its folder")
     if not path.is_dir():
         return [path]
-    own = path / DRIVE_NAME
-    logs = [own] if own.is_file() else sorted(path.rglob(DRIVE_NAME))
+    own = path / MCAP_NAME
+    logs = [own] if own.is_file() else sorted(path.rglob(MCAP_NAME))
     if not logs:
         raise UserError(
-            f"{path}: no {DRIVE_NAME} in this folder or below it; name a drive's log, "
+            f"{path}: no {MCAP_NAME} in this folder or below it; name a drive's log, "
             "or the folder that `fcw run` wrote"
         )
     return logs
@@ -138,5 +137,5 @@ def _names(log: Path) -> list[str]:
     """Names of a log and of the folders above it, from the nearest up."""
     log = log.resolve()
     parts = list(log.parent.parts[1:]) or ["drive"]
-    own = [] if log.name == DRIVE_NAME else [log.stem]
+    own = [] if log.name == MCAP_NAME else [log.stem]
     return own + parts[::-1]

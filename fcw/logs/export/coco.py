@@ -7,14 +7,14 @@ from typing import Any
 
 import cv2
 
-from fcw import __version__
+from fcw.box import Box
 from fcw.camera.file import calibration_text
-from fcw.detection.types import Box
 from fcw.errors import UserError
 from fcw.files import whole_file, write_whole
 from fcw.logs.export.clip import DriveClip
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
+from fcw.versions import __version__
 
 VEHICLE = {"id": 1, "name": "vehicle", "supercategory": "vehicle"}
 PICTURES_NAME, CALIBRATIONS_NAME = "images", "calibration"

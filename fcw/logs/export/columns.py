@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
-from fcw.events import DriveEvent
+from fcw.logs.events import DriveEvent
 from fcw.logs.export.clip import DriveClip
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track

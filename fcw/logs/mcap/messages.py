@@ -1,6 +1,7 @@
 """The project's own messages (`schemas/drive.proto`) from records and back, bit for bit."""
 
-from fcw.detection.types import Box, Detection
+from fcw.box import Box
+from fcw.detection.detector import Detection
 from fcw.logs.records import FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.tracking.types import Track

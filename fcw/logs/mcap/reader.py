@@ -17,9 +17,22 @@ from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap.chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks, stored_attachment
 from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.messages import result_from_message
+from fcw.logs.names import mcap_path
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.logs.series import DriveSeries, SeriesBuilder
+
+
+def read_drive(drive: Path | str) -> "DriveLog":
+    """Open a drive's log.
+
+    Args:
+        drive: a `drive.mcap`, or the folder that holds it.
+
+    Raises:
+        UserError: there is none, or it is no drive log.
+    """
+    return DriveLog(mcap_path(Path(drive)))
 
 
 class DriveLog:

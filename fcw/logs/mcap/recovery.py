@@ -11,12 +11,12 @@ from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Message, Metada
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
-from fcw import __version__
 from fcw.errors import UserError
 from fcw.files import whole_file
 from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap.chunks import DAMAGED, chunk_records
 from fcw.logs.mcap.reader import DriveLog
+from fcw.versions import __version__
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,6 @@ from google.protobuf.message import Message
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
-from fcw import __version__
 from fcw.camera.file import calibration_text
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
@@ -29,6 +28,7 @@ from fcw.logs.overlay import overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.logs.series import SeriesBuilder
+from fcw.versions import __version__
 from fcw.warning.types import WarningLevel
 
 _TOPICS: dict[str, type[Message]] = {

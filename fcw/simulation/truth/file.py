@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.detection.types import Box
 from fcw.frame import ImageSize
 from fcw.simulation.picture.projection import dynamic_camera, project
 from fcw.simulation.world.state import VehicleState, WorldState

@@ -5,6 +5,7 @@ from datetime import datetime
 from pathlib import Path
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
@@ -120,7 +121,7 @@ def _loaded(save_path: Path, image_size: ImageSize) -> tuple[Document | None, st
     if not save_path.exists():
         return None, ""
     try:
-        return document_of(Calibration.load(save_path).for_image_size(image_size)), ""
+        return document_of(read_calibration(save_path).for_image_size(image_size)), ""
     except UserError as error:
         return None, f"The calibration there is not used: {error}. Saving replaces it."
 

@@ -4,7 +4,7 @@ from rich.text import Text
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.export import export_text
-from fcw.camera.file import default_path
+from fcw.camera.file import default_path, write_calibration
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.files import write_whole
@@ -27,7 +27,7 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
     if save is None and command.source is not None:
         save = default_path(command.source)
     if save is not None:
-        calibration.save(save)
+        write_calibration(calibration, save)
     if command.export is not None:
         file_format, path = command.export
         write_whole(path, export_text(calibration, file_format))

@@ -27,12 +27,13 @@ def evaluate_events(log_path: Path, labels: Path | None, console: "Console") -> 
         UserError: a log or the labels cannot be read, or nobody has judged a warning of the reviewed drive.
     """
     from fcw.evaluation.warning.events import compare_with_events, read_events
-    from fcw.logs.mcap.reader import DriveLog
+    from fcw.logs.mcap.reader import read_drive
+    from fcw.logs.names import mcap_path
 
-    log = DriveLog(_log_path(log_path))
+    log = read_drive(log_path)
     labels = labels or log_path
     reviewed = labels.is_dir() or labels.suffix.lower() == ".mcap"
-    events, judged = _verdicts(_log_path(labels)) if reviewed else (read_events(labels), {})
+    events, judged = _verdicts(mcap_path(labels)) if reviewed else (read_events(labels), {})
     comparison = compare_with_events(log.results(), events, complete=not reviewed)
     print_events(comparison, console)
     return {
@@ -50,7 +51,7 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
     from fcw.annotation.records import Judgement
     from fcw.annotation.store import read_review
     from fcw.annotation.warning_labels import warning_labels
-    from fcw.events import find_events
+    from fcw.logs.events import find_events
     from fcw.logs.mcap.reader import DriveLog
     from fcw_viz.console import note
 
@@ -73,12 +74,6 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
         "disagreements": len(labels.disagreements),
         "lost_verdicts": labels.lost,
     }
-
-
-def _log_path(drive: Path) -> Path:
-    from fcw_viz.jobs.drive import MCAP_NAME
-
-    return drive / MCAP_NAME if drive.is_dir() else drive
 
 
 def print_events(comparison: "EventComparison", console: "Console") -> None:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.names import MCAP_NAME, RRD_NAME
 from fcw_viz.commands.review.options import ReviewCommand
 from fcw_viz.console import RESULTS
-from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, stop_on_interrupt
+from fcw_viz.jobs.drive import stop_on_interrupt
 from fcw_viz.rerun.log import RerunSink
 from fcw_viz.rerun.viewer import Viewer, has_display, native_viewer, web_viewer
 

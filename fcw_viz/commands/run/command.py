@@ -8,14 +8,10 @@ from fcw_viz.commands.run.report import report_drive
 
 def run_run(command: RunCommand) -> int:
     """Run `fcw run`; returns the exit code."""
-    import json
-    import sys
-
-    from rich.console import Console
-
     from fcw.errors import UserError
     from fcw.sources.camera import is_camera
-    from fcw_viz.jobs.drive import run_drive
+    from fcw_viz.console import RESULTS, note, print_json
+    from fcw_viz.jobs.drive import run_on_console
 
     if command.live:
         from fcw_viz.commands.run.live import run_live
@@ -27,12 +23,11 @@ def run_run(command: RunCommand) -> int:
     if not path.exists() and is_camera(command.source):
         raise UserError(f"{command.source}: a camera runs live only; add --live")
     job = job_of(command, path)
-    messages = Console(stderr=True)
-    outcome = run_drive(job, messages)
-    for note in outcome.notes:
-        messages.print(f"note: {note}", highlight=False)
+    outcome = run_on_console(job)
+    for text in outcome.notes:
+        note(text)
     if command.json:
-        sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
+        print_json(outcome.summary)
     else:
-        report_drive(outcome, job.out, Console(), imperial=job.imperial)
+        report_drive(outcome, job.out, RESULTS, imperial=job.imperial)
     return 130 if outcome.interrupted else 0

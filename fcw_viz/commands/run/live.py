@@ -1,24 +1,22 @@
 """`fcw run --live`: the pipeline on a camera, or on a file at its own rate, with a page that shows it."""
 
 import getpass
-import json
-import sys
 import threading
 from datetime import datetime
 from pathlib import Path
 
-from rich.console import Console
-
-from fcw.camera.calibration import Calibration
-from fcw.camera.file import default_path
+from fcw.camera.file import default_path, read_calibration
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.job import DriveJob, load_calibration
+from fcw.logs.names import MCAP_NAME
 from fcw.sources import is_mcap, open_source
 from fcw.sources.camera import CameraSource, camera_name, is_camera
 from fcw.sources.live import LiveSource
 from fcw_viz.commands.run.options import RECORDINGS, RunCommand, job_of
 from fcw_viz.commands.run.report import report_drive
-from fcw_viz.jobs.drive import MCAP_NAME, DriveJob, load_calibration, run_drive
+from fcw_viz.console import MESSAGES, RESULTS, note, print_json
+from fcw_viz.jobs.drive import run_on_console
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 from fcw_viz.page.server import DEFAULT_PORT
@@ -43,22 +41,20 @@ def run_live(command: RunCommand) -> int:
     feed = LiveFeed(source)
     port = DEFAULT_PORT if command.port is None else command.port
     page = LivePage(feed, job.source.stem or source.name, port)
-    messages = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        page.announce(messages, "live", "Ctrl-C ends the drive, with complete logs", not command.no_open)
-        outcome = run_drive(job, messages, source, (feed,), stop)
-        for note in outcome.notes:
-            messages.print(f"note: {note}")
+        page.announce(MESSAGES, "live", "Ctrl-C ends the drive, with complete logs", not command.no_open)
+        outcome = run_on_console(job, MESSAGES, source, (feed,), stop)
+        for text in outcome.notes:
+            note(text)
         if command.json:
-            sys.stdout.write(json.dumps(outcome.summary, indent=2) + "\n")
-            sys.stdout.flush()
+            print_json(outcome.summary)
         else:
-            report_drive(outcome, job.out, Console(), imperial=job.imperial)
+            report_drive(outcome, job.out, RESULTS, imperial=job.imperial)
         if outcome.interrupted or not outcome.summary["frames"]:
             page.say_ended(f"ended by hand; look at it with: fcw review {job.out}")
             return 130
         page.review(job.out / MCAP_NAME, getpass.getuser())
-        messages.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; every word is kept)")
+        MESSAGES.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; every word is kept)")
         page.wait()
     finally:
         page.stop()
@@ -74,15 +70,15 @@ def _open_camera(command: RunCommand, job: DriveJob, stop: threading.Event) -> L
     """A camera, asked for pictures as large as its calibration is for."""
     if command.frame_rate is not None or command.topic is not None:
         raise UserError(f"{command.source}: a camera has neither --frame-rate nor --topic; leave them out")
-    source = CameraSource(command.source, _calibrated_size(job))
+    source = CameraSource(command.source, _calibrated_size(command, job))
     return LiveSource(source, stop, paced=source.recorded)
 
 
-def _calibrated_size(job: DriveJob) -> ImageSize:
-    path = job.calibration or default_path(job.source)
+def _calibrated_size(command: RunCommand, job: DriveJob) -> ImageSize:
+    path = command.calibration or default_path(job.source)
     if not path.is_file():
         raise UserError(
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate --points ... "
             f"--height ... --image-size WxH --save {path}`, or name an existing one with --calibration"
         )
-    return Calibration.load(path).image_size
+    return read_calibration(path).image_size

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 if TYPE_CHECKING:
-    from fcw_viz.jobs.drive import DriveJob
+    from fcw.job import DriveJob
 
 RECORDINGS = Path("recordings")
 
@@ -58,7 +58,7 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
         source: of the drive.
         out: where its logs go; None for what was typed, or the default.
     """
-    from fcw_viz.jobs.drive import DriveJob
+    from fcw.job import DriveJob
 
     return DriveJob(
         source=source,

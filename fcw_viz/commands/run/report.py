@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fcw_viz.jobs.drive import DriveOutcome
+    from fcw.job import DriveOutcome
 
 FOXGLOVE_LAYOUT = Path(__file__).parents[2] / "foxglove_layout.json"
 """Camera, ground view, plots and warnings of a drive.mcap, as Foxglove imports it."""
@@ -16,8 +16,8 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
     """Print what a drive came to, and how to open its logs."""
     from rich.table import Table
 
+    from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
     from fcw.units import distance_text
-    from fcw_viz.jobs.drive import MCAP_NAME, RRD_NAME, SUMMARY_NAME
 
     summary = outcome.summary
     console.print(

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import viser
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.logs.overlay import Rgb
 from fcw_viz.page.picture.label_layout import (
     LABEL_HEIGHT_CSS_PX,

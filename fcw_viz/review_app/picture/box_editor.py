@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from fcw.annotation.records import BoxEdit, FrameConfirmed, LabelledBox, new_box_id, track_box_id
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.errors import UserError
 from fcw.logs.overlay import OTHER_TRACK_COLOR, Rgb
 from fcw.logs.records import FrameResult

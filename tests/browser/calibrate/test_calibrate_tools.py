@@ -11,7 +11,7 @@ from playwright.sync_api import Locator
 
 from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.export import camera_info_text, kalibr_text
-from fcw.camera.file import calibration_text, default_path
+from fcw.camera.file import calibration_text, default_path, write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.camera.vanishing import vanishing_row
@@ -217,7 +217,7 @@ def test_an_old_calibration_is_shown_again_and_handed_out(
     source = road(tmp_path)
     old_points = [GroundPoint(distance_m, seen(distance_m)[1], 600.0) for distance_m in TAPE_M]
     old = calibrate(old_points, SIZE, HEIGHT_M)
-    old.save(default_path(source))
+    write_calibration(old, default_path(source))
     page = serve(source)
     person = Person(open_page(page.url))
     wait_for(lambda: person.button("Saved").count() == 1)

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from browser_page import BrowserPage
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw_viz.calibrate_app.server import CalibrationPage
 
 DEMO = Path(__file__).parents[3] / "recordings" / "demo"
 DEMO_FRAMES = 1200
-CALIBRATION = Calibration.load(DEMO / "drive.calibration.yaml")
+CALIBRATION = read_calibration(DEMO / "drive.calibration.yaml")
 
 
 @pytest.fixture

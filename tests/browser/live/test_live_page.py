@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 from calibrate_helpers import DEMO_DRIVE, FIRST_PORT
 from review_helpers import OpenPage, Reviewer, WaitFor
-from rich.console import Console
 
 from fcw.frame import Frame
+from fcw.job import DriveJob
 from fcw.sources.live import LiveSource
 from fcw.sources.video import VideoSource
-from fcw_viz.jobs.drive import DriveJob, run_drive
+from fcw_viz.console import SILENT
+from fcw_viz.jobs.drive import run_on_console
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 
@@ -64,7 +65,7 @@ class Drive:
         self.page = LivePage(self.feed, "drive", FIRST_PORT)
         job = DriveJob(DEMO_DRIVE, out, ego_speed=str(DEMO_DRIVE.with_name("drive.speed.csv")))
         self.pipeline = threading.Thread(
-            target=run_drive, args=(job, Console(quiet=True), source, (self.feed,), self.stop)
+            target=run_on_console, args=(job, SILENT, source, (self.feed,), self.stop)
         )
 
     @property

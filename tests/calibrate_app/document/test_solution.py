@@ -1,19 +1,16 @@
-"""What follows from a document: status, troubles beside their marks, mends that mend, effects of beliefs."""
+"""What follows from a document: status, result, effects of beliefs."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from session_helpers import CAMERA, PAPER_POINTS, SIZE, edits, said, seen
+from session_helpers import CAMERA, PAPER_POINTS, SIZE, said, seen
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.solve import calibrate
-from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
-from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetDistance, SetHeight, SetReference
+from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetDistance
 from fcw_viz.calibrate_app.document.solution import solve
 from fcw_viz.calibrate_app.document.state import Mend, Solution, Status
 
@@ -156,177 +153,6 @@ def test_near_points_are_said_to_leave_the_far_open():
     assert result is not None
     assert "only this is sure" in result.quality
     assert "far point" in result.quality
-
-
-# Trouble and its mends
-
-
-def test_the_papers_points_are_implausible_and_the_bumper_at_2_29_m_makes_them_good():
-    document = said(*PAPER_POINTS, height_m=1.225)
-    solution = solve(document)
-    assert solution.status is Status.IMPLAUSIBLE
-    assert solution.can_save
-    trouble = only_trouble(solution)
-    assert "front bumper" in trouble.text
-    assert "2.1 to 2.4 m" in trouble.text
-    assert trouble.mend == Mend(
-        "Distances were measured from the bumper: set the offset to 2.29 m", (SetReference(True, 2.29),)
-    )
-    good = solve(mended(document, trouble.mend))
-    assert good.status is Status.GOOD
-    assert not good.troubles
-    assert good.result is not None
-    assert good.result.calibration.camera.principal_row_px == pytest.approx(359.5, abs=1.0)
-
-
-def test_a_wrong_offset_is_corrected_rather_than_introduced():
-    document = said(*PAPER_POINTS, height_m=1.225, from_bumper=True, bumper_offset_m=1.0)
-    trouble = only_trouble(solve(document))
-    assert trouble.mend is not None
-    assert trouble.mend.label == "Set the offset of the bumper to 2.29 m"
-    assert "not 1.00 m" in trouble.text
-
-
-@pytest.mark.parametrize(
-    ("points", "mark_ids", "words"),
-    [
-        (((4, 461), (4, 400), (7, 383)), (1, 2), "A and B have the same distance, 4 m"),
-        (((4, 461), (5, 461), (7, 383)), (1, 2), "A (4 m) and B (5 m) are in the same row"),
-        (((4, 461), (5, 428), (7, 440)), (2, 3), "C (7 m) is farther than B (5 m) but lower"),
-        (((4, 461), (5, 440), (7, 383)), (1, 2, 3), "the rows of A, B and C do not crowd together"),
-        (((5, 400.3), (10, 400.2), (20, 400.1)), (1, 2, 3), "A, B and C differ by less than the error"),
-        (((10, 461), (5, 428)), (1, 2), "A (10 m) is farther than B (5 m) but lower"),
-        (((4, 461), (4, 400)), (1, 2), "A and B have the same distance"),
-    ],
-)
-def test_degenerate_points_are_named_by_their_letters_beside_their_marks(points, mark_ids, words):
-    solution = solve(said(*points, height_m=1.225))
-    assert solution.status is Status.DEGENERATE
-    assert solution.result is None
-    assert not solution.can_save
-    trouble = only_trouble(solution)
-    assert set(trouble.mark_ids) == set(mark_ids)
-    assert words in trouble.text
-
-
-def test_degenerate_points_are_named_in_feet_where_feet_are_typed():
-    document = said((3.048, 461), (6.096, 428), (9.144, 440), height_m=1.2, imperial=True)
-    assert "C (30 ft) is farther than B (20 ft)" in only_trouble(solve(document)).text
-
-
-def test_swapped_distances_are_swapped_back():
-    points = seen(6, 15, 40)
-    document = said((6, points[0][1]), (40, points[1][1]), (15, points[2][1]), height_m=1.3)
-    trouble = only_trouble(solve(document))
-    assert trouble.mend is not None
-    assert trouble.mend.label == "Swap the distances of C and B"
-    assert solve(mended(document, trouble.mend)).status is Status.GOOD
-
-
-def test_distances_typed_in_reverse_are_sorted_by_row():
-    points = seen(6, 15, 25, 40)
-    reverse = [(near[0], far[1]) for near, far in zip(points, points[::-1], strict=True)]
-    document = said(*reverse, height_m=1.3)
-    trouble = only_trouble(solve(document))
-    assert trouble.mend is not None
-    assert trouble.mend.label == "Give the distances by row, the lowest point the nearest"
-    assert solve(mended(document, trouble.mend)).status is Status.GOOD
-
-
-@pytest.mark.parametrize("wrong", range(6))
-@pytest.mark.parametrize("shift_px", [-25.0, 25.0])
-def test_the_one_wrong_mark_among_many_is_the_one_to_leave_out(wrong, shift_px):
-    points = seen(5, 8, 12, 18, 27, 40)
-    points[wrong] = (points[wrong][0], points[wrong][1] + shift_px)
-    document = said(*points, height_m=1.3)
-    solution = solve(document)
-    assert solution.status in (Status.IMPLAUSIBLE, Status.DEGENERATE)
-    mends = [trouble.mend for trouble in solution.troubles if trouble.mend]
-    assert (EnableMark(wrong + 1, False),) in [mend.edits for mend in mends]
-    assert solve(mended(document, mends[-1])).status is Status.GOOD
-
-
-def test_feet_typed_as_metres_are_proposed_and_shown_as_typed():
-    document = said(*((d / 0.3048, row) for d, row in seen(6.096, 15.24, 39.624)), height_m=1.3)
-    trouble = only_trouble(solve(document))
-    assert "were typed as metres, but are in feet" in trouble.text
-    assert trouble.mend is not None
-    assert trouble.mend.label == "Take the distances for feet"
-    right = mended(document, trouble.mend)
-    assert right.imperial
-    assert [mark.distance_m for mark in right.marks] == pytest.approx([6.096, 15.24, 39.624])
-    assert solve(right).status is Status.GOOD
-
-
-@pytest.mark.parametrize(
-    ("height_m", "imperial", "label", "meant_m"),
-    [
-        (4.3, False, "Take the height for 4.3 feet", 1.3106),
-        (130.0, False, "Take the height for 130 centimetres", 1.3),
-        (51.0, False, "Take the height for 51 inches", 1.2954),
-        (1.3 * 0.3048, True, "Take the height for 1.3 metres", 1.3),
-    ],
-)
-def test_a_height_in_another_unit_is_proposed(height_m, imperial, label, meant_m):
-    document = said(*seen(6, 15, 40), height_m=height_m, imperial=imperial)
-    solution = solve(document)
-    assert solution.status is Status.IMPLAUSIBLE
-    trouble = solution.troubles[0]
-    assert "behind no windscreen" in trouble.text
-    assert trouble.mend == Mend(label, (SetHeight(meant_m),))
-    assert solve(mended(document, trouble.mend)).status is Status.GOOD
-
-
-def test_a_near_mark_that_bends_the_camera_rather_than_the_residuals_is_found_out():
-    points = seen(5, 8, 12, 18, 27, 40)
-    points[0] = (5, points[0][1] + 25)
-    trouble = only_trouble(solve(said(*points, height_m=1.3)))
-    assert trouble.mark_ids == (1,)
-    assert "without it all others agree" in trouble.text
-
-
-def test_a_contradicting_prior_is_switched_off_not_forgotten():
-    belief = Belief(Gaussian(math.radians(100), math.radians(3)))
-    document = said(*seen(5, 12, 30, 45), height_m=1.3, row_sigma_px=0.01, field_of_view=belief)
-    troubles = [t for t in solve(document).troubles if "field of view of 100 ± 3° contradicts" in t.text]
-    assert len(troubles) == 1
-    contradictory = solve(document).result
-    assert contradictory is not None
-    assert "no interval here can be trusted" in contradictory.quality
-    right = mended(document, troubles[0].mend)
-    assert right.field_of_view == replace(belief, enabled=False)
-    assert solve(right).status is Status.GOOD
-
-
-def test_noise_that_explains_an_implausible_camera_is_named_with_the_middle_as_mend():
-    noisy = [(d, row + n) for (d, row), n in zip(seen(4, 5, 7), (1.0, -1.0, 1.0), strict=True)]
-    document = said(*noisy, height_m=1.3)
-    trouble = only_trouble(solve(document))
-    assert "far point" in trouble.text
-    assert solve(mended(document, trouble.mend)).status is Status.GOOD
-
-
-@given(st.lists(edits, max_size=12))
-def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(steps):
-    document = said(*PAPER_POINTS, (12, 330), height_m=1.2)
-    for edit in steps:
-        try:
-            document = edit.apply(document)
-        except UserError:
-            continue
-    solution, quick = solve(document), solve(document, effects=False)
-    assert (solution.status, solution.result is None) == (quick.status, quick.result is None)
-    assert (solution.status is Status.DEGENERATE) <= bool(solution.troubles)
-    assert (solution.status is Status.IMPLAUSIBLE) <= bool(solution.troubles)
-    assert solution.hint
-    ids = {mark.id for mark in document.marks}
-    for trouble in solution.troubles:
-        assert set(trouble.mark_ids) <= ids
-        if trouble.mend is not None:
-            assert mended(document, trouble.mend) != document
-    if solution.result is not None:
-        assert all(math.isfinite(row.row_px) for row in solution.result.rows)
-        assert all(not math.isnan(row.high_m) for row in solution.result.rows)
 
 
 # More information

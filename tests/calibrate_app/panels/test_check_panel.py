@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 import viser
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.detection.types import Box, Detection
+from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.sources import open_source
 from fcw_viz.calibrate_app.document.edits import MoveMark, SetHeight, SetUnits

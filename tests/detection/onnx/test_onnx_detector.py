@@ -16,11 +16,12 @@ from hypothesis import strategies as st
 from onnx import TensorProto
 from tiny_nets import write_net
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.detector import Detection
 from fcw.detection.onnx.detector import OnnxDetector, OnnxModel
 from fcw.detection.onnx.yolo import Layout, Letterbox, recognise
-from fcw.detection.types import Box, Detection
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 

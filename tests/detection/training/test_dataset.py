@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.model import CHANNEL_COUNT, Window
 from fcw.detection.training.dataset import (
@@ -137,7 +138,7 @@ def test_a_picture_that_is_missing_or_of_another_size_is_refused(labels, tmp_pat
 
 def test_own_layout_with_one_calibration_for_all(labels, tmp_path):
     labels(coco((300, 200, 40, 30)))
-    CALIBRATION.save(tmp_path / "calibration.yaml")
+    write_calibration(CALIBRATION, tmp_path / "calibration.yaml")
     (image,) = load_training_set(tmp_path)
     assert image.labelled.path == tmp_path / "images/drive/000.png"
     assert image.calibration.horizon_row_px == pytest.approx(180.0)
@@ -147,7 +148,7 @@ def test_own_layout_with_a_calibration_for_each_clip_rescaled_to_the_pictures(la
     labels(coco((300, 200, 40, 30)))
     (tmp_path / "calibration").mkdir()
     double = Calibration.from_camera(GroundPlaneCamera(0.0, 1000.0, 360.5, 1.2, 639.5), ImageSize(1280, 720))
-    double.save(tmp_path / "calibration/drive.yaml")
+    write_calibration(double, tmp_path / "calibration/drive.yaml")
     (image,) = load_training_set(tmp_path)
     # Twice the size: centres of pixels map as 2 v + 1/2.
     assert image.calibration.horizon_row_px == pytest.approx(180.0)
@@ -160,7 +161,7 @@ def test_a_folder_without_labels_says_what_was_expected(tmp_path):
 
 def test_labels_in_which_no_vehicle_counts_are_refused(labels, tmp_path):
     labels(coco((1, 2, 3, 4), ignored=(0,)))
-    CALIBRATION.save(tmp_path / "calibration.yaml")
+    write_calibration(CALIBRATION, tmp_path / "calibration.yaml")
     with pytest.raises(UserError, match="no vehicle that counts"):
         load_training_set(tmp_path)
 
@@ -173,7 +174,7 @@ def test_several_folders_are_one_set_each_with_its_own_calibration(tmp_path):
         content = coco((300, 200, 40, 30), ignored=ignored)
         (folders[-1] / "labels.json").write_text(json.dumps(content))
         camera = replace(CAMERA, principal_row_px=horizon_row_px)
-        Calibration.from_camera(camera, SIZE).save(folders[-1] / "calibration.yaml")
+        write_calibration(Calibration.from_camera(camera, SIZE), folders[-1] / "calibration.yaml")
     images = load_training_set(*folders)
     assert [image.labelled.path for image in images] == [f / "images/drive/000.png" for f in folders]
     assert [image.calibration.horizon_row_px for image in images] == pytest.approx([180.0, 150.0])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector, AcfSettings
 from fcw.detection.matching import LabelledDetections, detection_curve
@@ -102,7 +103,7 @@ def write_drawn_set(folder, count, seed):
             {"id": len(annotations) + i, "image_id": number, "bbox": b} for i, b in enumerate(boxes)
         ]
     (folder / "labels.json").write_text(json.dumps({"images": images, "annotations": annotations}))
-    Calibration.from_camera(CAMERA, SIZE).save(folder / "calibration.yaml")
+    write_calibration(Calibration.from_camera(CAMERA, SIZE), folder / "calibration.yaml")
     return folder
 
 
@@ -171,11 +172,11 @@ def test_too_few_pictures_are_refused(drawn_set):
 
 def test_pictures_whose_vehicles_all_stand_above_the_horizon_are_refused(drawn_set):
     low = Calibration.from_camera(GroundPlaneCamera(0.0, 400.0, 265.0, 1.3, 239.5), SIZE)
-    low.save(drawn_set / "calibration.yaml")
+    write_calibration(low, drawn_set / "calibration.yaml")
     try:
         images = load_training_set(drawn_set)
     finally:
-        Calibration.from_camera(CAMERA, SIZE).save(drawn_set / "calibration.yaml")
+        write_calibration(Calibration.from_camera(CAMERA, SIZE), drawn_set / "calibration.yaml")
     with pytest.raises(UserError, match="below the horizon; check the calibrations"):
         train(images, SETTINGS, Log())
 

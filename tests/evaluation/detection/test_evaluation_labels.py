@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from labelled import CALIBRATION, annotated
 
+from fcw.camera.file import write_calibration
 from fcw.errors import UserError
 from fcw.evaluation.detection.coco import write_coco_results
 from fcw.evaluation.detection.detectors import FrameDetections
@@ -93,7 +94,7 @@ def test_conditions_that_mean_nothing_are_refused(condition, message):
 
 
 def test_one_calibration_for_all_or_one_for_each_clip(tmp_path):
-    CALIBRATION.save(tmp_path / "clip.yaml")
+    write_calibration(CALIBRATION, tmp_path / "clip.yaml")
     image = annotated().labelled
     for path in (tmp_path / "clip.yaml", tmp_path):
         calibration_of = calibration_source(path)
@@ -120,7 +121,7 @@ def test_missing_calibrations_are_named(tmp_path):
 
 
 def test_a_calibration_of_another_shape_of_picture_is_refused_by_name(tmp_path):
-    CALIBRATION.for_image_size(CALIBRATION.image_size).save(tmp_path / "clip.yaml")
+    write_calibration(CALIBRATION.for_image_size(CALIBRATION.image_size), tmp_path / "clip.yaml")
     image = annotated().labelled
     other = type(image)(image.path, image.clip, type(image.size)(640, 480), image.boxes, image.ignored)
     with pytest.raises(UserError, match=r"clip\.yaml: .*another aspect ratio"):

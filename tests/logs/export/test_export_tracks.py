@@ -17,9 +17,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pycocotools.coco import COCO
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.training.dataset import load_training_set, read_labels
-from fcw.detection.types import Box
 from fcw.evaluation.detection.labels import calibration_source, count_only, read_annotated
 from fcw.evaluation.distance.kitti_tracking import read_sequence
 from fcw.logs.export.clip import DriveClip

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
-from fcw.detection.types import Box
 from fcw.frame import ImageSize
 from fcw.simulation.picture.projection import dynamic_camera, project
 from fcw.simulation.picture.renderer import Renderer

@@ -20,6 +20,7 @@ from mcap_files import (
 )
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration, write_calibration
 from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.cli import main
 from fcw_viz.rerun.log import read_frame_times
@@ -136,7 +137,7 @@ def test_an_own_log_runs_anew_with_its_calibration_and_speed(
     assert "own speed from /fcw/frame" in told
     before, after = DriveLog(first), DriveLog(tmp_path / "second" / "drive.mcap")
     assert list(after.entries()) == list(before.entries())
-    assert after.header.calibration == before.header.calibration == Calibration.load(CALIBRATION)
+    assert after.header.calibration == before.header.calibration == read_calibration(CALIBRATION)
 
 
 def test_a_log_is_never_replaced_by_the_one_made_from_it(
@@ -154,8 +155,10 @@ def test_a_calibration_beside_the_file_is_preferred_to_the_one_in_it(
 ) -> None:
     assert run(foxglove_images(tmp_path / "a.mcap", demo_frames(2)), tmp_path / "first") == 0
     other = tmp_path / "first" / "drive.calibration.yaml"
-    shipped = Calibration.load(CALIBRATION)
-    Calibration.from_camera(shipped.camera, shipped.image_size, reference_offset_m=1.5).save(other)
+    shipped = read_calibration(CALIBRATION)
+    write_calibration(
+        Calibration.from_camera(shipped.camera, shipped.image_size, reference_offset_m=1.5), other
+    )
     capsys.readouterr()
     assert main(["run", str(tmp_path / "first" / "drive.mcap"), "--out", str(tmp_path / "second")]) == 0
     assert "from the file itself" not in capsys.readouterr().err

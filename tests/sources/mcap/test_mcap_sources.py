@@ -26,8 +26,7 @@ from mcap_files import (
     stamp_ns,
 )
 
-from fcw.camera.calibration import Calibration
-from fcw.camera.file import calibration_text
+from fcw.camera.file import calibration_text, read_calibration
 from fcw.errors import UserError
 from fcw.frame import Frame
 from fcw.sources import open_source
@@ -340,7 +339,7 @@ def test_two_speeds_of_one_kind_are_told_and_none_is_used(frames: list[Frame], t
 
 
 def test_an_attached_calibration_is_found(frames: list[Frame], tmp_path: Path) -> None:
-    calibration = Calibration.load(DEMO / "drive.calibration.yaml")
+    calibration = read_calibration(DEMO / "drive.calibration.yaml")
     path = tmp_path / "drive.mcap"
     original = foxglove_images(tmp_path / "plain.mcap", frames[:3])
     assert mcap_facts(original).calibration is None

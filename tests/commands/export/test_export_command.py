@@ -1,4 +1,4 @@
-"""`fcw export`: the right files with the right content, and clear words where there is nothing to export."""
+"""`fcw export`: the right files with the right content."""
 
 import csv
 import json
@@ -15,107 +15,25 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from marked_drives import FRAMES, GREY, RATE_HZ, box_of, export, read_video
 from numpy.typing import NDArray
 from playwright.sync_api import sync_playwright
 from rerun.chunk import RrdReader
 
-from fcw.camera.calibration import Calibration
-from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.types import Box, Detection
-from fcw.frame import Frame, ImageSize
-from fcw.logs.encode import VideoEncoder
+from fcw.box import Box
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.overlay import LEVEL_COLORS
-from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
-from fcw.warning.types import WarningLevel, WarningState
+from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main
-from fcw_viz.rerun.log import RerunSink, read_frame_times
+from fcw_viz.rerun.log import read_frame_times
 
-SIZE = ImageSize(1280, 720)
-RATE_HZ = 25.0
-FRAMES = 60
 MADE = {"rerun.controls.RowId", "RecordingInfo:start_time"}
 """What tells one recording from another of the same drive."""
-GREY = 96
-
-
-def box_of(index: int) -> Box:
-    return Box(400.0 + 5 * index, 300.0 + 2 * index, 160.0, 120.0)
-
-
-def marked_picture(index: int) -> NDArray[np.uint8]:
-    """Grey, with a mark drawn where the box is: a black line three pixels wide along its edges."""
-    image = np.full((SIZE.height, SIZE.width, 3), GREY, np.uint8)
-    box = box_of(index)
-    left, top, right, bottom = (round(edge) for edge in (box.x, box.y, box.right, box.bottom))
-    image[top - 1 : bottom + 2, left - 1 : right + 2] = 0
-    image[top + 2 : bottom - 1, left + 2 : right - 1] = GREY
-    return image
-
-
-def result_of(index: int) -> FrameResult:
-    """A vehicle about which a warning is given from 0.8 s to 1.6 s; none at all in the last ten frames."""
-    time_ns = 7_000_000_000 + index * 40_000_000
-    if index >= FRAMES - 10:
-        return FrameResult(index, time_ns, (), (), None, WarningState(WarningLevel.NONE), 20.0)
-    track = Track(4, box_of(index), 8.0, 15.0, 14.0, 16.2, 0.1, 9.0, 0.3, 15 / 9, index / 25, False, True)
-    warned = 20 <= index <= 40
-    state = WarningState(WarningLevel.NONE)
-    if warned:
-        state = WarningState(WarningLevel.WARNING, 4, "ttc", 15 / 9, 4.0, 0.75)
-    return FrameResult(index, time_ns, (Detection(track.box, 8.0),), (track,), 4, state, 20.0)
-
-
-@pytest.fixture(scope="module")
-def entries() -> list[Any]:
-    encoder = VideoEncoder(SIZE, RATE_HZ)
-    drive = []
-    for index in range(FRAMES):
-        result = result_of(index)
-        drive.append((result, encoder.encode(Frame(index, result.time_ns, marked_picture(index)))))
-    encoder.close()
-    return drive
-
-
-@pytest.fixture(scope="module")
-def header() -> DriveHeader:
-    camera = GroundPlaneCamera(0.03, 1000.0, 350.0, 1.4, 640.0)
-    calibration = Calibration.from_camera(camera, SIZE, reference_offset_m=1.7)
-    return DriveHeader("drive.mp4", SIZE, RATE_HZ, calibration, False, "acf", "ab" * 32, {"fcw": "0.1.0"})
-
-
-@pytest.fixture(scope="module")
-def drives(entries, header, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of two drives of `fcw run`: their logs in MCAP and for rerun."""
-    folder = tmp_path_factory.mktemp("drives")
-    for name in ("monday", "tuesday"):
-        (folder / name).mkdir()
-        for sink in (McapSink(folder / name / "drive.mcap"), RerunSink(folder / name / "drive.rrd")):
-            sink.open(header)
-            for result, packets in entries:
-                sink.write(result, packets)
-            sink.close()
-    return folder
-
-
-def export(*arguments: str | Path) -> int:
-    return main(["export", *map(str, arguments)])
-
-
-def read_video(path: Path) -> list[NDArray[np.uint8]]:
-    video, pictures = cv2.VideoCapture(str(path)), []
-    while True:
-        there, picture = video.read()
-        if not there:
-            return pictures
-        pictures.append(np.asarray(picture, np.uint8))
 
 
 def test_a_drive_as_csv_has_a_row_for_each_frame(drives, tmp_path, capsys):
@@ -335,105 +253,6 @@ def test_a_drive_without_frames_among_others_is_left_out_and_that_is_said(drives
     assert export(tmp_path / "empty", drives / "monday", *arguments) == 0
     assert "left out: " in capsys.readouterr().err
     assert set(pd.read_csv(tmp_path / "t.csv")["drive"]) == {"monday"}
-
-
-WRONG = [
-    (("--format", "mp4", "--events"), "--events --format mp4: events are a table; choose csv or parquet"),
-    (("--format", "csv", "--no-overlay"), "only an mp4 has the overlay"),
-    (("--format", "kitti", "--pictures"), "--pictures --format kitti: this is for coco"),
-    (("--format", "csv", "--every", "3"), "--every 3 --format csv: this is for coco"),
-    (("--format", "coco", "--every", "0"), "--every 0: expected a whole number of at least 1"),
-    (("--format", "csv", "--between", "3", "1"), "--between 3 1: expected two times in seconds"),
-    (("--format", "csv", "--between", "9", "12"), "has no frame there; its frames are from 0 to 2.36 s"),
-]
-
-
-@pytest.mark.parametrize(("options", "message"), WRONG)
-def test_what_makes_no_sense_is_told_in_one_message(drives, tmp_path, capsys, options, message):
-    assert export(drives / "monday", *options, "--out", tmp_path / "out.x") == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert captured.out == ""
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_an_unknown_format_is_refused_with_the_known_ones(drives, tmp_path, capsys):
-    with pytest.raises(SystemExit) as exit_info:
-        export(drives / "monday", "--format", "avi", "--out", tmp_path / "out.avi")
-    assert exit_info.value.code == 2
-    message = " ".join(capsys.readouterr().err.split())
-    assert "avi" in message
-    assert "'parquet'" in message
-
-
-def test_no_drive_and_a_folder_without_one_are_told(tmp_path, capsys):
-    assert export("--format", "csv", "--out", tmp_path / "t.csv") == 2
-    assert "no drive given" in capsys.readouterr().err
-    assert export(tmp_path, "--format", "csv", "--out", tmp_path / "t.csv") == 2
-    assert f"{tmp_path}: no drive.mcap in this folder or below it" in capsys.readouterr().err
-
-
-def test_a_file_of_another_kind_is_told(tmp_path, capsys):
-    (tmp_path / "notes.mcap").write_text("no log")
-    assert export(tmp_path / "notes.mcap", "--format", "csv", "--out", tmp_path / "t.csv") == 2
-    assert "notes.mcap: not a drive log" in capsys.readouterr().err
-
-
-def test_a_file_that_is_there_stays_unless_it_may_be_replaced(drives, tmp_path, capsys):
-    out = tmp_path / "t.csv"
-    out.write_text("mine")
-    assert export(drives / "monday", "--format", "csv", "--out", out) == 2
-    message = f"{out}: is there already; name another place, or replace it with --overwrite"
-    assert message in capsys.readouterr().err
-    assert out.read_text() == "mine"
-    assert export(drives / "monday", "--format", "csv", "--out", out, "--overwrite") == 0
-    assert len(pd.read_csv(out)) == FRAMES
-
-
-def test_a_drive_is_never_written_over_itself(drives, capsys):
-    path = drives / "monday" / "drive.mcap"
-    before = path.read_bytes()
-    assert export(path, "--format", "mcap", "--out", path, "--overwrite") == 2
-    assert "this is the drive itself" in capsys.readouterr().err
-    assert path.read_bytes() == before
-
-
-def test_several_drives_do_not_go_into_one_video(drives, tmp_path, capsys):
-    assert export(drives, "--format", "mp4", "--out", tmp_path / "out.mp4") == 2
-    assert "2 drives make a file each; name a folder" in capsys.readouterr().err
-
-
-def test_an_out_folder_that_cannot_be_made_is_told(drives, tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert export(drives / "monday", "--format", "mot", "--out", tmp_path / "file" / "out") == 2
-    assert "cannot make this folder" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("form", ["csv", "mp4", "mcap"])  # test_rerun_log has a full disk of its own
-def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
-    resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
-    out = tmp_path / f"out.{form}"
-    arguments = ["export", str(drives / "monday"), "--format", form, "--out", str(out)]
-    process = subprocess.run(
-        [sys.executable, "-m", "fcw_viz.cli", *arguments],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4_000, 4_000)),
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    assert process.returncode == 2, process.stderr
-    assert f"fcw: {out}: cannot " in process.stderr
-    assert "Traceback" not in process.stderr
-    assert process.stdout == ""
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("form", ["csv", "kitti", "mp4", "mcap", "rrd"])
-def test_a_folder_that_is_not_there_is_told(drives, tmp_path, capsys, form: str):
-    out = tmp_path / "nowhere" / f"out.{form}"
-    assert export(drives / "monday", "--format", form, "--out", out) == 2
-    assert f"{out}: cannot write this file" in capsys.readouterr().err
 
 
 def test_distances_in_feet_where_the_drive_is_imperial(entries, header, tmp_path):

@@ -1,6 +1,6 @@
 """Leads as a tracker gives them, for the tests of this folder."""
 
-from fcw.detection.types import Box
+from fcw.box import Box
 from fcw.tracking.types import Track
 
 

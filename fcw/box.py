@@ -1,0 +1,31 @@
+"""Boxes in pictures."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An axis-aligned box in pixels: left edge x, top edge y, width w, height h.
+
+    Edges are continuous coordinates on the grid whose origin is the centre of the top-left pixel.
+    """
+
+    x: float
+    y: float
+    w: float
+    h: float
+
+    @property
+    def right(self) -> float:
+        """Column of the right edge."""
+        return self.x + self.w
+
+    @property
+    def bottom(self) -> float:
+        """Row of the bottom edge: where the vehicle meets the road."""
+        return self.y + self.h
+
+    @property
+    def center_x(self) -> float:
+        """Column of the middle."""
+        return self.x + self.w / 2

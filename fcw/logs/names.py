@@ -1,0 +1,14 @@
+"""Names of the files in a drive's folder."""
+
+from pathlib import Path
+
+MCAP_NAME = "drive.mcap"
+"""The log. Other MCAP files in a folder need not be drive logs."""
+RRD_NAME = "drive.rrd"
+"""The same for the rerun viewer, which the application writes."""
+SUMMARY_NAME = "summary.json"
+
+
+def mcap_path(drive: Path) -> Path:
+    """The MCAP log of a drive that somebody names: the log itself, or the folder that holds it."""
+    return drive / MCAP_NAME if drive.is_dir() else drive

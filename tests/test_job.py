@@ -1,0 +1,118 @@
+"""The whole job from Python, with one's own source, detector, policy and logs."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import fcw
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.frame import VideoPacket
+from fcw.logs.records import DriveHeader
+
+SIZE = fcw.ImageSize(320, 192)
+CAMERA = GroundPlaneCamera(0.0, 300.0, 96.0, 1.5, 160.0)
+CALIBRATION = fcw.Calibration.from_camera(CAMERA, SIZE)
+FRAMES, FRAME_NS = 20, 40_000_000
+BOX = CAMERA.ground_box(15.0, 0.0, 1.8, 1.4)
+
+
+class GreySource:
+    """Grey pictures, which no file holds."""
+
+    name, image_size, frame_count, frame_rate_hz, relays_video = "grey", SIZE, FRAMES, 25.0, False
+    notes = ("all of it is grey",)
+
+    def frames(self, start_ns: int | None = None):
+        for index in range(FRAMES):
+            yield fcw.Frame(index, index * FRAME_NS, np.full((SIZE.height, SIZE.width, 3), 99, np.uint8))
+
+
+class OwnDetector:
+    """Sees the same vehicle in every picture."""
+
+    name = "own"
+
+    def detect(self, image: NDArray[np.uint8]) -> tuple[fcw.Detection, ...]:
+        return (fcw.Detection(BOX, 0.75),)
+
+
+class OwnPolicy:
+    """Warns of every lead, from the tenth frame on."""
+
+    name = "own"
+
+    def update(self, time_ns: int, lead: fcw.Track | None, ego_speed_mps: float | None) -> fcw.WarningState:
+        if lead is None or time_ns < 10 * FRAME_NS:
+            return fcw.WarningState(fcw.WarningLevel.NONE)
+        return fcw.WarningState(fcw.WarningLevel.WARNING, lead.track_id, f"at {ego_speed_mps:g} m/s")
+
+
+class Notebook:
+    """A log of another kind."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def open(self, header: DriveHeader) -> None:
+        self.lines.append(header.source)
+
+    def write(self, result: fcw.FrameResult, packets: Sequence[VideoPacket]) -> None:
+        self.lines.append(result.warning.level.name)
+
+    def close(self) -> None:
+        self.lines.append("end")
+
+
+def job(folder: Path) -> fcw.DriveJob:
+    return fcw.DriveJob(
+        source=Path("grey"),
+        out=folder,
+        calibration=CALIBRATION,
+        detector=OwnDetector(),
+        ego_speed=fcw.EgoSpeed.constant(12.0),
+        warning_policy=OwnPolicy(),
+    )
+
+
+def test_own_parts_take_the_place_of_the_programs(tmp_path):
+    notebook, seen = Notebook(), []
+    outcome = fcw.run_drive(job(tmp_path), GreySource(), sinks=(notebook,), on_result=seen.append)
+    log = fcw.read_drive(tmp_path)
+    assert (log.header.detector, log.header.model_sha256) == ("own", "")
+    assert log.header.calibration == CALIBRATION
+    results = list(log.results())
+    assert results == seen
+    for result in results:
+        (found,) = result.detections
+        assert (found.box.x, found.box.y) == pytest.approx((BOX.x, BOX.y), rel=1e-6)
+        assert found.score == 0.75
+        assert result.ego_speed_mps == 12.0
+    assert results[-1].lead is not None
+    assert results[-1].lead.distance_m == pytest.approx(15.0, rel=0.03)
+    assert results[-1].warning.rule == "at 12 m/s"
+    assert notebook.lines == ["grey", *(result.warning.level.name for result in results), "end"]
+    (span,) = outcome.summary["warnings"]
+    assert (span["start_s"], span["end_s"]) == pytest.approx((0.4, 0.76))
+    assert json.loads((tmp_path / "summary.json").read_text()) == outcome.summary
+    assert outcome.notes == ("all of it is grey",)
+    assert not outcome.interrupted
+
+
+def test_a_calibration_of_another_shape_is_refused_before_anything_is_written(tmp_path):
+    other = fcw.Calibration.from_camera(CAMERA, fcw.ImageSize(320, 240))
+    mistaken = fcw.DriveJob(Path("grey"), tmp_path / "out", other, detector=OwnDetector())
+    with pytest.raises(fcw.UserError, match="the calibration is for pictures of 320x240, these are 320x192"):
+        fcw.run_drive(mistaken, GreySource())
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_earlier_runs_files_do_not_stand_beside_this_runs(tmp_path):
+    for name in ("drive.mcap", "drive.rrd", "summary.json"):
+        (tmp_path / name).write_text("old")
+    fcw.run_drive(job(tmp_path), GreySource())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.mcap", "summary.json"]
+    assert len(list(fcw.read_drive(tmp_path / "drive.mcap").results())) == FRAMES
