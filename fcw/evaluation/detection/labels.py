@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
-from fcw.detection.training.dataset import LabelledImage, read_calibration_table, read_labels
+from fcw.detection.training.dataset import LabelledImage, read_labels
+from fcw.detection.training.own_data import read_calibration_table
 from fcw.errors import UserError
 
 
