@@ -103,7 +103,7 @@ def test_training_takes_all_train_splits_and_on_request_only_what_may_be_used_co
 def test_the_views_give_tusimple_the_rear_faces_that_they_count(data_dir: Path):
     images = [image for image in read_own_labels(data_dir, SPLITS) if image.camera == "tusimple"]
     for image in images:
-        x, y, w, h = image.boxes.T
+        x, _, w, h = image.boxes.T
         known = ~np.isnan(image.rear_boxes[:, 0])
         rear_x, _, rear_w, rear_h = image.rear_boxes.T
         inside = (rear_x >= x - 1) & (rear_x + rear_w <= x + w + 1) & (abs(rear_h - h) <= 1)
