@@ -243,7 +243,7 @@ def print_tables(results: Mapping[str, StratifiedRates], found: Mapping[str, Fou
     )
     for at, fppi in enumerate(FPPI):
         say(f"\n## Detection rate at {fppi:g} false positives a picture\n")
-        say_row(["vehicles", "boxes", "vehicles", *results], head=True)
+        say_row(["kind", "boxes", "vehicles", *results], head=True)
         print_rows({name: result.strata for name, result in results.items()}, list(STRATA), at)
         say("\n## Clear vehicles by camera, at that threshold: rate; its own false positives a picture\n")
         say_row(["camera", "pictures", "boxes", *results], head=True)

@@ -85,6 +85,8 @@ def test_groups_name_each_camera_once(data: Path, groups, message):
 class Seen:
     """A detector that finds one box; its score says from how many pictures it learnt."""
 
+    name = "seen"
+
     def __init__(self, pictures: int) -> None:
         self._pictures = pictures
 
