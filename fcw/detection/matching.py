@@ -1,8 +1,8 @@
 """Detections against labels: hits, misses, false positives per image (FPPI), average precision.
 
-A hit is a detection with IoU >= 0.5 with a vehicle, one detection a vehicle, the surest first. Ignored
-vehicles are neither hit nor missed; a detection with half its area in an ignored box is neither hit nor
-false.
+A hit is a detection with IoU >= 0.5 with a whole vehicle or with its rear face, one detection a vehicle, the
+surest first. Ignored vehicles are neither hit nor missed; a detection with half its area in an ignored box is
+neither hit nor false.
 """
 
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.boxes.overlap import intersection_areas, intersection_over_union
+from fcw.detection.boxes.overlap import intersection_areas, vehicle_overlap
 
 HIT_IOU = 0.5
 IGNORED_PART = 0.5
@@ -27,6 +27,7 @@ def match_detections(
     scores: NDArray[np.float64],
     labels: NDArray[np.float64],
     ignored: NDArray[np.bool_],
+    rear_boxes: NDArray[np.float64] | None = None,
 ) -> NDArray[np.int64]:
     """What each detection of one picture is.
 
@@ -38,12 +39,13 @@ def match_detections(
         scores: (D,).
         labels: (L, 4) boxes.
         ignored: (L,) labels that count neither as hit nor as miss.
+        rear_boxes: (L, 4) boxes of the vehicles' rear faces, NaN where there is none; None: there are none.
 
     Returns:
         (D,) the index of the label hit, or FALSE_POSITIVE, or NOT_COUNTED.
     """
     matches = np.full(len(detections), FALSE_POSITIVE, np.int64)
-    overlap = intersection_over_union(detections, labels)
+    overlap = vehicle_overlap(detections, labels, rear_boxes)
     overlap[:, ignored] = 0.0
     covered = intersection_areas(detections, labels[ignored]) / np.prod(detections[:, 2:], axis=1)[:, None]
     for detection in np.argsort(-scores, kind="stable"):
@@ -72,7 +74,7 @@ class DetectionCurve:
         scores: (D,) of the detections that count, descending.
         hit: (D,) whether each is a hit; the others are false positives.
         vehicles: number of vehicles that count.
-        frames: number of pictures.
+        frames: number of pictures whose false positives count.
         weights: (D,) how often each detection counts, where vehicles and pictures are resampled, and
             `vehicles` and `frames` are sums of weights too; None: once.
     """
@@ -152,12 +154,28 @@ class DetectionCurve:
 
 
 class LabelledDetections(NamedTuple):
-    """Detections and labels of one picture, as `match_detections` takes them."""
+    """Detections and labels of one picture.
+
+    Attributes:
+        detections: (D, 4) boxes x, y, w, h.
+        scores: (D,).
+        labels: (L, 4) boxes.
+        ignored: (L,) labels that count neither as hit nor as miss.
+        rear_boxes: (L, 4) of the rear faces, NaN where there is none; None: there are none.
+        complete: whether all vehicles are labelled; else no detection is a false positive.
+    """
 
     detections: NDArray[np.float64]
     scores: NDArray[np.float64]
     labels: NDArray[np.float64]
     ignored: NDArray[np.bool_]
+    rear_boxes: NDArray[np.float64] | None = None
+    complete: bool = True
+
+    def matches(self) -> NDArray[np.int64]:
+        """What each detection is, as `match_detections` says; none is false where labels are incomplete."""
+        matches = match_detections(self.detections, self.scores, self.labels, self.ignored, self.rear_boxes)
+        return matches if self.complete else np.where(matches == FALSE_POSITIVE, NOT_COUNTED, matches)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,7 +189,8 @@ class Matches:
         vehicle: (D,) index of the vehicle hit, or FALSE_POSITIVE.
         vehicle_frame: (V,) index of the picture of each vehicle that counts.
         vehicle_label: (V,) its index among that picture's labels.
-        frames: number of pictures.
+        complete: (F,) whether all vehicles of each picture are labelled: in the others none is false, and
+            they do not count where false positives are counted by picture.
     """
 
     scores: NDArray[np.float64]
@@ -180,7 +199,12 @@ class Matches:
     vehicle: NDArray[np.int64]
     vehicle_frame: NDArray[np.int64]
     vehicle_label: NDArray[np.int64]
-    frames: int
+    complete: NDArray[np.bool_]
+
+    @property
+    def frames(self) -> int:
+        """Number of pictures in which false positives are counted."""
+        return int(self.complete.sum())
 
     def curve(
         self,
@@ -194,11 +218,12 @@ class Matches:
             frame_weights: (F,) how often each picture counts, with its false positives.
         """
         vehicles = np.ones(len(self.vehicle_frame)) if vehicle_weights is None else vehicle_weights
-        frames = np.ones(self.frames) if frame_weights is None else frame_weights
+        frames = np.ones(len(self.complete)) if frame_weights is None else frame_weights
         hit = self.vehicle >= 0
         weights = frames[self.frame]
         weights[hit] = vehicles[self.vehicle[hit]]
-        return DetectionCurve(self.scores, hit, float(vehicles.sum()), float(frames.sum()), weights)
+        pictures = float(frames[self.complete].sum())
+        return DetectionCurve(self.scores, hit, float(vehicles.sum()), pictures, weights)
 
 
 def pool_matches(frames: Iterable[LabelledDetections]) -> Matches:
@@ -213,9 +238,10 @@ def pool_matches(frames: Iterable[LabelledDetections]) -> Matches:
     vehicle: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
     vehicle_frame: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
     vehicle_label: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
-    vehicles = count = 0
-    for frame in frames:
-        matches = match_detections(*frame)
+    complete: list[bool] = []
+    vehicles = 0
+    for count, frame in enumerate(frames):
+        matches = frame.matches()
         counted = matches != NOT_COUNTED
         vehicle_number = vehicles + np.cumsum(~frame.ignored) - 1
         scores.append(frame.scores[counted])
@@ -226,8 +252,8 @@ def pool_matches(frames: Iterable[LabelledDetections]) -> Matches:
         vehicle_label.append(np.flatnonzero(~frame.ignored))
         vehicle_frame.append(np.full(len(vehicle_label[-1]), count, np.int64))
         vehicles += len(vehicle_label[-1])
-        count += 1
-    if not count:
+        complete.append(frame.complete)
+    if not complete:
         raise ValueError("no picture to evaluate on")
     pooled = np.concatenate(scores)
     order = np.argsort(-pooled, kind="stable")
@@ -238,7 +264,7 @@ def pool_matches(frames: Iterable[LabelledDetections]) -> Matches:
         np.concatenate(vehicle)[order],
         np.concatenate(vehicle_frame),
         np.concatenate(vehicle_label),
-        count,
+        np.array(complete, bool),
     )
 
 

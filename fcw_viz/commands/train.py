@@ -23,8 +23,8 @@ class TrainCommand:
     seed: int = 0
     """Of everything random: the same data and seed give the same model."""
 
-    include_non_commercial: bool = False
-    """Of the project's own data, learn also from pictures whose terms forbid commercial use (KITTI)."""
+    permissive_only: bool = False
+    """Of the project's own data, leave out the pictures whose terms forbid commercial use or do not say."""
 
 
 def run_train(command: TrainCommand) -> int:
@@ -34,7 +34,7 @@ def run_train(command: TrainCommand) -> int:
     from datetime import UTC, datetime
 
     from fcw.detection.model import model_sha256
-    from fcw.detection.training.dataset import load_training_set
+    from fcw.detection.training.folders import load_training_set
     from fcw.detection.training.training import TrainingSettings, train
     from fcw.errors import UserError
     from fcw_viz.console import MESSAGES, progress
@@ -48,7 +48,7 @@ def run_train(command: TrainCommand) -> int:
         raise UserError(
             f"--out {command.out}: the folder {command.out.parent} does not exist; create it first"
         )
-    images = load_training_set(*command.data, include_non_commercial=command.include_non_commercial)
+    images = load_training_set(*command.data, permissive_only=command.permissive_only)
 
     parts = command.out.with_name(command.out.name + ".parts")
     log_path = command.out.with_name(command.out.name + ".log.jsonl")

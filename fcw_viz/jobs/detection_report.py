@@ -92,6 +92,8 @@ def write_detection_report(
         "</div></div>"
         f'<div class="tables">{_strata_table(figures["by_distance"], "distance, m")}'
         f"{_strata_table(figures['by_height'], 'height, px')}"
+        f"{_strata_table(figures['by_height_part'], 'part of the height')}"
+        f"{_strata_table(figures['by_view'], 'view')}{_strata_table(figures['by_kind'], 'kind')}"
         f"{_strata_table(figures['by_clip'], 'clip')}</div>"
         f"<h2>Failures</h2><nav>{links}</nav>"
         f'<p class="key">{_key("vehicle that counts", COUNTED_COLOR)} {_key("ignored", IGNORED_COLOR)} '
@@ -150,10 +152,13 @@ def _counts_table(counts: Mapping[FailureKind, int]) -> str:
 def _strata_table(strata: Mapping[str, Any], head: str) -> str:
     rows = "".join(
         f"<tr><td>{escape(name)}<td>{row['vehicles']}<td>{row['distinct_vehicles']}"
-        f"<td>{_rate(row['detection_rate'], row['detection_rate_interval'])}<td>{row['fppi']:.3f}"
+        f"<td>{_rate(row['detection_rate'], row['detection_rate_interval'])}"
+        f"<td>{'-' if row['fppi'] is None else format(row['fppi'], '.3f')}"
         for name, row in strata.items()
         if row["vehicles"] or row["fppi"]
     )
+    if not rows:
+        return ""
     return f"<table><tr><th>{head}<th>boxes<th>vehicles<th>detection rate<th>FPPI{rows}</table>"
 
 
@@ -200,6 +205,8 @@ def _tile(evaluation: DetectionEvaluation, failure: Failure, pixels: NDArray[np.
     crop, scale, corner = _crop(pixels, failure.box)
     for box, ignored in zip(image.labelled.boxes, image.labelled.ignored, strict=True):
         _draw(crop, box, scale, corner, IGNORED_COLOR if ignored else COUNTED_COLOR, 1 if ignored else 2)
+    for box in image.labelled.rear_boxes[~np.isnan(image.labelled.rear_boxes[:, 0])]:
+        _draw(crop, box, scale, corner, COUNTED_COLOR, 1)
     for box, score in zip(found.boxes, found.scores, strict=True):
         if score >= evaluation.threshold:
             _draw(crop, box, scale, corner, DETECTION_COLOR, 2, f"{score:.1f}")

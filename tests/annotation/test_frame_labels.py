@@ -15,7 +15,7 @@ from fcw.annotation.records import BoxEdit, Entry, FrameConfirmed, LabelledBox, 
 from fcw.annotation.review import fold
 from fcw.annotation.store import ReviewStore
 from fcw.box import Box
-from fcw.detection.training.dataset import load_training_set
+from fcw.detection.training.folders import load_training_set
 from fcw.detection.training.training import TrainingSettings
 from fcw.evaluation.detection.labels import read_annotated
 from fcw.warning.types import WarningLevel

@@ -15,6 +15,7 @@ from fcw.detection.matching import (
     LabelledDetections,
     detection_curve,
     match_detections,
+    pool_matches,
 )
 
 
@@ -22,9 +23,11 @@ def boxes(*rows):
     return np.array(rows, np.float64).reshape(-1, 4)
 
 
-def matches(detections, scores, labels, ignored=None):
+def matches(detections, scores, labels, ignored=None, rears=None):
     flags = np.zeros(len(labels), bool) if ignored is None else np.array(ignored, bool)
-    return match_detections(boxes(*detections), np.array(scores, float), boxes(*labels), flags).tolist()
+    rear_boxes = None if rears is None else boxes(*(rear or (math.nan,) * 4 for rear in rears))
+    found, sure = boxes(*detections), np.array(scores, float)
+    return match_detections(found, sure, boxes(*labels), flags, rear_boxes).tolist()
 
 
 def test_overlaps_by_hand():
@@ -54,6 +57,38 @@ def test_half_the_area_in_an_ignored_box_is_neither_hit_nor_false(x, expected):
 
 def test_a_vehicle_that_counts_is_hit_even_inside_an_ignored_box():
     assert matches([(2, 2, 4, 4)], [1], [(0, 0, 20, 20), (2, 2, 4, 4)], [True, False]) == [1]
+
+
+def test_a_vehicle_is_hit_by_its_rear_face_as_well_as_by_its_whole_body():
+    body, rear, other = (0, 0, 30, 10), (20, 0, 10, 10), (100, 0, 10, 10)
+    labels, rears = [body, other], [rear, None]
+    # The rear face alone is a third of the body: no hit without `rear_box`.
+    assert matches([rear], [1], labels) == [FALSE_POSITIVE]
+    assert matches([rear], [1], labels, rears=rears) == [0]
+    assert matches([body], [1], labels, rears=rears) == [0]
+    assert matches([other], [1], labels, rears=rears) == [1]
+    # Still one detection a vehicle: the second is false, whichever of the two boxes it is on.
+    assert matches([rear, body], [2, 1], labels, rears=rears) == [0, FALSE_POSITIVE]
+    assert matches([rear, body], [1, 2], labels, rears=rears) == [FALSE_POSITIVE, 0]
+
+
+def test_the_rear_face_of_an_ignored_vehicle_is_no_hit():
+    assert matches([(20, 0, 10, 10)], [1], [(0, 0, 30, 10)], [True], [(20, 0, 10, 10)]) == [NOT_COUNTED]
+
+
+def test_where_not_every_vehicle_is_labelled_there_are_hits_and_misses_but_no_false_positives():
+    car, missed, elsewhere = (0, 0, 10, 10), (50, 0, 10, 10), (100, 0, 10, 10)
+    found = boxes(car, elsewhere), np.array([2.0, 3.0])
+    labels = boxes(car, missed), np.array([False, False])
+    part = LabelledDetections(*found, *labels, complete=False)
+    whole = LabelledDetections(*found, *labels)
+    assert part.matches().tolist() == [0, NOT_COUNTED]
+    assert detection_curve([part]).at_threshold(0.0)[1:] == (0.5, pytest.approx(math.nan, nan_ok=True))
+    # Two of four vehicles; one false positive in the one picture that is completely labelled.
+    pooled = pool_matches([part, whole])
+    assert pooled.curve().at_threshold(0.0)[1:] == (0.5, 1.0)
+    # Drawn three times, the incomplete picture changes nothing in how often there are false ones.
+    assert pooled.curve(frame_weights=np.array([3.0, 1.0])).at_threshold(0.0).fppi == 1.0
 
 
 def test_two_ignored_boxes_do_not_add_up():

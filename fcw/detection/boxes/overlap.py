@@ -21,6 +21,28 @@ def intersection_over_union(boxes: NDArray[np.float64], others: NDArray[np.float
     return common / (np.prod(boxes[:, 2:], axis=1)[:, None] + np.prod(others[:, 2:], axis=1) - common)
 
 
+def vehicle_overlap(
+    boxes: NDArray[np.float64],
+    vehicles: NDArray[np.float64],
+    rear_boxes: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """How well boxes show vehicles: IoU with the whole vehicle or with its rear face, whichever is larger.
+
+    Args:
+        boxes: (N, 4).
+        vehicles: (M, 4) boxes of whole vehicles.
+        rear_boxes: (M, 4) of their rear faces, NaN in the rows of those that have none; None: none has one.
+
+    Returns:
+        (N, M).
+    """
+    overlap = intersection_over_union(boxes, vehicles)
+    if rear_boxes is not None:
+        known = ~np.isnan(rear_boxes[:, 0])
+        overlap[:, known] = np.maximum(overlap[:, known], intersection_over_union(boxes, rear_boxes[known]))
+    return overlap
+
+
 def cut_to_picture(boxes: NDArray[np.float64], size: ImageSize) -> NDArray[np.float64]:
     """The parts of boxes that lie in the picture, whose edges are half a pixel outside its outer pixels."""
     parts = np.array(boxes, np.float64, order="C").reshape(-1, 4)

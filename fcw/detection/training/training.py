@@ -20,7 +20,6 @@ from fcw.detection.matching import (
     LabelledDetections,
     OperatingPoint,
     detection_curve,
-    match_detections,
 )
 from fcw.detection.model import Model
 from fcw.detection.training.checkpoints import Checkpoints
@@ -124,6 +123,8 @@ def _identity(image: TrainingImage) -> str:
             stat and (stat.st_size, stat.st_mtime_ns),
             labelled.boxes.tolist(),
             labelled.ignored.tolist(),
+            labelled.rear_boxes.tolist(),
+            labelled.complete,
             image.calibration.camera,
         )
     )
@@ -157,26 +158,26 @@ class _HeldOut:
             running = running_scores(model.trees, proposals.features[vehicles.windows])
             self.lows.append(running.min(axis=1, initial=np.inf))
             for found, results in ((vehicles, self.results), (plain, self.plain)):
-                results.append(
-                    LabelledDetections(
-                        found.boxes, found.scores, image.labelled.boxes, image.labelled.ignored
-                    )
-                )
+                results.append(image.labelled.with_detections(found.boxes, found.scores))
             progress.advance()
 
 
 def _score_threshold(results: Sequence[LabelledDetections], settings: TrainingSettings) -> float:
     """The lowest score with no more detections of background per held-out picture than wanted.
 
+    Pictures in which not every vehicle is labelled do not count.
+
     A box badly placed on a vehicle is not counted here, though it is a false positive in evaluation: most
     of the surest such false positives are vans and three-quarter views whose shape is not the usual one, and
     a threshold above them would lose many vehicles and spare nobody a false alarm.
     """
+    complete = [result for result in results if result.complete]
     false = [
-        result.scores[background(result.detections, result.labels, result.ignored)] for result in results
+        result.scores[background(result.detections, result.labels, result.ignored, result.rear_boxes)]
+        for result in complete
     ]
-    scores = np.sort(np.concatenate(false))[::-1]
-    allowed = int(settings.fppi * len(results))
+    scores = np.sort(np.concatenate([np.zeros(0), *false]))[::-1]
+    allowed = int(settings.fppi * len(complete))
     if len(scores) <= allowed:
         return settings.lowest_rejection_threshold
     return float(np.nextafter(scores[allowed], np.inf))
@@ -186,7 +187,7 @@ def _bottom(results: Sequence[LabelledDetections], score_threshold: float) -> fl
     """Median of how much lower than found the vehicles' bottom edges are, in sizes; 0 where none is found."""
     lower = []
     for result in results:
-        matches = np.where(result.scores >= score_threshold, match_detections(*result), FALSE_POSITIVE)
+        matches = np.where(result.scores >= score_threshold, result.matches(), FALSE_POSITIVE)
         found, labels = result.detections[matches >= 0], result.labels[matches[matches >= 0]]
         sizes = np.sqrt(np.prod(labels[:, 2:], axis=1))
         lower.append(((labels[:, 1] + labels[:, 3]) - (found[:, 1] + found[:, 3])) / sizes)
@@ -197,7 +198,7 @@ def _bottom(results: Sequence[LabelledDetections], score_threshold: float) -> fl
 def _rejection_threshold(held_out: _HeldOut, score_threshold: float, settings: TrainingSettings) -> float:
     """The highest cascade threshold, in tenths, that loses no held-out hit above the score threshold."""
     lowest = [
-        low[(match_detections(*result) >= 0) & (result.scores >= score_threshold)]
+        low[(result.matches() >= 0) & (result.scores >= score_threshold)]
         for result, low in zip(held_out.results, held_out.lows, strict=True)
     ]
     least = np.concatenate(lowest).min(initial=0.0)

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.boxes.overlap import intersection_areas, intersection_over_union
+from fcw.detection.boxes.overlap import intersection_areas, vehicle_overlap
 from fcw.detection.matching import FALSE_POSITIVE, HIT_IOU
 from fcw.detection.training.dataset import background
 from fcw.evaluation.detection.figures import DetectionEvaluation
@@ -39,7 +39,7 @@ class Failure:
         frame: index of the picture.
         box: (4,) x, y, w, h: the vehicle missed, or the false detection.
         score: of the false detection, or of the best box on the missed vehicle; None: there is none.
-        iou: the detection's with the vehicle it overlaps most, or the reverse.
+        iou: the detection's with the vehicle it overlaps most, or with its rear face; or the reverse.
         distance_m: of the box's bottom row.
         label: index of the missed vehicle among the picture's labels; None for false positives.
         vehicle: identity of the missed vehicle; None for false positives.
@@ -78,8 +78,9 @@ def count_kinds(failures: Sequence[Failure]) -> dict[FailureKind, int]:
 def _miss(evaluation: DetectionEvaluation, index: int) -> Failure:
     matches = evaluation.matches
     frame, label = int(matches.vehicle_frame[index]), int(matches.vehicle_label[index])
-    box, found = evaluation.images[frame].labelled.boxes[label], evaluation.found[frame]
-    overlap = intersection_over_union(box[None], found.boxes)[0]
+    labelled, found = evaluation.images[frame].labelled, evaluation.found[frame]
+    box, rear_box = labelled.boxes[label], labelled.rear_boxes[label]
+    overlap = vehicle_overlap(found.boxes, box[None], rear_box[None])[:, 0]
     sure = found.scores >= evaluation.threshold
     placed = overlap >= HIT_IOU
     if (placed & sure).any():
@@ -107,13 +108,13 @@ def _false_positive(evaluation: DetectionEvaluation, index: int) -> Failure:
     matches = evaluation.matches
     frame, box = int(matches.frame[index]), matches.boxes[index]
     labelled = evaluation.images[frame].labelled
-    overlap = intersection_over_union(box[None], labelled.boxes)[0]
+    overlap = vehicle_overlap(box[None], labelled.boxes, labelled.rear_boxes)[0]
     counted = np.where(labelled.ignored, 0.0, overlap)
     best_counted = float(counted.max(initial=0.0))
     covered = intersection_areas(box[None], labelled.boxes[labelled.ignored])[0] / float(box[2] * box[3])
     if best_counted >= HIT_IOU:
         kind = FailureKind.DOUBLE
-    elif background(box[None], labelled.boxes, labelled.ignored)[0]:
+    elif background(box[None], labelled.boxes, labelled.ignored, labelled.rear_boxes)[0]:
         kind = FailureKind.BACKGROUND
     elif best_counted >= float(covered.max(initial=0.0)):
         kind = FailureKind.MISPLACED

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from fcw.detection.matching import (
     DetectionCurve,
-    LabelledDetections,
     Matches,
     OperatingPoint,
     pool_matches,
@@ -35,6 +34,8 @@ from fcw.json_form import without_non_finite
 
 DISTANCE_EDGES_M = (0.0, 5.0, 15.0, 30.0, 50.0, 80.0, math.inf)
 HEIGHT_EDGES_PX = (0.0, 20.0, 30.0, 40.0, 60.0, 100.0, math.inf)
+HEIGHT_PART_EDGES = (0.0, 0.05, 0.1, 0.2, 0.35, math.inf)
+"""Of the picture's height."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,8 @@ class Stratum:
         distinct_vehicles: how many vehicles these are.
         detection_rate: part of them that is hit; NaN where there is none.
         detection_rate_interval: 95 %.
-        fppi: false positives of that kind per picture (of that clip, where clips are the kinds).
+        fppi: false positives of that kind per picture (of that clip, where clips are the kinds); NaN where
+            false positives have no such kind, or no picture is completely labelled.
     """
 
     vehicles: int
@@ -107,22 +109,40 @@ class DetectionEvaluation:
         )
         return dict(zip(names, values, strict=True))
 
-    def by_distance(self) -> dict[str, Stratum]:
+    def by_distance(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
         """By distance in metres."""
-        return self._binned(self.distances_m, self.false_distances_m, DISTANCE_EDGES_M)
+        return self._binned(self.distances_m, self.false_distances_m, DISTANCE_EDGES_M, resamples)
 
-    def by_height(self) -> dict[str, Stratum]:
+    def by_height(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
         """By height of the box in pixels."""
-        return self._binned(self.vehicle_boxes[:, 3], self.matches.boxes[:, 3], HEIGHT_EDGES_PX)
+        return self._binned(self.vehicle_boxes[:, 3], self.matches.boxes[:, 3], HEIGHT_EDGES_PX, resamples)
 
-    def by_clip(self) -> dict[str, Stratum]:
+    def by_height_part(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
+        """By height of the box as a part of the picture's height."""
+        heights = np.array([image.labelled.size.height for image in self.images], np.float64)
+        vehicles = self.vehicle_boxes[:, 3] / heights[self.matches.vehicle_frame]
+        detections = self.matches.boxes[:, 3] / heights[self.matches.frame]
+        return self._binned(vehicles, detections, HEIGHT_PART_EDGES, resamples)
+
+    def by_attribute(self, name: str, resamples: int = RESAMPLES) -> dict[str, Stratum]:
+        """By a field of the annotations, as `kind` or `view`; vehicles without it are in no stratum."""
+        places = zip(self.matches.vehicle_frame, self.matches.vehicle_label, strict=True)
+        values = np.array([str(self.images[frame].attributes[label].get(name)) for frame, label in places])
+        return {
+            str(value): self._stratum(values == value, None, 0, resamples)
+            for value in np.unique(values)
+            if value != str(None)
+        }
+
+    def by_clip(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
         """By clip; false positives per picture of the clip."""
         clips = np.array([image.labelled.clip for image in self.images])
         return {
             str(clip): self._stratum(
                 clips[self.matches.vehicle_frame] == clip,
                 clips[self.matches.frame] == clip,
-                int((clips == clip).sum()),
+                int((self.matches.complete & (clips == clip)).sum()),
+                resamples,
             )
             for clip in np.unique(clips)
         }
@@ -176,9 +196,12 @@ class DetectionEvaluation:
                 for x, at in points
             ]
         for name, strata in (
-            ("by_distance", self.by_distance()),
-            ("by_height", self.by_height()),
-            ("by_clip", self.by_clip()),
+            ("by_distance", self.by_distance(resamples)),
+            ("by_height", self.by_height(resamples)),
+            ("by_height_part", self.by_height_part(resamples)),
+            ("by_view", self.by_attribute("view", resamples)),
+            ("by_kind", self.by_attribute("kind", resamples)),
+            ("by_clip", self.by_clip(resamples)),
         ):
             result[name] = {kind: _stratum_json(stratum) for kind, stratum in strata.items()}
         result["curve"] = [
@@ -188,7 +211,11 @@ class DetectionEvaluation:
         return without_non_finite(result)
 
     def _binned(
-        self, vehicles: NDArray[np.float64], detections: NDArray[np.float64], edges: Sequence[float]
+        self,
+        vehicles: NDArray[np.float64],
+        detections: NDArray[np.float64],
+        edges: Sequence[float],
+        resamples: int,
     ) -> dict[str, Stratum]:
         strata = {}
         for low, high in pairwise(edges):
@@ -196,13 +223,15 @@ class DetectionEvaluation:
                 (values >= low) & ((values < high) | math.isinf(high)) for values in (vehicles, detections)
             )
             name = f"{low:g}-{high:g}" if math.isfinite(high) else f"{low:g}+"
-            strata[name] = self._stratum(inside, false_inside, len(self.images))
+            strata[name] = self._stratum(inside, false_inside, self.matches.frames, resamples)
         return strata
 
-    def _stratum(self, vehicles: NDArray[np.bool_], detections: NDArray[np.bool_], frames: int) -> Stratum:
+    def _stratum(
+        self, vehicles: NDArray[np.bool_], detections: NDArray[np.bool_] | None, frames: int, resamples: int
+    ) -> Stratum:
         hit, weight = self.hit & vehicles, vehicles.astype(float)
         rates = []
-        for drawn, _ in self.grouping.resamples() if vehicles.any() else ():
+        for drawn, _ in self.grouping.resamples(resamples) if vehicles.any() else ():
             total = float(drawn @ weight)
             rates.append(float(drawn @ hit) / total if total else math.nan)
         sure = (self.matches.scores >= self.threshold) & (self.matches.vehicle < 0)
@@ -212,7 +241,7 @@ class DetectionEvaluation:
             distinct_vehicles=len(np.unique(self.grouping.vehicle[vehicles])),
             detection_rate=float(hit.sum() / count) if count else math.nan,
             detection_rate_interval=interval(rates),
-            fppi=float((sure & detections).sum() / frames),
+            fppi=math.nan if detections is None or not frames else float((sure & detections).sum() / frames),
         )
 
 
@@ -237,7 +266,7 @@ def evaluate(
         UserError: a picture has no calibration.
     """
     matches = pool_matches(
-        LabelledDetections(frame.boxes, frame.scores, image.labelled.boxes, image.labelled.ignored)
+        image.labelled.with_detections(frame.boxes, frame.scores)
         for image, frame in zip(images, found, strict=True)
     )
     return DetectionEvaluation(

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
-from fcw.detection.training.dataset import LabelledImage, read_calibration_table, read_labels
+from fcw.detection.training.dataset import LabelledImage, read_labels
+from fcw.detection.training.own_data import read_calibration_table
 from fcw.errors import UserError
 
 
@@ -24,12 +25,14 @@ class AnnotatedImage:
         image_id: its id in the labels.
         time_s: when in its clip, from `frame` and `fps` of the labels; None where they say nothing.
         attributes: of each box, the annotation's fields.
+        frame: its number in the clip; None where the labels do not say.
     """
 
     labelled: LabelledImage
     image_id: int | str
     time_s: float | None
     attributes: tuple[Mapping[str, Any], ...]
+    frame: int | None = None
 
     @property
     def counted(self) -> NDArray[np.bool_]:
@@ -70,7 +73,7 @@ def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
             raise AssertionError(f"{labels}: image {identity} was read in two ways")
         frame, fps = picture.get("frame"), picture.get("fps")
         time_s = frame / fps if frame is not None and fps else None
-        annotated.append(AnnotatedImage(image, identity, time_s, tuple(fields[identity])))
+        annotated.append(AnnotatedImage(image, identity, time_s, tuple(fields[identity]), frame))
     return tuple(annotated)
 
 

@@ -10,6 +10,17 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+STRATA = {
+    "by_distance": "distance, m",
+    "by_height": "height, px",
+    "by_height_part": "part of the picture's height",
+    "by_view": "view",
+    "by_kind": "kind",
+    "by_clip": "clip",
+}
+"""What the tables are by, and their heads."""
+
+
 @dataclass(frozen=True, slots=True)
 class EvaluateDetectionCommand:
     """Detections against labels: detection rate, false positives per image (FPPI), average precision."""
@@ -123,7 +134,9 @@ def report_figures(figures: dict[str, Any], console: "Console") -> None:
         f"{figures['ms_per_frame']:.2f} ms" + (f", {windows:,.0f} windows" if windows is not None else ""),
     )
     console.print(table, highlight=False)
-    for name, head in (("by_distance", "distance, m"), ("by_height", "height, px"), ("by_clip", "clip")):
+    for name, head in STRATA.items():
+        if not figures[name]:
+            continue
         table = Table(head, "boxes", "vehicles", "detection rate", "false positives a picture", box=None)
         for kind, row in figures[name].items():
             if row["vehicles"] or row["fppi"]:
@@ -132,7 +145,7 @@ def report_figures(figures: dict[str, Any], console: "Console") -> None:
                     str(row["vehicles"]),
                     str(row["distinct_vehicles"]),
                     rate(row["detection_rate"], row["detection_rate_interval"]),
-                    f"{row['fppi']:.3f}",
+                    "-" if row["fppi"] is None else f"{row['fppi']:.3f}",
                 )
         console.print()
         console.print(table, highlight=False)

@@ -17,11 +17,10 @@ from fcw.detection.training.dataset import (
     LabelledImage,
     TrainingImage,
     background,
-    load_training_set,
-    read_calibration_table,
     read_labels,
     without_vehicle_in_place,
 )
+from fcw.detection.training.folders import load_training_set
 from fcw.detection.training.samples import NO_AUGMENTATION, Augmentation, place, random_boxes, window_features
 from fcw.detection.windows.statistics import vehicle_statistics
 from fcw.errors import UserError
@@ -73,6 +72,19 @@ def test_background_is_what_neither_overlaps_a_vehicle_nor_lies_in_an_ignored_bo
     assert background(boxes, labelled, ignored).tolist() == [True, False, True, True, False]
 
 
+def test_a_window_on_a_rear_face_is_no_background():
+    # The rear face stands at the left of a body of 90 x 30, and is 0.30 of it, or a little less.
+    body, none = np.array([[0, 0, 90, 30]], float), np.array([False])
+    rear, far = np.array([[0, 0, 27, 30]], float), np.array([[0, 0, 26, 30]], float)
+    assert background(rear, body, none).tolist() == [False]
+    assert background(far, body, none).tolist() == [True]
+    assert background(far, body, none, rear).tolist() == [False]
+    assert without_vehicle_in_place(rear, body, none).tolist() == [True]
+    assert without_vehicle_in_place(rear, body, none, rear).tolist() == [False]
+    unknown = np.full((1, 4), np.nan)
+    assert without_vehicle_in_place(rear, body, none, unknown).tolist() == [True]
+
+
 def test_without_labels_everything_is_background():
     assert background(np.array([[0, 0, 1, 1]], float), np.zeros((0, 4)), np.zeros(0, bool)).all()
 
@@ -86,6 +98,19 @@ def test_labels_keep_boxes_ignored_flags_and_clip(labels, tmp_path):
     assert image.boxes.tolist() == [[1, 2, 3, 4], [5, 6, 7, 8]]
     assert image.ignored.tolist() == [False, True]
     assert (image.clip, image.size) == ("drive", SIZE)
+
+
+def test_rear_faces_are_read_where_there_are_any(labels, tmp_path):
+    content = coco((1, 2, 30, 4), (5, 6, 7, 8))
+    content["annotations"][0]["rear_box"] = [1, 2, 12, 4]
+    content["annotations"][1]["rear_box"] = None
+    (image,) = read_labels(labels(content), tmp_path)
+    assert image.rear_boxes[0].tolist() == [1, 2, 12, 4]
+    assert np.isnan(image.rear_boxes[1]).all()
+    assert (image.complete, image.camera) == (True, "drive")
+    content["annotations"][0]["rear_box"] = [1, 2, -12, 4]
+    with pytest.raises(UserError, match=r"annotation 0 has the rear_box \[1, 2, -12, 4\]"):
+        read_labels(labels(content), tmp_path)
 
 
 def test_the_clip_field_goes_before_the_folder_s_name(labels, tmp_path):
@@ -183,37 +208,13 @@ def test_several_folders_are_one_set_each_with_its_own_calibration(tmp_path):
         load_training_set(folders[1])
 
 
-def test_the_calibration_table_gives_the_rows_of_its_points(tmp_path):
-    table = tmp_path / "calibrations.txt"
-    table.write_text("# clip size height points belief\ndrive 640x360 1.2 6:280 12:230 60:190 good\n")
-    calibration = read_calibration_table(table)["drive"]
-    assert calibration.row_at(np.array([6.0, 12.0, 60.0])) == pytest.approx([280, 230, 190])
-    assert calibration.image_size == SIZE
-
-
-def test_a_wrong_line_of_the_calibration_table_is_named(tmp_path):
-    table = tmp_path / "calibrations.txt"
-    table.write_text("drive 640x360 tall 6:280 12:230 60:190 good\n")
-    with pytest.raises(UserError, match=r"calibrations\.txt, line 1: 'drive 640x360 tall"):
-        read_calibration_table(table)
-
-
-def test_non_commercial_clips_are_left_out_unless_asked_for(data_dir: Path):
-    free, every = load_training_set(data_dir), load_training_set(data_dir, include_non_commercial=True)
-    # The data's README: 430 TuSimple frames; 180 labelled ones, 31 of them of KITTI's object set.
-    assert (len(free), len(every)) == (430 + 180 - 31, 430 + 180)
-    assert not any("kitti" in image.labelled.clip for image in free)
-    assert {image.labelled.clip for image in every} - {image.labelled.clip for image in free} == {
-        "kitti_object_first31"
-    }
-
-
 # Statistics of vehicles
 
 
 def vehicles(*boxes, ignored=None):
     flags = np.zeros(len(boxes), bool) if ignored is None else np.array(ignored, bool)
-    labelled = LabelledImage(Path("none.png"), "drive", SIZE, np.array(boxes, float), flags)
+    no_rears = np.full((len(boxes), 4), np.nan)
+    labelled = LabelledImage(Path("none.png"), "drive", SIZE, np.array(boxes, float), flags, no_rears)
     return TrainingImage(labelled, CALIBRATION)
 
 

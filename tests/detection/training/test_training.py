@@ -12,14 +12,11 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector, AcfSettings
-from fcw.detection.matching import LabelledDetections, detection_curve
+from fcw.detection.matching import detection_curve
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
-from fcw.detection.training.dataset import (
-    LabelledImage,
-    load_training_set,
-    read_calibration_table,
-    read_labels,
-)
+from fcw.detection.training.dataset import LabelledImage, read_labels
+from fcw.detection.training.folders import load_training_set
+from fcw.detection.training.own_data import read_calibration_table
 from fcw.detection.training.training import TrainingSettings, train
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -117,9 +114,7 @@ def curve_of(detector_of, labelled: list[LabelledImage]):
     for image in labelled:
         found = detector_of(image).detect(image.read())
         boxes = np.array([[d.box.x, d.box.y, d.box.w, d.box.h] for d in found]).reshape(-1, 4)
-        results.append(
-            LabelledDetections(boxes, np.array([d.score for d in found], float), image.boxes, image.ignored)
-        )
+        results.append(image.with_detections(boxes, np.array([d.score for d in found], float)))
     return detection_curve(results)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.training.dataset import LabelledImage
+from fcw.detection.training.dataset import NO_BOX, LabelledImage
 from fcw.evaluation.detection.detectors import FrameDetections
 from fcw.evaluation.detection.figures import DetectionEvaluation, evaluate
 from fcw.evaluation.detection.labels import AnnotatedImage
@@ -21,11 +21,15 @@ def boxes(*rows):
     return np.array(rows, np.float64).reshape(-1, 4)
 
 
-def annotated(*rows, ignored=(), clip="clip", time_s=None, image_id=1, attributes=None):
-    """A picture with these boxes; `ignored` are indices of boxes."""
+def annotated(
+    *rows, ignored=(), clip="clip", time_s=None, image_id=1, attributes=None, complete=True, camera=""
+):
+    """A picture with these boxes; `ignored` are indices of boxes; rear faces are in the attributes."""
     flags = np.array([index in ignored for index in range(len(rows))], bool)
-    labelled = LabelledImage(Path(f"{clip}/{image_id}.png"), clip, SIZE, boxes(*rows), flags)
     fields = attributes if attributes is not None else [{} for _ in rows]
+    rears = boxes(*(each.get("rear_box") or NO_BOX for each in fields))
+    path = Path(f"{clip}/{image_id}.png")
+    labelled = LabelledImage(path, clip, SIZE, boxes(*rows), flags, rears, complete, camera or clip)
     return AnnotatedImage(labelled, image_id, time_s, tuple(fields))
 
 

@@ -148,3 +148,28 @@ def test_a_wrong_pitch_moves_the_horizon_and_a_wrong_height_only_the_scale():
         "height -10%",
         "height +10%",
     ]
+
+
+def test_strata_by_view_kind_and_part_of_the_height_are_there_where_labels_have_them():
+    # Pictures are 720 rows high: NEAR is 0.139 of it, MIDDLE 0.069.
+    fields = [{"view": "rear", "kind": "van"}, {"view": "rear", "kind": None}]
+    image = annotated(NEAR, MIDDLE, attributes=fields)
+    figures = evaluated([image], [found(NEAR, NOWHERE, scores=[2, 1])]).as_json(resamples=5)
+    by_part = {name: row["vehicles"] for name, row in figures["by_height_part"].items()}
+    assert by_part == {"0-0.05": 0, "0.05-0.1": 1, "0.1-0.2": 1, "0.2-0.35": 0, "0.35+": 0}
+    assert figures["by_height_part"]["0-0.05"]["fppi"] == 1.0
+    assert {name: row["detection_rate"] for name, row in figures["by_view"].items()} == {"rear": 0.5}
+    assert {name: row["detection_rate"] for name, row in figures["by_kind"].items()} == {"van": 1.0}
+    assert figures["by_kind"]["van"]["fppi"] is None
+    bare = evaluated([annotated(NEAR)], [found()]).as_json(resamples=5)
+    assert (bare["by_view"], bare["by_kind"]) == ({}, {})
+
+
+def test_a_miss_whose_rear_face_was_found_too_unsurely_says_so():
+    rear = (100, 410, 40, 100)
+    image = annotated(NEAR, attributes=[{"rear_box": rear}])
+    (miss,) = misses(evaluated([image], [found(rear, scores=[0.5])], threshold=1.0))
+    assert (miss.kind, miss.iou) == (FailureKind.UNSURE, 1.0)
+    evaluation = evaluated([image], [found(NEAR, rear, scores=[5.0, 2.0])])
+    (false,) = false_positives(evaluation)
+    assert false.kind == FailureKind.DOUBLE

@@ -1,6 +1,7 @@
 """Labels, calibrations and conditions as `fcw evaluate` takes them, and its messages."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ from fcw.errors import UserError
 from fcw.evaluation.detection.coco import write_coco_results
 from fcw.evaluation.detection.detectors import FrameDetections
 from fcw.evaluation.detection.labels import calibration_source, count_only, read_annotated, read_category
+from fcw.frame import ImageSize
 
 
 @pytest.fixture
@@ -123,7 +125,7 @@ def test_missing_calibrations_are_named(tmp_path):
 def test_a_calibration_of_another_shape_of_picture_is_refused_by_name(tmp_path):
     write_calibration(CALIBRATION.for_image_size(CALIBRATION.image_size), tmp_path / "clip.yaml")
     image = annotated().labelled
-    other = type(image)(image.path, image.clip, type(image.size)(640, 480), image.boxes, image.ignored)
+    other = replace(image, size=ImageSize(640, 480))
     with pytest.raises(UserError, match=r"clip\.yaml: .*another aspect ratio"):
         calibration_source(tmp_path)(other)
 

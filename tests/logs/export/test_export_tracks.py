@@ -19,7 +19,8 @@ from pycocotools.coco import COCO
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.detection.training.dataset import load_training_set, read_labels
+from fcw.detection.training.dataset import read_labels
+from fcw.detection.training.folders import load_training_set
 from fcw.evaluation.detection.labels import calibration_source, count_only, read_annotated
 from fcw.evaluation.distance.kitti_tracking import read_sequence
 from fcw.logs.export.clip import DriveClip
