@@ -8,21 +8,24 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
 from fcw.detection.detector import Detector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
+from fcw.detection.net.detector import NetDetector, NetSettings
+from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
+from fcw.detection.net.proposals import ProposalSettings
 from fcw.detection.onnx.detector import OnnxDetector, OnnxModel
 from fcw.errors import UserError
 
-ACF, ACF_FULL, ONNX_PREFIX = "acf", "acf-full", "onnx:"
-DETECTOR_NAMES = (ACF, ACF_FULL, f"{ONNX_PREFIX}FILE")
+NET, ACF, ACF_FULL, ONNX_PREFIX = "net", "acf", "acf-full", "onnx:"
+DETECTOR_NAMES = (NET, ACF, ACF_FULL, f"{ONNX_PREFIX}FILE")
 
-DetectorModel = Model | OnnxModel
+DetectorModel = NetModel | Model | OnnxModel
 
 
 def model_path(name: str, path: Path | None = None) -> Path:
     """The file of a detector's model.
 
     Args:
-        name: `acf`, `acf-full` or `onnx:FILE`.
-        path: another model than the shipped one, for the first two.
+        name: `net`, `acf`, `acf-full` or `onnx:FILE`.
+        path: another model than the shipped one, for all but the last.
 
     Raises:
         UserError: there is no detector of that name, or an ONNX model is named twice.
@@ -33,16 +36,16 @@ def model_path(name: str, path: Path | None = None) -> Path:
         return Path(name.removeprefix(ONNX_PREFIX))
     if name not in DETECTOR_NAMES:
         raise UserError(f"--detector {name}: no such detector; expected one of {', '.join(DETECTOR_NAMES)}")
-    return path or SHIPPED_MODEL_PATH
+    return path or (SHIPPED_NET_PATH if name == NET else SHIPPED_MODEL_PATH)
 
 
 def load_model(name: str, classes: Sequence[str] = (), path: Path | None = None) -> DetectorModel:
     """Load the model of a detector, once for all its threads.
 
     Args:
-        name: `acf`, `acf-full` or `onnx:FILE`.
+        name: `net`, `acf`, `acf-full` or `onnx:FILE`.
         classes: of an ONNX model, which are vehicles; see `OnnxModel.load`.
-        path: another model than the shipped one, for the first two.
+        path: another model than the shipped one, for all but the last.
 
     Raises:
         UserError: there is no detector of that name, its model cannot be used, or classes are given to a
@@ -56,7 +59,7 @@ def load_model(name: str, classes: Sequence[str] = (), path: Path | None = None)
             f"--detector-classes {' '.join(classes)}: --detector {name} finds vehicles alone; expected only "
             f"with --detector {ONNX_PREFIX}FILE"
         )
-    return Model.load(file)
+    return NetModel.load(file) if name == NET else Model.load(file)
 
 
 def make_detector(
@@ -69,11 +72,11 @@ def make_detector(
     """A detector by its name, for one thread.
 
     Args:
-        name: `acf`, `acf-full` or `onnx:FILE`.
+        name: `net`, `acf`, `acf-full` or `onnx:FILE`.
         model: its model, as `load_model` gives it.
         calibration: for the size of the pictures.
         score_threshold: from which score a box counts; None: the model's own.
-        largest_scale: how far the first two enlarge pictures; None: as far as they do by default.
+        largest_scale: how far all but the last enlarge pictures; None: as far as they do by default.
 
     Raises:
         UserError: there is no detector of that name, or by the calibration the road is not in the picture.
@@ -81,6 +84,11 @@ def make_detector(
     if isinstance(model, OnnxModel):
         return OnnxDetector(model, calibration, score_threshold)
     model_path(name)
+    if isinstance(model, NetModel):
+        search = ProposalSettings().search
+        scale = search.largest_scale if largest_scale is None else largest_scale
+        proposals = replace(ProposalSettings(), search=replace(search, largest_scale=scale))
+        return NetDetector(model, calibration, NetSettings(proposals, score_threshold=score_threshold))
     enlarging = {} if largest_scale is None else {"largest_scale": largest_scale}
     if name == ACF:
         settings = AcfSettings(score_threshold=score_threshold)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Annotated
+from typing import IO, Annotated, Literal
 
 import tyro
 
@@ -19,6 +19,13 @@ class TrainCommand:
     out: Path
     """Model file to write (.npz). The log is beside it (OUT.log.jsonl), and until the end the finished stages
     (OUT.parts): the same command given again after a stop goes on from there."""
+
+    detector: Literal["acf", "net"] = "acf"
+    """Which detector; net needs PyTorch (pip install 'fcw[train]')."""
+
+    score_threshold: float | None = None
+    """Of the net: score from which a window counts as a vehicle; by default chosen on clips that a first
+    training leaves out."""
 
     seed: int = 0
     """Of everything random: the same data and seed give the same model."""
@@ -48,6 +55,8 @@ def run_train(command: TrainCommand) -> int:
         raise UserError(
             f"--out {command.out}: the folder {command.out.parent} does not exist; create it first"
         )
+    if command.score_threshold is not None and command.detector != "net":
+        raise UserError("--score-threshold: acf chooses its own; leave it out, or add --detector net")
     images = load_training_set(*command.data, permissive_only=command.permissive_only)
 
     parts = command.out.with_name(command.out.name + ".parts")
@@ -72,9 +81,15 @@ def run_train(command: TrainCommand) -> int:
         bar_and_log = _BarAndLog()
         folders = ", ".join(map(str, command.data))
         bar_and_log.note(f"training on {len(images)} pictures of {folders}, seed {command.seed}")
-        result = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts)
-    result.model.save(command.out)
-    shutil.rmtree(parts)
+        if command.detector == "net":
+            from fcw.detection.net.training.fitting import NetTrainingSettings, train_net
+
+            settings = NetTrainingSettings().seeded(command.seed)
+            model = train_net(images, settings, bar_and_log, command.score_threshold)
+        else:
+            model = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts).model
+    model.save(command.out)
+    shutil.rmtree(parts, ignore_errors=True)
     MESSAGES.print(f"{command.out}: {model_sha256(command.out)}")
     return 0
 

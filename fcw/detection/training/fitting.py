@@ -21,6 +21,7 @@ from fcw.detection.model import (
 )
 from fcw.detection.training.checkpoints import Checkpoints
 from fcw.detection.training.dataset import TrainingImage, without_vehicle_in_place
+from fcw.detection.training.looks import vary_looks
 from fcw.detection.training.mining import Detectors, false_positives
 from fcw.detection.training.samples import Augmentation, place, random_boxes, window_features
 from fcw.detection.training.settings import Progress, TrainingSettings
@@ -67,11 +68,12 @@ class Fitter:
 
     def fit(self, members: NDArray[np.int64], name: str) -> Model:
         """A model with all stages."""
-        model, negatives = self._cascade(members, name)
+        model, negatives = self.cascade(members, name)
         second = self._second(model, members, negatives, name)
         return replace(model, second=second, regressor=self._regressor(members, name))
 
-    def _cascade(self, members: NDArray[np.int64], name: str) -> tuple[Model, NDArray[np.uint8]]:
+    def cascade(self, members: NDArray[np.int64], name: str) -> tuple[Model, NDArray[np.uint8]]:
+        """The first stage alone, and the windows of background that it learnt from."""
         settings = self.settings
         positives = self.positives.features[np.isin(self.positives.image, members)]
         negatives = self.negatives.features[np.isin(self.negatives.image, members)]
@@ -188,6 +190,8 @@ class Fitter:
         self.progress.stage("cutting windows of background", len(self.images))
         statistics, samples = self.statistics, []
         for index, image in enumerate(self.images):
+            if not image.labelled.complete:
+                continue
             generator = np.random.default_rng([self.settings.seed, _ANYTHING, index])
             boxes = random_boxes(
                 self.settings.random_per_image,
@@ -198,7 +202,10 @@ class Fitter:
                 float(np.median(statistics.aspect_ratios)),
                 generator,
             )
-            boxes = boxes[without_vehicle_in_place(boxes, image.labelled.boxes, image.labelled.ignored)]
+            labelled = image.labelled
+            boxes = boxes[
+                without_vehicle_in_place(boxes, labelled.boxes, labelled.ignored, labelled.rear_boxes)
+            ]
             samples.append(self._cut(index, boxes, self.settings.augmentation, _ANYTHING))
             self.progress.advance()
         return _joined(samples)
@@ -241,23 +248,28 @@ class Fitter:
     def _mined(
         self, model: Model, members: NDArray[np.int64], round_number: int
     ) -> Mapping[str, NDArray[Any]]:
-        detectors = Detectors(model)
+        settings = self.settings
+        detectors = Detectors(model, settings.search)
         mined = []
         for number, index in enumerate(members):
             image = self.images[index]
+            if not image.labelled.complete:
+                self.progress.advance()
+                continue
             generator = np.random.default_rng([self.settings.seed, _MINING, round_number, index])
-            picture, boxes = image.labelled.read(), image.labelled.boxes
+            picture, boxes, rears = image.labelled.read(), image.labelled.boxes, image.labelled.rear_boxes
             if generator.uniform() < 0.5:
                 picture = np.ascontiguousarray(picture[:, ::-1])
-                # A box from the column x to x + w reaches, mirrored, from width - 1 - (x + w).
-                boxes = np.column_stack([picture.shape[1] - 1 - boxes[:, 0] - boxes[:, 2], boxes[:, 1:]])
+                boxes, rears = (_mirrored(some, picture.shape[1]) for some in (boxes, rears))
+            if settings.mined_looks and generator.uniform() < settings.mined_varied_part:
+                picture = vary_looks(picture, settings.mined_looks, generator)
             scans = [detectors.prior(image).scan]
-            if number % self.settings.whole_image_every == 0:
+            if settings.whole_image_every and number % settings.whole_image_every == 0:
                 scans.append(detectors.full.scan)
             for scan in scans:
-                proposals = scan(picture, self.settings.rejection_threshold, True)
+                proposals = scan(picture, settings.rejection_threshold, True)
                 mined += false_positives(
-                    proposals, boxes, image.labelled.ignored, self.settings.mined_per_image
+                    proposals, boxes, image.labelled.ignored, rears, settings.mined_per_image
                 )
             self.progress.advance()
         mined.sort(key=lambda found: -found[0])
@@ -267,6 +279,11 @@ class Fitter:
                 -1, self.window.feature_count
             ),
         }
+
+
+def _mirrored(boxes: NDArray[np.float64], width: int) -> NDArray[np.float64]:
+    """A box from the column x to x + w reaches, mirrored, from width - 1 - (x + w)."""
+    return np.column_stack([width - 1 - boxes[:, 0] - boxes[:, 2], boxes[:, 1:]])
 
 
 def _joined(samples: Sequence[Samples]) -> Samples:

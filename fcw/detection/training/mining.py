@@ -12,8 +12,8 @@ from fcw.detection.training.dataset import TrainingImage, without_vehicle_in_pla
 class Detectors:
     """A model's detectors: the distance-prior one for each calibration, and that of whole pictures."""
 
-    def __init__(self, model: Model) -> None:
-        self._model = model
+    def __init__(self, model: Model, search: AcfSettings) -> None:
+        self._model, self._search = model, search
         self._prior: dict[int, AcfDetector] = {}
         self.full = FullAcfDetector(model)
 
@@ -21,12 +21,16 @@ class Detectors:
         """The distance-prior detector for a picture's camera."""
         key = id(image.calibration)
         if key not in self._prior:
-            self._prior[key] = AcfDetector(self._model, image.calibration)
+            self._prior[key] = AcfDetector(self._model, image.calibration, self._search)
         return self._prior[key]
 
 
 def false_positives(
-    proposals: Proposals, labels: NDArray[np.float64], ignored: NDArray[np.bool_], count: int
+    proposals: Proposals,
+    labels: NDArray[np.float64],
+    ignored: NDArray[np.bool_],
+    rear_boxes: NDArray[np.float64],
+    count: int,
 ) -> list[tuple[float, NDArray[np.uint8]]]:
     """Score and features of a picture's surest windows of background.
 
@@ -36,6 +40,7 @@ def false_positives(
         proposals: with features.
         labels: (N, 4) labelled boxes of the picture.
         ignored: (N,) the ignored ones among them.
+        rear_boxes: (N, 4) their rear faces, NaN in the rows of those that have none.
         count: how many at most.
 
     Raises:
@@ -44,5 +49,5 @@ def false_positives(
     if proposals.features is None:
         raise ValueError("mining needs proposals with features")
     kept = suppress(proposals.boxes, proposals.scores, AcfSettings().largest_overlap)
-    kept = kept[without_vehicle_in_place(proposals.boxes[kept], labels, ignored)]
+    kept = kept[without_vehicle_in_place(proposals.boxes[kept], labels, ignored, rear_boxes)]
     return [(float(proposals.scores[i]), proposals.features[i].copy()) for i in kept[:count]]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fcw.detection.boxes.regression import box_offsets
 from fcw.detection.channels.aggregated import COARSE, CONTEXT_PX, FINE, ChannelComputer
 from fcw.detection.model import CELL_PX, Window
+from fcw.detection.training.looks import BRIGHTNESS, Looks, vary_looks
 from fcw.detection.windows.plan import LARGEST_ENLARGEMENT
 from fcw.frame import ImageSize
 
@@ -28,24 +29,22 @@ class Augmentation:
         shift: largest shift of a vehicle in its window, as a part of its size sqrt(width * height).
         scale: largest relative change of its size.
         stretch: largest relative change of its width.
-        gamma: largest logarithm of the exponent applied to the brightness.
-        colour_gain: largest logarithm of the factor of a colour channel.
         fine_part: part of the windows of larger vehicles that are seen as those of the smallest are.
         resampled_part: part of the windows that lose detail by being made smaller and larger again.
         resampling: smallest and largest factor of that.
+        looks: how light, weather and cameras vary; None: not.
     """
 
     shift: float = 0.04
     scale: float = 0.10
     stretch: float = 0.08
-    gamma: float = 0.3
-    colour_gain: float = 0.05
     fine_part: float = 1 / 3
     resampled_part: float = 1 / 3
     resampling: tuple[float, float] = (1.2, 2.4)
+    looks: Looks | None = BRIGHTNESS
 
 
-NO_AUGMENTATION = Augmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_AUGMENTATION = Augmentation(0.0, 0.0, 0.0, 0.0, 0.0, looks=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +122,8 @@ def window_features(
     patch = _cut(image, left, top, side * stretch, side, octave_cells * settings.cell_px)
     if generator.uniform() < augmentation.resampled_part:
         patch = _lose_detail(patch, generator.uniform(*augmentation.resampling) * octave_cells / cells)
-    patch = _recolour(patch, augmentation, generator)
+    if augmentation.looks:
+        patch = vary_looks(patch, augmentation.looks, generator)
     computer = ChannelComputer(ImageSize(len(patch), len(patch)), settings)
     channels = computer.compute(patch[:, ::-1] if mirrored else patch)
     if octave_cells != cells:
@@ -190,14 +190,3 @@ def _lose_detail(patch: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:
     small = max(2, round(side / factor))
     reduced = cv2.resize(patch, (small, small), interpolation=cv2.INTER_AREA)
     return np.asarray(cv2.resize(reduced, (side, side), interpolation=cv2.INTER_LINEAR), np.uint8)
-
-
-def _recolour(
-    patch: NDArray[np.uint8], augmentation: Augmentation, generator: np.random.Generator
-) -> NDArray[np.uint8]:
-    """Brightness to a random power, each colour channel times a random factor."""
-    exponent = math.exp(generator.uniform(-augmentation.gamma, augmentation.gamma))
-    gains = np.exp(generator.uniform(-augmentation.colour_gain, augmentation.colour_gain, 3))
-    levels = (np.arange(256) / 255.0) ** exponent
-    table = np.rint(255.0 * np.clip(levels[:, None] * gains, 0.0, 1.0)).astype(np.uint8)
-    return np.asarray(cv2.LUT(patch, table[None]), np.uint8)

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+from fcw.detection.acf import AcfSettings
+from fcw.detection.training.looks import Looks
 from fcw.detection.training.samples import Augmentation
 
 PAPERS_FPPI = 0.046
@@ -23,7 +25,10 @@ class TrainingSettings:
         random_per_image: windows from anywhere on the road, the first round's negatives.
         mined_per_image: largest number of hard negatives that a round takes from a picture.
         whole_image_every: one picture in so many is also mined without the distance prior, so that the trees
-            know what lies off the road as well, where plain ACF looks.
+            know what lies off the road as well, where plain ACF looks; 0: none.
+        search: where hard negatives are looked for.
+        mined_looks: how pictures that are mined are varied; None: not.
+        mined_varied_part: part of them that are.
         max_negatives: largest number of negatives in a round; the newest go first.
         rejection_threshold: constant soft cascade while mining.
         lowest_rejection_threshold: of the model; vehicles unlike those learnt from pass a lower one.
@@ -43,6 +48,9 @@ class TrainingSettings:
     random_per_image: int = 15
     mined_per_image: int = 40
     whole_image_every: int = 4
+    search: AcfSettings = AcfSettings()  # noqa: RUF009 - frozen
+    mined_looks: Looks | None = None
+    mined_varied_part: float = 0.7
     max_negatives: int = 30_000
     rejection_threshold: float = -3.0
     lowest_rejection_threshold: float = -6.0

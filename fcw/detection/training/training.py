@@ -146,7 +146,7 @@ class _HeldOut:
         members = np.flatnonzero(self._fold_of == fold)
         progress = self._fitter.progress
         progress.stage(f"fold {fold + 1}: detecting", len(members))
-        detectors = Detectors(model)
+        detectors = Detectors(model, AcfSettings())
         for index in members:
             image = self._fitter.images[int(index)]
             proposals = detectors.prior(image).scan(image.labelled.read(), -np.inf, with_features=True)

@@ -1,0 +1,93 @@
+"""What the net's detector learnt: the cascade that proposes, the net, and their file."""
+
+import json
+import zipfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.detection.model import Model, VehicleStatistics, Window, tree_arrays, trees_of
+from fcw.errors import UserError
+from fcw.files import whole_file
+
+FORMAT = "fcw-net-1"
+SHIPPED_NET_PATH = Path(__file__).parents[1] / "weights" / "net.npz"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NetModel:
+    """Everything the detector needs that was learnt.
+
+    Attributes:
+        cascade: proposes windows; its second stage and regressor are not used.
+        network: an ONNX file's bytes: (N, 3, 48, 48) BGR, from -1 to 1, to (N, 5): the logit that a vehicle
+            stands in the window, and its offsets (`fcw.detection.net.windows.boxes_of`).
+        score_threshold: logit from which a window counts as a vehicle by default.
+    """
+
+    cascade: Model
+    network: bytes
+    score_threshold: float
+
+    def save(self, path: Path) -> None:
+        """Write the model file (a NumPy .npz archive) whole or not at all.
+
+        Raises:
+            UserError: the file cannot be written there.
+        """
+        header = {
+            "format": FORMAT,
+            "window": asdict(self.cascade.window),
+            "statistics": asdict(self.cascade.statistics),
+            "rejection_threshold": self.cascade.rejection_threshold,
+            "score_threshold": self.score_threshold,
+        }
+        arrays: dict[str, NDArray[Any]] = tree_arrays(self.cascade.trees, "first")
+        arrays["network"] = np.frombuffer(self.network, np.uint8)
+        arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+        with whole_file(path) as partial, partial.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **arrays)
+
+    @classmethod
+    def load(cls, path: Path) -> "NetModel":
+        """Read a model file.
+
+        Raises:
+            UserError: the file is missing, or is no model of this kind.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                header = json.loads(archive["header"].tobytes())
+                if header["format"] != FORMAT:
+                    raise ValueError(f"format {header['format']}, expected {FORMAT}")
+                arrays = {name: archive[name] for name in archive.files}
+            statistics = header["statistics"]
+            for name in ("aspect_distances_m", "aspect_ratios"):
+                statistics[name] = tuple(statistics[name])
+            rejection = header["rejection_threshold"]
+            return cls(
+                Model(
+                    Window(**header["window"]),
+                    trees_of(arrays, "first"),
+                    None,
+                    None,
+                    VehicleStatistics(**statistics),
+                    rejection,
+                    rejection,
+                    rejection,
+                ),
+                arrays["network"].tobytes(),
+                header["score_threshold"],
+            )
+        except FileNotFoundError:
+            raise UserError(
+                f"{path}: no such model file; train one with `fcw train --detector net`"
+            ) from None
+        except (KeyError, TypeError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+            raise UserError(
+                f"{path}: not a model of the net ({error}); expected a file written by "
+                "`fcw train --detector net`"
+            ) from error

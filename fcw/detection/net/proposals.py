@@ -1,0 +1,125 @@
+"""Which of the cascade's windows the net looks at."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.calibration import Calibration
+from fcw.detection.acf import AcfSettings
+from fcw.detection.model import Model
+from fcw.detection.scanner import Scanner
+from fcw.detection.windows.plan import DistancePrior, prior_levels
+from fcw.errors import UserError
+from fcw.kernels.jit import kernel
+
+
+@dataclass(frozen=True, slots=True)
+class ProposalSettings:
+    """What is proposed.
+
+    Attributes:
+        search: where windows are looked at.
+        near_part: vehicles of at least this part of the picture's height are near.
+        near_count: most windows of near vehicles; they have places of their own, for far ones are many.
+        far_count: most windows of the others.
+        largest_iou: windows that overlap more show the net the same. Not the overlap of the smaller one: a
+            tail lamp that the cascade likes must not hide the car around it.
+    """
+
+    search: AcfSettings = AcfSettings(nearest_m=3.0)  # noqa: RUF009 - frozen
+    near_part: float = 0.12
+    near_count: int = 24
+    far_count: int = 32
+    largest_iou: float = 0.6
+
+
+class Proposer:
+    """The windows of a picture that are worth a second look. Owns memory: use one for each thread.
+
+    Raises:
+        UserError: by the calibration the road is not in the picture.
+    """
+
+    def __init__(
+        self, model: Model, calibration: Calibration, settings: ProposalSettings = ProposalSettings()
+    ) -> None:
+        self._settings = settings
+        search = settings.search
+        prior = DistancePrior(
+            calibration.camera,
+            model.statistics,
+            search.nearest_m,
+            search.farthest_m,
+            search.pitch_tolerance_rad,
+        )
+        size = calibration.image_size
+        levels = prior_levels(size, model.window, prior, search.scales_per_octave, search.largest_scale)
+        if not levels:
+            raise UserError(
+                f"the calibration has its horizon in row {calibration.horizon_row_px:.0f} of pictures of "
+                f"{size}: no vehicle {search.nearest_m:g} to {search.farthest_m:g} m away can be in them; "
+                "calibrate again with points on the road ahead"
+            )
+        cascade = replace(model, second=None, regressor=None)
+        self._scanner = Scanner(cascade, size, levels, prior.aspect_ratios)
+        self._chosen = np.empty(settings.near_count + settings.far_count, np.int64)
+
+    @property
+    def windows_per_frame(self) -> int:
+        """Number of windows that the cascade looks at in each picture."""
+        return self._scanner.windows_per_frame
+
+    def propose(self, picture: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+        """(N, 3) placements (middle, bottom and sqrt(w h) of the vehicles expected) and (N,) scores."""
+        settings = self._settings
+        found = self._scanner.find(picture, -np.inf)
+        count = _choose(
+            found.boxes,
+            found.placements,
+            settings.near_part * len(picture),
+            settings.near_count,
+            settings.far_count,
+            settings.largest_iou,
+            self._chosen,
+        )
+        chosen = self._chosen[:count]
+        return found.placements[chosen], found.scores[chosen]
+
+
+@kernel()
+def _choose(
+    boxes: NDArray[np.float64],
+    placements: NDArray[np.float64],
+    near_px: float,
+    near_count: int,
+    far_count: int,
+    largest_iou: float,
+    chosen: NDArray[np.int64],
+) -> int:
+    """Greedily, best first: the boxes, which are in that order, that overlap with none chosen before."""
+    count, near, far = 0, 0, 0
+    for i in range(len(boxes)):
+        is_near = placements[i, 2] >= near_px
+        if (is_near and near == near_count) or (not is_near and far == far_count):
+            continue
+        alone = True
+        area = boxes[i, 2] * boxes[i, 3]
+        for k in range(count):
+            j = chosen[k]
+            width = min(boxes[i, 0] + boxes[i, 2], boxes[j, 0] + boxes[j, 2]) - max(boxes[i, 0], boxes[j, 0])
+            height = min(boxes[i, 1] + boxes[i, 3], boxes[j, 1] + boxes[j, 3]) - max(boxes[i, 1], boxes[j, 1])
+            common = max(width, 0.0) * max(height, 0.0)
+            if common > largest_iou * (area + boxes[j, 2] * boxes[j, 3] - common):
+                alone = False
+                break
+        if alone:
+            chosen[count] = i
+            count += 1
+            if is_near:
+                near += 1
+            else:
+                far += 1
+            if near == near_count and far == far_count:
+                break
+    return count

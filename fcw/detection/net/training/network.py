@@ -1,0 +1,177 @@
+"""The net itself, and how its weights are learnt; the one module that needs PyTorch."""
+
+import io
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fcw.detection.net.detector import MEAN, SCALE
+from fcw.detection.net.training.batches import Batch
+from fcw.detection.net.windows import INPUT_PX
+from fcw.errors import UserError
+
+try:
+    import torch  # pyright: ignore[reportMissingImports]
+    from torch import nn  # pyright: ignore[reportMissingImports]
+    from torch.nn import functional  # pyright: ignore[reportMissingImports]
+except ImportError as error:
+    raise UserError(
+        "training the net needs PyTorch and onnx; install them with: pip install 'fcw[train]'"
+    ) from error
+
+OUTPUTS = 5
+"""The logit of a vehicle, and its four offsets."""
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkSettings:
+    """The net and its training.
+
+    Attributes:
+        channels: of the four convolutions; the first two and the last halve the picture.
+        hidden: of the layer before the output.
+        steps: batches learnt from.
+        learning_rate: the largest (one cycle, Smith 2018).
+        weight_decay: of AdamW.
+        offset_weight: of the offsets' loss beside the logit's.
+        offset_precision: error of an offset from which its loss is linear.
+        smoothing: labels are this far from 0 and 1.
+        seed: of weights and batches.
+    """
+
+    channels: tuple[int, int, int, int] = (24, 48, 48, 96)
+    hidden: int = 64
+    steps: int = 4000
+    learning_rate: float = 4e-3
+    weight_decay: float = 0.03
+    offset_weight: float = 2.0
+    offset_precision: float = 0.05
+    smoothing: float = 0.01
+    seed: int = 0
+
+
+def build(settings: NetworkSettings) -> Any:  # noqa: ANN401 - a torch module
+    """The net with random weights: four convolutions, each normalised (Ioffe & Szegedy 2015), two layers."""
+    strides, before, layers = (2, 2, 1, 2), 3, []
+    for channels, stride in zip(settings.channels, strides, strict=True):
+        layers += [
+            nn.Conv2d(before, channels, 3, stride, 1, bias=False),
+            nn.BatchNorm2d(channels),
+            nn.ReLU(inplace=True),
+        ]
+        before = channels
+    side = INPUT_PX // 8
+    return nn.Sequential(
+        *layers,
+        nn.Dropout2d(0.1),
+        nn.Flatten(),
+        nn.Linear(before * side * side, settings.hidden),
+        nn.ReLU(inplace=True),
+        nn.Dropout(0.3),
+        nn.Linear(settings.hidden, OUTPUTS),
+    )
+
+
+def learn(
+    draw: Callable[[np.random.Generator], Batch],
+    settings: NetworkSettings,
+    on_step: Callable[[float], None] = lambda loss: None,
+) -> bytes:
+    """Learn from batches; returns the net as an ONNX file's bytes.
+
+    Args:
+        draw: makes a batch; called in a thread of its own, ahead of the steps.
+        settings: how.
+        on_step: told the loss after each step.
+    """
+    torch.manual_seed(settings.seed)
+    net = build(settings)
+    optimiser = torch.optim.AdamW(
+        net.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
+    )
+    schedule = torch.optim.lr_scheduler.OneCycleLR(
+        optimiser, settings.learning_rate, total_steps=settings.steps
+    )
+    net.train()
+    with _drawn_ahead(draw, settings) as batches:
+        for batch in batches:
+            loss = _loss(net, batch, settings)
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+            schedule.step()
+            on_step(float(loss.detach()))
+    return _as_onnx(net)
+
+
+def _loss(net: Any, batch: Batch, settings: NetworkSettings) -> Any:  # noqa: ANN401
+    windows = torch.from_numpy(batch.windows).permute(0, 3, 1, 2).float()
+    out = net((windows - MEAN) * SCALE)
+    target = torch.from_numpy(batch.vehicle)
+    smooth = settings.smoothing
+    loss = functional.binary_cross_entropy_with_logits(out[:, 0], target * (1 - 2 * smooth) + smooth)
+    inside = target > 0.5
+    offsets = functional.smooth_l1_loss(
+        out[inside, 1:], torch.from_numpy(batch.offsets)[inside], beta=settings.offset_precision
+    )
+    return loss + settings.offset_weight * offsets
+
+
+@contextmanager
+def _drawn_ahead(
+    draw: Callable[[np.random.Generator], Batch], settings: NetworkSettings
+) -> Iterator[Iterator[Batch]]:
+    """Batches drawn while the net learns from those before; the same for the same seed."""
+    ready: queue.Queue[Batch | BaseException] = queue.Queue(4)
+    stop = threading.Event()
+
+    def work() -> None:
+        random = np.random.default_rng(settings.seed)
+        try:
+            for _ in range(settings.steps):
+                batch = draw(random)
+                while not stop.is_set():
+                    try:
+                        ready.put(batch, timeout=0.2)
+                        break
+                    except queue.Full:
+                        continue
+                if stop.is_set():
+                    return
+        except BaseException as error:
+            ready.put(error)
+
+    def taken() -> Iterator[Batch]:
+        for _ in range(settings.steps):
+            item = ready.get()
+            if isinstance(item, BaseException):
+                raise item
+            yield item
+
+    thread = threading.Thread(target=work, name="draw batches", daemon=True)
+    thread.start()
+    try:
+        yield taken()
+    finally:
+        stop.set()
+        thread.join()
+
+
+def _as_onnx(net: Any) -> bytes:  # noqa: ANN401
+    file = io.BytesIO()
+    net.eval()
+    torch.onnx.export(
+        net,
+        (torch.zeros(1, 3, INPUT_PX, INPUT_PX),),
+        file,
+        input_names=["windows"],
+        output_names=["verdicts"],
+        dynamic_axes={"windows": {0: "count"}, "verdicts": {0: "count"}},
+        dynamo=False,
+    )
+    return file.getvalue()
