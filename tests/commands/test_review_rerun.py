@@ -101,6 +101,7 @@ def listening_addresses(port: int) -> set[str]:
 LOOPBACK = f"{int.from_bytes(socket.inet_aton('127.0.0.1'), sys.byteorder):08X}"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
@@ -129,6 +130,7 @@ def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
     assert not listens(data_port)
 
 
+@pytest.mark.slow
 def test_a_drive_without_a_recording_is_shown_from_its_log(drive: Path, tmp_path: Path) -> None:
     shutil.copy(drive / "drive.mcap", tmp_path)
     process = start(tmp_path / "drive.mcap")

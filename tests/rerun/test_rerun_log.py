@@ -138,6 +138,7 @@ def test_an_older_drive_stays_until_the_new_one_is_whole(tmp_path):
     assert len(read_frame_times(path)) == 3
 
 
+@pytest.mark.slow
 def test_a_killed_run_leaves_all_but_the_last_batch_readable(tmp_path):
     script = f"""
 import os, sys, time
