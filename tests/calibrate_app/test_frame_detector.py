@@ -24,7 +24,7 @@ from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 SIZE = ImageSize(64, 48)
-WAIT_S = 30.0
+WAIT_S = 120.0
 
 
 def level_camera(height_m: float) -> Calibration:

@@ -159,6 +159,7 @@ def test_bench_reports_every_case_in_every_round(bench: dict[str, Any]) -> None:
     assert all(len(values) == 2 and min(values) > 0 for values in times.values())
 
 
+@pytest.mark.slow
 def test_bench_repeats_a_short_drive(bench: dict[str, Any]) -> None:
     (drive,) = bench["folder"].parent.glob("*.mp4")
     frames = open_source(drive).frame_count

@@ -130,7 +130,7 @@ def test_ctrl_c_closes_both_logs_and_exits_with_130(tmp_path: Path) -> None:
         assert time.monotonic() < deadline, "the log does not grow"
         time.sleep(0.02)
     os.kill(process.pid, signal.SIGINT)
-    stdout, stderr = process.communicate(timeout=60)
+    stdout, stderr = process.communicate(timeout=120)
 
     assert process.returncode == 130, stderr
     log = DriveLog(out / "drive.mcap")
