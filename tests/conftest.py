@@ -17,7 +17,7 @@ settings.load_profile("fcw")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests on real drives are slow, those that drive Chromium are the browser's; others say it themselves."""
+    """Tests on real drives are slow, those that drive Chromium the browser's; others say it themselves."""
     for item in items:
         fixtures = getattr(item, "fixturenames", ())
         if "data_dir" in fixtures:
