@@ -21,7 +21,7 @@ unit: $(VENV)/.dev-installed
 	$(PYTEST) -m "not slow and not browser" $(ARGS)
 
 test: check chromium
-	$(PYTEST) -m slow $(ARGS)
+	$(PYTEST) -m "slow and not browser" $(ARGS)
 	$(BIN)/pytest -m browser $(ARGS)  # a browser without a graphics card needs both cores
 
 lint: $(VENV)/.dev-installed

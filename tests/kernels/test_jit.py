@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -74,6 +75,14 @@ def test_a_kernel_is_compiled_anew_when_a_constant_in_another_file_changes(tmp_p
     assert run(install, tmp_path) == (42, 1)
     (install / "b.py").write_text("FACTOR = 3\n")
     assert run(install, tmp_path) == (63, 0)
+
+
+@pytest.mark.slow
+def test_of_processes_that_want_a_kernel_at_once_one_compiles_it(tmp_path: Path) -> None:
+    (tmp_path / "a_kernel.py").write_text(SOURCE)
+    with ThreadPoolExecutor() as at_once:
+        ran = [at_once.submit(run, tmp_path, tmp_path) for _ in range(3)]
+    assert sorted(one.result() for one in ran) == [(42, 0), (42, 1), (42, 1)]
 
 
 @pytest.mark.slow

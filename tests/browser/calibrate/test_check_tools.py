@@ -95,7 +95,7 @@ def test_the_drive_plays_in_one_tab_and_stops_by_the_space_key(drive_page, open_
     tab.page.get_by_role("button", name="Play").wait_for()
     wait_for(lambda: all(thread.name != "playback" for thread in threading.enumerate()))
     _, served = drive_page._tabs.values()
-    wait_for(lambda: picture_number(tab) == served.frame_index + 1)
+    wait_for(lambda: picture_number(tab) == served.desk.frame_index + 1)
     stopped_at = picture_number(tab)
     assert 15 < stopped_at < DEMO_FRAMES
     assert picture_number(still) == 1  # the other tab's picture
