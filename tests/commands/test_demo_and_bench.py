@@ -167,6 +167,7 @@ def test_bench_repeats_a_short_drive(bench: dict[str, Any]) -> None:
     assert f"{2 * frames} frames of the whole drive" in bench["heading"]
 
 
+@pytest.mark.slow
 def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
     times, ratios = bench["ms_per_frame"], bench["ratios"]
     expected = {
@@ -180,6 +181,7 @@ def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
         assert ratios[name] == pytest.approx(sum(each) / 2)  # the median of two
 
 
+@pytest.mark.slow
 def test_the_prior_looks_at_more_windows_the_farther_and_the_less_sure_of_the_pitch(bench: dict[str, Any]):
     windows = bench["windows_per_frame"]
     for deg in PITCH_TOLERANCES_DEG:
@@ -190,6 +192,7 @@ def test_the_prior_looks_at_more_windows_the_farther_and_the_less_sure_of_the_pi
         assert counts == sorted(set(counts))
 
 
+@pytest.mark.slow
 def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[str, Any]) -> None:
     folder = bench["folder"]
     text = (folder / "bench.txt").read_text()
