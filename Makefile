@@ -1,18 +1,28 @@
-# `make demo` runs the whole job on the shipped drive, `make test` passes the tests.
-# Both set up everything they need in .venv first.
+# `make demo` runs the whole job on the shipped drive, `make check` passes what is quick, `make test` everything.
+# All set up what they need in .venv first.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: demo test lint chromium bench format clean
+# Two workers; each keeps to its half of the files while it can, so that what a file's tests share is made once.
+PYTEST := $(BIN)/pytest -n 2 --dist worksteal
+
+.PHONY: demo check test lint unit chromium bench format clean
 
 demo: $(VENV)/.runtime-installed
 	$(BIN)/fcw demo $(ARGS)
 
-test: lint chromium
-	$(BIN)/pytest -n 2 --ignore tests/browser $(ARGS)
-	$(BIN)/pytest tests/browser $(ARGS)  # a browser without a graphics card needs both cores
+# Pyright has one thread only: the unit tests run beside it.
+check: $(VENV)/.dev-installed
+	@$(MAKE) --no-print-directory --jobs 2 lint unit
+
+unit: $(VENV)/.dev-installed
+	$(PYTEST) -m "not slow and not browser" $(ARGS)
+
+test: check chromium
+	$(PYTEST) -m "slow and not browser" $(ARGS)
+	$(BIN)/pytest -m browser $(ARGS)  # a browser without a graphics card needs both cores
 
 lint: $(VENV)/.dev-installed
 	$(BIN)/ruff check .

@@ -57,7 +57,8 @@ def followed(folder: Path, calibration: Calibration, count: int) -> tuple[FloatA
     detector, tracker = AcfDetector(Model.load(SHIPPED_MODEL_PATH), calibration), Tracker(calibration)
     rows = np.full((count, 2), math.nan)
     for index, frame in zip(range(count), open_source(folder / "images").frames(), strict=False):
-        tracks = tracker.update(round(index / FRAME_RATE_HZ * 1e9), detector.detect(frame.image))
+        time_ns, found = round(index / FRAME_RATE_HZ * 1e9), detector.detect(frame.image)
+        tracks = tracker.update(time_ns, found, image=frame.image)
         lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
         if lead is not None:
             camera_m = lead.distance_m + calibration.reference_offset_m

@@ -77,7 +77,7 @@ def run_pipeline(
 def _follow(frame: Frame, detections: tuple[Detection, ...], stages: Stages) -> FrameResult:
     ego_speed_mps = stages.ego_speed.at(frame.time_ns) if stages.ego_speed else None
     yaw_rate_radps = stages.ego_speed.yaw_rate_at(frame.time_ns) if stages.ego_speed else None
-    tracks = stages.tracker.update(frame.time_ns, detections, ego_speed_mps, yaw_rate_radps)
+    tracks = stages.tracker.update(frame.time_ns, detections, ego_speed_mps, yaw_rate_radps, frame.image)
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
     lead = next((track for track in tracks if track.track_id == lead_id), None)

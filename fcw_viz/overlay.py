@@ -19,7 +19,7 @@ from fcw.box import Box
 from fcw.frame import ImageSize
 from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR, Rgb, overlay_boxes, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.units import FEET_PER_METRE, distance_text, speed_text
 from fcw.warning.describe import describe
 from fcw.warning.types import WarningLevel
@@ -207,16 +207,16 @@ class OverlayPainter:
 
 
 def vehicle_words(track: Track, imperial: bool = False) -> str:
-    """Number, distance with its interval of 68 %, and the TTC where it is under ten seconds."""
+    """Number, distance with its interval of 68 %, the TTC where it is under ten seconds, and if not found."""
     low_m, high_m = track.distance_low_m, track.distance_high_m
     low = _number(low_m, track.distance_m, imperial)
     interval = (
         f"{low}-{_number(high_m, track.distance_m, imperial)}" if math.isfinite(high_m) else f"over {low}"
     )
     text = f"#{track.track_id} {distance_text(track.distance_m, imperial)} ({interval})"
-    if track.ttc_s is None or track.ttc_s > LONGEST_TTC_SHOWN_S:
-        return text
-    return f"{text} TTC {track.ttc_s:.1f} s"
+    if track.ttc_s is not None and track.ttc_s <= LONGEST_TTC_SHOWN_S:
+        text += f" TTC {track.ttc_s:.1f} s"
+    return f"{text} carried" if track.seen_by is SeenBy.PICTURE else text
 
 
 def paint(image: NDArray[np.uint8], overlay: FrameOverlay) -> None:

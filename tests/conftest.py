@@ -1,14 +1,29 @@
-"""Shared by all tests: where the real drives are, and how hypothesis searches."""
+"""Shared by all tests: which of them are slow, where the real drives are, and how hypothesis searches."""
 
 import os
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-# No deadline: a noisy machine would make tests timed. Repeatable in CI, searching anew everywhere else.
-settings.register_profile("fcw", deadline=None, derandomize=bool(os.environ.get("CI")))
+# No test is timed: the machine may be busy. Repeatable in CI, searching anew everywhere else.
+settings.register_profile(
+    "fcw",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=bool(os.environ.get("CI")),
+)
 settings.load_profile("fcw")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests on real drives are slow, those that drive Chromium the browser's; others say it themselves."""
+    for item in items:
+        fixtures = getattr(item, "fixturenames", ())
+        if "data_dir" in fixtures:
+            item.add_marker("slow")
+        if "chromium" in fixtures:
+            item.add_marker("browser")
 
 
 @pytest.fixture(scope="session")

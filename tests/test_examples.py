@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 RUN = """
 import json, runpy, sys
@@ -16,6 +18,7 @@ json.dump(sorted(sys.modules), sys.stderr)
 """
 
 
+@pytest.mark.slow
 def test_a_drive_is_run_and_read_back_without_the_application(tmp_path):
     example = ROOT / "examples" / "01_run_a_drive.py"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}

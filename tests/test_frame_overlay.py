@@ -16,7 +16,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.overlay import OverlayPainter, Words, paint, vehicle_words
 
@@ -32,8 +32,12 @@ HEADER = DriveHeader(
     model_sha256="",
     versions={},
 )
-LEAD = Track(7, Box(600.25, 380.5, 80, 60), 9.5, 20.2, 19.0, 21.4, 0.25, 8.0, 0.4, 2.5, 3.0, False, True)
-OTHER = Track(1, Box(100, 390, 50, 40), 4.0, 30.4, 28.4, 33.1, 5.0, -1.0, 0.5, None, 2.0, False, False)
+LEAD = Track(
+    7, Box(600.25, 380.5, 80, 60), 9.5, 20.2, 19.0, 21.4, 0.25, 8.0, 0.4, 2.5, 3.0, SeenBy.DETECTOR, True
+)
+OTHER = Track(
+    1, Box(100, 390, 50, 40), 4.0, 30.4, 28.4, 33.1, 5.0, -1.0, 0.5, None, 2.0, SeenBy.DETECTOR, False
+)
 WARNING = WarningState(WarningLevel.WARNING, 7, "ttc", 2.5, 3.2, None)
 
 
@@ -119,7 +123,7 @@ def test_the_lead_has_the_levels_colour_and_others_their_own() -> None:
 
 
 def test_a_vehicle_that_this_frame_did_not_see_is_drawn_thin() -> None:
-    overlay = OverlayPainter(HEADER).overlay(result(replace(LEAD, coasting=True)))
+    overlay = OverlayPainter(HEADER).overlay(result(replace(LEAD, seen_by=SeenBy.COASTING)))
     (outline,) = (stroke for stroke in overlay.strokes if stroke.closed)
     assert outline.width_px == 1
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from fcw.box import Box
 from fcw.logs.records import FrameResult
 from fcw.summary import DriveSummary
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 START_NS = 7_000_000_000  # spans are told from the first frame, wherever the source's clock starts
@@ -25,7 +25,7 @@ def track(track_id: int, distance_m: float) -> Track:
         closing_speed_sigma_mps=1.0,
         ttc_s=distance_m / 5.0,
         age_s=1.0,
-        coasting=False,
+        seen_by=SeenBy.DETECTOR,
         in_path=True,
     )
 

@@ -1,10 +1,11 @@
 """How the detector's kernels are compiled: without the interpreter's lock, and kept on disk."""
 
+import contextlib
 import functools
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -12,7 +13,13 @@ from typing import Any
 import numba
 import numpy as np
 from numba.core import config
+from numba.core.compiler_lock import global_compiler_lock
 from numpy.typing import NDArray
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
 
 
 def kernel() -> Callable[[Callable[..., Any]], Any]:
@@ -25,7 +32,8 @@ def kernel() -> Callable[[Callable[..., Any]], Any]:
 
     What is kept is used as long as no file in the source's room (`fcw/detection` with the rooms in it, say)
     and none here changes: numba itself looks at the one file alone, and would run code with the constants
-    and callees that another file had at the time.
+    and callees that another file had at the time. Processes that want the same kernel at once wait for the
+    one that compiles it.
     """
 
     def compiled(function: FunctionType) -> Any:  # noqa: ANN401 - numba's own type
@@ -50,9 +58,41 @@ def kernel() -> Callable[[Callable[..., Any]], Any]:
 
 def _cached(function: FunctionType, options: dict[str, Any]) -> Any:  # noqa: ANN401 - numba's own type
     dispatcher: Any = numba.njit(cache=True, **options)(function)
-    stamp = _digest_of_sources(_room(Path(function.__code__.co_filename).parent))
-    dispatcher._cache._cache_file._source_stamp = stamp  # numba has no public way
+    source = Path(function.__code__.co_filename)
+    dispatcher._cache._cache_file._source_stamp = _digest_of_sources(_room(source.parent))  # no public way
+    compile_or_load = dispatcher.compile
+
+    def compile_alone(signature: Any) -> Any:  # noqa: ANN401 - numba's own type
+        with _alone_with(source):
+            return compile_or_load(signature)
+
+    dispatcher.compile = compile_alone
     return dispatcher
+
+
+_locked: set[Path] = set()
+"""Files that this process holds now, while a thread has numba's own lock."""
+
+
+@contextlib.contextmanager
+def _alone_with(source: Path) -> Iterator[None]:
+    """No other process compiles this file's kernels, or keeps them.
+
+    numba does not keep processes apart: they would all compile the same, and may mix up what they keep of
+    one kernel for different types. A kernel's compilation compiles those that it calls, within.
+    """
+    with global_compiler_lock:  # of this process's threads
+        if fcntl is None or source in _locked:
+            yield
+            return
+        with contextlib.ExitStack() as stack:
+            with contextlib.suppress(OSError):  # a file system without locks, or no file
+                file = stack.enter_context(source.open("rb"))
+                fcntl.flock(file, fcntl.LOCK_EX)
+                stack.callback(fcntl.flock, file, fcntl.LOCK_UN)  # a forked child may hold the file open
+            _locked.add(source)
+            stack.callback(_locked.remove, source)
+            yield
 
 
 def _room(folder: Path) -> Path:

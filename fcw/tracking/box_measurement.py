@@ -23,7 +23,7 @@ SMALLEST_DEPTH_M = 0.1
 """Keeps the equations finite for a vehicle believed to be at the camera."""
 
 HORIZON, SCALE, POLE, SLOW, FAST, WIDER, CAMERA = 0, 1, 2, 3, 4, 5, 6
-DISTANCE, RATE, GROWTH, WIDTH, HEIGHT, ASPECT, BUMP, VEHICLE = 0, 1, 2, 3, 4, 5, 6, 7
+DISTANCE, RATE, GROWTH, WIDTH, HEIGHT, ASPECT, BUMP, LOOKS, VEHICLE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 """Places in the state; the vehicles' follow the camera's."""
 
 
@@ -179,7 +179,7 @@ class BoxGeometry:
         views: list[View] = []
         for slot, kind, box in sightings:
             at = CAMERA + VEHICLE * slot
-            log_distance, _, _, log_width, log_height, aspect, bump_px = x[at : at + VEHICLE].tolist()
+            log_distance, _, _, log_width, log_height, aspect, bump_px, _ = x[at : at + VEHICLE].tolist()
             distance_m, width_m = math.exp(log_distance), math.exp(log_width)
             depth_m = max(distance_m + pole_m, SMALLEST_DEPTH_M)
             below_px = scale / depth_m

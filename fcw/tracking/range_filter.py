@@ -19,6 +19,7 @@ and that of each vehicle, in modified polar coordinates (Aidala & Hammel 1983; h
     t = log H     H: its height, m, likewise
     e             how much wider its box is, of the logarithm, as it turns
     u             how much lower it stands than the flat road, px of rows
+    z             log of the distance at which its looks were remembered, plus C
 
 Measured are the rows of the lower edge and, where boxes have a height of their own, of the upper edge,
 and the logarithm of the width, with tan(a) = C / h:
@@ -26,6 +27,10 @@ and the logarithm of the width, with tan(a) = C / h:
     v_bottom = B + K / (D + C) + p + q + u
     v_top    = B + K / (D + C) (1 - H / h) + p + q + u
     log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e + b
+
+and, where it is followed by its looks, by how much they have grown, which knows no size and no horizon:
+
+    log g    = z - log(D + C)
 """
 
 import math
@@ -48,8 +53,11 @@ from fcw.tracking.box_measurement import (
     GROWTH,
     HEIGHT,
     HORIZON,
+    LOOKS,
+    POLE,
     RATE,
     SLOW,
+    SMALLEST_DEPTH_M,
     VEHICLE,
     WIDER,
     WIDTH,
@@ -170,7 +178,7 @@ class RangeFilter:
         sizes, sigmas = self._prior.log_sizes[kind], self._prior.sigmas[kind]
         view = self._geometry.view(box, distance_m, math.exp(sizes[0]))
         self._x = np.concatenate(
-            (self._x, (math.log(distance_m), closing_mps / distance_m, 0.0, *sizes, 0.0, 0.0))
+            (self._x, (math.log(distance_m), closing_mps / distance_m, 0.0, *sizes, 0.0, 0.0, 0.0))
         )
         covariance = np.zeros((n + VEHICLE, n + VEHICLE))
         covariance[:n, :n] = self._p
@@ -182,6 +190,7 @@ class RangeFilter:
                 *sigmas,
                 view.aspect_sigma,
                 view.bump_sigma_px,
+                DIFFUSE_LOG_SIGMA,
             )
         )
         self._p = covariance
@@ -272,6 +281,49 @@ class RangeFilter:
         self._frame += 1
         for slot in range(self._frame % KIND_INTERVAL, self.count, KIND_INTERVAL):
             self._judge_kind(slot)
+
+    def begin_growth(self, slot: int) -> None:
+        """The looks of a vehicle are remembered as they are now: growth counts from here.
+
+        What was known of the old looks is forgotten, and the new ones are as large as they are at this
+        distance, up to the noise with which they will be compared.
+        """
+        at = CAMERA + VEHICLE * slot
+        looks = at + LOOKS
+        depth_m, by_distance, by_pole = self._depth(slot)
+        self._x[looks] = math.log(depth_m)
+        # A copy of log(D + C): wholly correlated with what it is made of.
+        row = by_distance * self._p[at + DISTANCE] + by_pole * self._p[POLE]
+        self._p[looks] = row
+        self._p[:, looks] = row
+        self._p[looks, looks] = by_distance * row[at + DISTANCE] + by_pole * row[POLE]
+
+    def take_growths(self, growths: Sequence[tuple[int, float, float]], dt_s: float) -> None:
+        """Take by how much the looks of vehicles have grown since they were remembered.
+
+        Args:
+            growths: number of the vehicle, logarithm of the growth, and its 1-sigma.
+            dt_s: since the frame before.
+        """
+        if not growths:
+            return
+        white = max(1.0, 2 * self._model.looks_correlation_s / dt_s)
+        rows = np.zeros((len(growths), len(self._x)))
+        residuals, variances = np.zeros(len(growths)), np.zeros(len(growths))
+        for row, (slot, log_growth, sigma) in enumerate(growths):
+            at = CAMERA + VEHICLE * slot
+            depth_m, by_distance, by_pole = self._depth(slot)
+            rows[row, at + LOOKS] = 1.0
+            rows[row, at + DISTANCE], rows[row, POLE] = -by_distance, -by_pole
+            residuals[row] = log_growth - (self._x[at + LOOKS] - math.log(depth_m))
+            variances[row] = sigma**2 * white
+        self._take(rows, residuals, variances, learns_camera=False)
+
+    def _depth(self, slot: int) -> tuple[float, float, float]:
+        """D + C of a vehicle, and how its logarithm grows with log D and with C."""
+        distance_m = math.exp(self._x[CAMERA + VEHICLE * slot + DISTANCE])
+        depth_m = max(distance_m + float(self._x[POLE]), SMALLEST_DEPTH_M)
+        return depth_m, distance_m / depth_m, 1 / depth_m
 
     def kind(self, slot: int) -> int:
         """Index of the kind a vehicle is believed to be of."""

@@ -77,6 +77,7 @@ class RangeModel:
         bump_sigma_rad: the road below one vehicle against that below another: on KITTI tracking two vehicles
             ahead in our own direction differ by 0.03 to 0.11 degrees over root two where they share a road.
         bump_correlation_s: how long such a difference lasts.
+        looks_correlation_s: for so long the errors of the growth by the picture stay alike.
         cross_slope: vehicles beside our path stand higher or lower by this part of the lateral distance:
             roads are built with 2 to 3 %.
         common_path_m: vehicles farther aside than the next lane say nothing of the camera: what they stand on
@@ -104,6 +105,7 @@ class RangeModel:
     mount_drift_rad_per_sqrt_s: float = math.radians(0.01)
     bump_sigma_rad: float = math.radians(0.1)
     bump_correlation_s: float = 0.5
+    looks_correlation_s: float = 0.1
     cross_slope: float = 0.03
     common_path_m: float = 4.0
     principal_row_sigma: float = 0.05

@@ -2,61 +2,27 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
-from fcw.tracking.horizon import MountWatch, MountWatchSettings, RulerReading
-from fcw.tracking.lead import Corridor, path_curvature_per_m, select_lead
-from fcw.tracking.lead_speed import SpeedPrior, with_own_speed
+from fcw.tracking.followed import SHORTEST_STEP_S, Followed
+from fcw.tracking.horizon import MountWatch, RulerReading
+from fcw.tracking.lead import path_curvature_per_m, select_lead
+from fcw.tracking.lead_speed import with_own_speed
+from fcw.tracking.picture.follower import Moved
 from fcw.tracking.range_filter import RangeFilter, RangeState
-from fcw.tracking.range_model import RangeModel
-from fcw.tracking.ranging import BoxNoise, inner_edge_px
-from fcw.tracking.types import Track
+from fcw.tracking.settings import TrackerSettings
+from fcw.tracking.types import SeenBy, Track
 
+HIDDEN_PART = 0.75
+"""A vehicle of which more is behind another one's box is not carried on."""
 NEVER = 1e6
 """Cost of a pair that must not be associated."""
-NEAREST_M = 0.5
-"""Nothing ahead comes nearer to a camera behind a windscreen: a track coasting on from here is wrong."""
-SHORTEST_STEP_S = 1e-6
-"""Two pictures with one time count as this far apart."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrackerSettings:
-    """How tracks are associated, born and ended.
-
-    Attributes:
-        box_noise: errors of the detector's boxes.
-        model: what the range filter believes of vehicles, camera and road.
-        corridor: the own path.
-        minimum_iou: least overlap of a detection with the box predicted for a track.
-        maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
-            than between a car and the car two places ahead of it.
-        confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
-        coast_s: a track without a detection for longer than this ends.
-        box_smoothing_s: time constant of the filtered box.
-        padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
-            smallest are as large as their noise.
-        mount: when a moved mount is said.
-        speed_prior: of other vehicles, where the own speed is known.
-    """
-
-    box_noise: BoxNoise = field(default_factory=BoxNoise)
-    model: RangeModel = field(default_factory=RangeModel)
-    corridor: Corridor = field(default_factory=Corridor)
-    minimum_iou: float = 0.2
-    maximum_scale_ratio: float = 1.5
-    confirm_hits: int = 3
-    coast_s: float = 0.8
-    box_smoothing_s: float = 0.1
-    padding_sigmas: float = 2.0
-    mount: MountWatchSettings = field(default_factory=MountWatchSettings)
-    speed_prior: SpeedPrior = field(default_factory=SpeedPrior)
 
 
 class Tracker:
@@ -72,7 +38,7 @@ class Tracker:
         self._settings = settings or TrackerSettings()
         self._range = RangeFilter(calibration, self._settings.box_noise, self._settings.model)
         self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
-        self._followed: list[_Followed] = []
+        self._followed: list[Followed] = []
         self._time_ns: int | None = None
         self._ego_speed_mps: float | None = None
         self._next_id = 1
@@ -94,6 +60,7 @@ class Tracker:
         detections: Sequence[Detection],
         ego_speed_mps: float | None = None,
         yaw_rate_radps: float | None = None,
+        image: NDArray[np.uint8] | None = None,
     ) -> tuple[Track, ...]:
         """Take one frame's detections.
 
@@ -103,6 +70,8 @@ class Tracker:
             ego_speed_mps: own speed, which tells oncoming and standing vehicles; None when unknown.
             yaw_rate_radps: how fast we turn, positive to the left, which bends the own path; None when
                 unknown, then it is straight.
+            image: (height, width, 3) BGR, the frame's own; None where there are boxes alone. With it the
+                vehicles the detector misses are carried by their looks.
 
         Returns:
             The confirmed tracks in the order of their ids, coasting ones among them.
@@ -120,17 +89,22 @@ class Tracker:
         if ego_speed_mps is not None and self._ego_speed_mps is not None:
             own_gain_mps = ego_speed_mps - self._ego_speed_mps
         self._ego_speed_mps = ego_speed_mps
+        before = [followed.box for followed in self._followed]
         growths = self._range.predict(dt_s, own_gain_mps)
         for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(dt_s, growth)
+        moved = {} if image is None else self._carry(image, before)
         unused = set(range(len(detections)))
         pairs = self._associate(detections)
         step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
+        self._range.take_growths([(slot, *one[1:]) for slot, one in moved.items()], step_s)
         self._mount.update(self._rulers(pairs, detections), dt_s)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)
+        if image is not None:
+            self._remember(time_ns, image)
         for slot, followed in enumerate(self._followed):
             followed.state = self._state(slot)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
@@ -143,6 +117,38 @@ class Tracker:
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
+
+    def _carry(self, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
+        """Find the vehicles in the picture, by slot, and move their boxes there."""
+        moved = {}
+        for slot, followed in enumerate(self._followed):
+            one = followed.looks.follow(image, before[slot], followed.box)
+            if one is not None and followed.carry(one):
+                moved[slot] = one
+        return moved
+
+    def _remember(self, time_ns: int, image: NDArray[np.uint8]) -> None:
+        """Take the looks of the lead and the nearest vehicles for the next pictures."""
+        found = [followed.box for followed in self._followed if followed.seen_by == SeenBy.DETECTOR]
+        for followed in self._followed:
+            if followed.seen_by == SeenBy.PICTURE and any(_hides(box, followed.box) for box in found):
+                followed.lose()
+            followed.settle(time_ns)
+        believed = [slot for slot, followed in enumerate(self._followed) if followed.confirmed]
+        believed.sort(
+            key=lambda slot: (
+                self._followed[slot].track_id != self._lead_id,
+                self._followed[slot].state.distance_m,
+            )
+        )
+        most = self._settings.following.most
+        for slot in believed[most:]:
+            self._followed[slot].looks.forget()
+        for slot in believed[:most]:
+            followed = self._followed[slot]
+            detected = followed.seen_by == SeenBy.DETECTOR
+            if followed.looks.remember(image, followed.box, time_ns, detected):
+                self._range.begin_growth(slot)
 
     def _rulers(
         self, pairs: Sequence[tuple[int, int]], detections: Sequence[Detection]
@@ -207,124 +213,14 @@ class Tracker:
         if self._range.add(detection.box, ego_speed_mps):
             state = self._state(self._range.count - 1)
             self._followed.append(
-                _Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
+                Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
             )
             self._next_id += 1
 
 
-class _Followed:
-    """One vehicle's filters and history."""
-
-    def __init__(
-        self,
-        track_id: int,
-        time_ns: int,
-        detection: Detection,
-        state: RangeState,
-        calibration: Calibration,
-        settings: TrackerSettings,
-    ) -> None:
-        self.box = detection.box
-        self.last_ns = time_ns
-        self.confirmed = False
-        self.track_id = track_id
-        self._first_ns = time_ns
-        self._score = detection.score
-        self.state = state
-        self._calibration = calibration
-        self._settings = settings
-        self._drift_pxps = 0.0
-        self._hits = 1
-        self._misses = 0
-        self._in_path = False
-
-    def predict(self, dt_s: float, growth: float) -> None:
-        """Move on by dt; counts as a miss until a detection says otherwise."""
-        box, horizon_px = self.box, self._calibration.horizon_row_px
-        axis_px = self._calibration.camera.principal_column_px
-        # Offsets from the vanishing point grow as the picture of the vehicle does: all go with 1/D.
-        bottom = horizon_px + (box.bottom - horizon_px) * growth
-        center_x = axis_px + (box.center_x - axis_px) * growth
-        self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
-        self._misses += 1
-
-    def correct(self, time_ns: int, detection: Detection) -> None:
-        """Take the detection of this frame."""
-        dt_s = max((time_ns - self.last_ns) / 1e9, SHORTEST_STEP_S)
-        settings, found, box = self._settings, detection.box, self.box
-        self.last_ns = time_ns
-        self._score = detection.score
-        self._hits += 1
-        self._misses -= 1
-        # Alpha-beta filter for the column, which drifts when the vehicle moves across the road; its gain is
-        # from the time constant, and at first that of a plain mean.
-        alpha = max(1 - math.exp(-dt_s / settings.box_smoothing_s), 1 / self._hits)
-        shift = found.center_x - box.center_x
-        self._drift_pxps += alpha**2 / (2 - alpha) * shift / dt_s
-        self.box = _box(
-            box.center_x + alpha * shift,
-            box.bottom + alpha * (found.bottom - box.bottom),
-            box.w + alpha * (found.w - box.w),
-            box.h + alpha * (found.h - box.h),
-        )
-        # At least every second frame: a false alarm that flickers is not confirmed by patience.
-        self.confirmed |= self._hits >= settings.confirm_hits and self._hits >= self._misses
-
-    def is_worth_keeping(self) -> bool:
-        """Whether it is still ahead and in the picture, and seen more often than missed until confirmed."""
-        width, height = self._calibration.image_size.width, self._calibration.image_size.height
-        inside = 0 <= self.box.center_x < width and self.box.y < height
-        return inside and self.state.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
-
-    def track(self, time_ns: int, curvature_per_m: float) -> Track:
-        """The vehicle as believed now; called once a frame, for the path's hysteresis."""
-        state = self.state
-        distance_m, low_m, high_m = state.distance_with_interval(self._calibration.reference_offset_m)
-        lateral_m, lateral_mps = self._lateral()
-        coasting = self.last_ns != time_ns
-        if not coasting:
-            # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
-            # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
-            from_path_m = lateral_m - curvature_per_m * state.distance_m**2 / 2
-            from_path_mps = lateral_mps + curvature_per_m * state.distance_m * state.closing_speed_mps
-            self._in_path = self._settings.corridor.holds(from_path_m, from_path_mps, self._in_path)
-        return Track(
-            track_id=self.track_id,
-            box=self.box,
-            score=self._score,
-            distance_m=distance_m,
-            distance_low_m=low_m,
-            distance_high_m=high_m,
-            lateral_m=lateral_m,
-            closing_speed_mps=state.closing_speed_mps,
-            closing_speed_sigma_mps=state.closing_speed_sigma_mps,
-            ttc_s=distance_m / state.closing_speed_mps if state.closing_speed_mps > 0 else None,
-            age_s=(time_ns - self._first_ns) / 1e9,
-            coasting=coasting,
-            in_path=self._in_path,
-            closing_acceleration_mps2=state.closing_acceleration_mps2,
-            closing_acceleration_sigma_mps2=state.closing_acceleration_sigma_mps2,
-            lateral_speed_mps=lateral_mps,
-        )
-
-    def _lateral(self) -> tuple[float, float]:
-        """Lateral position of the middle of the rear and its rate, positive to the left."""
-        camera, distance_m = self._calibration.camera, self.state.distance_m
-        metres_per_px = distance_m / camera.focal_y_px
-        lateral_m = (camera.principal_column_px - self.box.center_x) * metres_per_px
-        inner_px = inner_edge_px(self.box, self._calibration.image_size, self._settings.box_noise)
-        if inner_px is not None:
-            # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
-            # edge is whole: that of the far end of its inner side, where the box takes that in.
-            side_m = self._settings.model.vehicle_length_m if self._settings.box_noise.shows_side else 0.0
-            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / camera.focal_y_px
-            lateral_m = edge_m + math.copysign(self.state.width_m / 2, lateral_m)
-        elif self._settings.box_noise.shows_side:
-            # What shows beyond the rear's own width is the side that is turned to us.
-            side_m = max(self.box.w * metres_per_px - self.state.width_m, 0.0)
-            lateral_m += math.copysign(min(side_m / 2, abs(lateral_m)), lateral_m)
-        return lateral_m, -self._drift_pxps * metres_per_px
-
-
-def _box(center_x: float, bottom: float, w: float, h: float) -> Box:
-    return Box(center_x - w / 2, bottom - h, w, h)
+def _hides(box: Box, carried: Box) -> bool:
+    """Whether a vehicle that was found stands in front of a carried one, or the latter is a part of it."""
+    width = min(box.right, carried.right) - max(box.x, carried.x)
+    height = min(box.bottom, carried.bottom) - max(box.y, carried.y)
+    inside = max(width, 0.0) * max(height, 0.0) / (carried.w * carried.h)
+    return inside > HIDDEN_PART and box.w > carried.w

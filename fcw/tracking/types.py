@@ -1,8 +1,20 @@
 """What tracking gives: vehicles with identity, distance and closing speed."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from fcw.box import Box
+
+
+class SeenBy(StrEnum):
+    """What a track goes by at one frame."""
+
+    DETECTOR = "detector"
+    """It was found."""
+    PICTURE = "picture"
+    """It was not found, but what looked like it before moved here."""
+    COASTING = "coasting"
+    """It was not seen: it is where it should be by now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +33,7 @@ class Track:
         closing_speed_sigma_mps: its standard deviation.
         ttc_s: distance over closing speed; None when the gap is not closing.
         age_s: time since its first detection.
-        coasting: True when this frame had no detection for it.
+        seen_by: what saw it in this frame.
         in_path: whether it stands in the own path ahead.
         closing_acceleration_mps2: rate at which the closing speed grows: a lead that brakes, and, where the
             own speed is unknown, we who accelerate; 0 where it is not estimated.
@@ -41,8 +53,13 @@ class Track:
     closing_speed_sigma_mps: float
     ttc_s: float | None
     age_s: float
-    coasting: bool
+    seen_by: SeenBy
     in_path: bool
     closing_acceleration_mps2: float = 0.0
     closing_acceleration_sigma_mps2: float = 0.0
     lateral_speed_mps: float = 0.0
+
+    @property
+    def coasting(self) -> bool:
+        """Whether nothing saw it in this frame."""
+        return self.seen_by is SeenBy.COASTING

@@ -203,6 +203,7 @@ def _track_values(tracks: Sequence[Track]) -> rr.ComponentColumnList:
     return _values(
         "fcw.Track",
         track_id=pa.array([track.track_id for track in tracks], pa.int32()),
+        seen_by=pa.array([track.seen_by.value for track in tracks], pa.string()),
         coasting=pa.array([track.coasting for track in tracks], pa.bool_()),
         in_path=pa.array([track.in_path for track in tracks], pa.bool_()),
         **single,

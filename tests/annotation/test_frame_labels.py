@@ -130,6 +130,7 @@ def test_the_pictures_are_those_of_the_frames(folder):
         assert car == pytest.approx(20 + 10 * index, abs=4)
 
 
+@pytest.mark.slow
 def test_fcw_train_learns_from_the_boxes_that_count(folder, tmp_path, monkeypatch, capsys):
     tiny = TrainingSettings(
         tree_counts=(2, 4),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol
 
 import pytest
-from browser_page import BrowserPage
+from browser_page import PATIENCE_S, BrowserPage
 from calibrate_helpers import FIRST_PORT
 from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
 
@@ -19,7 +19,6 @@ from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.review_app.server import ReviewPage
 
 WINDOW_PX = (1400, 900)
-PATIENCE_S = 60
 # WebGL without a graphics card, the same on every machine.
 CHROMIUM_FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
 # viser warns of software rendering with a notification that lies over the picture.
@@ -67,6 +66,7 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
     def open_one(url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True) -> BrowserPage:
         width, height = window_px
         context = chromium.new_context(viewport=ViewportSize(width=width, height=height))
+        context.set_default_timeout(PATIENCE_S * 1000)
         context.add_init_script(_HIDE_SOFTWARE_RENDERING)
         opened = BrowserPage(context.new_page())
         pages.append(opened)

@@ -24,7 +24,7 @@ from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 SIZE = ImageSize(64, 48)
-WAIT_S = 30.0
+WAIT_S = 120.0
 
 
 def level_camera(height_m: float) -> Calibration:
@@ -166,6 +166,7 @@ def overlap(one: Box, other: Box) -> float:
     return float(intersection_over_union(*arrays)[0, 0])
 
 
+@pytest.mark.slow
 def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
     """The vehicle in our path, in a frame every two seconds: within 5 % mostly, and in its interval.
 

@@ -71,6 +71,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
     return Demo(out, told.getvalue(), reviewed, results, read_truth(demo_folder() / "truth.csv"))
 
 
+@pytest.mark.slow
 def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> None:
     assert str(demo.out / "drive.mcap") in demo.told
     assert f"fcw review {demo.out} --rerun" in demo.told
@@ -81,10 +82,12 @@ def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> No
     assert f"came at {comparison.due[0].warned_s:.2f} s" in demo.told
 
 
+@pytest.mark.slow
 def test_the_demo_ends_in_the_review_of_its_drive(demo: Demo) -> None:
     assert demo.reviewed == [demo.out]
 
 
+@pytest.mark.slow
 def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
     comparison = compare_with_truth(demo.results, demo.truth)
     assert comparison.frames == len(demo.truth) == 1200
@@ -93,6 +96,7 @@ def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
     assert statistics.median(map(abs, comparison.track_errors)) < 0.04
 
 
+@pytest.mark.slow
 def test_vehicles_seen_from_behind_are_found(demo: Demo) -> None:
     comparison = compare_with_truth(demo.results, demo.truth)
     assert comparison.vehicles > 1500
@@ -100,6 +104,7 @@ def test_vehicles_seen_from_behind_are_found(demo: Demo) -> None:
     assert comparison.false_positives_per_frame <= 0.1
 
 
+@pytest.mark.slow
 def test_the_braking_lead_is_warned_of_in_time_and_oncoming_vehicles_never(demo: Demo) -> None:
     comparison = compare_with_truth(demo.results, demo.truth)
     (due,) = comparison.due
@@ -117,6 +122,7 @@ def test_the_braking_lead_is_warned_of_in_time_and_oncoming_vehicles_never(demo:
     assert others == []
 
 
+@pytest.mark.slow
 def test_the_shipped_drive_is_what_its_scenario_says(demo: Demo) -> None:
     folder, scenario = demo_folder(), load_scenario("demo")
     assert (folder / "drive.mp4").stat().st_size < LARGEST_SHIPPED_BYTES
@@ -145,6 +151,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return json.loads(told.getvalue()) | {"folder": folder / "report"}
 
 
+@pytest.mark.slow
 def test_bench_reports_every_case_in_every_round(bench: dict[str, Any]) -> None:
     times = bench["ms_per_frame"]
     assert {DECODE, RELAYED, ENCODED, ONE_THREAD, TWO_THREADS} < set(times)
@@ -152,6 +159,7 @@ def test_bench_reports_every_case_in_every_round(bench: dict[str, Any]) -> None:
     assert all(len(values) == 2 and min(values) > 0 for values in times.values())
 
 
+@pytest.mark.slow
 def test_bench_repeats_a_short_drive(bench: dict[str, Any]) -> None:
     (drive,) = bench["folder"].parent.glob("*.mp4")
     frames = open_source(drive).frame_count
@@ -159,6 +167,7 @@ def test_bench_repeats_a_short_drive(bench: dict[str, Any]) -> None:
     assert f"{2 * frames} frames of the whole drive" in bench["heading"]
 
 
+@pytest.mark.slow
 def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
     times, ratios = bench["ms_per_frame"], bench["ratios"]
     expected = {
@@ -172,6 +181,7 @@ def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
         assert ratios[name] == pytest.approx(sum(each) / 2)  # the median of two
 
 
+@pytest.mark.slow
 def test_the_prior_looks_at_more_windows_the_farther_and_the_less_sure_of_the_pitch(bench: dict[str, Any]):
     windows = bench["windows_per_frame"]
     for deg in PITCH_TOLERANCES_DEG:
@@ -182,6 +192,7 @@ def test_the_prior_looks_at_more_windows_the_farther_and_the_less_sure_of_the_pi
         assert counts == sorted(set(counts))
 
 
+@pytest.mark.slow
 def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[str, Any]) -> None:
     folder = bench["folder"]
     text = (folder / "bench.txt").read_text()

@@ -61,6 +61,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Drive:
     return Drive(labels, folder / "images", demo_folder() / "drive.calibration.yaml")
 
 
+@pytest.mark.slow
 def test_json_alone_on_stdout_with_the_keys_scripts_rely_on(drive, capsys, tmp_path):
     results = tmp_path / "results.json"
     more = (
@@ -110,6 +111,7 @@ def test_json_alone_on_stdout_with_the_keys_scripts_rely_on(drive, capsys, tmp_p
     assert sum(map(int, re.findall(r"<tr><td>false: [^<]*<td>(\d+)", page))) == false
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["acf", "acf-full"])
 def test_a_detector_at_a_threshold_gives_what_the_curve_has_above_it(drive, name):
     images = read_annotated(drive.labels, drive.images)
@@ -130,6 +132,7 @@ def test_a_detector_at_a_threshold_gives_what_the_curve_has_above_it(drive, name
         assert (upper.windows or 0) == (every.windows or 0) > 1000
 
 
+@pytest.mark.slow
 def test_a_person_reads_a_table_and_only_leaves_the_others_out(drive, capsys):
     assert main(drive.arguments("--only", "lead=true", "--detector", "acf-full")) == 0
     told = capsys.readouterr().out

@@ -75,6 +75,7 @@ def test_wrong_input_is_named_and_leaves_stdout_empty(arguments, message, capsys
     assert message in captured.err.replace("\n", " ")
 
 
+@pytest.mark.slow
 def test_scenarios_as_json_have_the_keys_that_scripts_rely_on():
     chosen = [nhtsa_scenarios()[0], next(s for s in euro_ncap_scenarios() if s.name == "CCRs 30 km/h")]
     result = scenarios_as_json(run_scenarios(chosen, make_policy, BoxLevel(), 0))

@@ -23,7 +23,7 @@ from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.sources import open_source
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.rerun import blueprint as scene
 from fcw_viz.rerun.log import RerunSink
@@ -75,7 +75,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Logs:
         # Our boxes count from the centre of the top-left pixel: a pixel's edges are half a pixel from it.
         width, height = last_column - first_column + 1, last_row - first_row + 1
         box = Box(first_column - 0.5, first_row - 0.5, width, height)
-        track = Track(7, box, 9.0, 20.0, 19.0, 21.0, 0.3, 8.0, 0.4, 2.5, 3.0, False, True)
+        track = Track(7, box, 9.0, 20.0, 19.0, 21.0, 0.3, 8.0, 0.4, 2.5, 3.0, SeenBy.DETECTOR, True)
         loud = FRAMES // 3 <= index < FRAMES // 2
         warning = (
             WarningState(WarningLevel.CAUTION, 7, "ttc", 2.5) if loud else WarningState(WarningLevel.NONE)

@@ -20,6 +20,7 @@ from fcw_viz.rerun.viewer import has_display
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and process groups are POSIX's")
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
+PATIENCE_S = 120
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +86,7 @@ def listens(port: int) -> bool:
 
 def end(process: subprocess.Popen[str], number: signal.Signals) -> None:
     os.kill(process.pid, number)
-    process.communicate(timeout=30)
+    process.communicate(timeout=PATIENCE_S)
 
 
 def listening_addresses(port: int) -> set[str]:
@@ -101,6 +102,7 @@ def listening_addresses(port: int) -> set[str]:
 LOOPBACK = f"{int.from_bytes(socket.inet_aton('127.0.0.1'), sys.byteorder):08X}"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
@@ -112,7 +114,7 @@ def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
     process = start(drive, "--port", str(named_port))
     url, page_port, data_port = address(process)
     assert page_port == named_port
-    with urllib.request.urlopen(url, timeout=20) as page:
+    with urllib.request.urlopen(url, timeout=PATIENCE_S) as page:
         assert b"rerun" in page.read().lower()
     assert listens(data_port)
     if Path("/proc/net/tcp").exists():
@@ -121,7 +123,7 @@ def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
     assert len(children) >= 2  # rerun's wrapper, and the viewer below it
     end(process, number)
     assert process.returncode == 0
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE_S
     while any(map(alive, children)) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(map(alive, children))
@@ -129,6 +131,7 @@ def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
     assert not listens(data_port)
 
 
+@pytest.mark.slow
 def test_a_drive_without_a_recording_is_shown_from_its_log(drive: Path, tmp_path: Path) -> None:
     shutil.copy(drive / "drive.mcap", tmp_path)
     process = start(tmp_path / "drive.mcap")

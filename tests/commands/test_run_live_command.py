@@ -40,6 +40,7 @@ def address(process: subprocess.Popen[str]) -> str:
     raise AssertionError("the command says no address")
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_live_drive_with_complete_logs(tmp_path: Path) -> None:
     out = tmp_path / "out"
     process = started(str(DEMO / "drive.mp4"), "--out", str(out))

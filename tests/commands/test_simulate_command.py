@@ -17,6 +17,7 @@ vehicles:
 """
 
 
+@pytest.mark.slow
 def test_it_writes_the_drive_and_says_where_the_marks_are(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,7 +9,7 @@ from fcw.detection.detector import Detection
 from fcw.evaluation.simulated import compare_with_truth, counts_as_rear_view, enhanced_ttc_s, vehicle_at
 from fcw.logs.records import FrameResult
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 NONE = WarningState(WarningLevel.NONE)
@@ -40,7 +40,19 @@ def instant(index: int, *vehicles: VehicleTruth) -> FrameTruth:
 
 def track(distance_m=20.0, box: Box | None = None, track_id=1) -> Track:
     return Track(
-        track_id, box or Box(600, 330, 80, 60), 1.0, distance_m, 19, 21, 0.0, 0.0, 0.1, None, 1.0, False, True
+        track_id,
+        box or Box(600, 330, 80, 60),
+        1.0,
+        distance_m,
+        19,
+        21,
+        0.0,
+        0.0,
+        0.1,
+        None,
+        1.0,
+        SeenBy.DETECTOR,
+        True,
     )
 
 

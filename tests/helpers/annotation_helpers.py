@@ -29,7 +29,7 @@ from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 SIZE = ImageSize(320, 180)
@@ -93,7 +93,7 @@ def frame_result(index: int, level: WarningLevel = WarningLevel.NONE, *boxes: Bo
     """A frame with vehicles 7, 8, ... at boxes; the first of them is the lead."""
     boxes = boxes or (Box(140, 100, 40, 30),)
     tracks = tuple(
-        Track(7 + i, box, 9.5, 20.0, 19.0, 21.2, 0.25, 8.0, 0.4, 2.5, 3.0, False, i == 0)
+        Track(7 + i, box, 9.5, 20.0, 19.0, 21.2, 0.25, 8.0, 0.4, 2.5, 3.0, SeenBy.DETECTOR, i == 0)
         for i, box in enumerate(boxes)
     )
     state = WarningState(level, 7, "ttc", 2.5, 3.2, None) if level else WarningState(level)

@@ -7,7 +7,7 @@ from playwright.sync_api import ConsoleMessage, Error, Page
 
 STILL_MS = 250  # for what the server has still to say
 WHEEL_NOTCH = 100
-READY_TIMEOUT_MS = 60_000  # software rendering on a busy machine
+PATIENCE_S = 180  # with software rendering on a busy machine
 
 # The picture's mesh: what viser's image node consists of in three.js.
 _FIND_PICTURE = """
@@ -81,7 +81,7 @@ class BrowserPage:
 
     def wait_until_ready(self) -> None:
         """Waits until the picture is there and can be clicked."""
-        self.page.wait_for_function(_IS_READY, timeout=READY_TIMEOUT_MS)
+        self.page.wait_for_function(_IS_READY)
         self.wait_until_still()
 
     def screen_position(self, column_px: float, row_px: float) -> tuple[float, float]:
@@ -114,17 +114,21 @@ class BrowserPage:
             self.page.mouse.wheel(0, math.copysign(WHEEL_NOTCH, -notches))
         # The wheel is the one input that playwright does not wait for, and Chromium may sum it up.
         arrived = f"Math.abs(window.wheelTurned) >= {abs(notches) * WHEEL_NOTCH}"
-        self.page.wait_for_function(arrived, timeout=READY_TIMEOUT_MS)
+        self.page.wait_for_function(arrived)
         self.wait_until_still()
 
     def camera(self) -> list[float]:
         """Position and orientation (x, y, z, w) of the camera in three.js."""
         return self.page.evaluate(_CAMERA)
 
+    def draw(self) -> None:
+        """Has the view drawn as it is now."""
+        self.page.evaluate(_DRAW)
+
     def wait_until_still(self) -> None:
         """Waits until the view has stopped moving and is drawn."""
         before = None
         while before != (before := self.camera()):
             self.page.wait_for_timeout(STILL_MS)
-            self.page.evaluate(_DRAW)
+            self.draw()
         self.page.wait_for_timeout(STILL_MS)  # where drawing is slow, frames come after their request

@@ -17,7 +17,7 @@ from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 Entries = Sequence[tuple[FrameResult, tuple[VideoPacket, ...]]]
@@ -63,7 +63,8 @@ def marked_result(index: int, size: ImageSize = SIZE) -> FrameResult:
     if index % 5 == 4:
         return FrameResult(index, time_ns, (), (), None, WarningState(WarningLevel.NONE), None)
     box = marked_box(index, size)
-    lead = Track(3, box, 7.5, 20.0, 18.5, 22.0, 0.4, 6.0, 0.5, 20 / 6, 1.0 + index / 25, index % 7 == 3, True)
+    seen_by = {2: SeenBy.PICTURE, 3: SeenBy.COASTING}.get(index % 7, SeenBy.DETECTOR)
+    lead = Track(3, box, 7.5, 20.0, 18.5, 22.0, 0.4, 6.0, 0.5, 20 / 6, 1.0 + index / 25, seen_by, True)
     warned = 30 <= index <= 50
     state = (
         WarningState(WarningLevel.WARNING, 3, "ttc", 20 / 6, 2.1, 0.9)

@@ -13,7 +13,7 @@ from fcw.frame import Frame, ImageSize
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 SIZE = ImageSize(640, 360)
@@ -94,10 +94,12 @@ def result(index: int) -> FrameResult:
         0.5,
         ttc_s,
         3.0,
-        False,
+        SeenBy.DETECTOR,
         True,
     )
-    other = Track(2, OTHER_BOX, 5.0, 50.0, 45.0, float("inf"), 8.0, -1.0, 0.5, None, 4.0, False, False)
+    other = Track(
+        2, OTHER_BOX, 5.0, 50.0, 45.0, float("inf"), 8.0, -1.0, 0.5, None, 4.0, SeenBy.DETECTOR, False
+    )
     state = WarningState(WarningLevel.NONE)
     if level is not WarningLevel.NONE:
         braking = closing_mps**2 / 2 / distance_m or None

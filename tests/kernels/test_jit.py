@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,7 @@ def run(install: Path, temporary: Path, home: str | None = "/dev/null/no-home") 
     return value, hits
 
 
+@pytest.mark.slow
 def test_in_a_read_only_install_without_a_home_kernels_are_kept_for_the_next_process(
     read_only_install: Path, tmp_path: Path
 ) -> None:
@@ -61,6 +63,7 @@ def test_in_a_read_only_install_without_a_home_kernels_are_kept_for_the_next_pro
     assert run(read_only_install, temporary) == (42, 1)
 
 
+@pytest.mark.slow
 def test_a_kernel_is_compiled_anew_when_a_constant_in_another_file_changes(tmp_path: Path) -> None:
     install = tmp_path / "install"
     install.mkdir()
@@ -74,6 +77,15 @@ def test_a_kernel_is_compiled_anew_when_a_constant_in_another_file_changes(tmp_p
     assert run(install, tmp_path) == (63, 0)
 
 
+@pytest.mark.slow
+def test_of_processes_that_want_a_kernel_at_once_one_compiles_it(tmp_path: Path) -> None:
+    (tmp_path / "a_kernel.py").write_text(SOURCE)
+    with ThreadPoolExecutor() as at_once:
+        ran = [at_once.submit(run, tmp_path, tmp_path) for _ in range(3)]
+    assert sorted(one.result() for one in ran) == [(42, 0), (42, 1), (42, 1)]
+
+
+@pytest.mark.slow
 def test_with_home_unset_a_kernel_runs(read_only_install: Path, tmp_path: Path) -> None:
     assert run(read_only_install, tmp_path, home=None)[0] == 42
 

@@ -16,7 +16,7 @@ from fcw_viz.live_app.panels import History
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.plots import plots_svg
 
-WAIT_S = 10.0
+WAIT_S = 120.0
 
 
 class SteppedClock(Clock):

@@ -9,7 +9,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 numbers = st.floats(allow_nan=False)
@@ -28,7 +28,7 @@ tracks = st.builds(
     closing_speed_sigma_mps=numbers,
     ttc_s=st.none() | numbers,
     age_s=numbers,
-    coasting=st.booleans(),
+    seen_by=st.sampled_from(SeenBy),
     in_path=st.booleans(),
     closing_acceleration_mps2=numbers,
     closing_acceleration_sigma_mps2=numbers,
@@ -83,8 +83,10 @@ def header() -> DriveHeader:
 def lead_result(index: int, time_ns: int, level: WarningLevel = WarningLevel.NONE) -> FrameResult:
     """A frame with two vehicles, the second of them the lead."""
     box = Box(600.0, 380.0, 80.0, 60.0)
-    other = Track(1, Box(100, 390, 50, 40), 4.0, 30.0, 28.0, 33.0, 5.0, -1.0, 0.5, None, 2.0, False, False)
-    lead = Track(7, box, 9.5, 20.0, 19.0, 21.2, 0.25, 8.0, 0.4, 2.5, 3.0, False, True)
+    other = Track(
+        1, Box(100, 390, 50, 40), 4.0, 30.0, 28.0, 33.0, 5.0, -1.0, 0.5, None, 2.0, SeenBy.DETECTOR, False
+    )
+    lead = Track(7, box, 9.5, 20.0, 19.0, 21.2, 0.25, 8.0, 0.4, 2.5, 3.0, SeenBy.DETECTOR, True)
     state = (
         WarningState(level) if level == WarningLevel.NONE else WarningState(level, 7, "ttc", 2.5, 3.2, None)
     )

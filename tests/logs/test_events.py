@@ -14,7 +14,7 @@ from fcw.logs.series import SeriesBuilder
 from fcw.simulation.truth.file import read_truth
 from fcw.simulation.truth.log import truth_result
 from fcw.simulation.truth.truth import FrameTruth, warning_is_due
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 PERIOD_NS = 100_000_000
@@ -36,7 +36,11 @@ def frame(
     if distance_m is not None:
         ttc_s = distance_m / closing_mps if closing_mps > 0 else None
         box = Box(600, 300, 60, 50)
-        tracks = (Track(track_id, box, 9, distance_m, 9, 11, 0, closing_mps, 0.3, ttc_s, 2.0, False, True),)
+        tracks = (
+            Track(
+                track_id, box, 9, distance_m, 9, 11, 0, closing_mps, 0.3, ttc_s, 2.0, SeenBy.DETECTOR, True
+            ),
+        )
     state = (
         WarningState(level) if level == WarningLevel.NONE else WarningState(level, track_id, "braking_due")
     )

@@ -255,6 +255,7 @@ def test_many_threads_get_the_pictures_they_asked_for(tmp_path: Path, monkeypatc
             assert_same(frame, expected[index])
 
 
+@pytest.mark.slow
 def test_the_shipped_drive_by_number():
     expected = list(VideoSource(DEMO_DRIVE).frames(10**9))[:5]
     pictures = open_pictures(DEMO_DRIVE)

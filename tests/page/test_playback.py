@@ -17,7 +17,7 @@ from fcw_viz.page.playback import LARGEST_LAG_S, Playback
 RATE_HZ = 25
 COUNT = 250
 PERIOD_S = 1 / RATE_HZ
-WAIT_S = 30.0
+WAIT_S = 120.0
 
 
 class FakeClock(Clock):

@@ -13,7 +13,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.rerun import blueprint as scene
 from fcw_viz.rerun.log import RerunSink
@@ -44,7 +44,7 @@ TRACK = Track(
     closing_speed_sigma_mps=0.5,
     ttc_s=2.5,
     age_s=1.0,
-    coasting=False,
+    seen_by=SeenBy.DETECTOR,
     in_path=True,
 )
 CAUTION = WarningState(WarningLevel.CAUTION, track_id=7, rule="ttc", ttc_s=2.5)

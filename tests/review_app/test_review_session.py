@@ -15,6 +15,8 @@ from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.review_app.session import DRIVES_KEPT, ReviewSession
 
+WAIT_S = 120.0
+
 
 @pytest.fixture
 def log(drive_log: Path, tmp_path: Path) -> Path:
@@ -37,7 +39,7 @@ def test_the_folder_is_listed_worst_first_with_what_cannot_be_read_last(log: Pat
     told = threading.Event()
     session.join("tab", lambda: told.set() if not session.unread else None)
     session.start()
-    assert told.wait(60)
+    assert told.wait(WAIT_S)
     cards = session.cards
     session.close()
     assert [card.name for card in cards][2:] == ["quiet", "no"]
@@ -76,7 +78,7 @@ def test_what_another_program_says_comes_by_itself(session: ReviewSession, log: 
     store = ReviewStore(DriveLog(log))
     store.add("bert", Note(3.0, "from elsewhere"))
     store.close()
-    assert told.wait(30)
+    assert told.wait(WAIT_S)
     (note,) = session.review("made").review.notes
     assert note.person == "bert"
 

@@ -21,6 +21,8 @@ from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario, scenario_na
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningLevel
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def short_demo():

@@ -1,7 +1,6 @@
 """Cameras on the network, as far as tests can have them: HTTP on this machine."""
 
 import threading
-import time
 from collections.abc import Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -10,18 +9,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-PERIOD_S = 0.04
+WAIT_S = 120.0
+AHEAD = 3
+"""Pictures on their way at most; FFmpeg wants to see as many before it gives the first."""
 
 
 class StreamServer:
-    """Serves `/camera.mjpg` as cameras do, JPEG after JPEG as they are taken; and `/file`, a recording.
+    """Serves `/camera.mjpg` as cameras do, JPEG after JPEG; and `/file`, a recording.
 
     Attributes:
-        sent_s: when each picture was sent, on the monotonic clock.
+        taken: to be released for each picture taken; the stream goes on then.
     """
 
     def __init__(self, images: Sequence[NDArray[np.uint8]], file: Path | None = None) -> None:
-        self.sent_s: list[float] = []
+        self.taken = threading.Semaphore()
         server = self
         jpegs = [cv2.imencode(".jpg", image)[1].tobytes() for image in images]
 
@@ -38,13 +39,13 @@ class StreamServer:
                     return
                 self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
                 self.end_headers()
-                server.sent_s = []
+                server.taken = threading.Semaphore(AHEAD)
                 for jpeg in jpegs:
+                    if not server.taken.acquire(timeout=WAIT_S):
+                        return
                     head = f"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
-                    server.sent_s.append(time.monotonic())
                     if not self._send(head.encode() + jpeg + b"\r\n"):
                         return
-                    time.sleep(PERIOD_S)
 
             def _send(self, data: bytes) -> bool:
                 try:

@@ -7,31 +7,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from clocks import FakeClock
 
-from fcw.clock import Clock
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, VideoPacket
 from fcw.sources import live
 from fcw.sources.live import LiveSource
 
 RATE_HZ = 20
-WAIT_S = 10.0
+WAIT_S = 120.0
 SIZE = ImageSize(2, 2)
-
-
-class FakeClock(Clock):
-    """Time passes by waiting, and not otherwise."""
-
-    def __init__(self) -> None:
-        self.time_s = 500.0
-        self.waited_s: list[float] = []
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wait_s(self, seconds: float, stop: threading.Event) -> None:
-        self.waited_s.append(seconds)
-        self.time_s += seconds
 
 
 @dataclass
@@ -156,11 +141,11 @@ def test_what_goes_wrong_in_the_source_is_told_where_the_frames_are_taken():
 
 
 def test_a_source_that_falls_silent_ends_the_drive(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(live, "PATIENCE_S", 0.1)
     made = Made()
     source, frames, _, _ = opened(made)
     made.gate.release()
     next(frames)
+    monkeypatch.setattr(live, "PATIENCE_S", 0.1)
     assert next(frames, None) is None
     assert "no picture for" in source.notes[-1]
 

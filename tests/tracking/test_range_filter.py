@@ -193,7 +193,7 @@ def test_the_jacobian_is_the_derivative_of_the_residuals(distance_m):
     geometry = BoxGeometry(CAMERA_MODEL, SIZE, NOISE, RangeModel())
     camera = CAMERA_MODEL
     x = np.array([camera.horizon_row_px, math.log(camera.row_scale_m_px), camera.pole_m, 1.0, -2.0, 0.04])
-    x = np.append(x, (math.log(distance_m), 0.1, 0.0, math.log(1.8), math.log(1.4), 0.02, 1.5))
+    x = np.append(x, (math.log(distance_m), 0.1, 0.0, math.log(1.8), math.log(1.4), 0.02, 1.5, 3.0))
     sightings = [Sighting(0, 0, seen(distance_m))]
     rows = geometry.measure(sightings, x, 0.1).rows
     step = 1e-6

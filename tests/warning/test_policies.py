@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from warning_leads import make_lead as lead
 
 from fcw.errors import UserError
+from fcw.tracking.types import SeenBy
 from fcw.warning.driver import EXPECTED_DRIVER, Driver, needed_distance_m
 from fcw.warning.policies import DEFAULT_POLICY, POLICIES, make_policy, without_own_speed
 from fcw.warning.policy import Approach, required_deceleration_mps2
@@ -166,7 +167,7 @@ def test_a_lead_that_only_coasts_counts_as_one_that_keeps_its_speed():
 
 @pytest.mark.parametrize(
     "what",
-    [{"age_s": 0.7}, {"coasting": True}, {"sigma_mps": 5.1}],
+    [{"age_s": 0.7}, {"seen_by": SeenBy.COASTING}, {"sigma_mps": 5.1}],
     ids=["young", "unseen", "perhaps noise"],
 )
 def test_what_is_not_evident_raises_nothing(what):

@@ -56,6 +56,7 @@ def states(view, distances_m, dt_s, ego_mps):
         yield policy.update(time_ns, lead, ego_mps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance_m", [10.0, 25.0, 60.0])
 def test_following_at_a_constant_gap_raises_no_warning_an_hour_long(distance_m):
     # Twenty minutes at each of three gaps.

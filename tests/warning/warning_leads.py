@@ -1,7 +1,7 @@
 """Leads as a tracker gives them, for the tests of this folder."""
 
 from fcw.box import Box
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 
 
 def make_lead(
@@ -16,7 +16,7 @@ def make_lead(
     growth_sigma_mps2=0.0,
     spread=0.0,
     age_s=3.0,
-    coasting=False,
+    seen_by=SeenBy.DETECTOR,
 ):
     return Track(
         track_id=track_id,
@@ -30,7 +30,7 @@ def make_lead(
         closing_speed_sigma_mps=sigma_mps,
         ttc_s=distance_m / closing_mps if closing_mps > 0 else None,
         age_s=age_s,
-        coasting=coasting,
+        seen_by=seen_by,
         in_path=True,
         closing_acceleration_mps2=growth_mps2,
         closing_acceleration_sigma_mps2=growth_sigma_mps2,

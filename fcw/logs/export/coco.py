@@ -81,7 +81,7 @@ def write_coco(
 def track_frames(clip: DriveClip, on_frame: Callable[[], None], every: int = 1) -> Iterator[FrameBoxes]:
     """Frames of a drive with the boxes of its tracks.
 
-    An annotation has `track_id`, which counts within a drive, `score` and `coasting`.
+    An annotation has `track_id`, which counts within a drive, `score`, `seen_by` and `coasting`.
 
     Args:
         clip: the drive.
@@ -95,7 +95,12 @@ def track_frames(clip: DriveClip, on_frame: Callable[[], None], every: int = 1) 
                 [
                     (
                         track.box,
-                        {"track_id": track.track_id, "score": track.score, "coasting": track.coasting},
+                        {
+                            "track_id": track.track_id,
+                            "score": track.score,
+                            "seen_by": track.seen_by.value,
+                            "coasting": track.coasting,
+                        },
                     )
                     for track in result.tracks
                 ],

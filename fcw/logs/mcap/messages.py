@@ -4,7 +4,7 @@ from fcw.box import Box
 from fcw.detection.detector import Detection
 from fcw.logs.records import FrameResult
 from fcw.logs.schemas import drive_pb2
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
 
@@ -27,6 +27,7 @@ def track_message(track: Track) -> drive_pb2.Track:
         closing_acceleration_mps2=track.closing_acceleration_mps2,
         closing_acceleration_sigma_mps2=track.closing_acceleration_sigma_mps2,
         lateral_speed_mps=track.lateral_speed_mps,
+        seen_by=track.seen_by.name,
     )
 
 
@@ -87,12 +88,18 @@ def _track(message: drive_pb2.Track) -> Track:
         closing_speed_sigma_mps=message.closing_speed_sigma_mps,
         ttc_s=message.ttc_s if message.HasField("ttc_s") else None,
         age_s=message.age_s,
-        coasting=message.coasting,
+        seen_by=_seen_by(message),
         in_path=message.in_path,
         closing_acceleration_mps2=message.closing_acceleration_mps2,
         closing_acceleration_sigma_mps2=message.closing_acceleration_sigma_mps2,
         lateral_speed_mps=message.lateral_speed_mps,
     )
+
+
+def _seen_by(message: drive_pb2.Track) -> SeenBy:
+    if message.seen_by == drive_pb2.Track.UNSAID:
+        return SeenBy.COASTING if message.coasting else SeenBy.DETECTOR
+    return SeenBy[drive_pb2.Track.SeenBy.Name(message.seen_by)]
 
 
 def _warning(message: drive_pb2.WarningState) -> WarningState:

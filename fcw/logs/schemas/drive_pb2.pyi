@@ -28,7 +28,17 @@ class Detection(_message.Message):
     def __init__(self, box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ...) -> None: ...
 
 class Track(_message.Message):
-    __slots__ = ("track_id", "box", "score", "distance_m", "distance_low_m", "distance_high_m", "lateral_m", "closing_speed_mps", "closing_speed_sigma_mps", "ttc_s", "age_s", "coasting", "in_path", "closing_acceleration_mps2", "closing_acceleration_sigma_mps2", "lateral_speed_mps")
+    __slots__ = ("track_id", "box", "score", "distance_m", "distance_low_m", "distance_high_m", "lateral_m", "closing_speed_mps", "closing_speed_sigma_mps", "ttc_s", "age_s", "coasting", "in_path", "closing_acceleration_mps2", "closing_acceleration_sigma_mps2", "lateral_speed_mps", "seen_by")
+    class SeenBy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        UNSAID: _ClassVar[Track.SeenBy]
+        DETECTOR: _ClassVar[Track.SeenBy]
+        PICTURE: _ClassVar[Track.SeenBy]
+        COASTING: _ClassVar[Track.SeenBy]
+    UNSAID: Track.SeenBy
+    DETECTOR: Track.SeenBy
+    PICTURE: Track.SeenBy
+    COASTING: Track.SeenBy
     TRACK_ID_FIELD_NUMBER: _ClassVar[int]
     BOX_FIELD_NUMBER: _ClassVar[int]
     SCORE_FIELD_NUMBER: _ClassVar[int]
@@ -45,6 +55,7 @@ class Track(_message.Message):
     CLOSING_ACCELERATION_MPS2_FIELD_NUMBER: _ClassVar[int]
     CLOSING_ACCELERATION_SIGMA_MPS2_FIELD_NUMBER: _ClassVar[int]
     LATERAL_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
+    SEEN_BY_FIELD_NUMBER: _ClassVar[int]
     track_id: int
     box: Box
     score: float
@@ -61,7 +72,8 @@ class Track(_message.Message):
     closing_acceleration_mps2: float
     closing_acceleration_sigma_mps2: float
     lateral_speed_mps: float
-    def __init__(self, track_id: _Optional[int] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., lateral_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., closing_speed_sigma_mps: _Optional[float] = ..., ttc_s: _Optional[float] = ..., age_s: _Optional[float] = ..., coasting: bool = ..., in_path: bool = ..., closing_acceleration_mps2: _Optional[float] = ..., closing_acceleration_sigma_mps2: _Optional[float] = ..., lateral_speed_mps: _Optional[float] = ...) -> None: ...
+    seen_by: Track.SeenBy
+    def __init__(self, track_id: _Optional[int] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., lateral_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., closing_speed_sigma_mps: _Optional[float] = ..., ttc_s: _Optional[float] = ..., age_s: _Optional[float] = ..., coasting: bool = ..., in_path: bool = ..., closing_acceleration_mps2: _Optional[float] = ..., closing_acceleration_sigma_mps2: _Optional[float] = ..., lateral_speed_mps: _Optional[float] = ..., seen_by: _Optional[_Union[Track.SeenBy, str]] = ...) -> None: ...
 
 class WarningState(_message.Message):
     __slots__ = ("level", "track_id", "rule", "ttc_s", "required_deceleration_mps2", "headway_s")

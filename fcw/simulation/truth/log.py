@@ -10,7 +10,7 @@ from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, warning_is_due
 from fcw.sources import open_source
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.versions import versions
 from fcw.warning.driver import RULE_BRAKING_DUE
 from fcw.warning.types import WarningLevel, WarningState
@@ -70,6 +70,6 @@ def _track(vehicle: VehicleTruth, ids: dict[str, int]) -> Track:
         closing_speed_sigma_mps=0.0,
         ttc_s=vehicle.ttc_s,
         age_s=0.0,
-        coasting=vehicle.visible_fraction < SEEN_FRACTION,
+        seen_by=SeenBy.COASTING if vehicle.visible_fraction < SEEN_FRACTION else SeenBy.DETECTOR,
         in_path=vehicle.in_path,
     )

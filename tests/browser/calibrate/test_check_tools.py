@@ -31,22 +31,12 @@ def check_tools(opened: BrowserPage) -> BrowserPage:
     return opened
 
 
-SETTLE_MS = 1500
-"""Software rendering may take that long for the last pictures of a playback."""
 NUMBER = "input[inputmode=decimal], input[inputmode=numeric]"
 """The slider over the pictures says their number, counted from 1; it is the first of the page's numbers."""
 
 
 def picture_number(opened: BrowserPage) -> int:
     return int(opened.page.locator(NUMBER).first.input_value())
-
-
-def settled_picture_number(opened: BrowserPage) -> int:
-    """The number once the browser has shown all that it was told."""
-    number = -1
-    while number != (number := picture_number(opened)):
-        opened.page.wait_for_timeout(SETTLE_MS)
-    return number
 
 
 def wait_until_picture(opened: BrowserPage, condition: str) -> None:
@@ -91,20 +81,22 @@ def test_a_click_on_the_road_is_measured(drive_page, open_page):
 def test_vehicles_of_the_picture_shown_are_found(drive_page, open_page):
     tab = check_tools(open_page(drive_page.url))
     tab.page.get_by_role("checkbox", name="Vehicles").click()
-    tab.page.get_by_text(re.compile("^[1-9] vehicles? found")).wait_for(timeout=60_000)
+    tab.page.get_by_text(re.compile("^[1-9] vehicles? found")).wait_for()
     tab.page.get_by_role("checkbox", name="Vehicles").click()
     tab.page.get_by_text(re.compile("vehicles? found")).wait_for(state="detached")
 
 
-def test_the_drive_plays_in_one_tab_and_stops_by_the_space_key(drive_page, open_page):
+def test_the_drive_plays_in_one_tab_and_stops_by_the_space_key(drive_page, open_page, wait_for):
     still, tab = open_page(drive_page.url), check_tools(open_page(drive_page.url))
     tab.page.get_by_role("button", name="Play").click()
     tab.page.get_by_role("button", name="Stop").wait_for()
     wait_until_picture(tab, "n > 15")
     tab.page.keyboard.press("Space")
     tab.page.get_by_role("button", name="Play").wait_for()
-    assert all(thread.name != "playback" for thread in threading.enumerate())
-    stopped_at = settled_picture_number(tab)
+    wait_for(lambda: all(thread.name != "playback" for thread in threading.enumerate()))
+    _, served = drive_page._tabs.values()
+    wait_for(lambda: picture_number(tab) == served.desk.frame_index + 1)
+    stopped_at = picture_number(tab)
     assert 15 < stopped_at < DEMO_FRAMES
     assert picture_number(still) == 1  # the other tab's picture
     # From there the keys go on.

@@ -226,6 +226,7 @@ def fills_window(tab: BrowserPage) -> bool:
 
 
 def count_of_patch_color(tab: BrowserPage) -> int:
+    tab.draw()  # during a drag the glass may be decoded after the last frame
     shot = cv2.imdecode(np.frombuffer(tab.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     assert shot is not None
     return int((np.abs(shot.astype(int) - PATCH_RGB[::-1]).max(axis=2) < 12).sum())

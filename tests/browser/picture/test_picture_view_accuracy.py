@@ -7,7 +7,7 @@ from collections.abc import Generator
 import cv2
 import numpy as np
 import pytest
-from browser_page import BrowserPage
+from browser_page import PATIENCE_S, BrowserPage
 from numpy.typing import NDArray
 from picture_server import SIZE, PictureServer
 
@@ -27,10 +27,6 @@ DOTS = {
 INNER, CORNER = (255, 0, 255), (0, 0, 255)
 ZOOMED_TO = (INNER, CORNER)
 """The one in the corner is well inside the window only after panning."""
-
-
-PATIENCE_S = 30
-"""A slow browser draws the picture some time after the page is ready."""
 
 
 @pytest.fixture
@@ -94,7 +90,7 @@ def pixels_per_screen_pixel(tab: BrowserPage) -> float:
 
 def seen_at(tab: BrowserPage, color: tuple[int, int, int]) -> tuple[float, float]:
     """Where a dot's middle is in a screenshot: CSS pixels, a pixel's middle at one half."""
-    seen = dot(tab, color)
+    seen = dot(tab, color)  # a slow browser draws the picture some time after the page is ready
     end_s = time.monotonic() + PATIENCE_S
     while not len(seen) and time.monotonic() < end_s:
         tab.wait_until_still()

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from browser_page import PATIENCE_S
 from calibrate_helpers import FIRST_PORT
 from review_drives import (
     ADVISORY_S,
@@ -237,6 +238,6 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     person.tab("Remarks")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=20)
+    _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert err == "fcw: interrupted\n"

@@ -35,7 +35,7 @@ from fcw_viz.page.picture.lines import LineOverlay
 from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[3] / "recordings" / "demo"
-WAIT_S = 30.0
+WAIT_S = 120.0
 CROWDED = Area(590.0, 320.0, 660.0, 345.0)
 GROUND, SKY = (700.0, 450.0), (640.0, 100.0)
 

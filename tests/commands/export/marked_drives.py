@@ -10,7 +10,7 @@ from fcw.box import Box
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.logs.records import FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.cli import main
 
@@ -39,7 +39,9 @@ def result_of(index: int) -> FrameResult:
     time_ns = 7_000_000_000 + index * 40_000_000
     if index >= FRAMES - 10:
         return FrameResult(index, time_ns, (), (), None, WarningState(WarningLevel.NONE), 20.0)
-    track = Track(4, box_of(index), 8.0, 15.0, 14.0, 16.2, 0.1, 9.0, 0.3, 15 / 9, index / 25, False, True)
+    track = Track(
+        4, box_of(index), 8.0, 15.0, 14.0, 16.2, 0.1, 9.0, 0.3, 15 / 9, index / 25, SeenBy.DETECTOR, True
+    )
     warned = 20 <= index <= 40
     state = WarningState(WarningLevel.NONE)
     if warned:

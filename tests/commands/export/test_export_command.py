@@ -132,6 +132,7 @@ def edges_in(strength: NDArray[np.float64], box: Box) -> list[float]:
     return found
 
 
+@pytest.mark.slow
 def test_boxes_in_the_video_are_within_a_pixel_of_the_drawn_marks(drives, tmp_path):
     assert export(drives / "monday", "--format", "mp4", "--out", tmp_path / "out.mp4") == 0
     assert export(drives / "monday", "--format", "mp4", "--out", tmp_path / "own.mp4", "--no-overlay") == 0
@@ -199,6 +200,7 @@ def played(url: str, chromium: str) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("--no-overlay",)], ids=["overlay", "relayed"])
 def test_a_browser_plays_the_video_to_its_end(drives, tmp_path, served, options):
     chromium = os.environ.get("FCW_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")

@@ -79,6 +79,7 @@ def test_an_out_folder_that_cannot_be_made_is_told(drives, tmp_path, capsys):
     assert "cannot make this folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["csv", "mp4", "mcap"])  # test_rerun_log has a full disk of its own
 def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
     resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")

@@ -118,6 +118,7 @@ def curve_of(detector_of, labelled: list[LabelledImage]):
     return detection_curve(results)
 
 
+@pytest.mark.slow
 def test_a_model_trained_on_drawn_cars_finds_other_drawn_cars(drawn_set, tmp_path):
     log = Log()
     result = train(load_training_set(drawn_set), SETTINGS, log)
@@ -143,11 +144,13 @@ def whole(drawn_set, tmp_path_factory):
     return file_of(model, tmp_path_factory.mktemp("whole") / "m.npz")
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_file_whatever_the_order_of_the_pictures(drawn_set, whole, tmp_path):
     images = load_training_set(drawn_set)[::-1]
     assert file_of(train(images, TINY, Log()).model, tmp_path / "m.npz") == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("killed_at", ["fold 1: mining for round 3", "all pictures: second stage"])
 def test_a_killed_training_goes_on_and_ends_as_an_uninterrupted_one(drawn_set, whole, tmp_path, killed_at):
     images = load_training_set(drawn_set)
@@ -188,6 +191,7 @@ def test_wrong_paths_of_the_command_are_named(tmp_path, data, out, message):
         run_train(TrainCommand((tmp_path / data,), tmp_path / out))
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp_path, capsys, monkeypatch):
     seeds = []
 

@@ -203,6 +203,7 @@ def test_coverage_counts_the_truths_inside() -> None:
     assert (low, high) == (0.5, 1.0)
 
 
+@pytest.mark.slow
 def test_intervals_of_simulated_tracks_hold_the_truth_two_times_in_three() -> None:
     coverage = simulate_coverage(150, 0, tracker_settings(2.0), 2.0)
     assert coverage.tracks == 150

@@ -50,6 +50,7 @@ def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[s
                 "track_id": track.track_id,
                 "is_lead": track.track_id == result.lead_id,
                 "in_path": track.in_path,
+                "seen_by": track.seen_by.value,
                 "coasting": track.coasting,
                 "age_s": track.age_s,
                 "score": track.score,

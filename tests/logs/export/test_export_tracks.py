@@ -27,7 +27,7 @@ from fcw.logs.export.clip import DriveClip
 from fcw.logs.export.coco import FrameBoxes, track_frames, write_coco
 from fcw.logs.export.tracks import write_kitti, write_mot
 from fcw.logs.records import FrameResult
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 
 KITTI_COLUMNS = [
     *("frame", "track_id", "type", "truncated", "occluded", "alpha", "left", "top", "right", "bottom"),
@@ -43,7 +43,7 @@ def drawn_drive(data: st.DataObject, any_frame_result: st.SearchStrategy[FrameRe
     results = []
     for drawn in data.draw(st.lists(tracks_strategy, min_size=1, max_size=5)):
         tracks = tuple(
-            Track(i + 1, box, score, far, far, far, left, 0, 1, None, 0, bool(i % 2), False)
+            Track(i + 1, box, score, far, far, far, left, 0, 1, None, 0, list(SeenBy)[i % 3], False)
             for i, (box, score, far, left) in enumerate(drawn)
         )
         results.append(replace(data.draw(any_frame_result), tracks=tracks))
@@ -159,8 +159,8 @@ def test_pycocotools_reads_every_box_with_its_track(any_frame_result, tmp_path, 
     ]
     for image, result in zip(images, results, strict=True):
         found: Any = api.loadAnns(api.getAnnIds(imgIds=[image["id"]]))
-        assert [(a["bbox"], a["track_id"], a["score"], a["coasting"]) for a in found] == [
-            ([t.box.x, t.box.y, t.box.w, t.box.h], t.track_id, t.score, t.coasting) for t in result.tracks
+        assert [(a["bbox"], a["track_id"], a["score"], a["seen_by"]) for a in found] == [
+            ([t.box.x, t.box.y, t.box.w, t.box.h], t.track_id, t.score, t.seen_by) for t in result.tracks
         ]
         assert [a["area"] for a in found] == [t.box.w * t.box.h for t in result.tracks]
     (category,) = api.loadCats(api.getCatIds())

@@ -74,6 +74,7 @@ def test_a_killed_writer_loses_half_a_second_at_most(whole_log, header, short_dr
     assert 58 - 5 <= len(with_pictures) <= len(entries)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lines", [20, 333])
 def test_a_killed_run_loses_half_a_second_at_most_and_is_made_whole(tmp_path, lines: int):
     root = Path(__file__).parents[3]
@@ -112,6 +113,7 @@ def test_a_killed_run_loses_half_a_second_at_most_and_is_made_whole(tmp_path, li
     assert list(DriveLog(tmp_path / "whole.mcap").entries()) == list(log.entries())
 
 
+@pytest.mark.slow
 def test_a_log_torn_anywhere_gives_all_before_the_tear(whole_log, header, short_drive, tmp_path):
     data = whole_log.read_bytes()
     path = tmp_path / "torn.mcap"

@@ -4,40 +4,29 @@ import threading
 
 import numpy as np
 import pytest
+from clocks import FakeClock
 
-from fcw.clock import Clock
 from fcw.errors import UserError
 from fcw_viz.review_app.time.player import SPEEDS, Player
 
+WAIT_S = 120.0
 PERIOD_NS = 40_000_000
 TIMES_NS = 7_000_000_000 + np.arange(500, dtype=np.int64) * PERIOD_NS
-
-
-class FakeClock(Clock):
-    """Time that passes only where the test says so."""
-
-    def __init__(self) -> None:
-        self.time_s = 100.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wait_s(self, seconds: float, stop: threading.Event) -> None:
-        self.time_s += seconds
 
 
 def play(showing_s: float, speed: float, start: int = 0, times_ns=TIMES_NS) -> list[tuple[int, float]]:
     """Rows that were shown, each with the time since the start at which its showing began."""
     clock, shown, ended = FakeClock(), [], threading.Event()
+    start_s = clock.now_s()
 
     def show(row: int) -> None:
-        shown.append((row, clock.now_s() - 100.0))
+        shown.append((row, clock.now_s() - start_s))
         clock.time_s += showing_s
 
     player = Player(lambda stop: None, show, lambda message: ended.set(), clock)
     player.load(times_ns)
     player.play(start, speed)
-    assert ended.wait(10)
+    assert ended.wait(WAIT_S)
     return shown
 
 
@@ -80,7 +69,7 @@ def test_the_end_is_told_with_what_went_wrong():
     player = Player(lambda stop: None, fail, end, FakeClock())
     player.load(TIMES_NS)
     player.play(3)
-    assert ended.wait(10)
+    assert ended.wait(WAIT_S)
     assert told == ["the log is gone"]
     assert not player.playing
 
@@ -95,7 +84,7 @@ def test_nothing_is_shown_after_stop():
     player = Player(lambda stop: None, show, lambda message: None)
     player.load(TIMES_NS)
     player.play(0, 8.0)
-    assert first.wait(10)
+    assert first.wait(WAIT_S)
     player.stop()
     count = len(shown)
     assert not player.playing
@@ -111,6 +100,6 @@ def test_the_browser_is_waited_for_before_the_frame_is_chosen():
     player = Player(ready, shown.append, lambda message: ended.set(), clock)
     player.load(TIMES_NS)
     player.play(0)
-    assert ended.wait(10)
+    assert ended.wait(WAIT_S)
     # The next frame is waited for, then the browser for half a second: by then a later frame is due.
     assert shown[:2] == [(40 + 500) // 40, (14 * 40 + 500) // 40]

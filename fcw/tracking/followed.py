@@ -1,0 +1,209 @@
+"""One vehicle's box, its history, and the track made of it."""
+
+import math
+
+from fcw.box import Box
+from fcw.camera.calibration import Calibration
+from fcw.detection.detector import Detection
+from fcw.frame import ImageSize
+from fcw.tracking.picture.follower import Follower, Moved
+from fcw.tracking.range_filter import RangeState
+from fcw.tracking.ranging import BoxNoise, inner_edge_px, measures_row, measures_width
+from fcw.tracking.settings import TrackerSettings
+from fcw.tracking.types import SeenBy, Track
+
+NEAREST_M = 0.5
+"""Nothing ahead comes nearer to a camera behind a windscreen: a track coasting on from here is wrong."""
+SHORTEST_STEP_S = 1e-6
+"""Two pictures with one time count as this far apart."""
+
+
+class Followed:
+    """One vehicle's box and history.
+
+    Attributes:
+        box: in the picture, or where it would be beyond its edges.
+        last_ns: when it was last seen, by the detector or in the picture.
+        confirmed: whether it is believed.
+        seen_by: what saw it in the latest frame.
+        looks: what is remembered of them.
+    """
+
+    def __init__(
+        self,
+        track_id: int,
+        time_ns: int,
+        detection: Detection,
+        state: RangeState,
+        calibration: Calibration,
+        settings: TrackerSettings,
+    ) -> None:
+        self.box = detection.box
+        self.last_ns = time_ns
+        self.confirmed = False
+        self.seen_by = SeenBy.DETECTOR
+        self.looks = Follower(settings.following)
+        self.track_id = track_id
+        self._first_ns = time_ns
+        self._score = detection.score
+        self.state = state
+        self._calibration = calibration
+        self._settings = settings
+        self._drift_pxps = 0.0
+        self._dt_s = 0.0
+        self._credit_s = 0.0
+        self._feet = self._feet_of(detection.box)
+        self._hits = 1
+        self._misses = 0
+        self._in_path = False
+
+    def predict(self, dt_s: float, growth: float) -> None:
+        """Move on by dt; counts as a miss until a detection says otherwise."""
+        box, horizon_px = self.box, self._calibration.horizon_row_px
+        axis_px = self._calibration.camera.principal_column_px
+        # Offsets from the vanishing point grow as the picture of the vehicle does: all go with 1/D.
+        bottom = horizon_px + (box.bottom - horizon_px) * growth
+        center_x = axis_px + (box.center_x - axis_px) * growth
+        self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
+        self._misses += 1
+        self._dt_s = dt_s
+        self.seen_by = SeenBy.COASTING
+
+    def carry(self, moved: Moved) -> bool:
+        """Take where the picture shows it, in place of what was predicted; False where it cannot be there.
+
+        It counts as seen where the detector saw it long enough; see `FollowingSettings.credit`.
+        """
+        # On one road its lower edge goes down as it grows; what is followed elsewhere is something else.
+        astray_px = moved.box.w * (self._feet_of(moved.box) - self._feet)
+        focal_px, following = self._calibration.camera.focal_y_px, self._settings.following
+        if abs(astray_px) > focal_px * following.pitch_rad + following.uneven * moved.box.h:
+            self.lose()
+            return False
+        self._drift(moved.box, self._dt_s)
+        self.box = moved.box
+        if self._credit_s > 0:
+            self.seen_by = SeenBy.PICTURE
+        return True
+
+    def lose(self) -> None:
+        """Whatever was carried is not this vehicle."""
+        self.looks.forget()
+        self.seen_by = SeenBy.COASTING
+
+    def correct(self, time_ns: int, detection: Detection) -> None:
+        """Take the detection of this frame."""
+        settings, found, box = self._settings, detection.box, self.box
+        following, dt_s = settings.following, (time_ns - self.last_ns) / 1e9
+        carried = self.seen_by == SeenBy.PICTURE
+        self.seen_by, self.last_ns = SeenBy.DETECTOR, time_ns
+        self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
+        self._feet = self._feet_of(found)
+        self._score = detection.score
+        self._hits += 1
+        self._misses -= 1
+        if not carried:
+            self._drift(found, dt_s)
+        self.box = _towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
+        # At least every second frame: a false alarm that flickers is not confirmed by patience.
+        self.confirmed |= self._hits >= settings.confirm_hits and self._hits >= self._misses
+
+    def settle(self, time_ns: int) -> None:
+        """The frame's detections are taken: what is carried uses up what the detector vouched for."""
+        if self.seen_by == SeenBy.PICTURE:
+            self.last_ns = time_ns
+            self._credit_s -= self._dt_s
+
+    def _gain(self, dt_s: float) -> float:
+        """Of an alpha-beta filter: from the time constant, and at first that of a plain mean."""
+        return max(1 - math.exp(-dt_s / self._settings.box_smoothing_s), 1 / self._hits)
+
+    def _drift(self, seen: Box, dt_s: float) -> None:
+        """The column drifts when the vehicle moves across the road."""
+        alpha = self._gain(dt_s)
+        shift_px = seen.center_x - self.box.center_x
+        self._drift_pxps += alpha**2 / (2 - alpha) * shift_px / max(dt_s, SHORTEST_STEP_S)
+
+    def _feet_of(self, box: Box) -> float:
+        """How far below the horizon it stands, in its widths: the same at every distance."""
+        return (box.bottom - self._calibration.horizon_row_px) / box.w
+
+    def is_worth_keeping(self) -> bool:
+        """Whether it is still ahead and in the picture, and seen more often than missed until confirmed."""
+        width, height = self._calibration.image_size.width, self._calibration.image_size.height
+        inside = 0 <= self.box.center_x < width and self.box.y < height
+        return inside and self.state.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
+
+    def track(self, time_ns: int, curvature_per_m: float) -> Track:
+        """The vehicle as believed now; called once a frame, for the path's hysteresis."""
+        state = self.state
+        distance_m, low_m, high_m = state.distance_with_interval(self._calibration.reference_offset_m)
+        lateral_m, lateral_mps = self._lateral()
+        if self.seen_by != SeenBy.COASTING:
+            # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
+            # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
+            from_path_m = lateral_m - curvature_per_m * state.distance_m**2 / 2
+            from_path_mps = lateral_mps + curvature_per_m * state.distance_m * state.closing_speed_mps
+            self._in_path = self._settings.corridor.holds(from_path_m, from_path_mps, self._in_path)
+        return Track(
+            track_id=self.track_id,
+            box=self.box,
+            score=self._score,
+            distance_m=distance_m,
+            distance_low_m=low_m,
+            distance_high_m=high_m,
+            lateral_m=lateral_m,
+            closing_speed_mps=state.closing_speed_mps,
+            closing_speed_sigma_mps=state.closing_speed_sigma_mps,
+            ttc_s=distance_m / state.closing_speed_mps if state.closing_speed_mps > 0 else None,
+            age_s=(time_ns - self._first_ns) / 1e9,
+            seen_by=self.seen_by,
+            in_path=self._in_path,
+            closing_acceleration_mps2=state.closing_acceleration_mps2,
+            closing_acceleration_sigma_mps2=state.closing_acceleration_sigma_mps2,
+            lateral_speed_mps=lateral_mps,
+        )
+
+    def _lateral(self) -> tuple[float, float]:
+        """Lateral position of the middle of the rear and its rate, positive to the left."""
+        camera, distance_m = self._calibration.camera, self.state.distance_m
+        metres_per_px = distance_m / camera.focal_y_px
+        lateral_m = (camera.principal_column_px - self.box.center_x) * metres_per_px
+        inner_px = inner_edge_px(self.box, self._calibration.image_size, self._settings.box_noise)
+        if inner_px is not None:
+            # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
+            # edge is whole: that of the far end of its inner side, where the box takes that in.
+            side_m = self._settings.model.vehicle_length_m if self._settings.box_noise.shows_side else 0.0
+            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / camera.focal_y_px
+            lateral_m = edge_m + math.copysign(self.state.width_m / 2, lateral_m)
+        elif self._settings.box_noise.shows_side:
+            # What shows beyond the rear's own width is the side that is turned to us.
+            side_m = max(self.box.w * metres_per_px - self.state.width_m, 0.0)
+            lateral_m += math.copysign(min(side_m / 2, abs(lateral_m)), lateral_m)
+        return lateral_m, -self._drift_pxps * metres_per_px
+
+
+def _box(center_x: float, bottom: float, w: float, h: float) -> Box:
+    return Box(center_x - w / 2, bottom - h, w, h)
+
+
+def _towards(box: Box, found: Box, alpha: float, size: ImageSize, noise: BoxNoise) -> Box:
+    """The box moved by a part of the way to the one found.
+
+    An edge found at the picture's border says only that the vehicle goes on beyond it: where its own is
+    believed there, it stays.
+    """
+    left, top, right, bottom = (
+        was + alpha * (now - was)
+        for was, now in zip(
+            (box.x, box.y, box.right, box.bottom), (found.x, found.y, found.right, found.bottom), strict=True
+        )
+    )
+    if not measures_row(found, size, noise):
+        bottom = max(bottom, box.bottom)
+    if not measures_width(found, size, noise):
+        if found.center_x < size.width / 2:
+            left = min(left, box.x)
+        else:
+            right = max(right, box.right)
+    return Box(left, top, right - left, bottom - top)

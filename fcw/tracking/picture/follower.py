@@ -1,0 +1,169 @@
+"""One vehicle followed by its looks, and when it is lost.
+
+Its patch is compared with the one remembered, not with that of the frame before: errors do not add up while
+it looks the same. A new one is remembered where the vehicle has grown or turned too much for the old one.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from fcw.box import Box
+from fcw.tracking.picture.patch import (
+    Found,
+    Patch,
+    Picture,
+    Pose,
+    find_patch,
+    likeness,
+    search_patch,
+    take_patch,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FollowingSettings:
+    """How vehicles are followed by the picture, and how long without the detector.
+
+    Attributes:
+        most: so many vehicles are followed, the nearest ones: it bounds the time a frame takes.
+        least_share: so large a part of the points in the picture must agree on one motion.
+        least_share_alike: the same where the patch as a whole was found: background in it may have moved on.
+        renewed_left: with a smaller part of all its points left the looks are remembered anew.
+        renewed_ratio: or where the vehicle has become larger or smaller by this.
+        renewed_s: or after so long while the detector sees it: its box says what belongs to the vehicle.
+        least_likeness: correlation with its looks at its last detection; below, something else is followed.
+        pitch_rad: where its lower edge may be off the road, by pitch and bumps.
+        uneven: and so much more, as a part of its height.
+        compared_s: it is compared with them this often while it is carried.
+        regained_likeness: correlation from which it is followed again once it was lost.
+        floor_sigma: 1-sigma of the logarithm of the growth beyond the scatter of the points.
+        credit: a vehicle may be carried for so many times as long as the detector saw it.
+        longest_s: but no longer than this.
+    """
+
+    most: int = 5
+    least_share: float = 0.5
+    least_share_alike: float = 0.3
+    renewed_left: float = 0.7
+    renewed_ratio: float = 1.25
+    renewed_s: float = 0.7
+    least_likeness: float = 0.5
+    compared_s: float = 0.3
+    regained_likeness: float = 0.7
+    pitch_rad: float = math.radians(2.0)
+    uneven: float = 0.15
+    floor_sigma: float = 0.003
+    credit: float = 10.0
+    longest_s: float = 15.0
+
+
+class Moved(NamedTuple):
+    """A vehicle found again by its looks.
+
+    Attributes:
+        box: where its box has come to.
+        log_growth: logarithm of its size over that when its looks were remembered.
+        sigma: 1-sigma of that.
+    """
+
+    box: Box
+    log_growth: float
+    sigma: float
+
+
+class Follower:
+    """Follows one vehicle.
+
+    Args:
+        settings: see `FollowingSettings`.
+    """
+
+    def __init__(self, settings: FollowingSettings) -> None:
+        self._settings = settings
+        self._patch: Patch | None = None
+        self._pose = Pose(0.0, 0.0, 1.0)
+        self._anchor: Patch | None = None
+        self._anchor_pose = self._pose
+        self._taken_ns = self._compared_ns = 0
+        self._left = 1.0
+
+    def follow(self, image: Picture, before: Box, predicted: Box) -> Moved | None:
+        """Find it in the next picture; None where it is not seen there, or nothing is remembered.
+
+        Args:
+            image: (height, width, 3) BGR.
+            before: its box in the picture before.
+            predicted: and where it is expected in this one.
+        """
+        anchored = self._anchor_pose.moved(before, predicted)
+        if self._patch is None:
+            self._anchor_pose = anchored
+            return None
+        expected = self._pose.moved(before, predicted)
+        found = self._find(image, self._patch, expected)
+        if found is None:
+            self._pose, self._anchor_pose, self._left = expected, anchored, 0.0
+            return None
+        self._pose, self._left = found.pose, found.growth.agree / len(self._patch.points)
+        box = expected.carried(predicted, found.pose)
+        self._anchor_pose = anchored.moved(predicted, box)
+        sigma = math.hypot(self._settings.floor_sigma, found.growth.log_scale_sigma)
+        return Moved(box, math.log(found.pose.zoom / self._patch.pose.zoom), sigma)
+
+    def _find(self, image: Picture, patch: Patch, expected: Pose) -> Found | None:
+        found = find_patch(image, patch, expected)
+        if found is not None and found.share >= self._settings.least_share:
+            return found
+        jumped = search_patch(image, patch, expected)
+        found = None if jumped is None else find_patch(image, patch, jumped)
+        return found if found is not None and found.share >= self._settings.least_share_alike else None
+
+    def forget(self) -> None:
+        """It is not to be followed."""
+        self._patch = None
+
+    def remember(self, image: Picture, box: Box, time_ns: int, detected: bool) -> bool:
+        """Take its looks from this picture where the old ones no longer serve; whether they were taken.
+
+        Args:
+            image: that it was last followed into.
+            box: of it there.
+            time_ns: of the picture.
+            detected: whether the detector saw it, so that the box is not carried.
+        """
+        settings, patch = self._settings, self._patch
+        due = patch is None or self._is_due(patch, time_ns, detected)
+        long_since = self._left > 0 and time_ns - self._compared_ns >= settings.compared_s * 1e9
+        if not detected and (due or long_since):
+            self._compared_ns = time_ns
+            if not self._is_alike(image, settings.least_likeness if patch else settings.regained_likeness):
+                self._patch = None
+                return False
+        if not due:
+            return False
+        taken = take_patch(image, box)
+        if taken is None:
+            return False
+        self._patch, self._pose, self._taken_ns, self._left = taken, taken.pose, time_ns, 1.0
+        if detected:
+            self._anchor, self._anchor_pose = taken, taken.pose
+        return True
+
+    def _is_due(self, patch: Patch, time_ns: int, detected: bool) -> bool:
+        settings = self._settings
+        if detected and (time_ns - self._taken_ns) / 1e9 >= settings.renewed_s:
+            return True
+        if self._left == 0.0:
+            return detected
+        ratio = self._pose.zoom / patch.pose.zoom
+        return self._left < settings.renewed_left or not (
+            1 / settings.renewed_ratio <= ratio <= settings.renewed_ratio
+        )
+
+    def _is_alike(self, image: Picture, least: float) -> bool:
+        """Whether it looks as it did when the detector last saw it, as far as that is in the picture."""
+        if self._anchor is None:
+            return False
+        alike = likeness(image, self._anchor, self._anchor_pose)
+        return self._patch is not None if alike is None else alike >= least

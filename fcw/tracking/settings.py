@@ -1,0 +1,45 @@
+"""What the tracker goes by."""
+
+from dataclasses import dataclass, field
+
+from fcw.tracking.horizon import MountWatchSettings
+from fcw.tracking.lead import Corridor
+from fcw.tracking.lead_speed import SpeedPrior
+from fcw.tracking.picture.follower import FollowingSettings
+from fcw.tracking.range_model import RangeModel
+from fcw.tracking.ranging import BoxNoise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackerSettings:
+    """How tracks are associated, born and ended.
+
+    Attributes:
+        box_noise: errors of the detector's boxes.
+        model: what the range filter believes of vehicles, camera and road.
+        corridor: the own path.
+        minimum_iou: least overlap of a detection with the box predicted for a track.
+        maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
+            than between a car and the car two places ahead of it.
+        confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
+        coast_s: a track without a detection for longer than this ends.
+        box_smoothing_s: time constant of the filtered box.
+        padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
+            smallest are as large as their noise.
+        mount: when a moved mount is said.
+        speed_prior: of other vehicles, where the own speed is known.
+        following: how vehicles are followed by the picture.
+    """
+
+    box_noise: BoxNoise = field(default_factory=BoxNoise)
+    model: RangeModel = field(default_factory=RangeModel)
+    corridor: Corridor = field(default_factory=Corridor)
+    minimum_iou: float = 0.2
+    maximum_scale_ratio: float = 1.5
+    confirm_hits: int = 3
+    coast_s: float = 0.8
+    box_smoothing_s: float = 0.1
+    padding_sigmas: float = 2.0
+    mount: MountWatchSettings = field(default_factory=MountWatchSettings)
+    speed_prior: SpeedPrior = field(default_factory=SpeedPrior)
+    following: FollowingSettings = field(default_factory=FollowingSettings)
