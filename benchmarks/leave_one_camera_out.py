@@ -14,16 +14,18 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 
 from fcw.detection.choice import DetectorModel, load_model
 from fcw.detection.model import Model
+from fcw.detection.net.model import NetModel
 from fcw.detection.training.dataset import TrainingImage
 from fcw.detection.training.training import TrainingSettings, train
 from fcw.errors import UserError
@@ -82,7 +84,8 @@ def parsed() -> argparse.Namespace:
         default=["+".join(group) for group in GROUPS],
         help=f"cameras to leave out together; {EACH}: every camera by itself",
     )
-    parser.add_argument("--name", default="acf", help="what the trained detector is called in the table")
+    parser.add_argument("--detector", choices=("acf", "net"), default="acf", help="which is trained")
+    parser.add_argument("--name", help="what it is called in the table; by default as it is")
     parser.add_argument("--seed", type=int, default=0, help="of the trainings")
     parser.add_argument(
         "--detections", type=Path, help="folder where what was found is kept, a file a detector"
@@ -98,7 +101,9 @@ def parsed() -> argparse.Namespace:
     parser.add_argument(
         "--report", type=Path, help="folder for pages of the worst misses and false positives"
     )
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    arguments.name = arguments.name or arguments.detector
+    return arguments
 
 
 def run(arguments: argparse.Namespace, data: Path) -> None:
@@ -149,8 +154,10 @@ def with_left_out(
     arguments: argparse.Namespace, cameras: LabelledCameras, parts: Sequence[Fold], found: Mapping[str, Found]
 ) -> dict[str, Found]:
     """Train for each fold that is not done yet, and detect in its pictures."""
-    names = arguments.name, f"{arguments.name} {PLAIN}"
-    makers = dict(zip(names, (all_stages, plain_acf), strict=True))
+    makers: dict[str, Callable[[Any, CalibrationOf], DetectorOf]] = {arguments.name: every_score}
+    if arguments.detector == "acf":
+        makers[f"{arguments.name} {PLAIN}"] = plain_acf
+    names = tuple(makers)
     groups = tuple(part.name for part in parts)
     together = {**{name: Found({}, groups) for name in names}, **found}
     for name in names:
@@ -178,7 +185,7 @@ def with_trained_elsewhere(
     """Detect with the nets and models given, where that is not done yet."""
     together = dict(found)
     given = [(path, f"onnx:{path}", None) for path in arguments.onnx]
-    given += [(path, "acf", path) for path in arguments.model]
+    given += [(path, "net" if path.stem.startswith("net") else "acf", path) for path in arguments.model]
     tested = np.sort(np.concatenate([part.tested for part in parts]))
     for path, detector, file in given:
         if path.stem in together and together[path.stem].has(cameras, tested):
@@ -191,8 +198,20 @@ def with_trained_elsewhere(
     return together
 
 
-def trainer(arguments: argparse.Namespace, fold: str) -> Fit[Model]:
+def trainer(arguments: argparse.Namespace, fold: str) -> Fit[Any]:
     """The project's trainer; with --models a fold's finished model is taken again, a stopped one goes on."""
+
+    def fit_the_net(images: Sequence[TrainingImage], /) -> NetModel:
+        path = arguments.models and arguments.models / f"{arguments.name}-without-{fold}.npz"
+        if path and path.is_file():
+            return NetModel.load(path)
+        from fcw.detection.net.training.fitting import NetTrainingSettings, fit_net  # needs PyTorch
+
+        model = fit_net(images, NetTrainingSettings().seeded(arguments.seed), Notes(), 0.0)
+        if path:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            model.save(path)
+        return model
 
     def fit(images: Sequence[TrainingImage], /) -> Model:
         settings = TrainingSettings(seed=arguments.seed)
@@ -206,7 +225,7 @@ def trainer(arguments: argparse.Namespace, fold: str) -> Fit[Model]:
             shutil.rmtree(stages)
         return Model.load(path)
 
-    return fit
+    return fit_the_net if arguments.detector == "net" else fit
 
 
 class Notes:
@@ -222,8 +241,9 @@ class Notes:
         say_progress(f"  {text}")
 
 
-def all_stages(model: DetectorModel, calibration_of: CalibrationOf) -> DetectorOf:
-    return DetectorCase("acf", model, EVERY_SCORE).detector_of(calibration_of)
+def every_score(model: DetectorModel, calibration_of: CalibrationOf) -> DetectorOf:
+    name = "net" if isinstance(model, NetModel) else "acf"
+    return DetectorCase(name, model, EVERY_SCORE).detector_of(calibration_of)
 
 
 def plain_acf(model: Model, calibration_of: CalibrationOf) -> DetectorOf:

@@ -1,0 +1,143 @@
+"""Vehicles as the net learns them, and background that is none."""
+
+import importlib
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.net.training.background import without_vehicle
+from fcw.detection.net.training.vehicles import (
+    BOTTOM_PX,
+    MIDDLE_PX,
+    STORED_PX,
+    Circumstances,
+    Seen,
+    Standing,
+    Vehicles,
+    cut_at_bottom,
+    cut_at_side,
+    hidden_by,
+    misplaced,
+    well_framed,
+    with_lamps,
+)
+from fcw.detection.net.windows import INPUT_PX, WINDOW_UNITS, boxes_of
+from fcw.detection.training.dataset import NO_BOX, LabelledImage, TrainingImage
+from fcw.detection.training.looks import BRIGHTNESS, Looks, vary_looks
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+from fcw_viz.cli import main
+
+
+def seen(width: float = 40.0, height: float = 40.0, brightness: int = 200) -> Seen:
+    """A bright vehicle on black."""
+    picture = np.zeros((STORED_PX, STORED_PX, 3), np.uint8)
+    left, top = round(MIDDLE_PX - width / 2), round(BOTTOM_PX - height)
+    picture[top : round(BOTTOM_PX), left : round(MIDDLE_PX + width / 2)] = brightness
+    return Seen(picture, Standing(MIDDLE_PX, BOTTOM_PX, width, height))
+
+
+@given(st.integers(0, 10_000), st.integers(17, 22), st.integers(17, 22))
+def test_the_offsets_learnt_say_where_the_vehicle_is_in_the_window(seed, half_width, half_height):
+    window, offsets = well_framed(seen(2 * half_width, 2 * half_height), np.random.default_rng(seed))
+    unit_px = INPUT_PX / WINDOW_UNITS
+    expected = np.array([[32 * unit_px - 0.5, 52 * unit_px - 0.5, 40 * unit_px]])
+    ((x, y, w, h),) = boxes_of(expected, offsets[None])
+    rows, columns = np.nonzero(window[..., 0] > 100)
+    found = columns.min() - 0.5, rows.min() - 0.5, columns.max() + 0.5, rows.max() + 0.5
+    assert found == pytest.approx(np.clip((x, y, x + w, y + h), -0.5, INPUT_PX - 0.5), abs=1.6)
+
+
+def test_what_is_cut_at_a_side_has_the_box_of_what_is_left():
+    cut = cut_at_side(seen(), 0.25, left=True)
+    assert cut.standing == Standing(MIDDLE_PX + 5, BOTTOM_PX, 30.0, 40.0)
+    edge = int(MIDDLE_PX - 10)
+    assert np.all(cut.picture[:, :edge] == cut.picture[:, edge : edge + 1])
+
+
+def test_what_is_cut_at_the_bottom_has_the_box_of_what_is_left():
+    cut = cut_at_bottom(seen(), 0.25, np.random.default_rng(0))
+    assert cut.standing == Standing(MIDDLE_PX, BOTTOM_PX - 10, 40.0, 30.0)
+
+
+@given(st.integers(0, 1000), st.floats(0.1, 0.45))
+def test_a_vehicle_in_front_hides_that_part_of_the_width_and_not_more(seed, part):
+    hidden = hidden_by(seen(brightness=90), seen(), part, np.random.default_rng(seed))
+    assert hidden.standing == seen().standing
+    row = hidden.picture[int(BOTTOM_PX) - 2, int(MIDDLE_PX - 20) : int(MIDDLE_PX + 20), 0]
+    assert np.mean(row < 150) == pytest.approx(part, abs=0.08)
+
+
+def test_lamps_shine_red_on_both_sides():
+    lit = with_lamps(seen(brightness=20), np.random.default_rng(1))
+    red = lit.picture[..., 2].astype(int) - lit.picture[..., 1]
+    rows, columns = np.nonzero(red > 30)
+    assert columns.min() < MIDDLE_PX - 5
+    assert columns.max() > MIDDLE_PX + 5
+    assert np.all(rows < BOTTOM_PX)
+
+
+@given(st.integers(0, 1000))
+def test_misplaced_windows_are_windows(seed):
+    assert misplaced(seen(), np.random.default_rng(seed)).shape == (INPUT_PX, INPUT_PX, 3)
+
+
+def labelled(tmp_path, clip: str, boxes: int) -> TrainingImage:
+    import cv2
+
+    path = tmp_path / f"{clip}.png"
+    cv2.imwrite(str(path), np.full((120, 200, 3), 90, np.uint8))
+    image = LabelledImage(
+        path,
+        clip,
+        ImageSize(200, 120),
+        np.tile([60.0, 40.0, 40.0, 40.0], (boxes, 1)),
+        np.zeros(boxes, bool),
+        np.tile(NO_BOX, (boxes, 1)),
+    )
+    camera = GroundPlaneCamera(
+        height_m=1.3, pitch_rad=0.0, focal_y_px=200.0, principal_row_px=40.0, principal_column_px=100.0
+    )
+    return TrainingImage(image, Calibration.from_camera(camera, ImageSize(200, 120)))
+
+
+def test_the_many_vehicles_of_one_clip_do_not_rule(tmp_path):
+    images = [labelled(tmp_path, "many", 60), labelled(tmp_path, "few", 15)]
+    chances = Vehicles(images, Circumstances())._chances
+    # Each of 60 counts sqrt(15 / 60) = half as much as each of 15.
+    assert chances[0] / chances[-1] == pytest.approx(0.5)
+    assert chances.sum() == pytest.approx(1.0)
+
+
+def test_windows_on_vehicles_or_on_what_may_be_one_are_no_background(tmp_path):
+    image = labelled(tmp_path, "one", 1).labelled
+    placements = np.array([[80.0, 80.0, 40.0], [150.0, 80.0, 40.0]])
+    assert without_vehicle(placements, image).tolist() == [False, True]
+
+
+def test_brightness_alone_leaves_grey_grey():
+    grey = np.full((8, 8, 3), 120, np.uint8)
+    still = Looks(
+        **dict.fromkeys(("gamma", "colour_gain", "recoloured_part", "grey_part"), 0.0)
+        | {"hazy_part": 0.0, "dark_part": 0.0, "noisy_part": 0.0}
+    )
+    assert np.array_equal(vary_looks(grey, still, np.random.default_rng(0)), grey)
+    assert vary_looks(grey, BRIGHTNESS, np.random.default_rng(0)).shape == grey.shape
+
+
+def test_without_pytorch_training_the_net_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    monkeypatch.delitem(sys.modules, "fcw.detection.net.training.network", raising=False)
+    with pytest.raises(UserError, match=r"pip install 'fcw\[train\]'"):
+        importlib.import_module("fcw.detection.net.training.network")
+
+
+def test_the_other_detector_takes_no_threshold(tmp_path, capsys):
+    command = ["train", "--data", str(tmp_path), "--out", str(tmp_path / "model.npz")]
+    assert main([*command, "--score-threshold", "1.0"]) == 2
+    assert "--detector net" in capsys.readouterr().err
