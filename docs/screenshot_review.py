@@ -20,8 +20,9 @@ from fcw.annotation.records import Judgement, Note, Reason, Verdict
 from fcw.annotation.review import reference_to
 from fcw.annotation.store import ReviewStore
 from fcw.logs.events import find_events
-from fcw.logs.export.clip import DRIVE_NAME, find_drives
+from fcw.logs.export.clip import find_drives
 from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.server import ReviewPage
 
 ROOT = Path(__file__).parents[1]
@@ -100,7 +101,7 @@ def take(scene: Scene, drives: Path, browser: Browser, window: ViewportSize, fil
         copies: dict[str, Path] = {}
         for name, log in find_drives([drives]).items():
             (Path(folder) / name).mkdir()
-            copies[name] = Path(shutil.copy(log, Path(folder) / name / DRIVE_NAME))
+            copies[name] = Path(shutil.copy(log, Path(folder) / name / MCAP_NAME))
         say_something(copies)
         served = ReviewPage(copies, "Test drives", "anna", dark=scene.dark)
         try:
