@@ -42,7 +42,7 @@ class DetectorCase:
     """A detector as it is measured.
 
     Attributes:
-        name: `acf`, `acf-full` or `onnx:FILE`.
+        name: `acf`, `acf-full`, `net` or `onnx:FILE`.
         model: its model.
         score_threshold: from which score a box counts; None: the model's own.
         largest_scale: how far pictures are enlarged; None: the detector's own.
