@@ -23,14 +23,16 @@ class ProposalSettings:
         near_part: vehicles of at least this part of the picture's height are near.
         near_count: most windows of near vehicles; they have places of their own, for far ones are many.
         far_count: most windows of the others.
+        lowest_score: of the cascade, for a window to be proposed: among thousands below it are few vehicles.
         largest_iou: windows that overlap more show the net the same. Not the overlap of the smaller one: a
             tail lamp that the cascade likes must not hide the car around it.
     """
 
     search: AcfSettings = AcfSettings(nearest_m=3.0)  # noqa: RUF009 - frozen
     near_part: float = 0.12
-    near_count: int = 24
-    far_count: int = 32
+    near_count: int = 12
+    far_count: int = 16
+    lowest_score: float = -1.0
     largest_iou: float = 0.6
 
 
@@ -73,7 +75,7 @@ class Proposer:
     def propose(self, picture: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
         """(N, 3) placements (middle, bottom and sqrt(w h) of the vehicles expected) and (N,) scores."""
         settings = self._settings
-        found = self._scanner.find(picture, -np.inf)
+        found = self._scanner.find(picture, settings.lowest_score)
         count = _choose(
             found.boxes,
             found.placements,

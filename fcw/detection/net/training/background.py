@@ -19,7 +19,7 @@ STORED_UNITS, STORED_PX = 84.0, 63
 LARGEST_IOU = 0.35
 LARGEST_COVERED_PART = 0.4
 LIT_PART = 0.1
-MORE_FAR = 1.5
+MORE_FAR = 3.0
 """So many times as many far windows are proposed as in use: few pictures show near background."""
 
 
