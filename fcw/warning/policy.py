@@ -80,6 +80,9 @@ class Evidence:
         release_factor: a raised level is held while its rule holds for a gap wider by this.
         minimum_duration_s: and at least so long: shorter than a driver's expected reaction (0.75 s, Green
             2000) it could be gone before it is understood.
+        held_below_ttc_s: and as long as the time to contact is below this and does not grow: below 4 s no
+            warning is needless by ISO 15623.
+        grown_ttc: it grows when it is so many times the shortest since the level was raised.
     """
 
     minimum_age_s: float = 0.75
@@ -91,6 +94,8 @@ class Evidence:
     minimum_own_mps: float = 10 / KMH_PER_MPS
     release_factor: float = 1.25
     minimum_duration_s: float = 1.0
+    held_below_ttc_s: float = 4.0
+    grown_ttc: float = 1.1
 
     def approach(self, lead: Track, own_mps: float | None, holding: bool) -> Approach:
         """The lead by its means."""
@@ -160,6 +165,8 @@ class RulePolicy:
         self._time_ns: int | None = None
         self._lead_id: int | None = None
         self._lead_since_ns = 0
+        self._shortest_ttc_s = math.inf
+        """Of the vehicle that the level is about, since it was raised."""
 
     def update(self, time_ns: int, lead: Track | None, ego_speed_mps: float | None) -> WarningState:
         """The state at `time_ns`.
@@ -180,10 +187,13 @@ class RulePolicy:
             self._lead_id, self._lead_since_ns = lead_id, time_ns
         if lead is not None and is_oncoming(lead, ego_speed_mps):
             lead = None
+        if lead is not None and lead.ttc_s is not None and lead.track_id == self._state.track_id:
+            self._shortest_ttc_s = min(self._shortest_ttc_s, lead.ttc_s)
         shown = self._state.level
         rule = None if lead is None else self._highest(time_ns, lead, ego_speed_mps, shown)
         level = WarningLevel.NONE if rule is None else rule.level
-        if level < shown and (time_ns - self._since_ns) / 1e9 < self._evidence.minimum_duration_s:
+        young = (time_ns - self._since_ns) / 1e9 < self._evidence.minimum_duration_s
+        if level < shown and (young or self._still_dangerous(lead)):
             same = lead is not None and lead.track_id == self._state.track_id
             self._state = (
                 _state(shown, self._state.rule, lead, ego_speed_mps)
@@ -193,12 +203,30 @@ class RulePolicy:
             return self._state
         if level != shown:
             self._since_ns = time_ns
+            self._shortest_ttc_s = math.inf if lead is None or lead.ttc_s is None else lead.ttc_s
         self._state = (
             WarningState(WarningLevel.NONE)
             if lead is None or rule is None
             else _state(level, rule.name, lead, ego_speed_mps)
         )
         return self._state
+
+    def _still_dangerous(self, lead: Track | None) -> bool:
+        """Whether contact comes nearer all the same.
+
+        Where the lead brakes less than before, the thresholds fall behind it for a while: the warning would
+        go and come again a second later, though nobody has acted.
+        """
+        if lead is None or lead.ttc_s is None or lead.track_id != self._state.track_id:
+            return False
+        evidence = self._evidence
+        longest_s = min(evidence.held_below_ttc_s, evidence.grown_ttc * self._shortest_ttc_s)
+        return (
+            self._state.level >= WarningLevel.CAUTION
+            and lead.ttc_s < longest_s
+            and self._evidence.surely_closes(lead)
+            and not will_miss(lead)
+        )
 
     def _highest(self, time_ns: int, lead: Track, own_mps: float | None, shown: WarningLevel) -> Rule | None:
         """The rule of the highest level that holds: those up to the level shown with wider thresholds."""

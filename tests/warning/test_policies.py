@@ -228,6 +228,21 @@ def test_a_raised_level_is_held_with_wider_thresholds():
     assert names == ["NONE", "CAUTION", "WARNING", "WARNING", "CAUTION", "CAUTION"]
 
 
+def test_a_warning_stays_while_contact_comes_nearer_and_goes_when_it_does_not():
+    # A braking lead is warned of; then it brakes no more, and its closing speed alone is none to warn of yet.
+    policy, fresh = make_policy(), make_policy()
+    for step in range(13):
+        braking = policy.update(step * 10**8, lead(20, 5, growth_mps2=3.5), 20.0)
+        steady = fresh.update(step * 10**8, lead(16, 5), 20.0)
+    assert braking.level == WarningLevel.WARNING
+    assert steady.level < WarningLevel.WARNING
+    for step, distance_m in enumerate((17.5, 16.0, 14.0), start=2):
+        held = policy.update(step * 2 * 10**9, lead(distance_m, 5), 20.0)
+        assert held.level == WarningLevel.WARNING
+    # The driver brakes: at 3.5 m/s the time to contact is 4 s again.
+    assert policy.update(10 * 10**9, lead(14, 3.5), 20.0).level < WarningLevel.WARNING
+
+
 def test_a_level_is_shown_for_its_minimum_duration_after_its_vehicle_is_gone():
     policy = make_policy()
     settled(policy, lead(10, 10, track_id=7), from_ns=-(10**9))
