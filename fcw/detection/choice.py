@@ -15,7 +15,7 @@ from fcw.detection.onnx.detector import OnnxDetector, OnnxModel
 from fcw.errors import UserError
 
 NET, ACF, ACF_FULL, ONNX_PREFIX = "net", "acf", "acf-full", "onnx:"
-DETECTOR_NAMES = (NET, ACF, ACF_FULL, f"{ONNX_PREFIX}FILE")
+DETECTOR_NAMES = (ACF, ACF_FULL, NET, f"{ONNX_PREFIX}FILE")
 
 DetectorModel = NetModel | Model | OnnxModel
 

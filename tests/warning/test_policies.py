@@ -231,11 +231,10 @@ def test_a_raised_level_is_held_with_wider_thresholds():
 def test_a_warning_stays_while_contact_comes_nearer_and_goes_when_it_does_not():
     # A braking lead is warned of; then it brakes no more, and its closing speed alone is none to warn of yet.
     policy, fresh = make_policy(), make_policy()
-    for step in range(13):
-        braking = policy.update(step * 10**8, lead(20, 5, growth_mps2=3.5), 20.0)
-        steady = fresh.update(step * 10**8, lead(16, 5), 20.0)
-    assert braking.level == WarningLevel.WARNING
-    assert steady.level < WarningLevel.WARNING
+    braking = [policy.update(step * 10**8, lead(20, 5, growth_mps2=3.5), 20.0) for step in range(13)]
+    steady = [fresh.update(step * 10**8, lead(16, 5), 20.0) for step in range(13)]
+    assert braking[-1].level == WarningLevel.WARNING
+    assert steady[-1].level < WarningLevel.WARNING
     for step, distance_m in enumerate((17.5, 16.0, 14.0), start=2):
         held = policy.update(step * 2 * 10**9, lead(distance_m, 5), 20.0)
         assert held.level == WarningLevel.WARNING
