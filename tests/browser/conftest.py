@@ -49,7 +49,9 @@ def chromium() -> Generator[Browser]:
             pytest.fail(reason)
         pytest.skip(reason)
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
+        browser = playwright.chromium.launch(
+            executable_path=path, args=CHROMIUM_FLAGS, timeout=PATIENCE_S * 1000
+        )
         yield browser
         browser.close()
 

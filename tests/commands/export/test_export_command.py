@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from browser_page import PATIENCE_S
 from marked_drives import FRAMES, GREY, RATE_HZ, box_of, export, read_video
 from numpy.typing import NDArray
 from playwright.sync_api import sync_playwright
@@ -192,8 +193,11 @@ PLAY = """async () => {
 
 def played(url: str, chromium: str) -> dict[str, Any]:
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(
+            executable_path=chromium, args=["--no-sandbox"], timeout=PATIENCE_S * 1000
+        )
         page = browser.new_page()
+        page.set_default_timeout(PATIENCE_S * 1000)
         page.goto(url)
         found = page.evaluate(PLAY)
         browser.close()
