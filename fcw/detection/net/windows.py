@@ -4,18 +4,16 @@ A window is measured in units: a vehicle of sqrt(w h) = `VEHICLE_UNITS` stands i
 `BOTTOM_UNITS` below its top, as in the cascade's windows (`fcw.detection.model.Window`).
 """
 
-import math
-
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from fcw.detection.boxes.cutting import cut_rectangle
 
 WINDOW_UNITS = 64.0
 VEHICLE_UNITS = 40.0
 BOTTOM_UNITS = 52.0
 INPUT_PX = 48
 """Side of what the net is given: 0.75 px a unit."""
-SMALLEST_REGION_PX = 8
 
 
 def cut_window(
@@ -41,35 +39,7 @@ def cut_window(
     # Coordinates have their origin in the middle of the first pixel, cuts at its edge.
     left = middle + 0.5 - side / 2
     top = bottom + 0.5 - (BOTTOM_UNITS - WINDOW_UNITS / 2) * unit - side / 2
-    first_x, first_y = max(math.floor(left), 0), max(math.floor(top), 0)
-    region = picture[
-        min(first_y, len(picture) - 1) : max(math.ceil(top + side), first_y + 1),
-        min(first_x, picture.shape[1] - 1) : max(math.ceil(left + side), first_x + 1),
-    ]
-    by_x = by_y = 1.0
-    halvings = math.floor(math.log2(side / side_px)) if side > 2 * side_px else 0
-    if halvings and min(region.shape[:2]) > SMALLEST_REGION_PX:
-        # Averaged down first, so that nothing is skipped; then one exact placement.
-        columns, rows = (max(1, round(region.shape[axis] / 2**halvings)) for axis in (1, 0))
-        by_x, by_y = columns / region.shape[1], rows / region.shape[0]
-        region = cv2.resize(region, (columns, rows), interpolation=cv2.INTER_AREA)
-    step_x, step_y = side * by_x / side_px, side * by_y / side_px
-    to_source = np.array(
-        [
-            [step_x, 0.0, (left - first_x) * by_x + step_x / 2 - 0.5],
-            [0.0, step_y, (top - first_y) * by_y + step_y / 2 - 0.5],
-        ]
-    )
-    return np.asarray(
-        cv2.warpAffine(
-            region,
-            to_source,
-            (side_px, side_px),
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            borderMode=cv2.BORDER_REPLICATE,
-        ),
-        np.uint8,
-    )
+    return cut_rectangle(picture, left, top, side, side, side_px)
 
 
 def boxes_of(placements: NDArray[np.float64], offsets: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.boxes.cutting import cut_rectangle
 from fcw.detection.boxes.regression import box_offsets
 from fcw.detection.channels.aggregated import COARSE, CONTEXT_PX, FINE, ChannelComputer
 from fcw.detection.model import CELL_PX, Window
@@ -119,7 +120,7 @@ def window_features(
     # The octave's cells for each of the window's; no more than the picture has pixels for.
     reduction = min(2 ** generator.uniform(-LARGEST_ENLARGEMENT, 1 - LARGEST_ENLARGEMENT), scale * (1 + fine))
     octave_cells = round(cells * reduction)
-    patch = _cut(image, left, top, side * stretch, side, octave_cells * settings.cell_px)
+    patch = cut_rectangle(image, left, top, side * stretch, side, octave_cells * settings.cell_px)
     if generator.uniform() < augmentation.resampled_part:
         patch = _lose_detail(patch, generator.uniform(*augmentation.resampling) * octave_cells / cells)
     if augmentation.looks:
@@ -149,39 +150,6 @@ def random_boxes(
     size_px = size_m * np.maximum(bottom - horizon_row_px, MIN_ROWS_BELOW_HORIZON) / camera_height_m
     w, h = size_px * math.sqrt(aspect_ratio), size_px / math.sqrt(aspect_ratio)
     return np.column_stack([generator.uniform(0, size.width, count) - w / 2, bottom - h, w, h])
-
-
-def _cut(
-    image: NDArray[np.uint8], left: float, top: float, width: float, height: float, side_px: int
-) -> NDArray[np.uint8]:
-    """A rectangle of an image, its border repeated beyond it, resized to (side_px, side_px)."""
-    first_x, first_y = max(math.floor(left), 0), max(math.floor(top), 0)
-    region = image[first_y : math.ceil(top + height), first_x : math.ceil(left + width)]
-    # Halve while that loses nothing the result could hold, as a pyramid does; then one exact placement.
-    halvings = max(0, math.floor(math.log2(min(width, height) / side_px)))
-    by_x = by_y = 1.0
-    if halvings:
-        rows, columns = (math.ceil(side / 2**halvings) for side in region.shape[:2])
-        by_x, by_y = columns / region.shape[1], rows / region.shape[0]
-        region = cv2.resize(region, (columns, rows), interpolation=cv2.INTER_AREA)
-    step_x, step_y = width * by_x / side_px, height * by_y / side_px
-    # Output pixel i covers the part (i + 1/2) of the rectangle.
-    to_source = np.array(
-        [
-            [step_x, 0.0, (left - first_x) * by_x + step_x / 2 - 0.5],
-            [0.0, step_y, (top - first_y) * by_y + step_y / 2 - 0.5],
-        ]
-    )
-    return np.asarray(
-        cv2.warpAffine(
-            region,
-            to_source,
-            (side_px, side_px),
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            borderMode=cv2.BORDER_REPLICATE,
-        ),
-        np.uint8,
-    )
 
 
 def _lose_detail(patch: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.boxes.cutting import cut_rectangle
 from fcw.detection.boxes.overlap import intersection_areas, vehicle_overlap
 from fcw.detection.model import Model
 from fcw.detection.net.proposals import ProposalSettings, Proposer
@@ -19,8 +19,8 @@ STORED_UNITS, STORED_PX = 84.0, 63
 LARGEST_IOU = 0.35
 LARGEST_COVERED_PART = 0.4
 LIT_PART = 0.1
-MORE_FAR = 3.0
-"""So many times as many far windows are proposed as in use: few pictures show near background."""
+MORE_NEAR, MORE_FAR = 2, 3
+"""So many times as many windows as in use, however little the cascade thinks of them: to learn from."""
 
 
 class Background:
@@ -33,7 +33,12 @@ class Background:
         settings: ProposalSettings,
         advance: Callable[[], None] = lambda: None,
     ) -> None:
-        settings = replace(settings, far_count=round(MORE_FAR * settings.far_count))
+        settings = replace(
+            settings,
+            near_count=MORE_NEAR * settings.near_count,
+            far_count=MORE_FAR * settings.far_count,
+            lowest_score=cascade.rejection_threshold,
+        )
         stored: list[NDArray[np.uint8]] = []
         scores: list[float] = []
         proposers: dict[int, Proposer] = {}
@@ -64,18 +69,9 @@ class Background:
             picture = with_glow(picture, column, row, random.uniform(1.5, 6.0), lamp_colour(random))
         step, stretch = np.exp(random.uniform(-0.1, 0.1)), np.exp(random.uniform(-0.08, 0.08))
         shift = random.uniform(-3.0, 3.0, 2)
-        first = (STORED_PX - INPUT_PX * step * np.array([stretch, 1.0])) / 2 + step / 2 - 0.5 + shift
-        to_source = np.array([[step * stretch, 0.0, first[0]], [0.0, step, first[1]]])
-        return np.asarray(
-            cv2.warpAffine(
-                picture,
-                to_source,
-                (INPUT_PX, INPUT_PX),
-                flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-                borderMode=cv2.BORDER_REPLICATE,
-            ),
-            np.uint8,
-        )
+        sides = INPUT_PX * step * np.array([stretch, 1.0])
+        left, top = (STORED_PX - sides) / 2 + shift
+        return cut_rectangle(picture, left, top, *sides, INPUT_PX)
 
 
 assert round(STORED_UNITS * INPUT_PX / WINDOW_UNITS) == STORED_PX

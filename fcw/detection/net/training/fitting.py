@@ -24,6 +24,8 @@ from fcw.errors import UserError
 
 SIZES_M = (0.9, 5.0)
 """sqrt(w h) searched for: a small car has 1.4 m, a lorry from a corner 4; and calibrations err."""
+LEARNING_THRESHOLD = -4.0
+"""Of the cascade while it proposes background to learn from."""
 REJECTION_THRESHOLD = -1.5
 """Of the cascade in use; lower ones take longer, and on cameras left out find no more."""
 LOOKS = Looks()
@@ -106,7 +108,7 @@ def fit_net(
     )
     last = float(np.mean(losses[-100:]))
     progress.note(f"the net's loss over the last steps: {last:.3f}", loss=last)
-    return NetModel(cascade, network, score_threshold)
+    return NetModel(replace(cascade, rejection_threshold=REJECTION_THRESHOLD), network, score_threshold)
 
 
 def _cascade(images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress) -> Model:
@@ -114,7 +116,7 @@ def _cascade(images: Sequence[TrainingImage], settings: NetTrainingSettings, pro
     statistics = replace(vehicle_statistics(images), size_low_m=low_m, size_high_m=high_m)
     fitter = Fitter(images, statistics, settings.cascade, progress, Checkpoints(None, ""))
     model, _ = fitter.cascade(np.arange(len(images)), "the net's cascade")
-    return replace(model, rejection_threshold=REJECTION_THRESHOLD)
+    return replace(model, rejection_threshold=LEARNING_THRESHOLD)
 
 
 def train_net(

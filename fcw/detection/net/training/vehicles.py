@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.boxes.cutting import cut_rectangle
 from fcw.detection.net.windows import BOTTOM_UNITS, INPUT_PX, VEHICLE_UNITS, WINDOW_UNITS, cut_window
 from fcw.detection.training.dataset import TrainingImage
 
@@ -233,23 +234,9 @@ def _window(
     step = WINDOW_UNITS * unit / INPUT_PX
     if step > 1.4:
         picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), 0.35 * step), np.uint8)
-    top = bottom - BOTTOM_UNITS * unit
-    to_source = np.array(
-        [
-            [step * stretch, 0.0, middle - WINDOW_UNITS * unit * stretch / 2 + step * stretch / 2 - 0.5],
-            [0.0, step, top + step / 2 - 0.5],
-        ]
-    )
-    return np.asarray(
-        cv2.warpAffine(
-            picture,
-            to_source,
-            (INPUT_PX, INPUT_PX),
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            borderMode=cv2.BORDER_REPLICATE,
-        ),
-        np.uint8,
-    )
+    width, height = WINDOW_UNITS * unit * stretch, WINDOW_UNITS * unit
+    # Standings are counted from the first pixel's edge, as cuts are.
+    return cut_rectangle(picture, middle - width / 2, bottom - BOTTOM_UNITS * unit, width, height, INPUT_PX)
 
 
 def _point(x: float, y: float) -> tuple[int, int]:
