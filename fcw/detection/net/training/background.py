@@ -71,7 +71,7 @@ class Background:
         shift = random.uniform(-3.0, 3.0, 2)
         sides = INPUT_PX * step * np.array([stretch, 1.0])
         left, top = (STORED_PX - sides) / 2 + shift
-        return cut_rectangle(picture, left, top, *sides, INPUT_PX)
+        return cut_rectangle(picture, left, top, sides[0], sides[1], INPUT_PX)
 
 
 assert round(STORED_UNITS * INPUT_PX / WINDOW_UNITS) == STORED_PX
