@@ -35,18 +35,19 @@ def test_the_nets_are_given_channels_first():
     assert np.unravel_index(np.argmax(given_[0]), (3, 24, 24)) == (2, 3, 5)
 
 
-def test_near_and_far_have_places_of_their_own_best_first():
+def test_each_class_of_size_has_places_of_its_own_for_its_best():
     random = np.random.default_rng(0)
-    boxes = np.column_stack(
-        [np.arange(40) * 300.0, np.zeros(40), *np.tile(np.r_[[200.0] * 20, [30.0] * 20], (2, 1))]
-    )
-    logits = random.normal(size=40)
-    placements = pick(boxes, logits, 720, PickSettings(lowest_logit=-9.0, near_count=3, far_count=5))
-    chosen = np.round((placements[:, 0] - boxes[0, 2] / 2) / 300.0).astype(int)
-    assert (placements[:, 2] == 200.0).sum() == 3
-    assert (placements[:, 2] == 30.0).sum() == 5
-    of_near = logits[[i for i in chosen if i < 20]]
-    assert set(of_near) == set(np.sort(logits[:20])[-3:])
+    sizes = np.repeat([30.0, 120.0, 400.0], 20)
+    boxes = np.column_stack([np.arange(60) * 900.0, np.zeros(60), sizes, sizes])
+    logits = random.normal(size=60)
+    settings = PickSettings(lowest_logit=-9.0, size_parts=(0.12, 0.3), counts=(5, 3, 2))
+    placements = pick(boxes, logits, 720, settings)
+    chosen = np.round((placements[:, 0] - placements[:, 2] / 2) / 900.0).astype(int)
+    assert np.all(np.diff(logits[chosen]) <= 0)
+    for first, count in ((0, 5), (20, 3), (40, 2)):
+        best = first + np.argsort(-logits[first : first + 20])[:count]
+        assert set(best) <= set(chosen)
+    assert len(chosen) == 10
 
 
 @given(st.integers(0, 500), st.floats(-1.0, 1.0))
