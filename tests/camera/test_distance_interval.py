@@ -75,6 +75,7 @@ def test_interval_of_near_clicks_reaches_hundreds_of_metres_at_80_m():
     assert 400 < high_m < 1000
 
 
+@pytest.mark.slow
 def test_interval_covers_the_truth_in_68_of_100_calibrations_of_a_row_with_noise_of_its_own():
     rng = np.random.default_rng(3)
     draws, inside = 1500, 0
@@ -143,6 +144,7 @@ def test_row_gradient_is_the_derivative_of_the_exact_solution():
         assert calibration.row_gradient(distance_m) == pytest.approx(differences, rel=1e-5, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_fit_of_five_points_and_priors_has_the_sampled_covariance():
     """Measured and believed values drawn anew each time; the distances scatter as the covariance says."""
     rng = np.random.default_rng(5)

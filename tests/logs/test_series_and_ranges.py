@@ -97,6 +97,7 @@ def test_other_bytes_are_no_columns(short_drive):
             DriveSeries.from_bytes(wrong)
 
 
+@pytest.mark.slow
 def test_an_hours_columns_are_a_few_megabytes(short_drive):
     one = short_drive[30][0]
     rng = np.random.default_rng(0)
