@@ -37,7 +37,7 @@ browser: $(VENV)/.dev-installed $(KERNELS)
 # Kept beside the sources, and used by all processes until a source of theirs changes.
 $(KERNELS): $(shell find fcw/kernels fcw/detection fcw/simulation -name '*.py') | $(VENV)/.dev-installed
 	@echo "Compiling the kernels (one to two minutes, once)"
-	@$(BIN)/python tests/helpers/compile_kernels.py
+	@$(BIN)/python tests/kernels/compile_kernels.py
 	@mkdir -p $(@D)
 	@touch $@
 
