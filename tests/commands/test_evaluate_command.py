@@ -14,7 +14,7 @@ from fcw.evaluation.detection.detectors import EVERY_SCORE, DetectorCase, run_de
 from fcw.evaluation.detection.labels import calibration_source, read_annotated
 from fcw.evaluation.simulated import counts_as_rear_view
 from fcw.simulation.truth.file import read_truth
-from fcw.sources import open_source
+from fcw.sources import VideoSource
 from fcw_viz.cli import main
 from fcw_viz.commands.demo import demo_folder
 
@@ -38,7 +38,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Drive:
     folder = tmp_path_factory.mktemp("labelled")
     (folder / "images" / "demo").mkdir(parents=True)
     truth = read_truth(demo_folder() / "truth.csv")
-    source = open_source(demo_folder() / "drive.mp4")
+    source = VideoSource(demo_folder() / "drive.mp4")
     images, annotations = [], []
     times_ns = source.times_ns
     assert times_ns is not None
