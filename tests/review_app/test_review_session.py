@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from review_drives import QUIET_S, WARNING_END_S, write_drive
+from review_drives import QUIET_S, write_drive
 
 from fcw.annotation.records import Judgement, Note, Verdict
 from fcw.annotation.review import reference_to
@@ -30,11 +30,12 @@ def session(log: Path) -> Iterator[ReviewSession]:
     one.close()
 
 
+@pytest.mark.slow
 def test_the_folder_is_listed_worst_first_with_what_cannot_be_read_last(log: Path, tmp_path: Path):
     no_log = tmp_path / "no.mcap"
     no_log.write_bytes(b"something")
     quiet = write_drive(tmp_path / "quiet" / "drive.mcap", QUIET_S)
-    torn = write_drive(tmp_path / "torn" / "drive.mcap", WARNING_END_S, finished=False)
+    torn = write_drive(tmp_path / "torn" / "drive.mcap", finished=False)
     session = ReviewSession({"no": no_log, "quiet": quiet, "torn": torn, "made": log}, "anna")
     told = threading.Event()
     session.join("tab", lambda: told.set() if not session.unread else None)
