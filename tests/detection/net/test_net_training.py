@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.net.training.background import without_vehicle
+from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.training.vehicles import (
     BOTTOM_PX,
     MIDDLE_PX,
     STORED_PX,
-    Circumstances,
     Seen,
     Standing,
-    Vehicles,
     cut_at_bottom,
     cut_at_side,
+    drawing_weights,
     hidden_by,
     misplaced,
     well_framed,
@@ -106,12 +106,17 @@ def labelled(tmp_path, clip: str, boxes: int) -> TrainingImage:
     return TrainingImage(image, Calibration.from_camera(camera, ImageSize(200, 120)))
 
 
-def test_the_many_vehicles_of_one_clip_do_not_rule(tmp_path):
-    images = [labelled(tmp_path, "many", 60), labelled(tmp_path, "few", 15)]
-    chances = Vehicles(images, Circumstances())._chances
+def test_the_many_vehicles_of_one_clip_do_not_rule():
+    weights = drawing_weights(["many"] * 60 + ["few"] * 15)
     # Each of 60 counts sqrt(15 / 60) = half as much as each of 15.
-    assert chances[0] / chances[-1] == pytest.approx(0.5)
-    assert chances.sum() == pytest.approx(1.0)
+    assert weights[0] / weights[-1] == pytest.approx(0.5)
+
+
+def test_a_lottery_draws_in_proportion_to_weights():
+    lottery, random = Lottery([1.0, 0.0, 3.0]), np.random.default_rng(0)
+    drawn = np.bincount([lottery.draw(random) for _ in range(4000)], minlength=3)
+    assert drawn[1] == 0
+    assert drawn[2] / drawn[0] == pytest.approx(3.0, rel=0.15)
 
 
 def test_windows_on_vehicles_or_on_what_may_be_one_are_no_background(tmp_path):

@@ -10,6 +10,7 @@ from fcw.detection.boxes.cutting import cut_rectangle
 from fcw.detection.boxes.overlap import intersection_areas, vehicle_overlap
 from fcw.detection.model import Model
 from fcw.detection.net.proposals import ProposalSettings, Proposer
+from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.training.vehicles import lamp_colour, with_glow
 from fcw.detection.net.windows import INPUT_PX, WINDOW_UNITS, boxes_of, cut_window
 from fcw.detection.training.dataset import LabelledImage, TrainingImage
@@ -55,15 +56,14 @@ class Background:
                     scores.append(float(found[index]))
             advance()
         self._stored = np.array(stored, np.uint8).reshape(-1, STORED_PX, STORED_PX, 3)
-        chances = np.exp(np.clip(scores, -4.0, 12.0) / 12.0)
-        self._chances = chances / chances.sum()
+        self._any = Lottery(np.exp(np.clip(scores, -4.0, 12.0) / 12.0))
 
     def __len__(self) -> int:
         return len(self._stored)
 
     def draw(self, random: np.random.Generator) -> NDArray[np.uint8]:
         """A window of background, perhaps with a light in it: a lone lamp is no vehicle."""
-        picture = self._stored[random.choice(len(self._stored), p=self._chances)]
+        picture = self._stored[self._any.draw(random)]
         if random.uniform() < LIT_PART:
             column, row = random.uniform(12, 50, 2)
             picture = with_glow(picture, column, row, random.uniform(1.5, 6.0), lamp_colour(random))

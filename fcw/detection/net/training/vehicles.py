@@ -1,5 +1,6 @@
 """Vehicles cut out with what is around them, and seen as they may be met: hidden, cut, lit, badly framed."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.boxes.cutting import cut_rectangle
+from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.windows import BOTTOM_UNITS, INPUT_PX, VEHICLE_UNITS, WINDOW_UNITS, cut_window
 from fcw.detection.training.dataset import TrainingImage
 
@@ -88,9 +90,7 @@ class Vehicles:
                 )
                 clips.append(image.labelled.clip)
             advance()
-        count = Counter(clips)
-        weights = np.array([min(1.0, np.sqrt(ENOUGH_OF_A_CLIP / count[clip])) for clip in clips])
-        self._chances = weights / weights.sum()
+        self._lottery = Lottery(drawing_weights(clips))
 
     def __len__(self) -> int:
         return len(self._seen)
@@ -110,7 +110,13 @@ class Vehicles:
         return seen
 
     def _any(self, random: np.random.Generator) -> Seen:
-        return self._seen[random.choice(len(self._seen), p=self._chances)]
+        return self._seen[self._lottery.draw(random)]
+
+
+def drawing_weights(clips: Sequence[str]) -> list[float]:
+    """How often each vehicle is drawn, beside the others, from the names of their clips."""
+    count = Counter(clips)
+    return [min(1.0, math.sqrt(ENOUGH_OF_A_CLIP / count[clip])) for clip in clips]
 
 
 def well_framed(seen: Seen, random: np.random.Generator) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
@@ -173,8 +179,11 @@ def with_glow(
     picture: NDArray[np.uint8], column: float, row: float, radius: float, colour: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
     """A light in the picture, of a Gaussian's shape."""
-    rows, columns = np.mgrid[: len(picture), : picture.shape[1]]
-    light = np.exp(-((columns - column) ** 2 + (rows - row) ** 2) / (2 * radius**2)).astype(np.float32)
+    height, width = picture.shape[:2]
+    down, right = (
+        np.exp(-((np.arange(n) - at) ** 2) / (2 * radius**2)) for n, at in ((height, row), (width, column))
+    )
+    light = np.outer(down, right).astype(np.float32)
     return np.clip(picture + light[..., None] * colour, 0, 255).astype(np.uint8)
 
 
