@@ -9,7 +9,7 @@ ARGS ?=
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 KERNELS := fcw/kernels/__pycache__/.compiled
 
-# A shell that keeps Python from writing bytecode would have every worker, and every program a test starts, compile all anew.
+# Where the shell forbids bytecode, every worker and every program that a test starts would compile all anew.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo check test lint unit whole browser chromium bench format clean
