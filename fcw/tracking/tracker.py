@@ -93,12 +93,13 @@ class Tracker:
         growths = self._range.predict(dt_s, own_gain_mps)
         for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(dt_s, growth)
-        moved = {} if image is None else self._carry(image, before)
+        moved = {} if image is None else self._carry(time_ns, image, before)
         unused = set(range(len(detections)))
         pairs = self._associate(detections)
         step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
-        self._range.take_growths([(slot, *one[1:]) for slot, one in moved.items()], step_s)
+        grown = [(slot, *one[1:]) for slot, one in moved.items() if math.isfinite(one.sigma)]
+        self._range.take_growths(grown, step_s)
         self._mount.update(self._rulers(pairs, detections), dt_s)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
@@ -118,12 +119,14 @@ class Tracker:
         self._lead_id = lead.track_id if lead else None
         return tracks
 
-    def _carry(self, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
+    def _carry(self, time_ns: int, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
         """Find the vehicles in the picture, by slot, and move their boxes there."""
         moved = {}
+        own_mps, slowest_mps = self._ego_speed_mps, self._settings.following.driving_mps
+        we_drive = own_mps is not None and own_mps >= slowest_mps
         for slot, followed in enumerate(self._followed):
             one = followed.looks.follow(image, before[slot], followed.box)
-            if one is not None and followed.carry(one):
+            if one is not None and followed.carry(time_ns, one, we_drive):
                 moved[slot] = one
         return moved
 
