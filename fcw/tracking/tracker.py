@@ -10,6 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
+from fcw.frame import ImageSize
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
@@ -175,9 +176,9 @@ class Tracker:
         """Pairs of least total cost: overlap lost, plus the difference in scale."""
         if not self._followed or not detections:
             return []
-        cost = np.array(
-            [[self._cost(followed.box, found.box) for found in detections] for followed in self._followed]
-        )
+        # What of a vehicle is beyond the picture's edges is not found.
+        predicted = [_in_picture(followed.box, self._calibration.image_size) for followed in self._followed]
+        cost = np.array([[self._cost(box, found.box) for found in detections] for box in predicted])
         rows, columns = linear_sum_assignment(cost)
         return [
             (row, column)
@@ -219,6 +220,13 @@ class Tracker:
                 Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
             )
             self._next_id += 1
+
+
+def _in_picture(box: Box, size: ImageSize) -> Box:
+    """The part of a box in the picture; a vehicle that is kept has its middle column there."""
+    left, top = max(box.x, -0.5), max(box.y, -0.5)
+    right, bottom = min(box.right, size.width - 0.5), min(box.bottom, size.height - 0.5)
+    return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
 
 
 def _hides(box: Box, carried: Box) -> bool:
