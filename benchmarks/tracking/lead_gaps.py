@@ -1,6 +1,6 @@
 """Whether the lead is ever lost: gaps in its track, and changes of its identity, by the logs of drives.
 
-    python benchmarks/lead_gaps.py DRIVE ... [--longest 0.2]
+    python benchmarks/tracking/lead_gaps.py DRIVE ... [--longest 0.2]
 
 DRIVE is a folder of `fcw run`, or a folder of such folders. A vehicle counts that is the lead for half a
 second or more. A gap is a time in which nothing saw it, neither detector nor picture, and after which it was
