@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import default_path, read_calibration
-from fcw.detection.choice import load_model, make_detector, model_path
+from fcw.detection.choice import DEFAULT_DETECTOR, load_model, make_detector, model_path
 from fcw.detection.detector import Detector
 from fcw.detection.model import model_sha256
 from fcw.errors import UserError
@@ -60,7 +60,7 @@ class DriveJob:
     out: Path
     calibration: Path | Calibration | None = None
     topic: str | None = None
-    detector: str | Detector = "acf"
+    detector: str | Detector = DEFAULT_DETECTOR
     detector_classes: tuple[str, ...] = ()
     ego_speed: str | EgoSpeed | None = None
     warning_policy: str | WarningPolicy = DEFAULT_POLICY

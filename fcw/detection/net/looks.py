@@ -75,7 +75,7 @@ class PickSettings:
 
     lowest_logit: float = -4.0
     size_parts: tuple[float, ...] = (0.12, 0.3)
-    counts: tuple[int, ...] = (10, 6, 6)
+    counts: tuple[int, ...] = (14, 6, 6)
     largest_iou: float = 0.75
 
 
