@@ -12,6 +12,7 @@ LAYERS = (
     "kernels",
     "camera",
     "detection",
+    "motion",
     "tracking",
     "warning",
     "logs",
