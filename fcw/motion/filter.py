@@ -104,8 +104,8 @@ class MotionFilter:
         noise[PITCH_TURN] = settings.slope_turn_rad
         noise[YAW_TURN] = 1e-4
         noise[ROLL_TURN] = settings.roll_turn_sigma_radps * dt_s
-        noise[TRAVEL] = 1e-3
-        noise[YAW] = settings.slip_mps / speed_mps
+        noise[TRAVEL] = max(settings.travel_part * abs(float(self.x[SPEED])) * dt_s, 1e-3)
+        noise[YAW] = math.hypot(settings.slip_mps, settings.axle_sigma_m * float(self.x[YAW_RATE])) / speed_mps
         noise[PITCH] = settings.heave_mps / speed_mps
         noise[ROAD_PITCH] = 1e-3
         noise[ROAD_ROLL] = settings.road_roll_sigma_rad

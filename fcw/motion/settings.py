@@ -43,7 +43,11 @@ class MotionSettings:
         roll_turn_sigma_radps: rolling of the body.
         heave_mps: 1-sigma of the camera's speed up and down, which moves the focus of expansion.
         slip_mps: 1-sigma of its speed sideways.
-        axle_m: the camera is so far ahead of the rear axle, which alone goes where the vehicle points.
+        axle_m: the camera is so far ahead of the rear axle, which alone goes where the vehicle points; less
+            what tyres slip,
+        axle_sigma_m: and its 1-sigma.
+        travel_part: 1-sigma of the travel of a step, as a part of it: the road under the points is not the
+            plane below the wheels.
         road_roll_sigma_rad: of the road below against the mean.
         known_part: speed is known while its 1-sigma is less than this part of it,
         known_mps: or less than this.
@@ -83,7 +87,9 @@ class MotionSettings:
     roll_turn_sigma_radps: float = math.radians(2.0)
     heave_mps: float = 0.08
     slip_mps: float = 0.08
-    axle_m: float = 1.8
+    axle_m: float = 1.3
+    axle_sigma_m: float = 0.5
+    travel_part: float = 0.03
     road_roll_sigma_rad: float = math.radians(0.5)
     known_part: float = 0.15
     known_mps: float = 0.3
