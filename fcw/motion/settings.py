@@ -49,27 +49,44 @@ class MotionSettings:
         travel_part: 1-sigma of the travel of a step, as a part of it: the road under the points is not the
             plane below the wheels.
         road_roll_sigma_rad: of the road below against the mean.
-        known_part: speed is known while its 1-sigma is less than this part of it,
+        known_part: the speed is known while its 1-sigma is less than this part of it,
         known_mps: or less than this.
-        fewest_points: with fewer inlying points of the road two pictures say nothing.
-        fewest_inlying: and with a smaller part of them.
-        first_speeds_mps: tried in turn where the speed is unknown.
+        lost_part: it is searched for anew when its 1-sigma is more than this part of it,
+        lost_mps: and this.
+        fewest_points: with fewer inlying points of the road two pictures say nothing,
+        fewest_inlying: and with a smaller part of all points inlying.
+        sure_part: with a smaller part of the road's points or the others' inlying, another speed may be true.
+        standing_mps: below this speed a whole picture must stand:
+        standing_part: so much of its points.
+        search_s: so often at most another one is looked for: a search takes as long as ten pictures.
+        supposed_mps: speeds that are tried,
+        supposed_sigma_mps: and the 1-sigma of each.
+        first_evidence: a speed is believed that is likelier than chance by this logarithm of odds.
+        other_evidence: and another than the present one that is likelier by this.
+        grey_sigma: of a grey value, by noise, compression and what the window sees from elsewhere: it says
+            how well a place is known, along an edge and across it.
+        first_trust: in a cell of the picture of which nothing is known: part of the time that its points keep
+            to the motion.
+        least_trust: with less a cell is left alone; its trust comes back,
+        trust_s: time in which trust follows what is seen.
+        trust_lasts_s: time in which it is forgotten.
+        learns_above_mps: of trust; what stands proves nothing.
     """
 
     working_width_px: int = 640
     cell_px: tuple[int, int] = (24, 12)
     road_points: int = 90
     other_points: int = 60
-    faintest: float = 6.0
+    faintest: float = 2.0
     window_px: int = 9
     levels: int = 2
     shortest_step_s: float = 0.045
     longest_step_s: float = 0.5
-    place_sigma_px: float = 0.4
+    place_sigma_px: float = 0.3
     scales: tuple[float, ...] = (16.0, 8.0, 4.0, 2.5, 2.5, 2.5)
     road_half_width_m: float = 3.5
     road_near_m: float = 4.0
-    road_far_m: float = 22.0
+    road_far_m: float = 30.0
     largest_growth: float = 1.35
     unevenness: float = 0.03
     far_inverse_depth: float = 0.03
@@ -93,6 +110,21 @@ class MotionSettings:
     road_roll_sigma_rad: float = math.radians(0.5)
     known_part: float = 0.15
     known_mps: float = 0.3
-    fewest_points: int = 10
+    lost_part: float = 0.3
+    lost_mps: float = 1.0
+    fewest_points: int = 8
     fewest_inlying: float = 0.25
-    first_speeds_mps: tuple[float, ...] = (8.0, 0.0, 15.0, 25.0, 4.0, 35.0)
+    sure_part: float = 0.5
+    standing_mps: float = 2.0
+    standing_part: float = 0.75
+    search_s: float = 1.0
+    supposed_mps: tuple[float, ...] = (0.0, 4.0, 8.0, 12.0, 17.0, 22.0, 28.0, 34.0)
+    supposed_sigma_mps: float = 2.0
+    first_evidence: float = 60.0
+    other_evidence: float = 20.0
+    grey_sigma: float = 5.0
+    first_trust: float = 0.7
+    least_trust: float = 0.2
+    trust_s: float = 3.0
+    trust_lasts_s: float = 60.0
+    learns_above_mps: float = 3.0

@@ -26,6 +26,12 @@ from fcw.kernels.jit import kernel
 PITCH_TURN, YAW_TURN, ROLL_TURN, TRAVEL, YAW, PITCH, ROAD_PITCH, ROAD_ROLL = range(8)
 """Places of the unknowns: the first three are the rotation about x, y and z."""
 UNKNOWNS = 8
+FAR = 0.005
+"""1/m, and 1-sigma of it: what is 200 m away."""
+OUTLIERS = 0.3
+"""This part of the points may be anywhere: on other vehicles, their shadows, on the windscreen."""
+ASTRAY = 0.02
+"""Anywhere in an area so large, in units of the rays: 8 degrees square."""
 
 
 class Solution(NamedTuple):
@@ -35,11 +41,13 @@ class Solution(NamedTuple):
         unknowns: (8,) the mode, prior and points together.
         information: (8, 8) of the points alone.
         inlying: (N,) weight of each point, 0 to 1.
+        evidence: how much likelier the points are than all being astray, as a logarithm.
     """
 
     unknowns: FloatArray
     information: FloatArray
     inlying: FloatArray
+    evidence: float
 
 
 @kernel()
@@ -49,15 +57,16 @@ def _accumulate(
     road: NDArray[np.bool_],
     inverse_depth: FloatArray,
     depth_sigma: FloatArray,
+    place_precision: FloatArray,
     height_m: float,
-    sigma: float,
     scale: float,
     unknowns: FloatArray,
     hessian: FloatArray,
     gradient: FloatArray,
     inlying: FloatArray,
-) -> None:  # pragma: no cover - compiled
-    """Sums of the weighted normal equations at `unknowns`."""
+) -> float:  # pragma: no cover - compiled
+    """Sums of the weighted normal equations at `unknowns`; returns how much likelier
+    the points are than all being astray, as a logarithm."""
     wx, wy, wz, travel, yaw, pitch, road_pitch, road_roll = unknowns
     tx, ty, tz = travel * yaw, -travel * pitch, travel
     # exp(-[w]) by Rodrigues.
@@ -69,6 +78,7 @@ def _accumulate(
     hessian[:, :] = 0.0
     gradient[:] = 0.0
     jx, jy = np.zeros(UNKNOWNS), np.zeros(UNKNOWNS)
+    evidence = 0.0
     for i in range(before.shape[0]):
         qx, qy = before[i, 0], before[i, 1]
         rho = inverse_depth[i]
@@ -111,14 +121,28 @@ def _accumulate(
             jx[6], jy[6], jx[7], jy[7] = 0.0, 0.0, 0.0, 0.0
             spread = depth_sigma[i]
         ex, ey = after[i, 0] - u, after[i, 1] - v
-        # Inverse of sigma^2 I + spread^2 g g'.
-        own = 1 / (sigma * sigma)
-        along = spread * spread * own / (1 + spread * spread * own * (gx * gx + gy * gy)) * own
-        sxx, sxy, syy = own - along * gx * gx, -along * gx * gy, own - along * gy * gy
+        # Inverse of the place's covariance plus spread^2 g g' (Sherman & Morrison 1950).
+        pxx, pyy, pxy = place_precision[i, 0], place_precision[i, 1], place_precision[i, 2]
+        hx, hy = pxx * gx + pxy * gy, pxy * gx + pyy * gy
+        widened = 1 + spread * spread * (gx * hx + gy * hy)
+        along = spread * spread / widened
+        sxx, sxy, syy = pxx - along * hx * hx, pxy - along * hx * hy, pyy - along * hy * hy
         mahalanobis = sxx * ex * ex + 2 * sxy * ex * ey + syy * ey * ey
         weight = 1 / (1 + mahalanobis / (scale * scale))
         weight *= weight
         inlying[i] = weight
+        density = np.sqrt((pxx * pyy - pxy * pxy) / widened) / (2 * np.pi) * np.exp(-mahalanobis / 2)
+        if not road[i]:
+            # Much of the background is far away: half of it, and then it hardly moves by the travel.
+            fx, fy = ex - gx * (FAR - rho), ey - gy * (FAR - rho)
+            widened = 1 + FAR * FAR * (gx * hx + gy * hy)
+            along = FAR * FAR / widened
+            by_far = fx * hx + fy * hy
+            mahalanobis = pxx * fx * fx + 2 * pxy * fx * fy + pyy * fy * fy - along * by_far * by_far
+            density = density / 2 + np.sqrt((pxx * pyy - pxy * pxy) / widened) / (4 * np.pi) * np.exp(
+                -mahalanobis / 2
+            )
+        evidence += np.log(1 + (1 - OUTLIERS) / OUTLIERS * ASTRAY * density)
         for m in range(UNKNOWNS):
             left_x = weight * (jx[m] * sxx + jy[m] * sxy)
             left_y = weight * (jx[m] * sxy + jy[m] * syy)
@@ -128,6 +152,7 @@ def _accumulate(
     for m in range(UNKNOWNS):
         for n in range(m):
             hessian[n, m] = hessian[m, n]
+    return evidence
 
 
 def solve(
@@ -136,8 +161,8 @@ def solve(
     road: NDArray[np.bool_],
     inverse_depth: FloatArray,
     depth_sigma: FloatArray,
+    place_precision: FloatArray,
     height_m: float,
-    sigma: float,
     prior: FloatArray,
     prior_covariance: FloatArray,
     scales: tuple[float, ...],
@@ -150,25 +175,26 @@ def solve(
         road: (N,) which are of the road.
         inverse_depth: (N,) 1/m guessed for the others.
         depth_sigma: (N,) 1-sigma of that; of the road's its relative unevenness.
+        place_precision: (N, 3) xx, yy and xy of the inverse covariance of the second places.
         height_m: of the camera above the road.
-        sigma: 1-sigma of a place, in units of the rays.
         prior: (8,) mean of the unknowns.
         prior_covariance: (8, 8).
-        scales: of the weights, in sigmas, one for each step; the last one counts.
+        scales: of the weights, in sigmas, one for each step.
     """
     precision = np.linalg.inv(prior_covariance)
     unknowns = prior.copy()
     hessian, gradient = np.empty((UNKNOWNS, UNKNOWNS)), np.empty(UNKNOWNS)
     inlying = np.empty(len(before))
+    evidence = 0.0
     for scale in scales:
-        _accumulate(
+        evidence = _accumulate(
             before,
             after,
             road,
             inverse_depth,
             depth_sigma,
+            place_precision,
             height_m,
-            sigma,
             scale,
             unknowns,
             hessian,
@@ -176,4 +202,4 @@ def solve(
             inlying,
         )
         unknowns = unknowns + np.linalg.solve(hessian + precision, gradient - precision @ (unknowns - prior))
-    return Solution(unknowns, hessian, inlying)
+    return Solution(unknowns, hessian, inlying, evidence)
