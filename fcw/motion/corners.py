@@ -5,40 +5,37 @@ second moments in a window, here of 8x8 pixels on a grid of 4. Flow is measured 
 that nothing finer is needed, and the whole picture takes a fifth of a millisecond at 640x360.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.kernels.jit import kernel
+from fcw.kernels.jit import kernel, rows_of_bytes
 
 BLOCK_PX = 4
+WINDOW_SAMPLES = 2 * BLOCK_PX * BLOCK_PX
+"""Gradients summed in a window of 2x2 blocks."""
 
 
 @kernel()
-def _moments(
-    grey: NDArray[np.uint8], products: NDArray[np.float32], moments: NDArray[np.float32]
-) -> None:  # pragma: no cover - compiled
-    """Sums of gx^2, gy^2 and gx gy in blocks of 4x4; `moments` is (3, rows, cols)."""
+def _moments(grey: NDArray[np.uint8], moments: NDArray[np.float32]) -> None:  # pragma: no cover - compiled
+    """Sums of gx^2, gy^2 and gx gy in blocks of 4x4, over every second row; `moments` is (3, rows, cols)."""
     height, width = grey.shape
-    rows, columns = moments.shape[1], moments.shape[2]
-    for block_row in range(rows):
-        products[:, :] = 0.0
-        for y in range(block_row * BLOCK_PX, (block_row + 1) * BLOCK_PX):
-            above, below = max(y - 1, 0), min(y + 1, height - 1)
-            for x in range(1, width - 1):
-                gx = np.float32(np.int32(grey[y, x + 1]) - np.int32(grey[y, x - 1]))
-                gy = np.float32(np.int32(grey[below, x]) - np.int32(grey[above, x]))
-                products[0, x] += gx * gx
-                products[1, x] += gy * gy
-                products[2, x] += gx * gy
-        for kind in range(3):
-            for column in range(columns):
-                x = column * BLOCK_PX
-                moments[kind, block_row, column] = (
-                    products[kind, x] + products[kind, x + 1] + products[kind, x + 2] + products[kind, x + 3]
-                )
+    xx, yy, xy = np.zeros(width, np.int32), np.zeros(width, np.int32), np.zeros(width, np.int32)
+    for row in range(moments.shape[1]):
+        y = row * BLOCK_PX + 1
+        below = min(y + 3, height - 1)
+        for x in range(1, width - 1):
+            gx = np.int32(grey[y, x + 1]) - np.int32(grey[y, x - 1])
+            gy = np.int32(grey[y + 1, x]) - np.int32(grey[y - 1, x])
+            hx = np.int32(grey[y + 2, x + 1]) - np.int32(grey[y + 2, x - 1])
+            hy = np.int32(grey[below, x]) - np.int32(grey[y + 1, x])
+            xx[x], yy[x], xy[x] = gx * gx + hx * hx, gy * gy + hy * hy, gx * gy + hx * hy
+        for column in range(moments.shape[2]):
+            x = column * BLOCK_PX
+            moments[0, row, column] = xx[x] + xx[x + 1] + xx[x + 2] + xx[x + 3]
+            moments[1, row, column] = yy[x] + yy[x + 1] + yy[x + 2] + yy[x + 3]
+            moments[2, row, column] = xy[x] + xy[x + 1] + xy[x + 2] + xy[x + 3]
 
 
 @kernel()
@@ -49,31 +46,72 @@ def _best_of_cells(
     rows, columns = moments.shape[1] - 1, moments.shape[2] - 1
     across = -(-columns // cell_columns)
     found[:, 2] = -1.0
+    sums, scores = np.empty((3, columns), np.float32), np.empty(columns, np.float32)
     for row in range(rows):
         for column in range(columns):
-            xx = (
-                moments[0, row, column]
-                + moments[0, row, column + 1]
-                + moments[0, row + 1, column]
-                + moments[0, row + 1, column + 1]
-            )
-            yy = (
-                moments[1, row, column]
-                + moments[1, row, column + 1]
-                + moments[1, row + 1, column]
-                + moments[1, row + 1, column + 1]
-            )
-            xy = (
-                moments[2, row, column]
-                + moments[2, row, column + 1]
-                + moments[2, row + 1, column]
-                + moments[2, row + 1, column + 1]
-            )
-            score = (xx + yy - math.sqrt((xx - yy) * (xx - yy) + 4 * xy * xy)) / 2
-            cell = (row // cell_rows) * across + column // cell_columns
-            if score > found[cell, 2]:
-                found[cell, 0], found[cell, 1], found[cell, 2] = column, row, score
-                found[cell, 3], found[cell, 4], found[cell, 5] = xx, yy, xy
+            for kind in range(3):
+                sums[kind, column] = (
+                    moments[kind, row, column]
+                    + moments[kind, row, column + 1]
+                    + moments[kind, row + 1, column]
+                    + moments[kind, row + 1, column + 1]
+                )
+        for column in range(columns):
+            xx, yy, xy = sums[0, column], sums[1, column], sums[2, column]
+            apart = xx - yy
+            root = np.sqrt(apart * apart + np.float32(4.0) * xy * xy)
+            scores[column] = (xx + yy - root) * np.float32(0.5)
+        for place in range(across):
+            cell = (row // cell_rows) * across + place
+            best, at = found[cell, 2], -1
+            for column in range(place * cell_columns, min((place + 1) * cell_columns, columns)):
+                if scores[column] > best:
+                    best, at = scores[column], column
+            if at >= 0:
+                found[cell, 0], found[cell, 1], found[cell, 2] = at, row, best
+                found[cell, 3], found[cell, 4], found[cell, 5] = sums[0, at], sums[1, at], sums[2, at]
+
+
+@kernel()
+def _shrink(rows: NDArray[np.uint8], factor: int, small: NDArray[np.uint8]) -> None:  # pragma: no cover - compiled
+    height, width = small.shape
+    for y in range(height):
+        for x in range(width):
+            total = 0
+            for row in range(y * factor, (y + 1) * factor):
+                for column in range(3 * x * factor + 1, 3 * (x + 1) * factor, 3):
+                    total += rows[row, column]
+            small[y, x] = total // (factor * factor)
+
+
+@kernel()
+def _halve(rows: NDArray[np.uint8], small: NDArray[np.uint8]) -> None:  # pragma: no cover - compiled
+    height, width = small.shape
+    for y in range(height):
+        for x in range(width):
+            small[y, x] = (
+                np.uint16(rows[2 * y, 6 * x + 1])
+                + np.uint16(rows[2 * y, 6 * x + 4])
+                + np.uint16(rows[2 * y + 1, 6 * x + 1])
+                + np.uint16(rows[2 * y + 1, 6 * x + 4])
+            ) >> 2
+
+
+def small_grey(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
+    """A picture in grey, made smaller by a whole factor: the means of its green values, which are sharpest.
+
+    Args:
+        image: (height, width, 3) BGR.
+        factor: at least 1.
+    """
+    if factor == 1:
+        return np.ascontiguousarray(image[:, :, 1])
+    small = np.empty((image.shape[0] // factor, image.shape[1] // factor), np.uint8)
+    if factor == 2:
+        _halve(rows_of_bytes(image), small)
+    else:
+        _shrink(rows_of_bytes(image), factor, small)
+    return small
 
 
 class Corners(NamedTuple):
@@ -103,11 +141,11 @@ def find_corners(grey: NDArray[np.uint8], cell_px: tuple[int, int]) -> Corners:
     height, width = grey.shape
     rows, columns = height // BLOCK_PX, width // BLOCK_PX
     moments = np.empty((3, rows, columns), np.float32)
-    _moments(grey, np.zeros((3, width), np.float32), moments)
+    _moments(grey, moments)
     cell_columns, cell_rows = cell_px[0] // BLOCK_PX, cell_px[1] // BLOCK_PX
     cells = -(-(rows - 1) // cell_rows) * -(-(columns - 1) // cell_columns)
     found = np.empty((cells, 6), np.float32)
     _best_of_cells(moments, cell_rows, cell_columns, found)
     places = found[:, :2] * BLOCK_PX + (BLOCK_PX - 0.5)  # the middle of 2x2 blocks
-    # Differences over two pixels are twice the gradient.
-    return Corners(places, found[:, 2] / (4 * BLOCK_PX * BLOCK_PX), found[:, 3:].astype(np.float64) / 4)
+    # Differences over two pixels are twice the gradient, and half of the rows were summed.
+    return Corners(places, found[:, 2] / WINDOW_SAMPLES, found[:, 3:].astype(np.float64) / 2)

@@ -1,7 +1,6 @@
 """Own motion from picture to picture: points followed from one to the next, solved, and filtered."""
 
 from collections.abc import Sequence
-from copy import deepcopy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +90,7 @@ class MotionEstimator:
             return self.state
         dt_s = (time_ns - last.time_ns) / 1e9
         self._since_search_s += dt_s
-        before = deepcopy(self._filter)
+        before = self._filter.copy()
         self._filter.predict(dt_s)
         if dt_s <= settings.longest_step_s:
             self._take_step((last, now), dt_s, before)
@@ -129,14 +128,14 @@ class MotionEstimator:
         best = None
         needed = settings.first_evidence
         if self._known:
-            best = self._attempt(pictures, dt_s, deepcopy(self._filter))
+            best = self._attempt(pictures, dt_s, self._filter.copy())
             needed = best.evidence + settings.other_evidence
         if (best is None or best.solution is None or best.doubtful) and (
             self._since_search_s >= settings.search_s
         ):
             self._since_search_s = 0.0
             for speed_mps in settings.supposed_mps:
-                supposed = deepcopy(before)
+                supposed = before.copy()
                 supposed.forget_speed(speed_mps, settings.supposed_sigma_mps)
                 supposed.predict(dt_s)
                 other = self._attempt(pictures, dt_s, supposed)

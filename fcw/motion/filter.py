@@ -59,6 +59,12 @@ class MotionFilter:
         )
         self.p = np.diag(np.square(sigmas))
 
+    def copy(self) -> "MotionFilter":
+        """Another one that believes the same."""
+        other = object.__new__(MotionFilter)
+        other._settings, other.x, other.p = self._settings, self.x.copy(), self.p.copy()
+        return other
+
     def sigma(self, state: int) -> float:
         """1-sigma of a state."""
         return math.sqrt(max(float(self.p[state, state]), 0.0))

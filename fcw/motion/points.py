@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.motion.corners import Corners, find_corners
+from fcw.motion.corners import Corners, find_corners, small_grey
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH, ROAD_PITCH, ROAD_ROLL, TRAVEL, YAW
 
@@ -89,11 +89,7 @@ class PointFollower:
             image: (height, width, 3) BGR.
             boxes: of other vehicles in it.
         """
-        grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        if self._factor > 1:
-            size = (grey.shape[1] // self._factor, grey.shape[0] // self._factor)
-            grey = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
-        grey = np.asarray(grey, np.uint8)
+        grey = small_grey(image, self._factor)
         corners = find_corners(grey, self._settings.cell_px)
         if len(self._trust) != len(corners.scores):
             self._trust = np.full(len(corners.scores), self._settings.first_trust)
