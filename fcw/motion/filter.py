@@ -113,7 +113,7 @@ class MotionFilter:
         noise[TRAVEL] = max(settings.travel_part * abs(float(self.x[SPEED])) * dt_s, 1e-3)
         noise[YAW] = math.hypot(settings.slip_mps, settings.axle_sigma_m * float(self.x[YAW_RATE])) / speed_mps
         noise[PITCH] = settings.heave_mps / speed_mps
-        noise[ROAD_PITCH] = 1e-3
+        noise[ROAD_PITCH] = settings.road_pitch_sigma_rad
         noise[ROAD_ROLL] = settings.road_roll_sigma_rad
         covariance = by_state @ self.p @ by_state.T
         covariance.flat[:: UNKNOWNS + 1] += noise**2

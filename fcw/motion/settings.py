@@ -48,7 +48,8 @@ class MotionSettings:
         axle_sigma_m: and its 1-sigma.
         travel_part: 1-sigma of the travel of a step, as a part of it: the road under the points is not the
             plane below the wheels.
-        road_roll_sigma_rad: of the road below against the mean.
+        road_roll_sigma_rad: of the road ahead against that below the wheels,
+        road_pitch_sigma_rad: likewise.
         known_part: the speed is known while its 1-sigma is less than this part of it,
         known_mps: or less than this.
         lost_part: it is searched for anew when its 1-sigma is more than this part of it,
@@ -86,7 +87,7 @@ class MotionSettings:
     scales: tuple[float, ...] = (16.0, 8.0, 4.0, 2.5, 2.5, 2.5)
     road_half_width_m: float = 3.5
     road_near_m: float = 4.0
-    road_far_m: float = 30.0
+    road_far_m: float = 25.0
     largest_growth: float = 1.35
     unevenness: float = 0.03
     far_inverse_depth: float = 0.03
@@ -102,12 +103,13 @@ class MotionSettings:
     fast_pitch_s: float = 0.5
     slope_turn_rad: float = math.radians(0.05)
     roll_turn_sigma_radps: float = math.radians(2.0)
-    heave_mps: float = 0.08
+    heave_mps: float = 0.06
     slip_mps: float = 0.08
     axle_m: float = 1.3
     axle_sigma_m: float = 0.5
     travel_part: float = 0.03
     road_roll_sigma_rad: float = math.radians(0.5)
+    road_pitch_sigma_rad: float = math.radians(0.25)
     known_part: float = 0.15
     known_mps: float = 0.3
     lost_part: float = 0.3
