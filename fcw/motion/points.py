@@ -1,6 +1,5 @@
 """Points that are followed from one picture to the next: where they are taken, and where they went."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.motion.corners import Corners, find_corners, small_grey
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH, ROAD_PITCH, ROAD_ROLL, TRAVEL, YAW
+from fcw.motion.view import RoadView
 
 VEHICLE_MARGIN = 0.15
 """Boxes are taken so much larger, in parts of themselves: for shadows and errors of the detector."""
@@ -69,16 +69,15 @@ class PointFollower:
         camera: as calibrated, for the whole picture.
         width_px: of the whole picture.
         settings: see `MotionSettings`.
+
+    Attributes:
+        view: of the small pictures, as calibrated.
     """
 
     def __init__(self, camera: GroundPlaneCamera, width_px: int, settings: MotionSettings) -> None:
         self._settings, self._height_m = settings, camera.height_m
         self._factor = max(1, round(width_px / settings.working_width_px))
-        self._focal_px = camera.focal_y_px / self._factor
-        self._column_px, self._row_px = (
-            (pixel + 0.5) / self._factor - 0.5 for pixel in (camera.principal_column_px, camera.principal_row_px)
-        )
-        self._sine, self._cosine = math.sin(camera.pitch_rad), math.cos(camera.pitch_rad)
+        self.view = RoadView.of(camera, self._factor)
         self._trust = np.zeros(0)
 
     def picture(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box]) -> SmallPicture:
@@ -106,8 +105,8 @@ class PointFollower:
         settings = self._settings
         cells, road = self._choose(last, mean)
         places = last.corners.places[cells]
-        rays = self._rays(places)
-        below = self._below(rays, mean)
+        rays = self.view.rays(places)
+        below = self._road(mean).inverse_depth(rays)
         inverse_depth = np.where(road, below, np.maximum(settings.far_inverse_depth, below))
         spread = np.where(road, settings.unevenness, settings.far_inverse_depth_sigma + np.maximum(below, 0.0))
         if not len(cells):
@@ -126,7 +125,7 @@ class PointFollower:
         return Flow(
             cells[kept],
             rays[kept],
-            self._rays(followed[kept, 0]),
+            self.view.rays(followed[kept, 0]),
             road[kept],
             inverse_depth[kept],
             spread[kept],
@@ -155,8 +154,8 @@ class PointFollower:
             aside_px, over_px = VEHICLE_MARGIN * box.w, VEHICLE_MARGIN * box.h
             inside = (x > box.x - aside_px) & (x < box.right + aside_px)
             usable &= ~(inside & (y > box.y - over_px) & (y < box.bottom + over_px))
-        rays = self._rays(places)
-        below = self._below(rays, mean)
+        rays = self.view.rays(places)
+        below = self._road(mean).inverse_depth(rays)
         depth_m = 1 / np.maximum(below, 1e-6)
         aside_m = np.abs(rays[:, 0] - mean[YAW]) * depth_m
         nearest_m = max(settings.road_near_m, float(mean[TRAVEL]) / (1 - 1 / settings.largest_growth))
@@ -174,9 +173,8 @@ class PointFollower:
         cells = np.concatenate(chosen)
         return cells, road[cells]
 
-    def _below(self, rays: FloatArray, mean: FloatArray) -> FloatArray:
-        """Inverse depth of the road along rays; negative above the horizon."""
-        return (mean[ROAD_ROLL] * rays[:, 0] + rays[:, 1] + mean[ROAD_PITCH]) / self._height_m
+    def _road(self, mean: FloatArray) -> RoadView:
+        return self.view.turned(float(mean[ROAD_PITCH]), float(mean[ROAD_ROLL]))
 
     def _precision(self, information: FloatArray) -> FloatArray:
         """Inverse of sigma^2 I + grey^2 G^-1, in units of the rays, which is G (sigma^2 G + grey^2 I)^-1."""
@@ -185,7 +183,7 @@ class PointFollower:
         place, grey = settings.place_sigma_px**2, settings.grey_sigma**2
         determinant = xx * yy - xy * xy
         a, b, c = place * xx + grey, place * yy + grey, place * xy
-        scale = self._focal_px**2 / (a * b - c * c)
+        scale = self.view.focal_px**2 / (a * b - c * c)
         # G times the adjoint; it is symmetric, as both are functions of G.
         return np.column_stack(
             (
@@ -195,13 +193,6 @@ class PointFollower:
             )
         )
 
-    def _rays(self, places: NDArray[np.float32]) -> FloatArray:
-        """(N, 2) x / z and y / z in level axes of (N, 2) places in the small picture."""
-        x = (places[:, 0] - self._column_px) / self._focal_px
-        y = (places[:, 1] - self._row_px) / self._focal_px
-        z = self._cosine - y * self._sine
-        return np.column_stack((x / z, (y * self._cosine + self._sine) / z)).astype(np.float64)
-
     def _expected(self, rays: FloatArray, inverse_depth: FloatArray, mean: FloatArray) -> NDArray[np.float32]:
         """(N, 2) where points are expected in the next small picture."""
         wx, wy, wz, travel = mean[:4]
@@ -209,7 +200,4 @@ class PointFollower:
         y = rays[:, 1] + inverse_depth * travel * mean[PITCH]
         z = 1 - inverse_depth * travel
         x, y, z = x + wz * y - wy * z, y - wz * x + wx * z, z + wy * x - wx * y
-        depth = y * self._sine + z * self._cosine
-        columns = self._column_px + self._focal_px * x / depth
-        rows = self._row_px + self._focal_px * (y * self._cosine - z * self._sine) / depth
-        return np.column_stack((columns, rows)).astype(np.float32)
+        return np.column_stack(self.view.project(x, y, z))

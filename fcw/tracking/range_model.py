@@ -98,6 +98,7 @@ class RangeModel:
     aspect_correlation_s: float = 5.0
     side_sigma: float = 0.5
     vehicle_length_m: float = 4.2
+    calibration_pitch_sigma_rad: float = math.radians(0.5)
     slow_pitch_sigma_rad: float = math.radians(0.05)
     slow_pitch_correlation_s: float = 20.0
     fast_pitch_sigma_rad: float = math.radians(0.2)

@@ -149,6 +149,7 @@ def sample_sequence(
     rng: np.random.Generator,
     box_noise_px: float,
     without: Sequence[Cue] = (),
+    pitch_error_rad: float = 0.0,
 ) -> tuple[list[DistanceSample], list[tuple[str, int, int]]]:
     """Calibrate, run the tracker over a sequence, and compare it with the truth.
 
@@ -158,13 +159,14 @@ def sample_sequence(
         rng: of the clicks and the boxes.
         box_noise_px: 1-sigma of the edges, 1.5 times that of the lower one.
         without: cues that the tracker does without.
+        pitch_error_rad: of the calibration; see `KittiSequence.calibration`.
 
     Returns:
         The samples; and sequence, frame and true track of each frame with a `warning` by the default policy
         that is about a measured vehicle.
     """
     policy, warnings = make_policy(), []
-    calibration = sequence.calibration(rng)
+    calibration = sequence.calibration(rng, pitch_error_rad=pitch_error_rad)
     tracker = Tracker(calibration, without_cues(tracker_settings(box_noise_px), without))
     closing = _true_closing_speeds(sequence.frames)
     samples = []
@@ -263,9 +265,14 @@ class DistanceEvaluation:
 
 
 def evaluate_distance(
-    folder: Path, names: Sequence[str], box_noise_px: float, seed: int, without: Sequence[Cue] = ()
+    folder: Path,
+    names: Sequence[str],
+    box_noise_px: float,
+    seed: int,
+    without: Sequence[Cue] = (),
+    pitch_error_rad: float = 0.0,
 ) -> DistanceEvaluation:
-    """Run the tracker over sequences of KITTI tracking, also without some of its cues.
+    """Run the tracker over sequences of KITTI tracking, also without some of its cues, or wrongly calibrated.
 
     Raises:
         UserError: a file is missing or not as expected.
@@ -278,7 +285,9 @@ def evaluate_distance(
         speeds_mps, _ = read_own_motion(folder, name)
         # A stream of its own for each sequence: leaving one out changes nothing in the others.
         rng = np.random.default_rng([seed, *name.encode()])
-        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px, without)
+        found, warned = sample_sequence(
+            sequence, speeds_mps, rng, box_noise_px, without, pitch_error_rad
+        )
         samples += found
         warnings += warned
         measured += measured_vehicles(sequence)
