@@ -73,7 +73,9 @@ def _best_of_cells(
 
 
 @kernel()
-def _shrink(rows: NDArray[np.uint8], factor: int, small: NDArray[np.uint8]) -> None:  # pragma: no cover - compiled
+def _shrink(
+    rows: NDArray[np.uint8], factor: int, small: NDArray[np.uint8]
+) -> None:  # pragma: no cover - compiled
     height, width = small.shape
     for y in range(height):
         for x in range(width):

@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, MOUNT_YAW, SPEED, YAW_RATE, MotionFilter
+from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, MOUNT_YAW, SPEED, SPRING, YAW_RATE, MotionFilter
 from fcw.motion.points import Flow, PointFollower, SmallPicture
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import TRAVEL, Solution, solve
 from fcw.motion.state import Mount, OwnMotion, SpeedSource
+from fcw.motion.view import RoadView
 
 INLYING = 0.25
 """A point with this weight keeps to the motion: it is within one scale of the weights."""
@@ -95,7 +96,8 @@ class MotionEstimator:
         if dt_s <= settings.longest_step_s:
             self._take_step((last, now), dt_s, before)
         self._known &= (
-            self._filter.sigma(SPEED) < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
+            self._filter.sigma(SPEED)
+            < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
         )
         return self.state
 
@@ -122,8 +124,21 @@ class MotionEstimator:
             picture_speed_mps=speed_mps if known else None,
         )
 
-    def _take_step(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, before: MotionFilter) -> None:
-        """Take what two pictures say; in doubt, and now and then, whether another speed explains them better."""
+    @property
+    def picture(self) -> SmallPicture | None:
+        """The latest one that was used."""
+        return self._last
+
+    @property
+    def view(self) -> RoadView:
+        """Where the road is in it, as believed now."""
+        x = self._filter.x
+        return self._follower.view.turned(float(x[MOUNT_PITCH] + x[SPRING]), float(x[MOUNT_ROLL]))
+
+    def _take_step(
+        self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, before: MotionFilter
+    ) -> None:
+        """Take what two pictures say; in doubt, whether another speed explains them better."""
         settings = self._settings
         best = None
         needed = settings.first_evidence

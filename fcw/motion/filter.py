@@ -91,7 +91,7 @@ class MotionFilter:
         self.p.flat[:: STATES + 1] += added
 
     def expect(self, dt_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(8,) mean and (8, 8) covariance of the solver's unknowns over the last step; and (8, 8) by state."""
+        """Mean (8,) and covariance (8, 8) of the solver's unknowns of the last step, and (8, 8) by state."""
         settings = self._settings
         speed_mps = max(float(self.x[SPEED]), SLOWEST_DIRECTION_MPS)
         by_state = np.zeros((UNKNOWNS, STATES))
@@ -111,7 +111,9 @@ class MotionFilter:
         noise[YAW_TURN] = 1e-4
         noise[ROLL_TURN] = settings.roll_turn_sigma_radps * dt_s
         noise[TRAVEL] = max(settings.travel_part * abs(float(self.x[SPEED])) * dt_s, 1e-3)
-        noise[YAW] = math.hypot(settings.slip_mps, settings.axle_sigma_m * float(self.x[YAW_RATE])) / speed_mps
+        noise[YAW] = (
+            math.hypot(settings.slip_mps, settings.axle_sigma_m * float(self.x[YAW_RATE])) / speed_mps
+        )
         noise[PITCH] = settings.heave_mps / speed_mps
         noise[ROAD_PITCH] = settings.road_pitch_sigma_rad
         noise[ROAD_ROLL] = settings.road_roll_sigma_rad

@@ -3,8 +3,8 @@
 The small picture is sampled on a grid of the road. Across each row of the grid a painted line is a ridge:
 brighter than the road on both sides of it. The ridges vote for two lines with one heading and one bend, close
 to those that mount and yaw rate expect, and a least-squares fit through the voters gives the lane with its
-covariance (after Aly 2008, "Real time detection of lane markers in urban streets", with the road's plane known
-and both lines parallel).
+covariance (after Aly 2008, "Real time detection of lane markers in urban streets", with the road's plane
+known and both lines parallel).
 """
 
 import math
@@ -17,7 +17,7 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.kernels.jit import kernel
 from fcw.motion.view import RoadView
 
-DISTANCES_M = np.geomspace(6.0, 40.0, 28)
+DISTANCES_M = np.geomspace(6.0, 40.0, 24)
 """Rows of the grid: nearer together where a row of the picture is less of the road."""
 HALF_WIDTH_M, STEP_M = 6.0, 0.05
 LATERALS_M = np.arange(-HALF_WIDTH_M, HALF_WIDTH_M + STEP_M / 2, STEP_M)
@@ -27,8 +27,8 @@ FAINTEST = 6.0
 """Grey values by which a line is brighter than the road on both sides."""
 STRONGEST = 30.0
 """Brighter does not count for more: a lamp's reflection is no better a line."""
-HEADINGS_RAD = np.radians(np.linspace(-3.0, 3.0, 25))
-BENDS_PER_M = np.linspace(-3e-3, 3e-3, 13)
+HEADINGS_RAD = np.radians(np.linspace(-2.5, 2.5, 17))
+BENDS_PER_M = np.linspace(-2.4e-3, 2.4e-3, 9)
 """Tried about what is expected."""
 NEAREST_LINE_M, FARTHEST_LINE_M = 0.5, 3.4
 LANE_M, LANE_SIGMA_M = 3.5, 0.4
@@ -65,7 +65,10 @@ class Lane:
 
 @kernel()
 def _ridges(
-    grey: NDArray[np.uint8], columns: NDArray[np.float32], rows: NDArray[np.float32], found: NDArray[np.float32]
+    grey: NDArray[np.uint8],
+    columns: NDArray[np.float32],
+    rows: NDArray[np.float32],
+    found: NDArray[np.float32],
 ) -> int:  # pragma: no cover - compiled
     """Ridges of the sampled road: (row of the grid, place across it, strength); returns how many."""
     height, width = grey.shape
@@ -126,7 +129,14 @@ def _vote(
                     side[place] += strengths[i]
                     side[place - 1] += strengths[i] / 2
                     side[place + 1] += strengths[i] / 2
+            highest_left, highest_right = 0.0, 0.0
             for u in range(10, bins):
+                highest_left, highest_right = max(highest_left, left[u]), max(highest_right, right[u])
+            if highest_left + highest_right <= best:
+                continue
+            for u in range(10, bins):
+                if left[u] + highest_right <= best:
+                    continue
                 for v in range(10, bins):
                     lane = (u + v + 1) * 0.05
                     if NARROWEST_M <= lane <= WIDEST_M:
@@ -194,7 +204,9 @@ def _fitted(
         information[2, 2] += HEADING_SIGMA_RAD**-2
         information[3, 3] += BEND_SIGMA_PER_M**-2
         information += np.outer(width, width) / LANE_SIGMA_M**2
-        gradient = design.T @ (weights * off_m[near]) + width * (expected[2] - (x[0] - x[1])) / LANE_SIGMA_M**2
+        gradient = (
+            design.T @ (weights * off_m[near]) + width * (expected[2] - (x[0] - x[1])) / LANE_SIGMA_M**2
+        )
         gradient[2] += (expected[0] - x[2]) / HEADING_SIGMA_RAD**2
         gradient[3] += (expected[1] - x[3]) / BEND_SIGMA_PER_M**2
         x = x + np.linalg.solve(information, gradient)
@@ -251,5 +263,7 @@ class LaneTracker:
             else:
                 noise = seen.covariance * max(1.0, SMOOTHING_S / max(dt_s, 1e-3))
                 gain = predicted @ np.linalg.inv(predicted + noise)
-                self._lane = Lane(before.mean + gain @ (seen.mean - before.mean), predicted - gain @ predicted)
+                self._lane = Lane(
+                    before.mean + gain @ (seen.mean - before.mean), predicted - gain @ predicted
+                )
         return self._lane

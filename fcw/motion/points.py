@@ -108,7 +108,9 @@ class PointFollower:
         rays = self.view.rays(places)
         below = self._road(mean).inverse_depth(rays)
         inverse_depth = np.where(road, below, np.maximum(settings.far_inverse_depth, below))
-        spread = np.where(road, settings.unevenness, settings.far_inverse_depth_sigma + np.maximum(below, 0.0))
+        spread = np.where(
+            road, settings.unevenness, settings.far_inverse_depth_sigma + np.maximum(below, 0.0)
+        )
         if not len(cells):
             return Flow(cells, rays, rays, road, inverse_depth, spread, np.zeros((0, 3)))
         followed, status, _ = cv2.calcOpticalFlowPyrLK(

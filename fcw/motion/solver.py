@@ -1,18 +1,19 @@
 """Motion between two pictures from points that were followed: rotation, travel, its direction, the road.
 
-All is in level axes (x right, y down, z forward) that belong to the calibrated camera. A point on a ray q with
-q_z = 1 and the inverse depth rho is seen, after the camera moved by t and turned by w, along
+All is in level axes (x right, y down, z forward) that belong to the calibrated camera. A point on a ray q
+with q_z = 1 and the inverse depth rho is seen, after the camera moved by t and turned by w, along
 
     Z = exp(-[w]) (q - rho t)        t = s (a, -b, 1)
 
-(Longuet-Higgins & Prazdny 1980). Of the road rho = n q / h with its normal n = (c, 1, p), so that the flow of
-the road says how far we went, in units of the camera's height (Kitt, Geiger & Lategahn 2010; Song & Chandraker
-2014). The depth of everything else is a guess with a wide sigma: while we move, such a point speaks of the
-rotation and the direction alone, across its epipolar line; while we stand, along it too.
+(Longuet-Higgins & Prazdny 1980). Of the road rho = n q / h with its normal n = (c, 1, p), so that the flow
+of the road says how far we went, in units of the camera's height (Kitt, Geiger & Lategahn 2010; Song &
+Chandraker 2014). The depth of everything else is a guess with a wide sigma: while we move, such a point speaks
+of the rotation and the direction alone, across its epipolar line; while we stand, along it too.
 
-The unknowns are w (3), the travel s, and the angles a (yaw of the camera), b (its pitch against the direction
-of travel), p (its pitch against the road) and c (its roll against it). They have a prior; the solution is that
-of Gauss and Newton with weights by Geman & McClure (1987), whose scale shrinks from a coarse to a fine one.
+The unknowns are w (3), the travel s, and the angles a (yaw of the camera), b (its pitch against the
+direction of travel), p (its pitch against the road) and c (its roll against it). They have a prior; the
+solution is that of Gauss and Newton with weights by Geman & McClure (1987), whose scale shrinks from a coarse
+to a fine one.
 """
 
 from typing import NamedTuple

@@ -146,7 +146,7 @@ class RangeFilter:
         self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
         self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
         self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
-        self._calibrated_row_px = camera.horizon_row_px
+        self._calibrated_row_px, self._calibrated_pitch_rad = camera.horizon_row_px, camera.pitch_rad
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
 
     @property
@@ -260,6 +260,26 @@ class RangeFilter:
         self._p = moved @ self._p @ moved.T
         self._p.flat[:: n + 1] += added
         return (1 / shrink).tolist()
+
+    def take_mount(self, pitch_rad: float, sigma_rad: float, dt_s: float) -> None:
+        """Take the mount's pitch as own motion believes it.
+
+        It is the same belief frame after frame: it counts as one measurement in `model.mount_lasts_s`.
+
+        Args:
+            pitch_rad: of the axis below the road.
+            sigma_rad: 1-sigma.
+            dt_s: since the frame before.
+        """
+        if dt_s <= 0:
+            return
+        row_px = self._calibrated_row_px - self._focal_px * (pitch_rad - self._calibrated_pitch_rad)
+        sigma_rad = math.hypot(sigma_rad, self._model.mount_sigma_rad)
+        variance = (self._focal_px * sigma_rad) ** 2 * max(self._model.mount_lasts_s / dt_s, 1.0)
+        by_state = np.zeros((1, len(self._x)))
+        by_state[0, HORIZON] = 1.0
+        residual = np.array([row_px - self._x[HORIZON]])
+        self._take(by_state, residual, np.array([variance]), learns_camera=True)
 
     def update(self, boxes: Sequence[tuple[int, Box]], dt_s: float) -> None:
         """Take the boxes of one frame.

@@ -64,6 +64,11 @@ class RangeModel:
         aspect_correlation_s: how long it stays turned: a change of lane, a bend.
         side_sigma: how well the visible side of a vehicle beside our path is known, as a part of it.
         vehicle_length_m: of the side that is seen of a vehicle beside our path.
+        calibration_pitch_sigma_rad: how far calibrations are off in use, beside their clicks: people park on
+            ramps, load the boot, bump the mount.
+        mount_sigma_rad: 1-sigma of the mount by the picture, beside what it says itself: roads are not level
+            with the direction of travel.
+        mount_lasts_s: its errors stay alike for so long.
         slow_pitch_sigma_rad: pitch against the road by load and long slopes, that is by bends of the road
             between us and the vehicles; most roads are nearly straight over 50 m.
         slow_pitch_correlation_s: how long a slope lasts.
@@ -98,7 +103,9 @@ class RangeModel:
     aspect_correlation_s: float = 5.0
     side_sigma: float = 0.5
     vehicle_length_m: float = 4.2
-    calibration_pitch_sigma_rad: float = math.radians(0.5)
+    calibration_pitch_sigma_rad: float = math.radians(0.7)
+    mount_sigma_rad: float = math.radians(0.15)
+    mount_lasts_s: float = 20.0
     slow_pitch_sigma_rad: float = math.radians(0.05)
     slow_pitch_correlation_s: float = 20.0
     fast_pitch_sigma_rad: float = math.radians(0.2)

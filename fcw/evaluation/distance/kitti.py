@@ -285,9 +285,7 @@ def evaluate_distance(
         speeds_mps, _ = read_own_motion(folder, name)
         # A stream of its own for each sequence: leaving one out changes nothing in the others.
         rng = np.random.default_rng([seed, *name.encode()])
-        found, warned = sample_sequence(
-            sequence, speeds_mps, rng, box_noise_px, without, pitch_error_rad
-        )
+        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px, without, pitch_error_rad)
         samples += found
         warnings += warned
         measured += measured_vehicles(sequence)

@@ -1,4 +1,4 @@
-"""Own motion by the picture against true poses: errors of speed and yaw rate, the mount, and the time taken."""
+"""Own motion by the picture against true poses: errors of speed and yaw rate, the mount, and the time."""
 
 import math
 import time
@@ -99,7 +99,9 @@ def evaluate_motion(
     return _compared(states, truth, after, float(later.mean()) if len(later) else math.nan)
 
 
-def _compared(states: list[OwnMotion], truth: TrueMotion, after: int, ms_per_frame: float) -> MotionEvaluation:
+def _compared(
+    states: list[OwnMotion], truth: TrueMotion, after: int, ms_per_frame: float
+) -> MotionEvaluation:
     def column(name: str) -> FloatArray:
         values = (getattr(state, name) for state in states)
         return np.array([math.nan if value is None else value for value in values])
@@ -116,9 +118,7 @@ def _compared(states: list[OwnMotion], truth: TrueMotion, after: int, ms_per_fra
         speed_median=_quantile(np.abs(relative), 0.5),
         speed_p90=_quantile(np.abs(relative), 0.9),
         speed_bias=_quantile(relative, 0.5),
-        speed_coverage=float(
-            np.mean(np.abs(speeds_mps - truth.speeds_mps)[judged] <= sigmas_mps[judged])
-        )
+        speed_coverage=float(np.mean(np.abs(speeds_mps - truth.speeds_mps)[judged] <= sigmas_mps[judged]))
         if judged.any()
         else math.nan,
         yaw_rate_median_radps=_quantile(turning, 0.5),

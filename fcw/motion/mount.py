@@ -1,0 +1,50 @@
+"""What a person is told of the mount: that it looks elsewhere than calibrated, and what that does."""
+
+import math
+from dataclasses import replace
+
+from fcw.camera.calibration import Calibration
+from fcw.motion.state import Mount
+
+SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.25)
+"""A pitch farther off is said, until it comes back to less: 0.4 degrees are 15 % of 30 m, 1.4 m high."""
+SURE_SIGMAS = 2.0
+SHOWN_AT_M = 30.0
+
+
+class MountNote:
+    """Says when the camera's pitch, as own motion believes it, is not that of the calibration.
+
+    Args:
+        calibration: for the size of the pictures.
+    """
+
+    def __init__(self, calibration: Calibration) -> None:
+        self._camera = calibration.camera
+        self._moved = False
+        self._mount = Mount(pitch_rad=calibration.camera.pitch_rad)
+
+    def update(self, mount: Mount) -> None:
+        """Take what is believed now."""
+        self._mount = mount
+        limit_rad = WITHDRAWN_RAD if self._moved else SAID_RAD
+        off_rad = abs(mount.pitch_rad - self._camera.pitch_rad)
+        self._moved = off_rad > limit_rad and off_rad > SURE_SIGMAS * mount.pitch_sigma_rad
+
+    @property
+    def text(self) -> str | None:
+        """What to tell, or None."""
+        if not self._moved:
+            return None
+        off_rad = self._mount.pitch_rad - self._camera.pitch_rad
+        direction = "down" if off_rad > 0 else "up"
+        believed = replace(self._camera, pitch_rad=self._mount.pitch_rad)
+        read_m = self._camera.distance_at(believed.row_at(SHOWN_AT_M))
+        without = (
+            f"{SHOWN_AT_M:.0f} m would read {read_m:.0f} m" if read_m < 1000 else "far distances have none"
+        )
+        return (
+            f"the camera looks {math.degrees(abs(off_rad)):.1f} degrees farther {direction} "
+            "than when it was calibrated: the mount has moved, or the calibration is wrong; distances go by "
+            f"where it looks now, without that {without}; calibrate again"
+        )
