@@ -150,4 +150,4 @@ def find_corners(grey: NDArray[np.uint8], cell_px: tuple[int, int]) -> Corners:
     _best_of_cells(moments, cell_rows, cell_columns, found)
     places = found[:, :2] * BLOCK_PX + (BLOCK_PX - 0.5)  # the middle of 2x2 blocks
     # Differences over two pixels are twice the gradient, and half of the rows were summed.
-    return Corners(places, found[:, 2] / WINDOW_SAMPLES, found[:, 3:].astype(np.float64) / 2)
+    return Corners(places, found[:, 2] / np.float32(WINDOW_SAMPLES), found[:, 3:].astype(np.float64) / 2)

@@ -187,7 +187,7 @@ def _fitted(
 ) -> Lane | None:
     """Least squares through the ridges near two lines: left, right, heading and bend."""
     x = start
-    information = np.zeros((4, 4))
+    information, near = np.zeros((4, 4)), np.zeros(len(distances_m), bool)
     for _ in range(3):
         bent_m = x[2] * distances_m + x[3] * distances_m**2 / 2
         off_left, off_right = laterals_m - x[0] - bent_m, laterals_m - x[1] - bent_m
@@ -219,7 +219,7 @@ def _fitted(
     # Ridges of neighbouring rows err alike.
     covariance = np.linalg.inv(information) * 4
     to_lane = np.array([[0.5, 0.5, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [1, -1, 0, 0]])
-    return Lane(to_lane @ x, to_lane @ covariance @ to_lane.T)
+    return Lane(to_lane @ x, np.asarray(to_lane @ covariance @ to_lane.T, np.float64))
 
 
 class LaneTracker:

@@ -7,8 +7,8 @@ with q_z = 1 and the inverse depth rho is seen, after the camera moved by t and 
 
 (Longuet-Higgins & Prazdny 1980). Of the road rho = n q / h with its normal n = (c, 1, p), so that the flow
 of the road says how far we went, in units of the camera's height (Kitt, Geiger & Lategahn 2010; Song &
-Chandraker 2014). The depth of everything else is a guess with a wide sigma: while we move, such a point speaks
-of the rotation and the direction alone, across its epipolar line; while we stand, along it too.
+Chandraker 2014). The depth of everything else is a guess with a wide sigma: while we move, such a point
+speaks of the rotation and the direction alone, across its epipolar line; while we stand, along it too.
 
 The unknowns are w (3), the travel s, and the angles a (yaw of the camera), b (its pitch against the
 direction of travel), p (its pitch against the road) and c (its roll against it). They have a prior; the
