@@ -365,7 +365,7 @@ class RangeFilter:
         growth_variance = gg + 2 * growth * lg + growth * growth * ll
         return RangeState(
             distance_m,
-            math.sqrt(max(ll, 0.0)),
+            math.hypot(math.sqrt(max(ll, 0.0)), self._model.unmodelled_sigma),
             rate * distance_m,
             distance_m * math.sqrt(max(closing_variance, 0.0)),
             growth * distance_m,

@@ -66,6 +66,9 @@ class RangeModel:
         vehicle_length_m: of the side that is seen of a vehicle beside our path.
         calibration_pitch_sigma_rad: how far calibrations are off in use, beside their clicks: people park on
             ramps, load the boot, bump the mount.
+        unmodelled_sigma: 1-sigma of the logarithm of a distance by what the filter knows nothing of: roads
+            that are not flat for long, kinds of vehicles that are taken for others. It is in the interval
+            alone.
         mount_sigma_rad: 1-sigma of the mount by the picture, beside what it says itself: roads are not level
             with the direction of travel.
         mount_lasts_s: its errors stay alike for so long.
@@ -104,6 +107,7 @@ class RangeModel:
     side_sigma: float = 0.5
     vehicle_length_m: float = 4.2
     calibration_pitch_sigma_rad: float = math.radians(0.7)
+    unmodelled_sigma: float = 0.05
     mount_sigma_rad: float = math.radians(0.15)
     mount_lasts_s: float = 20.0
     slow_pitch_sigma_rad: float = math.radians(0.05)

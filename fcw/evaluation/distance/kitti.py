@@ -10,7 +10,7 @@ and intervals are by bootstrap over tracks.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,7 @@ from fcw.evaluation.distance.kitti_tracking import (
     time_ns,
 )
 from fcw.frame import ImageSize
+from fcw.tracking.range_model import RangeModel
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.tracking.types import Track
@@ -150,6 +151,7 @@ def sample_sequence(
     box_noise_px: float,
     without: Sequence[Cue] = (),
     pitch_error_rad: float = 0.0,
+    model: RangeModel | None = None,
 ) -> tuple[list[DistanceSample], list[tuple[str, int, int]]]:
     """Calibrate, run the tracker over a sequence, and compare it with the truth.
 
@@ -160,6 +162,7 @@ def sample_sequence(
         box_noise_px: 1-sigma of the edges, 1.5 times that of the lower one.
         without: cues that the tracker does without.
         pitch_error_rad: of the calibration; see `KittiSequence.calibration`.
+        model: beliefs of the tracker; None for its own.
 
     Returns:
         The samples; and sequence, frame and true track of each frame with a `warning` by the default policy
@@ -167,7 +170,10 @@ def sample_sequence(
     """
     policy, warnings = make_policy(), []
     calibration = sequence.calibration(rng, pitch_error_rad=pitch_error_rad)
-    tracker = Tracker(calibration, without_cues(tracker_settings(box_noise_px), without))
+    settings = tracker_settings(box_noise_px)
+    if model is not None:
+        settings = replace(settings, model=model)
+    tracker = Tracker(calibration, without_cues(settings, without))
     closing = _true_closing_speeds(sequence.frames)
     samples = []
     for frame, vehicles in enumerate(sequence.frames):
