@@ -130,10 +130,10 @@ class PreparedDrive:
             Tracker(self.header.calibration),
             self.policy,
             self.ego_speed,
-            EgoEstimator(self.header.calibration) if self.job.own_motion else None,
             (McapSink(out / MCAP_NAME), *sinks, *watchers),
             # For a watcher one in each detector, and none that waits.
             len(self.detectors) if watchers else FRAMES_IN_FLIGHT,
+            EgoEstimator(self.header.calibration) if self.job.own_motion else None,
         )
 
         def add(result: FrameResult) -> None:

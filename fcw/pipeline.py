@@ -34,19 +34,19 @@ class Stages:
         tracker: follows the vehicles.
         policy: decides the warning.
         ego_speed: own speed over time, and the yaw rate where it is known; None when unknown.
-        ego: own motion and path, by the picture too; None does without.
         sinks: where the drive is written.
         frames_in_flight: read at most so many ahead of what is written; a live drive wants few, as each
             waits for those before it.
+        ego: own motion and path, by the picture too; None goes by what is given alone.
     """
 
     detectors: Sequence[Detector]
     tracker: Tracker
     policy: WarningPolicy
     ego_speed: EgoSpeed | None = None
-    ego: EgoEstimator | None = None
     sinks: Sequence[Sink] = ()
     frames_in_flight: int = FRAMES_IN_FLIGHT
+    ego: EgoEstimator | None = None
 
 
 def run_pipeline(

@@ -43,8 +43,11 @@ class _Attempt:
         solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
         inlying = solution.inlying > INLYING
         self.points = int((inlying & road).sum()), int((inlying & ~road).sum())
-        judges = ~road if (~road).sum() >= settings.fewest_points else road
-        self.doubtful = bool(inlying[judges].mean() < settings.sure_part)
+        others = inlying[~road] if (~road).sum() >= settings.fewest_points else inlying
+        self.doubtful = bool(
+            (others.mean() < settings.sure_part and inlying[road].mean() < settings.sure_part)
+            or inlying[road].mean() < settings.least_road_part
+        )
         if abs(solution.unknowns[TRAVEL]) < settings.standing_mps * dt_s:
             # A standing picture stands as a whole: reflections and lines along the road seem to as well.
             self.doubtful = bool(inlying.mean() < settings.standing_part)
@@ -146,7 +149,7 @@ class MotionEstimator:
             best = self._attempt(pictures, dt_s, self._filter.copy())
             needed = best.evidence + settings.other_evidence
         if (best is None or best.solution is None or best.doubtful) and (
-            self._since_search_s >= settings.search_s
+            self._since_search_s >= (settings.search_s if self._known else settings.lost_search_s)
         ):
             self._since_search_s = 0.0
             for speed_mps in settings.supposed_mps:

@@ -56,10 +56,13 @@ class MotionSettings:
         lost_mps: and this.
         fewest_points: with fewer inlying points of the road two pictures say nothing,
         fewest_inlying: and with a smaller part of all points inlying.
-        sure_part: with a smaller part of the road's points or the others' inlying, another speed may be true.
+        sure_part: with a smaller part of the road's points and of the others' inlying, another speed may be
+            true.
+        least_road_part: or with a smaller part of the road's.
         standing_mps: below this speed a whole picture must stand:
         standing_part: so much of its points.
         search_s: so often at most another one is looked for: a search takes as long as ten pictures.
+        lost_search_s: and so often where the speed is unknown.
         supposed_mps: speeds that are tried,
         supposed_sigma_mps: and the 1-sigma of each.
         first_evidence: a speed is believed that is likelier than chance by this logarithm of odds.
@@ -87,7 +90,7 @@ class MotionSettings:
     scales: tuple[float, ...] = (16.0, 8.0, 4.0, 2.5, 2.5, 2.5)
     road_half_width_m: float = 3.5
     road_near_m: float = 4.0
-    road_far_m: float = 25.0
+    road_far_m: float = 32.0
     largest_growth: float = 1.35
     unevenness: float = 0.03
     far_inverse_depth: float = 0.03
@@ -117,13 +120,15 @@ class MotionSettings:
     fewest_points: int = 8
     fewest_inlying: float = 0.25
     sure_part: float = 0.5
+    least_road_part: float = 0.2
     standing_mps: float = 2.0
     standing_part: float = 0.75
     search_s: float = 1.0
+    lost_search_s: float = 0.35
     supposed_mps: tuple[float, ...] = (0.0, 4.0, 8.0, 12.0, 17.0, 22.0, 28.0, 34.0)
     supposed_sigma_mps: float = 2.0
     first_evidence: float = 60.0
-    other_evidence: float = 20.0
+    other_evidence: float = 50.0
     grey_sigma: float = 5.0
     first_trust: float = 0.7
     least_trust: float = 0.2

@@ -8,7 +8,7 @@ from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.motion.state import OwnPath
 from fcw.tracking.picture.follower import Follower, Moved
-from fcw.tracking.range_filter import RangeState
+from fcw.tracking.range_state import RangeState
 from fcw.tracking.ranging import BoxNoise, inner_edge_px, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track

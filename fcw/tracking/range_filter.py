@@ -35,7 +35,6 @@ and, where it is followed by its looks, by how much they have grown, which knows
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +42,6 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
-from fcw.camera.interval import PERCENTILE_84_SIGMAS
 from fcw.tracking.box_measurement import (
     ASPECT,
     BUMP,
@@ -67,6 +65,7 @@ from fcw.tracking.box_measurement import (
 )
 from fcw.tracking.horizon import with_principal_row
 from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range_state import RangeState
 from fcw.tracking.ranging import BoxNoise
 
 OUTLIER_SIGMAS = 3.0
@@ -78,42 +77,6 @@ DIFFUSE_LOG_SIGMA = 1.0
 """Of the distance before the first box is taken: a factor of three either way."""
 KIND_INTERVAL = 5
 """The kind of a vehicle is judged anew every so many frames."""
-
-
-@dataclass(frozen=True, slots=True)
-class RangeState:
-    """What is believed of one vehicle.
-
-    Attributes:
-        distance_m: from the camera, the median.
-        log_distance_sigma: 1-sigma of its logarithm.
-        closing_speed_mps: rate at which it shrinks.
-        closing_speed_sigma_mps: 1-sigma.
-        closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
-        closing_acceleration_sigma_mps2: 1-sigma.
-        width_m: of its rear, as the detector's boxes show it.
-    """
-
-    distance_m: float
-    log_distance_sigma: float
-    closing_speed_mps: float
-    closing_speed_sigma_mps: float
-    closing_acceleration_mps2: float
-    closing_acceleration_sigma_mps2: float
-    width_m: float
-
-    def distance_with_interval(self, reference_offset_m: float) -> tuple[float, float, float]:
-        """(distance, 16th percentile, 84th percentile) from the calibration's reference, at least 0.
-
-        Args:
-            reference_offset_m: how far the reference is ahead of the camera.
-        """
-        spread = math.exp(PERCENTILE_84_SIGMAS * self.log_distance_sigma)
-        median, low, high = (
-            max(camera_m - reference_offset_m, 0.0)
-            for camera_m in (self.distance_m, self.distance_m / spread, self.distance_m * spread)
-        )
-        return median, low, high
 
 
 class RangeFilter:
@@ -142,12 +105,12 @@ class RangeFilter:
         self._x = np.array([camera.horizon_row_px, math.log(scale), camera.pole_m, 0.0, 0.0, 0.0])
         self._p = np.zeros((CAMERA, CAMERA))
         self._p[:SLOW, :SLOW] = camera_by_rows @ np.array(calibration.covariance) @ camera_by_rows.T
-        self._p[HORIZON, HORIZON] += (self._focal_px * model.calibration_pitch_sigma_rad) ** 2
         self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
         self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
         self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
         self._calibrated_row_px, self._calibrated_pitch_rad = camera.horizon_row_px, camera.pitch_rad
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
+        self._p[HORIZON, HORIZON] += (self._focal_px * model.calibration_pitch_sigma_rad) ** 2
 
     @property
     def count(self) -> int:
