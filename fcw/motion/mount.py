@@ -3,13 +3,36 @@
 import math
 from dataclasses import replace
 
-from fcw.camera.calibration import Calibration
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Priors, matrix3
 from fcw.motion.state import Mount
 
 SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.25)
 """A pitch farther off is said, until it comes back to less: 0.4 degrees are 15 % of 30 m, 1.4 m high."""
 SURE_SIGMAS = 2.0
 SHOWN_AT_M = 30.0
+
+
+def calibration_of_mount(calibration: Calibration, mount: Mount) -> Calibration:
+    """The calibration with the pitch that is believed now; its points were of another pitch and are gone.
+
+    A calibration file has no yaw and no roll.
+    """
+    camera = replace(calibration.camera, pitch_rad=mount.pitch_rad)
+    common_px = (camera.focal_y_px * mount.pitch_sigma_rad) ** 2
+    # Between the rows the clicks stay as good as they were; all of them move together with the pitch.
+    rows = np.array(calibration.covariance)
+    centred = np.eye(3) - 1 / 3
+    covariance = centred @ rows @ centred + common_px
+    return replace(
+        calibration,
+        camera=camera,
+        points=(),
+        residuals_px=(),
+        covariance=matrix3(covariance),
+        priors=Priors(),
+    )
 
 
 class MountNote:
@@ -46,5 +69,6 @@ class MountNote:
         return (
             f"the camera looks {math.degrees(abs(off_rad)):.1f} degrees farther {direction} "
             "than when it was calibrated: the mount has moved, or the calibration is wrong; distances go by "
-            f"where it looks now, without that {without}; calibrate again"
+            f"where it looks now, without that {without}; `fcw calibrate --from-drive DRIVE "
+            "--save FILE` makes it the calibration"
         )

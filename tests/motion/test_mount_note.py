@@ -2,17 +2,19 @@
 
 import math
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
-from fcw.motion.mount import MountNote
+from fcw.motion.mount import MountNote, calibration_of_mount
 from fcw.motion.state import Mount
 
+SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(0.03, 1000.0, 359.5, 1.3, 639.5)
 
 
 def note_of(*off_deg, sigma_deg=0.05):
-    note = MountNote(Calibration.from_camera(CAMERA, ImageSize(1280, 720)))
+    note = MountNote(Calibration.from_camera(CAMERA, SIZE))
     for off in off_deg:
         note.update(Mount(pitch_rad=0.03 + math.radians(off), pitch_sigma_rad=math.radians(sigma_deg)))
     return note.text
@@ -33,6 +35,18 @@ def test_a_wrong_pitch_is_said_with_what_it_does():
     up = note_of(-1.0)
     assert up is not None
     assert "farther up" in up
+
+
+def test_what_is_believed_can_be_made_the_calibration():
+    calibration = calibrate([GroundPoint(d, CAMERA.row_at(d)) for d in (6.0, 15.0, 30.0)], SIZE, 1.3)
+    mount = Mount(pitch_rad=0.05, pitch_sigma_rad=math.radians(0.1))
+    again = calibration_of_mount(calibration, mount)
+    assert again.camera.pitch_rad == 0.05
+    assert again.camera.focal_y_px == calibration.camera.focal_y_px
+    # 0.1 degrees are 1.75 px of rows, and at 30 m 4 %.
+    low_m, high_m = again.distance_interval(float(again.row_at(30.0)))
+    assert 28.4 < low_m < 29.2
+    assert 30.8 < high_m < 31.9
 
 
 def test_it_is_withdrawn_later_than_it_is_said():
