@@ -48,9 +48,13 @@ class _Attempt:
             (others.mean() < settings.sure_part and inlying[road].mean() < settings.sure_part)
             or inlying[road].mean() < settings.least_road_part
         )
-        if abs(solution.unknowns[TRAVEL]) < settings.standing_mps * dt_s:
+        if solution.unknowns[TRAVEL] < settings.standing_mps * dt_s:
             # A standing picture stands as a whole: reflections and lines along the road seem to as well.
-            self.doubtful = bool(inlying.mean() < settings.standing_part)
+            few = inlying.sum() < settings.standing_points
+            fast_back = solution.unknowns[TRAVEL] < -settings.standing_mps * dt_s
+            self.doubtful = bool(
+                fast_back or few or min(inlying.mean(), inlying[road].mean()) < settings.standing_part
+            )
             if self.doubtful:
                 return
         if self.points[0] < settings.fewest_points or inlying.mean() < settings.fewest_inlying:

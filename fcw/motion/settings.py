@@ -60,7 +60,8 @@ class MotionSettings:
             true.
         least_road_part: or with a smaller part of the road's.
         standing_mps: below this speed a whole picture must stand:
-        standing_part: so much of its points.
+        standing_part: so much of its points,
+        standing_points: and so many: in the dark there is little but lamps and what the windscreen reflects.
         search_s: so often at most another one is looked for: a search takes as long as ten pictures.
         lost_search_s: and so often where the speed is unknown.
         supposed_mps: speeds that are tried,
@@ -123,6 +124,7 @@ class MotionSettings:
     least_road_part: float = 0.2
     standing_mps: float = 2.0
     standing_part: float = 0.75
+    standing_points: int = 50
     search_s: float = 1.0
     lost_search_s: float = 0.35
     supposed_mps: tuple[float, ...] = (0.0, 4.0, 8.0, 12.0, 17.0, 22.0, 28.0, 34.0)
