@@ -96,7 +96,7 @@ class MotionSettings:
     unevenness: float = 0.03
     far_inverse_depth: float = 0.03
     far_inverse_depth_sigma: float = 0.05
-    acceleration_sigma_mps2: float = 1.5
+    acceleration_sigma_mps2: float = 2.5
     acceleration_s: float = 2.0
     yaw_acceleration: float = 0.15
     calibration_pitch_sigma_rad: float = math.radians(0.7)
