@@ -16,6 +16,9 @@ from fcw.motion.path import SLOWEST_TURN_MPS, own_path
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import OwnMotion, OwnPath, SpeedSource
 
+SHORTEST_LANE_STEP_S = 0.09
+"""Lanes change slowly: ten times a second is enough."""
+
 
 class Ego(NamedTuple):
     """What is believed of ourselves at one frame.
@@ -77,9 +80,10 @@ class EgoEstimator:
         picture = estimator.picture
         if picture is None:
             return self._lanes.lane
-        before, self._time_ns = self._time_ns, picture.time_ns
-        if before == picture.time_ns:
+        before = self._time_ns
+        if before is not None and (picture.time_ns - before) / 1e9 < SHORTEST_LANE_STEP_S:
             return self._lanes.lane
+        self._time_ns = picture.time_ns
         heading_rad = 0.0 if motion.mount is None else -motion.mount.yaw_rad
         speed_mps, yaw_radps = motion.speed_mps, motion.yaw_rate_radps
         bend_per_m = 0.0

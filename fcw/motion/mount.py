@@ -8,9 +8,9 @@ import numpy as np
 from fcw.camera.calibration import Calibration, Priors, matrix3
 from fcw.motion.state import Mount
 
-SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.25)
-"""A pitch farther off is said, until it comes back to less: 0.4 degrees are 15 % of 30 m, 1.4 m high."""
-SURE_SIGMAS = 2.0
+SAID_RAD, WITHDRAWN_RAD = math.radians(0.35), math.radians(0.2)
+"""A pitch farther off is said, until it comes back to less: 0.35 degrees are 13 % of 30 m, 1.4 m high."""
+SURE_SIGMAS = 3.0
 SHOWN_AT_M = 30.0
 
 
@@ -36,7 +36,7 @@ def calibration_of_mount(calibration: Calibration, mount: Mount) -> Calibration:
 
 
 class MountNote:
-    """Says when the camera's pitch, as own motion believes it, is not that of the calibration.
+    """Says when the camera's pitch, as it is believed, is not that of the calibration.
 
     Args:
         calibration: for the size of the pictures.

@@ -42,6 +42,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
+from fcw.motion.state import Mount
 from fcw.tracking.box_measurement import (
     ASPECT,
     BUMP,
@@ -122,6 +123,15 @@ class RangeFilter:
         """How much lower the camera looks now than it was calibrated to: the horizon stands higher."""
         horizon_px = float(self._x[HORIZON] + self._x[SLOW] + self._x[FAST])
         return (self._calibrated_row_px - horizon_px) / self._focal_px
+
+    @property
+    def mount(self) -> Mount:
+        """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs."""
+        off_px = self._calibrated_row_px - float(self._x[HORIZON])
+        return Mount(
+            pitch_rad=self._calibrated_pitch_rad + off_px / self._focal_px,
+            pitch_sigma_rad=math.sqrt(max(float(self._p[HORIZON, HORIZON]), 0.0)) / self._focal_px,
+        )
 
     def add(self, box: Box, ego_speed_mps: float | None) -> bool:
         """Begin with a vehicle; False where its box gives no distance.

@@ -107,7 +107,6 @@ class Tracker:
         growths = self._range.predict(dt_s, own_gain_mps)
         if mount is not None:
             self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
-            self._mount_note.update(mount)
         for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(dt_s, growth)
         moved = {} if image is None else self._carry(image, before)
@@ -117,6 +116,7 @@ class Tracker:
         self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
         self._range.take_growths([(slot, *one[1:]) for slot, one in moved.items()], step_s)
         self._mount.update(self._rulers(pairs, detections), dt_s)
+        self._mount_note.update(self._range.mount)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)

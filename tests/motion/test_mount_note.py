@@ -22,7 +22,7 @@ def note_of(*off_deg, sigma_deg=0.05):
 
 def test_what_is_small_or_unsure_is_not_said():
     assert note_of(0.3) is None
-    assert note_of(0.6, sigma_deg=0.4) is None
+    assert note_of(0.6, sigma_deg=0.3) is None
 
 
 def test_a_wrong_pitch_is_said_with_what_it_does():
@@ -50,5 +50,6 @@ def test_what_is_believed_can_be_made_the_calibration():
 
 
 def test_it_is_withdrawn_later_than_it_is_said():
-    assert note_of(0.5, 0.3) is not None
-    assert note_of(0.5, 0.2) is None
+    assert note_of(0.5, 0.25) is not None
+    assert note_of(0.25) is None
+    assert note_of(0.5, 0.15) is None
