@@ -90,6 +90,9 @@ class RangeFilter:
     """
 
     def __init__(self, calibration: Calibration, box_noise: BoxNoise, model: RangeModel) -> None:
+        # Angles of the mount are against the camera that was given; of the lens's prior it has another pitch,
+        # with another principal row, for nearly the same horizon.
+        self._given = calibration.camera
         calibration = with_principal_row(calibration, model.principal_row_sigma)
         camera = calibration.camera
         self._model, self._focal_px = model, camera.focal_y_px
@@ -109,7 +112,7 @@ class RangeFilter:
         self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
         self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
         self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
-        self._calibrated_row_px, self._calibrated_pitch_rad = camera.horizon_row_px, camera.pitch_rad
+        self._calibrated_row_px = camera.horizon_row_px
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
         self._p[HORIZON, HORIZON] += (self._focal_px * model.calibration_pitch_sigma_rad) ** 2
 
@@ -127,9 +130,9 @@ class RangeFilter:
     @property
     def mount(self) -> Mount:
         """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs."""
-        off_px = self._calibrated_row_px - float(self._x[HORIZON])
+        off_px = self._given.horizon_row_px - float(self._x[HORIZON])
         return Mount(
-            pitch_rad=self._calibrated_pitch_rad + off_px / self._focal_px,
+            pitch_rad=self._given.pitch_rad + off_px / self._focal_px,
             pitch_sigma_rad=math.sqrt(max(float(self._p[HORIZON, HORIZON]), 0.0)) / self._focal_px,
         )
 
@@ -246,7 +249,7 @@ class RangeFilter:
         """
         if dt_s <= 0:
             return
-        row_px = self._calibrated_row_px - self._focal_px * (pitch_rad - self._calibrated_pitch_rad)
+        row_px = self._given.horizon_row_px - self._focal_px * (pitch_rad - self._given.pitch_rad)
         sigma_rad = math.hypot(sigma_rad, self._model.mount_sigma_rad)
         variance = (self._focal_px * sigma_rad) ** 2 * max(self._model.mount_lasts_s / dt_s, 1.0)
         by_state = np.zeros((1, len(self._x)))
