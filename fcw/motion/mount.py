@@ -11,6 +11,8 @@ from fcw.motion.state import Mount
 SAID_RAD, WITHDRAWN_RAD = math.radians(0.35), math.radians(0.2)
 """A pitch farther off is said, until it comes back to less: 0.35 degrees are 13 % of 30 m, 1.4 m high."""
 SURE_SIGMAS = 3.0
+SAID_AFTER_S = 10.0
+"""It must have been so for so long: a first few vehicles may all be wide."""
 SHOWN_AT_M = 30.0
 
 
@@ -45,14 +47,17 @@ class MountNote:
     def __init__(self, calibration: Calibration) -> None:
         self._camera = calibration.camera
         self._moved = False
+        self._off_s = 0.0
         self._mount = Mount(pitch_rad=calibration.camera.pitch_rad)
 
-    def update(self, mount: Mount) -> None:
-        """Take what is believed now."""
+    def update(self, mount: Mount, dt_s: float) -> None:
+        """Take what is believed now, so long after the last time."""
         self._mount = mount
         limit_rad = WITHDRAWN_RAD if self._moved else SAID_RAD
         off_rad = abs(mount.pitch_rad - self._camera.pitch_rad)
-        self._moved = off_rad > limit_rad and off_rad > SURE_SIGMAS * mount.pitch_sigma_rad
+        is_off = off_rad > limit_rad and (self._moved or off_rad > SURE_SIGMAS * mount.pitch_sigma_rad)
+        self._off_s = self._off_s + dt_s if is_off else 0.0
+        self._moved = is_off and (self._moved or self._off_s >= SAID_AFTER_S)
 
     @property
     def text(self) -> str | None:

@@ -116,7 +116,7 @@ class Tracker:
         self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
         self._range.take_growths([(slot, *one[1:]) for slot, one in moved.items()], step_s)
         self._mount.update(self._rulers(pairs, detections), dt_s)
-        self._mount_note.update(self._range.mount)
+        self._mount_note.update(self._range.mount, dt_s)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)

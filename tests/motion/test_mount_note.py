@@ -16,7 +16,7 @@ CAMERA = GroundPlaneCamera(0.03, 1000.0, 359.5, 1.3, 639.5)
 def note_of(*off_deg, sigma_deg=0.05):
     note = MountNote(Calibration.from_camera(CAMERA, SIZE))
     for off in off_deg:
-        note.update(Mount(pitch_rad=0.03 + math.radians(off), pitch_sigma_rad=math.radians(sigma_deg)))
+        note.update(Mount(pitch_rad=0.03 + math.radians(off), pitch_sigma_rad=math.radians(sigma_deg)), 11.0)
     return note.text
 
 
@@ -35,6 +35,16 @@ def test_a_wrong_pitch_is_said_with_what_it_does():
     up = note_of(-1.0)
     assert up is not None
     assert "farther up" in up
+
+
+def test_it_must_be_so_for_ten_seconds():
+    note = MountNote(Calibration.from_camera(CAMERA, SIZE))
+    wrong = Mount(pitch_rad=0.03 + math.radians(1.0), pitch_sigma_rad=math.radians(0.1))
+    for second in range(9):
+        note.update(wrong, 1.0)
+        assert note.text is None, second
+    note.update(wrong, 1.0)
+    assert note.text is not None
 
 
 def test_what_is_believed_can_be_made_the_calibration():
