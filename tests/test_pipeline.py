@@ -95,7 +95,7 @@ def run(
     detectors: Sequence[UnevenDetector] = (UnevenDetector(1), UnevenDetector(2), UnevenDetector(3)),
     stop: threading.Event | None = None,
     stop_after: int | None = None,
-    **options: int,
+    **options: Any,
 ) -> None:
     header = DriveHeader(
         source.name, SIZE, source.frame_rate_hz, CALIBRATION, source.relays_video, "uneven", "", {}

@@ -25,6 +25,8 @@ SIDE_STEPS = 5
 """A line is brighter than what is a quarter of a metre beside it: lines are 0.1 to 0.2 m wide."""
 FAINTEST = 6.0
 """Grey values by which a line is brighter than the road on both sides."""
+ROUGHNESS = 3.0
+"""And by so many times what the road's grey values differ over the same way: gravel and shadows are no lines."""
 STRONGEST = 30.0
 """Brighter does not count for more: a lamp's reflection is no better a line."""
 HEADINGS_RAD = np.radians(np.linspace(-2.5, 2.5, 17))
@@ -35,10 +37,15 @@ LANE_M, LANE_SIGMA_M = 3.5, 0.4
 NARROWEST_M, WIDEST_M = 2.5, 4.6
 NEAR_LINE_M = 0.25
 """A ridge this near a line belongs to it."""
-FEWEST_ROWS = 8
-"""Rows of the grid in which the two lines together are seen, at least,"""
-LEAST_REACH_M = 10.0
-"""and they reach over so much of the road."""
+FEWEST_ROWS = 5
+"""Rows of the grid in which each of the two lines is seen, at least: kerbs and shadows look like one;"""
+LEAST_REACH_M = 6.0
+"""and it reaches over so much of the road."""
+FARTHEST_ASIDE_M = 1.0
+"""Farther from the middle nobody drives for long; while lanes are changed there is no own one."""
+SAME_LANE_M = 0.4
+CONFIRMATIONS = 3
+"""A lane is believed that was found so often in a row within `SAME_LANE_M`."""
 RIDGE_SIGMA_M = 0.1
 HEADING_SIGMA_RAD, BEND_SIGMA_PER_M = math.radians(1.5), 2e-3
 """Of the path by mount and yaw rate against the lane: changes of lane, and bends that come."""
@@ -87,12 +94,16 @@ def _ridges(
             lower = (1 - a) * grey[y0 + 1, x0] + a * grey[y0 + 1, x0 + 1]
             values[j] = (1 - b) * upper + b * lower
         ridge[:] = 0.0
+        rough, used = 0.0, 1
         for j in range(SIDE_STEPS, across - SIDE_STEPS):
             left, right = values[j - SIDE_STEPS], values[j + SIDE_STEPS]
-            if left >= 0 and right >= 0:
+            if left >= 0 and right >= 0 and values[j] >= 0:
                 ridge[j] = values[j] - max(left, right)
+                rough += abs(values[j] - (left + right) / 2)
+                used += 1
+        faintest = max(FAINTEST, ROUGHNESS * rough / used)
         for j in range(SIDE_STEPS, across - SIDE_STEPS):
-            if ridge[j] > FAINTEST and ridge[j] >= ridge[j - 1] and ridge[j] > ridge[j + 1]:
+            if ridge[j] > faintest and ridge[j] >= ridge[j - 1] and ridge[j] > ridge[j + 1]:
                 best = True
                 for k in range(j - 3, j + 4):
                     if ridge[k] > ridge[j]:
@@ -163,7 +174,7 @@ def find_lane(
     columns, rows = view.places(LATERALS_M[None, :], DISTANCES_M[:, None])
     found = np.empty((200, 3), np.float32)
     count = _ridges(grey, columns, rows, found)
-    if count < FEWEST_ROWS:
+    if count < 2 * FEWEST_ROWS:
         return None
     ridges = found[:count].astype(np.float64)
     distances_m = DISTANCES_M[ridges[:, 0].astype(int)]
@@ -187,7 +198,8 @@ def _fitted(
 ) -> Lane | None:
     """Least squares through the ridges near two lines: left, right, heading and bend."""
     x = start
-    information, near = np.zeros((4, 4)), np.zeros(len(distances_m), bool)
+    information = np.zeros((4, 4))
+    near = is_left = np.zeros(len(distances_m), bool)
     for _ in range(3):
         bent_m = x[2] * distances_m + x[3] * distances_m**2 / 2
         off_left, off_right = laterals_m - x[0] - bent_m, laterals_m - x[1] - bent_m
@@ -210,11 +222,11 @@ def _fitted(
         gradient[2] += (expected[0] - x[2]) / HEADING_SIGMA_RAD**2
         gradient[3] += (expected[1] - x[3]) / BEND_SIGMA_PER_M**2
         x = x + np.linalg.solve(information, gradient)
-    seen_m = distances_m[near]
-    if len(np.unique(seen_m)) < FEWEST_ROWS or np.ptp(seen_m) < LEAST_REACH_M:
-        return None
+    for line in (near & is_left, near & ~is_left):
+        if len(np.unique(distances_m[line])) < FEWEST_ROWS or np.ptp(distances_m[line]) < LEAST_REACH_M:
+            return None
     left_m, right_m = float(x[0]), float(-x[1])
-    if not (NARROWEST_M <= left_m + right_m <= WIDEST_M and min(left_m, right_m) > 0):
+    if not (NARROWEST_M <= left_m + right_m <= WIDEST_M and abs(left_m - right_m) / 2 <= FARTHEST_ASIDE_M):
         return None
     # Ridges of neighbouring rows err alike.
     covariance = np.linalg.inv(information) * 4
@@ -228,6 +240,8 @@ class LaneTracker:
     def __init__(self) -> None:
         self._lane: Lane | None = None
         self._unseen_s = 0.0
+        self._candidate: Lane | None = None
+        self._confirmed = 0
 
     @property
     def lane(self) -> Lane | None:
@@ -249,21 +263,31 @@ class LaneTracker:
         before = self._lane
         lane_m = LANE_M if before is None else float(before.mean[3])
         seen = find_lane(grey, view, heading_rad, bend_per_m, lane_m)
-        self._unseen_s = 0.0 if seen is not None else self._unseen_s + dt_s
+        self._unseen_s += dt_s
+        if before is not None and seen is not None and _alike(before, seen):
+            self._unseen_s = 0.0
+            predicted = before.covariance + np.diag(WALK**2 * dt_s)
+            noise = seen.covariance * max(1.0, SMOOTHING_S / max(dt_s, 1e-3))
+            gain = predicted @ np.linalg.inv(predicted + noise)
+            mean = before.mean + gain @ (seen.mean - before.mean)
+            self._lane = Lane(mean, np.asarray(predicted - gain @ predicted, np.float64))
+        elif before is not None:
+            self._lane = Lane(before.mean, before.covariance + np.diag(WALK**2 * dt_s))
         if self._unseen_s > LOST_S:
             self._lane = None
-        elif before is None:
-            self._lane = seen
-        else:
-            predicted = before.covariance + np.diag(WALK**2 * dt_s)
-            if seen is None:
-                self._lane = Lane(before.mean, predicted)
-            elif abs(seen.mean[0] - before.mean[0]) > before.mean[3] / 2:
-                self._lane = seen  # another lane is ours now
-            else:
-                noise = seen.covariance * max(1.0, SMOOTHING_S / max(dt_s, 1e-3))
-                gain = predicted @ np.linalg.inv(predicted + noise)
-                self._lane = Lane(
-                    before.mean + gain @ (seen.mean - before.mean), predicted - gain @ predicted
-                )
+        self._confirm(seen)
         return self._lane
+
+    def _confirm(self, seen: Lane | None) -> None:
+        """Count how often in a row a lane was found, and believe it in place of another one in the end."""
+        if seen is None:
+            self._candidate, self._confirmed = None, 0
+            return
+        again = self._candidate is not None and _alike(self._candidate, seen)
+        self._candidate, self._confirmed = seen, self._confirmed + 1 if again else 1
+        if self._confirmed >= CONFIRMATIONS and (self._lane is None or not _alike(self._lane, seen)):
+            self._lane, self._unseen_s = seen, 0.0
+
+
+def _alike(one: Lane, other: Lane) -> bool:
+    return abs(float(one.mean[0] - other.mean[0])) < SAME_LANE_M

@@ -14,6 +14,8 @@ SURE_SIGMAS = 3.0
 SAID_AFTER_S = 10.0
 """It must have been so for so long: a first few vehicles may all be wide."""
 SHOWN_AT_M = 30.0
+LEAST_SIGMA_RAD = math.radians(0.1)
+"""The road ahead is not level with the direction of travel: no drive tells the pitch better."""
 
 
 def calibration_of_mount(calibration: Calibration, mount: Mount) -> Calibration:
@@ -22,7 +24,8 @@ def calibration_of_mount(calibration: Calibration, mount: Mount) -> Calibration:
     A calibration file has no yaw and no roll.
     """
     camera = replace(calibration.camera, pitch_rad=mount.pitch_rad)
-    common_px = (camera.focal_y_px * mount.pitch_sigma_rad) ** 2
+    sigma_rad = math.hypot(mount.pitch_sigma_rad, LEAST_SIGMA_RAD)
+    common_px = (camera.focal_y_px * sigma_rad) ** 2
     # Between the rows the clicks stay as good as they were; all of them move together with the pitch.
     rows = np.array(calibration.covariance)
     centred = np.eye(3) - 1 / 3

@@ -27,9 +27,9 @@ from fcw.tracking.range_model import REARS, RangeModel
 
 OUTSIDE_PART = 0.32
 """Of the true distances, outside a 1-sigma interval."""
-CAR_WIDTH_SIGMAS = (0.08, 0.12)
-CALIBRATION_SIGMAS_DEG = (0.35, 0.7)
-UNMODELLED_SIGMAS = (0.03, 0.05, 0.08)
+CAR_WIDTH_SIGMAS = (0.07, 0.09)
+CALIBRATION_SIGMAS_DEG = (0.5, 0.7)
+UNMODELLED_SIGMAS = (0.03, 0.05)
 
 
 def candidates() -> dict[str, RangeModel]:

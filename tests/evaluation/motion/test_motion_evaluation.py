@@ -29,12 +29,12 @@ def pose(x, z, heading_left_rad, pitch_rad=0.0):
 
 def test_poses_say_speed_turn_and_mount():
     poses = np.array([pose(0, 1.2 * k, 0.01 * k if k > 4 else 0.0, 0.02) for k in range(5)])
-    truth = true_motion(poses, np.arange(5) * 0.1)
+    truth = true_motion(poses, np.linspace(0.0, 0.4, 5))
     assert truth.speeds_mps == pytest.approx([12.0] * 5)
     assert truth.pitch_rad == pytest.approx(0.02)
     assert truth.yaw_rad == pytest.approx(0.0, abs=1e-12)
     turning = np.array([pose(0, 1.2 * k, 0.01 * k) for k in range(3)])
-    assert true_motion(turning, np.arange(3) * 0.1).yaw_rates_radps == pytest.approx([0.1] * 3)
+    assert true_motion(turning, np.linspace(0.0, 0.2, 3)).yaw_rates_radps == pytest.approx([0.1] * 3)
 
 
 @pytest.mark.parametrize(
