@@ -26,7 +26,7 @@ SIDE_STEPS = 5
 FAINTEST = 6.0
 """Grey values by which a line is brighter than the road on both sides."""
 ROUGHNESS = 3.0
-"""And by so many times what the road's grey values differ over the same way: gravel and shadows are no lines."""
+"""And by so many times what the road's grey values differ over the same way: gravel is no line."""
 STRONGEST = 30.0
 """Brighter does not count for more: a lamp's reflection is no better a line."""
 HEADINGS_RAD = np.radians(np.linspace(-2.5, 2.5, 17))
