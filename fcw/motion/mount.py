@@ -8,8 +8,8 @@ import numpy as np
 from fcw.camera.calibration import Calibration, Priors, matrix3
 from fcw.motion.state import Mount
 
-SAID_RAD, WITHDRAWN_RAD = math.radians(0.35), math.radians(0.2)
-"""A pitch farther off is said, until it comes back to less: 0.35 degrees are 13 % of 30 m, 1.4 m high."""
+SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.2)
+"""A pitch farther off is said, until it comes back to less: 0.4 degrees are 15 % of 30 m, 1.4 m high."""
 SURE_SIGMAS = 3.0
 SAID_AFTER_S = 10.0
 """It must have been so for so long: a first few vehicles may all be wide."""

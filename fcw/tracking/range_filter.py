@@ -129,8 +129,11 @@ class RangeFilter:
 
     @property
     def mount(self) -> Mount:
-        """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs."""
-        off_px = self._given.horizon_row_px - float(self._x[HORIZON])
+        """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs.
+
+        It is off by what the clicks and the lens together have wrong: what the lens alone mends is no news.
+        """
+        off_px = self._calibrated_row_px - float(self._x[HORIZON])
         return Mount(
             pitch_rad=self._given.pitch_rad + off_px / self._focal_px,
             pitch_sigma_rad=math.sqrt(max(float(self._p[HORIZON, HORIZON]), 0.0)) / self._focal_px,
