@@ -41,6 +41,8 @@ class _Attempt:
         if road.sum() < settings.fewest_points:
             return
         solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
+        if not np.isfinite(solution.unknowns).all():
+            return
         inlying = solution.inlying > INLYING
         self.points = int((inlying & road).sum()), int((inlying & ~road).sum())
         others = inlying[~road] if (~road).sum() >= settings.fewest_points else inlying
