@@ -149,7 +149,7 @@ class OverlayPainter:
             for track, drawn in zip(result.tracks, boxes, strict=True)
         )
         path = tuple(
-            Stroke(line, False, PATH_COLOR, self._line_px(False, False), PATH_OPACITY)
+            Stroke(line, False, PATH_COLOR, self._size.height * LINE_PART, PATH_OPACITY)
             for line in overlay_path(result, self._calibration) or ()
         )
         banner, status = self._banner(result), self._status(result)
