@@ -21,6 +21,7 @@ from fcw.frame import Source
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
 from fcw.logs.records import DriveHeader, FrameResult, Sink
+from fcw.motion.ego import EgoEstimator
 from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
 from fcw.sources import is_mcap, open_source
 from fcw.summary import DriveSummary
@@ -54,6 +55,7 @@ class DriveJob:
         warning_policy: one of `fcw.warning.policies.POLICIES`, or a policy of one's own.
         imperial: distances shown to a person in feet.
         frame_rate_hz: for folders of pictures without time stamps.
+        own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
     """
 
     source: Path
@@ -66,6 +68,7 @@ class DriveJob:
     warning_policy: str | WarningPolicy = DEFAULT_POLICY
     imperial: bool = False
     frame_rate_hz: float | None = None
+    own_motion: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +117,9 @@ class PreparedDrive:
     ) -> DriveOutcome:
         """Run the drive to its end, and write its log and summary; see `run_drive`."""
         out, stop = self.job.out, stop or threading.Event()
-        summary = DriveSummary(self.source.name, self.header.versions)
+        summary = DriveSummary(
+            self.source.name, self.header.versions, self.header.calibration.camera.pitch_rad
+        )
         self._clear_out()
         # The noise of the own detector's boxes holds for a plugged-in one's too: against the boxes drawn by
         # hand on the training pictures, edges of YOLOv5n's and YOLOX-nano's scatter by 3 to 6 % of the height
@@ -128,6 +133,7 @@ class PreparedDrive:
             (McapSink(out / MCAP_NAME), *sinks, *watchers),
             # For a watcher one in each detector, and none that waits.
             len(self.detectors) if watchers else FRAMES_IN_FLIGHT,
+            EgoEstimator(self.header.calibration) if self.job.own_motion else None,
         )
 
         def add(result: FrameResult) -> None:
@@ -140,7 +146,7 @@ class PreparedDrive:
             raise UserError(f"{self.job.source}: no frame could be read; " + "; ".join(self.source.notes))
         as_json = summary.as_json(time.perf_counter() - start)
         write_whole(out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
-        return DriveOutcome(as_json, (*self.notes, *self.source.notes, *summary.notes), stop.is_set())
+        return DriveOutcome(as_json, (*self.notes, *self.source.notes, *summary.all_notes), stop.is_set())
 
     def _clear_out(self) -> None:
         """Make the folder; an earlier run's files must not stand beside this run's."""
@@ -206,7 +212,8 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     policy, notes = job.warning_policy, ()
     if isinstance(policy, str):
         name, policy = policy, make_policy(policy)
-        notes = () if ego_speed is not None else (without_own_speed(name),)
+        if ego_speed is None and not job.own_motion:
+            notes = (without_own_speed(name),)
     if facts is not None and job.ego_speed is None:
         notes = (*facts.notes, *notes)
     if facts is not None and facts.calibration is not None and not _has_own_calibration(job):

@@ -1,7 +1,7 @@
 """The loop: source -> detect -> track -> warn -> sinks, with decoding, detection and writing overlapped.
 
-One thread decodes, one for each detector finds vehicles, one encodes where the source's video can't be
-relayed, and the caller's thread tracks, warns and writes, in the order of the frames.
+One thread decodes, one for each detector finds vehicles, one follows our own motion, one encodes where the
+source's video can't be relayed, and the caller's thread tracks, warns and writes, in the order of the frames.
 """
 
 import queue
@@ -15,6 +15,7 @@ from fcw.detection.detector import Detection, Detector
 from fcw.frame import Frame, Source, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
+from fcw.motion.ego import Ego, EgoEstimator
 from fcw.threads import one_opencv_thread
 from fcw.tracking.tracker import Tracker
 from fcw.warning.ego_speed import EgoSpeed
@@ -36,6 +37,7 @@ class Stages:
         sinks: where the drive is written.
         frames_in_flight: read at most so many ahead of what is written; a live drive wants few, as each
             waits for those before it.
+        ego: own motion and path, by the picture too; None goes by what is given alone.
     """
 
     detectors: Sequence[Detector]
@@ -44,6 +46,7 @@ class Stages:
     ego_speed: EgoSpeed | None = None
     sinks: Sequence[Sink] = ()
     frames_in_flight: int = FRAMES_IN_FLIGHT
+    ego: EgoEstimator | None = None
 
 
 def run_pipeline(
@@ -67,17 +70,18 @@ def run_pipeline(
         for sink in stages.sinks:
             sink.open(header)
             stack.callback(sink.close)
-        for frame, detections, packets in _detected_frames(source, stages, stop or threading.Event()):
-            result = _follow(frame, detections, stages)
+        for frame, detections, ego, packets in _detected_frames(source, stages, stop or threading.Event()):
+            result = _follow(frame, detections, ego, stages)
             for sink in stages.sinks:
                 sink.write(result, packets)
             on_result(result)
 
 
-def _follow(frame: Frame, detections: tuple[Detection, ...], stages: Stages) -> FrameResult:
-    ego_speed_mps = stages.ego_speed.at(frame.time_ns) if stages.ego_speed else None
-    yaw_rate_radps = stages.ego_speed.yaw_rate_at(frame.time_ns) if stages.ego_speed else None
-    tracks = stages.tracker.update(frame.time_ns, detections, ego_speed_mps, yaw_rate_radps, frame.image)
+def _follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: Stages) -> FrameResult:
+    own_mps = ego.motion.speed_mps
+    tracks = stages.tracker.update(
+        frame.time_ns, detections, own_mps, image=frame.image, path=ego.path, mount=ego.motion.mount
+    )
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
     lead = next((track for track in tracks if track.track_id == lead_id), None)
@@ -87,18 +91,20 @@ def _follow(frame: Frame, detections: tuple[Detection, ...], stages: Stages) -> 
         detections=tuple(map(in_single_precision, detections)),
         tracks=tracks,
         lead_id=lead_id,
-        warning=stages.policy.update(frame.time_ns, lead, ego_speed_mps),
-        ego_speed_mps=ego_speed_mps,
-        notes=(stages.tracker.mount.note,) if stages.tracker.mount.note else (),
+        warning=stages.policy.update(frame.time_ns, lead, own_mps),
+        ego_speed_mps=own_mps,
+        notes=stages.tracker.notes,
+        own_motion=in_single_precision(ego.motion),
+        own_path=in_single_precision(ego.path),
     )
 
 
-_Pending = tuple[Frame, Future[tuple[Detection, ...]], Future[tuple[VideoPacket, ...]] | None]
+_Pending = tuple[Frame, Future[tuple[Detection, ...]], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
 
 
 def _detected_frames(
     source: Source, stages: Stages, stop: threading.Event
-) -> Iterator[tuple[Frame, tuple[Detection, ...], tuple[VideoPacket, ...]]]:
+) -> Iterator[tuple[Frame, tuple[Detection, ...], Ego, tuple[VideoPacket, ...]]]:
     """Frames in order with their detections and packets; what failed in a thread is raised here."""
     idle_detectors: queue.SimpleQueue[Detector] = queue.SimpleQueue()
     for detector in stages.detectors:
@@ -111,6 +117,15 @@ def _detected_frames(
         finally:
             idle_detectors.put(detector)
 
+    def see_ourselves(frame: Frame, detecting: Future[tuple[Detection, ...]]) -> Ego:
+        """In the order of the frames; other vehicles are masked by their boxes in the same frame."""
+        given, time_ns = stages.ego_speed, frame.time_ns
+        speed_mps = given.at(time_ns) if given else None
+        yaw_rate_radps = given.yaw_rate_at(time_ns) if given else None
+        boxes = [found.box for found in detecting.result()]
+        return ego.update(time_ns, frame.image, boxes, speed_mps, yaw_rate_radps)
+
+    ego = stages.ego or EgoEstimator()
     abandoned = threading.Event()
     pending: queue.SimpleQueue[_Pending | BaseException | None] = queue.SimpleQueue()
     room = threading.Semaphore(stages.frames_in_flight)
@@ -126,7 +141,8 @@ def _detected_frames(
             # Room first: the frame is as new as can be when its detection begins.
             while room.acquire() and not abandoned.is_set() and (frame := next(frames, None)) is not None:
                 encoding = encoding_pool.submit(encoder.encode, frame) if encoder else None
-                pending.put((frame, detection_pool.submit(detect, frame), encoding))
+                detecting = detection_pool.submit(detect, frame)
+                pending.put((frame, detecting, ego_pool.submit(see_ourselves, frame, detecting), encoding))
                 if stop.is_set():
                     break
             pending.put(None)
@@ -135,6 +151,7 @@ def _detected_frames(
 
     with (
         ThreadPoolExecutor(len(stages.detectors), "detect") as detection_pool,
+        ThreadPoolExecutor(1, "ego") as ego_pool,
         ThreadPoolExecutor(1, "encode") as encoding_pool,
     ):
         reader = threading.Thread(target=read, name="read")
@@ -143,8 +160,9 @@ def _detected_frames(
             while (item := pending.get()) is not None:
                 if isinstance(item, BaseException):
                     raise item
-                frame, detecting, encoding = item
-                yield frame, detecting.result(), encoding.result() if encoding else frame.packets
+                frame, detecting, moving, encoding = item
+                packets = encoding.result() if encoding else frame.packets
+                yield frame, detecting.result(), moving.result(), packets
                 room.release()
         finally:
             abandoned.set()

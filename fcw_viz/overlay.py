@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.frame import ImageSize
-from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR, OverlayBox, Rgb, overlay_boxes, overlay_rows
+from fcw.logs.overlay import (
+    LEVEL_COLORS,
+    PATH_COLOR,
+    ROW_COLOR,
+    OverlayBox,
+    Rgb,
+    overlay_boxes,
+    overlay_path,
+    overlay_rows,
+    own_speed_text,
+)
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.tracking.types import SeenBy, Track
 from fcw.units import FEET_PER_METRE, distance_text, speed_text
@@ -43,6 +53,7 @@ GROUND: Rgb = (16, 16, 20)
 GROUND_OPACITY = 0.8
 ROW_OPACITY = 0.5
 """The rows go over the vehicles: they must not hide a far one."""
+PATH_OPACITY = 0.6
 LONGEST_TTC_SHOWN_S = 10.0
 NS_PER_S = 1_000_000_000
 _FONT = cv2.FONT_HERSHEY_DUPLEX
@@ -111,6 +122,7 @@ class OverlayPainter:
         """Prepare for a drive; the times shown count from `first_ns`."""
         self._size, self._imperial, self._first_ns = header.image_size, header.imperial, first_ns
         self._letter_px = max(self._size.height * LETTER_PART, SMALLEST_LETTER_PX)
+        self._calibration = header.calibration
         rows = overlay_rows(header.calibration, header.imperial)
         left, right = -0.5, self._size.width - 0.5
         self._row_strokes = tuple(
@@ -136,9 +148,15 @@ class OverlayPainter:
             )
             for track, drawn in zip(result.tracks, boxes, strict=True)
         )
+        path = tuple(
+            Stroke(line, False, PATH_COLOR, self._size.height * LINE_PART, PATH_OPACITY)
+            for line in overlay_path(result, self._calibration) or ()
+        )
         banner, status = self._banner(result), self._status(result)
         labels = self._labels(result, (banner, *status))
-        return FrameOverlay((*self._row_strokes, *outlines), (*self._row_words, *labels, *status, banner))
+        return FrameOverlay(
+            (*self._row_strokes, *path, *outlines), (*self._row_words, *labels, *status, banner)
+        )
 
     def paint(self, image: NDArray[np.uint8], result: FrameResult) -> None:
         """Draw over a frame's picture, (height, width, 3) BGR, in place."""
@@ -201,7 +219,7 @@ class OverlayPainter:
         time_s = (result.time_ns - self._first_ns) / NS_PER_S
         lines = [f"{time_s:.2f} s"]
         if result.ego_speed_mps is not None:
-            lines[0] += f"   own speed {speed_text(result.ego_speed_mps, self._imperial)}"
+            lines[0] += f"   own speed {own_speed_text(result, self._imperial)}"
         margin_px = self._letter_px * MARGIN_PART
         letters = (self._size.width - 2 * margin_px) / _width("n", self._letter_px)
         for note in result.notes:

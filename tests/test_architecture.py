@@ -13,6 +13,7 @@ LAYERS = (
     "kernels",
     "camera",
     "detection",
+    "motion",
     "tracking",
     "warning",
     "logs",

@@ -16,6 +16,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
+from fcw.motion.state import OwnPath
 from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.overlay import OverlayPainter, Words, paint, vehicle_facts, vehicle_words
@@ -210,3 +211,15 @@ def test_boxes_outside_the_picture_or_larger_than_it_do_no_harm(
     x: float, y: float, w: float, h: float
 ) -> None:
     assert painted(result(replace(LEAD, box=Box(x, y, w, h)))).shape == (SIZE.height, SIZE.width, 3)
+
+
+def test_the_own_path_is_drawn_from_near_to_far() -> None:
+    path = OwnPath(offset_m=0.2, curvature_per_m=1 / 300)
+    plain, drawn = (OverlayPainter(HEADER).overlay(replace(result(), own_path=each)) for each in (None, path))
+    added = [stroke for stroke in drawn.strokes if stroke not in plain.strokes]
+    assert len(added) == 2
+    for stroke in added:
+        rows = [row for _, row in stroke.points]
+        assert rows == sorted(rows, reverse=True)
+    left, right = added
+    assert left.points[0][0] < right.points[0][0]

@@ -4,6 +4,7 @@ import random
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -95,7 +96,7 @@ def run(
     detectors: Sequence[UnevenDetector] = (UnevenDetector(1), UnevenDetector(2), UnevenDetector(3)),
     stop: threading.Event | None = None,
     stop_after: int | None = None,
-    **options: int,
+    **options: Any,
 ) -> None:
     header = DriveHeader(
         source.name, SIZE, source.frame_rate_hz, CALIBRATION, source.relays_video, "uneven", "", {}

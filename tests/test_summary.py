@@ -3,8 +3,11 @@
 import json
 from dataclasses import replace
 
+import pytest
+
 from fcw.box import Box
 from fcw.logs.records import FrameResult
+from fcw.motion.state import OwnMotion, SpeedSource
 from fcw.summary import DriveSummary
 from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
@@ -101,6 +104,7 @@ def test_json_has_the_keys_that_scripts_rely_on() -> None:
             }
         ],
         "notes": [],
+        "own_motion": {"distance_m": 0.0, "speed_known_part": 0.0, "mount": None, "scale_ratio": None},
         "versions": {"fcw": "1"},
     }
 
@@ -108,3 +112,37 @@ def test_json_has_the_keys_that_scripts_rely_on() -> None:
 def test_a_drive_without_frames_is_summed_up_as_nothing() -> None:
     as_json = summed().as_json(elapsed_s=0.0)
     assert (as_json["frames"], as_json["duration_s"], as_json["frames_per_second"]) == (0, 0.0, 0.0)
+
+
+def moved(index: int, given_mps: float | None, by_picture_mps: float | None) -> FrameResult:
+    used_mps = by_picture_mps if given_mps is None else given_mps
+    source = SpeedSource.PICTURE if given_mps is None else SpeedSource.GIVEN
+    return replace(
+        result(index, WarningLevel.NONE, None),
+        ego_speed_mps=used_mps,
+        own_motion=OwnMotion(speed_mps=used_mps, speed_source=source, picture_speed_mps=by_picture_mps),
+    )
+
+
+def test_speed_by_the_picture_against_a_given_one_is_the_scale_of_all_distances() -> None:
+    summary = summed(*(moved(k, 20.0, 18.8) for k in range(101)))
+    own = summary.as_json(elapsed_s=1.0)["own_motion"]
+    assert own["scale_ratio"] == pytest.approx(0.94)
+    assert own["distance_m"] == pytest.approx(200.0)
+    assert own["speed_known_part"] == 1.0
+    assert any("6% short" in note for note in summary.all_notes)
+
+
+def test_a_scale_that_is_right_is_not_talked_of() -> None:
+    summary = summed(*(moved(k, 20.0, 20.4) for k in range(101)))
+    assert summary.as_json(elapsed_s=1.0)["own_motion"]["scale_ratio"] == pytest.approx(1.02)
+    assert summary.all_notes == ()
+
+
+def test_without_a_given_speed_or_with_little_way_there_is_no_scale() -> None:
+    assert (
+        summed(*(moved(k, None, 20.0) for k in range(101))).as_json(1.0)["own_motion"]["scale_ratio"] is None
+    )
+    assert (
+        summed(*(moved(k, 20.0, 19.0) for k in range(20))).as_json(1.0)["own_motion"]["scale_ratio"] is None
+    )

@@ -1,17 +1,21 @@
 """What is drawn over a frame, said once for every surface: logs, viewers, exports."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.logs.records import FrameResult
-from fcw.tracking.lead import rivals
+from fcw.motion.state import SpeedSource
+from fcw.tracking.lead import Corridor, rivals
 from fcw.tracking.types import Track
-from fcw.units import distance_text
+from fcw.units import distance_text, speed_text
 from fcw.warning.types import WarningLevel
 
 Rgb = tuple[int, int, int]
+PixelLine = tuple[tuple[float, float], ...]
 
 LEVEL_COLORS: dict[WarningLevel, Rgb] = {
     WarningLevel.NONE: (40, 165, 80),
@@ -28,6 +32,9 @@ MOST_TOLD, TOLD_ON_FREE_ROAD = 3, 2
 MINIMUM_ROW_GAP_PX = 6.0
 ROW_LABEL_PARTS = (0.03, 0.09, 0.15)
 """Where the words of the rows stand in turn, as parts of the width: far rows are close together."""
+PATH_COLOR: Rgb = (60, 190, 110)
+PATH_DRAWN_M = (4.0, 60.0)
+PATH_POINTS = 24
 PIXEL_CENTRE_PX = 0.5
 """Foxglove and rerun count from the corner of the top-left pixel, we from its centre."""
 VEHICLE_LENGTH_M = 4.5
@@ -112,6 +119,41 @@ def overlay_rows(calibration: Calibration, imperial: bool = False) -> tuple[Over
             label_part = ROW_LABEL_PARTS[len(rows) % len(ROW_LABEL_PARTS)]
             rows.append(OverlayRow(row_px, distance_m, distance_text(distance_m, imperial), label_part))
     return tuple(rows)
+
+
+def own_speed_text(result: FrameResult, imperial: bool = False) -> str:
+    """Own speed, with its 1-sigma where the picture tells it; `?` when unknown. Of ASCII."""
+    if result.ego_speed_mps is None:
+        return "?"
+    text, motion = speed_text(result.ego_speed_mps, imperial), result.own_motion
+    if motion is None or motion.speed_source is not SpeedSource.PICTURE or motion.speed_sigma_mps is None:
+        return text
+    return f"{text} +- {speed_text(motion.speed_sigma_mps, imperial)} by the picture"
+
+
+def overlay_path(result: FrameResult, calibration: Calibration) -> tuple[PixelLine, PixelLine] | None:
+    """Left and right edge of the own path in the picture, from near to far; None where it is not known.
+
+    Without lane lines it is drawn as wide as the corridor in which a vehicle stays the lead.
+    """
+    path = result.own_path
+    if path is None:
+        return None
+    camera, size = calibration.camera, calibration.image_size
+    distances_m = np.geomspace(*PATH_DRAWN_M, PATH_POINTS)
+    half_m = Corridor().leave_m if path.lane_width_m is None else path.lane_width_m / 2
+    # The road is where the camera looks now, not where it did when it was calibrated.
+    if result.own_motion is not None and result.own_motion.mount is not None:
+        camera = replace(camera, pitch_rad=result.own_motion.mount.pitch_rad)
+    rows = camera.row_at(distances_m)
+    middles_m = path.offset_m + path.heading_rad * distances_m + path.curvature_per_m * distances_m**2 / 2
+    lines = []
+    for side_m in (half_m, -half_m):
+        columns = camera.column_at(middles_m + side_m, distances_m)
+        inside = (rows < size.height) & (columns > -0.5) & (columns < size.width - 0.5)
+        lines.append(tuple(zip(columns[inside].tolist(), rows[inside].tolist(), strict=True)))
+    left, right = lines
+    return (left, right) if len(left) > 1 and len(right) > 1 else None
 
 
 def rear_size_m(track: Track, calibration: Calibration) -> tuple[float, float]:

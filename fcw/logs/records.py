@@ -10,6 +10,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
+from fcw.motion.state import OwnMotion, OwnPath
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningState
 
@@ -27,6 +28,8 @@ class FrameResult:
         warning: the warning shown.
         ego_speed_mps: own speed; None when unknown.
         notes: what a person should know of the whole drive by now, e.g. that the camera's mount has moved.
+        own_motion: speed, yaw rate and mount as believed now; None in logs of before they were known.
+        own_path: the way that we will take; None likewise.
     """
 
     index: int
@@ -37,6 +40,8 @@ class FrameResult:
     warning: WarningState
     ego_speed_mps: float | None
     notes: tuple[str, ...] = ()
+    own_motion: OwnMotion | None = None
+    own_path: OwnPath | None = None
 
     @property
     def lead(self) -> Track | None:
@@ -80,15 +85,15 @@ def in_single_precision(record: Record) -> Record:
     None of them is known to seven digits, and noise in the other 29 bits would be half of a log's size:
     it does not compress.
     """
-    values: list[Any] = []
+    values: dict[str, Any] = {}
     for name in _field_names(type(record)):
         value = getattr(record, name)
         if isinstance(value, float):
             value = float(np.float32(value))
         elif is_dataclass(value):
             value = in_single_precision(value)
-        values.append(value)
-    return type(record)(*values)
+        values[name] = value
+    return type(record)(**values)
 
 
 @cache

@@ -6,8 +6,9 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.state import OwnPath
 from fcw.tracking.picture.follower import Follower, Moved
-from fcw.tracking.range_filter import RangeState
+from fcw.tracking.range_state import RangeState
 from fcw.tracking.ranging import BoxNoise, inner_edge_px, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track
@@ -153,7 +154,7 @@ class Followed:
         inside = 0 <= self.box.center_x < width and self.box.y < height
         return inside and self.state.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
 
-    def track(self, time_ns: int, curvature_per_m: float) -> Track:
+    def track(self, time_ns: int, path: OwnPath) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
         state = self.state
         distance_m, low_m, high_m = state.distance_with_interval(self._calibration.reference_offset_m)
@@ -161,8 +162,8 @@ class Followed:
         if self.seen_by != SeenBy.COASTING:
             # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
             # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
-            from_path_m = lateral_m - curvature_per_m * state.distance_m**2 / 2
-            from_path_mps = lateral_mps + curvature_per_m * state.distance_m * state.closing_speed_mps
+            from_path_m = lateral_m - path.lateral_at(state.distance_m)
+            from_path_mps = lateral_mps + path.slope_at(state.distance_m) * state.closing_speed_mps
             self._in_path = self._settings.corridor.holds(from_path_m, from_path_mps, self._in_path)
         return Track(
             track_id=self.track_id,

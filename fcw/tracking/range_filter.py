@@ -35,7 +35,6 @@ and, where it is followed by its looks, by how much they have grown, which knows
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +42,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
-from fcw.camera.interval import PERCENTILE_84_SIGMAS
+from fcw.motion.state import Mount
 from fcw.tracking.box_measurement import (
     ASPECT,
     BUMP,
@@ -67,6 +66,7 @@ from fcw.tracking.box_measurement import (
 )
 from fcw.tracking.horizon import with_principal_row
 from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range_state import RangeState
 from fcw.tracking.ranging import BoxNoise
 
 OUTLIER_SIGMAS = 3.0
@@ -80,42 +80,6 @@ KIND_INTERVAL = 5
 """The kind of a vehicle is judged anew every so many frames."""
 
 
-@dataclass(frozen=True, slots=True)
-class RangeState:
-    """What is believed of one vehicle.
-
-    Attributes:
-        distance_m: from the camera, the median.
-        log_distance_sigma: 1-sigma of its logarithm.
-        closing_speed_mps: rate at which it shrinks.
-        closing_speed_sigma_mps: 1-sigma.
-        closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
-        closing_acceleration_sigma_mps2: 1-sigma.
-        width_m: of its rear, as the detector's boxes show it.
-    """
-
-    distance_m: float
-    log_distance_sigma: float
-    closing_speed_mps: float
-    closing_speed_sigma_mps: float
-    closing_acceleration_mps2: float
-    closing_acceleration_sigma_mps2: float
-    width_m: float
-
-    def distance_with_interval(self, reference_offset_m: float) -> tuple[float, float, float]:
-        """(distance, 16th percentile, 84th percentile) from the calibration's reference, at least 0.
-
-        Args:
-            reference_offset_m: how far the reference is ahead of the camera.
-        """
-        spread = math.exp(PERCENTILE_84_SIGMAS * self.log_distance_sigma)
-        median, low, high = (
-            max(camera_m - reference_offset_m, 0.0)
-            for camera_m in (self.distance_m, self.distance_m / spread, self.distance_m * spread)
-        )
-        return median, low, high
-
-
 class RangeFilter:
     """Distances, closing speeds and sizes of vehicles, which are numbered from 0 in the order they came.
 
@@ -126,6 +90,9 @@ class RangeFilter:
     """
 
     def __init__(self, calibration: Calibration, box_noise: BoxNoise, model: RangeModel) -> None:
+        # Angles of the mount are against the camera that was given; of the lens's prior it has another pitch,
+        # with another principal row, for nearly the same horizon.
+        self._given = calibration.camera
         calibration = with_principal_row(calibration, model.principal_row_sigma)
         camera = calibration.camera
         self._model, self._focal_px = model, camera.focal_y_px
@@ -148,6 +115,7 @@ class RangeFilter:
         self._own_mps2 = 0.0
         self._calibrated_row_px = camera.horizon_row_px
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
+        self._p[HORIZON, HORIZON] += (self._focal_px * model.calibration_pitch_sigma_rad) ** 2
 
     @property
     def count(self) -> int:
@@ -159,6 +127,18 @@ class RangeFilter:
         """How much lower the camera looks now than it was calibrated to: the horizon stands higher."""
         horizon_px = float(self._x[HORIZON] + self._x[SLOW] + self._x[FAST])
         return (self._calibrated_row_px - horizon_px) / self._focal_px
+
+    @property
+    def mount(self) -> Mount:
+        """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs.
+
+        It is off by what the clicks and the lens together have wrong: what the lens alone mends is no news.
+        """
+        off_px = self._calibrated_row_px - float(self._x[HORIZON])
+        return Mount(
+            pitch_rad=self._given.pitch_rad + off_px / self._focal_px,
+            pitch_sigma_rad=math.sqrt(max(float(self._p[HORIZON, HORIZON]), 0.0)) / self._focal_px,
+        )
 
     def add(self, box: Box, ego_speed_mps: float | None) -> bool:
         """Begin with a vehicle; False where its box gives no distance.
@@ -266,6 +246,26 @@ class RangeFilter:
         self._p.flat[:: n + 1] += added
         return (1 / shrink).tolist()
 
+    def take_mount(self, pitch_rad: float, sigma_rad: float, dt_s: float) -> None:
+        """Take the mount's pitch as own motion believes it.
+
+        It is the same belief frame after frame: it counts as one measurement in `model.mount_lasts_s`.
+
+        Args:
+            pitch_rad: of the axis below the road.
+            sigma_rad: 1-sigma.
+            dt_s: since the frame before.
+        """
+        if dt_s <= 0:
+            return
+        row_px = self._given.horizon_row_px - self._focal_px * (pitch_rad - self._given.pitch_rad)
+        sigma_rad = math.hypot(sigma_rad, self._model.mount_sigma_rad)
+        variance = (self._focal_px * sigma_rad) ** 2 * max(self._model.mount_lasts_s / dt_s, 1.0)
+        by_state = np.zeros((1, len(self._x)))
+        by_state[0, HORIZON] = 1.0
+        residual = np.array([row_px - self._x[HORIZON]])
+        self._take(by_state, residual, np.array([variance]), learns_camera=True)
+
     def update(self, boxes: Sequence[tuple[int, Box]], dt_s: float) -> None:
         """Take the boxes of one frame.
 
@@ -350,7 +350,7 @@ class RangeFilter:
         growth_variance = gg + 2 * growth * lg + growth * growth * ll
         return RangeState(
             distance_m,
-            math.sqrt(max(ll, 0.0)),
+            math.hypot(math.sqrt(max(ll, 0.0)), self._model.unmodelled_sigma),
             rate * distance_m,
             distance_m * math.sqrt(max(closing_variance, 0.0)),
             growth * distance_m,

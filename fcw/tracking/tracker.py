@@ -11,12 +11,15 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.mount import MountNote
+from fcw.motion.state import Mount, OwnPath
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
 from fcw.tracking.lead_speed import with_own_speed
 from fcw.tracking.picture.follower import Moved
-from fcw.tracking.range_filter import RangeFilter, RangeState
+from fcw.tracking.range_filter import RangeFilter
+from fcw.tracking.range_state import RangeState
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track
 
@@ -39,6 +42,7 @@ class Tracker:
         self._settings = settings or TrackerSettings()
         self._range = RangeFilter(calibration, self._settings.box_noise, self._settings.model)
         self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
+        self._mount_note = MountNote(calibration)
         self._followed: list[Followed] = []
         self._time_ns: int | None = None
         self._ego_speed_mps: float | None = None
@@ -55,6 +59,12 @@ class Tracker:
         """Whether the camera still looks where it did when it was calibrated, and what to tell if not."""
         return self._mount
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know of the camera by now."""
+        note = self._mount_note.text or self._mount.note
+        return () if note is None else (note,)
+
     def update(
         self,
         time_ns: int,
@@ -62,6 +72,8 @@ class Tracker:
         ego_speed_mps: float | None = None,
         yaw_rate_radps: float | None = None,
         image: NDArray[np.uint8] | None = None,
+        path: OwnPath | None = None,
+        mount: Mount | None = None,
     ) -> tuple[Track, ...]:
         """Take one frame's detections.
 
@@ -73,6 +85,8 @@ class Tracker:
                 unknown, then it is straight.
             image: (height, width, 3) BGR, the frame's own; None where there are boxes alone. With it the
                 vehicles the detector misses are carried by their looks.
+            path: our own, which is taken for that of speed and yaw rate; None where these are all there is.
+            mount: of the camera as the picture tells it, which ranging goes by; None where it tells nothing.
 
         Returns:
             The confirmed tracks in the order of their ids, coasting ones among them.
@@ -92,6 +106,8 @@ class Tracker:
         self._ego_speed_mps = ego_speed_mps
         before = [followed.box for followed in self._followed]
         growths = self._range.predict(dt_s, own_gain_mps)
+        if mount is not None:
+            self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
         for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(dt_s, growth)
         moved = {} if image is None else self._carry(time_ns, image, before)
@@ -102,6 +118,7 @@ class Tracker:
         grown = [(slot, *one[1:]) for slot, one in moved.items() if math.isfinite(one.sigma)]
         self._range.take_growths(grown, step_s)
         self._mount.update(self._rulers(pairs, detections), dt_s)
+        self._mount_note.update(self._range.mount, dt_s)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
             unused.discard(index)
@@ -112,10 +129,9 @@ class Tracker:
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps)
-        curvature_per_m = path_curvature_per_m(ego_speed_mps, yaw_rate_radps)
-        tracks = tuple(
-            followed.track(time_ns, curvature_per_m) for followed in self._followed if followed.confirmed
-        )
+        if path is None:
+            path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
+        tracks = tuple(followed.track(time_ns, path) for followed in self._followed if followed.confirmed)
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks

@@ -1,7 +1,7 @@
 """A batch of frames as the columns of a rerun recording, one set for each entity."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import pyarrow as pa
@@ -114,6 +114,34 @@ def _words(result: FrameResult, imperial: bool) -> str:
     return describe(result.warning, about, imperial)
 
 
+def _motion(name: str) -> Callable[[FrameResult], float | None]:
+    return lambda result: None if result.own_motion is None else getattr(result.own_motion, name)
+
+
+def _mount(name: str) -> Callable[[FrameResult], float | None]:
+    return lambda result: (
+        None
+        if result.own_motion is None or result.own_motion.mount is None
+        else getattr(result.own_motion.mount, name)
+    )
+
+
+def _path(name: str) -> Callable[[FrameResult], float | None]:
+    return lambda result: None if result.own_path is None else getattr(result.own_path, name)
+
+
+OWN_VALUES = (
+    ("ego_speed_sigma_mps", _motion("speed_sigma_mps")),
+    ("yaw_rate_radps", _motion("yaw_rate_radps")),
+    ("camera_yaw_rad", _mount("yaw_rad")),
+    ("camera_pitch_rad", _mount("pitch_rad")),
+    ("camera_roll_rad", _mount("roll_rad")),
+    ("path_curvature_per_m", _path("curvature_per_m")),
+    ("path_offset_m", _path("offset_m")),
+    ("path_heading_rad", _path("heading_rad")),
+)
+
+
 def _frames(results: Sequence[FrameResult]) -> rr.ComponentColumnList:
     warnings = [result.warning for result in results]
     return _values(
@@ -122,6 +150,7 @@ def _frames(results: Sequence[FrameResult]) -> rr.ComponentColumnList:
         time_ns=pa.array([result.time_ns for result in results], pa.int64()),
         lead_id=pa.array([result.lead_id for result in results], pa.int64()),
         ego_speed_mps=pa.array([result.ego_speed_mps for result in results], pa.float64()),
+        **{name: pa.array([value(result) for result in results], pa.float64()) for name, value in OWN_VALUES},
         warning_level=pa.array([warning.level.name.lower() for warning in warnings], pa.string()),
         warning_track_id=pa.array([warning.track_id for warning in warnings], pa.int64()),
         rule=pa.array([warning.rule for warning in warnings], pa.string()),

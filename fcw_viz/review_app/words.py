@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 
 from fcw.annotation.records import Entry, Judgement, Verdict
 from fcw.logs.events import DriveEvent
+from fcw.logs.overlay import own_speed_text
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
 from fcw.units import distance_text, speed_text
@@ -91,7 +92,7 @@ def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
     if warning.headway_s is not None:
         rows.append(("Headway", f"{warning.headway_s:.1f} s"))
     if result.ego_speed_mps is not None:
-        rows.append(("Own speed", speed_text(result.ego_speed_mps, imperial)))
+        rows.append(("Own speed", own_speed_text(result, imperial).replace("+-", "±")))
     return rows
 
 

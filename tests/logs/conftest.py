@@ -9,6 +9,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
+from fcw.motion.state import Mount, OwnMotion, OwnPath, SpeedSource
 from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
@@ -43,6 +44,35 @@ warning_states = st.builds(
     required_deceleration_mps2=st.none() | numbers,
     headway_s=st.none() | numbers,
 )
+mounts = st.builds(
+    Mount,
+    pitch_rad=numbers,
+    yaw_rad=numbers,
+    roll_rad=numbers,
+    pitch_sigma_rad=numbers,
+    yaw_sigma_rad=numbers,
+    roll_sigma_rad=numbers,
+)
+own_motions = st.builds(
+    OwnMotion,
+    speed_mps=st.none() | numbers,
+    speed_sigma_mps=st.none() | numbers,
+    speed_source=st.sampled_from(SpeedSource),
+    yaw_rate_radps=st.none() | numbers,
+    yaw_rate_sigma_radps=st.none() | numbers,
+    mount=st.none() | mounts,
+    picture_speed_mps=st.none() | numbers,
+)
+own_paths = st.builds(
+    OwnPath,
+    offset_m=numbers,
+    heading_rad=numbers,
+    curvature_per_m=numbers,
+    offset_sigma_m=numbers,
+    heading_sigma_rad=numbers,
+    curvature_sigma_per_m=numbers,
+    lane_width_m=st.none() | numbers,
+)
 frame_results = st.builds(
     FrameResult,
     index=st.integers(0, 2**40),
@@ -53,6 +83,8 @@ frame_results = st.builds(
     warning=warning_states,
     ego_speed_mps=st.none() | numbers,
     notes=st.lists(st.text(max_size=12), max_size=2).map(tuple),
+    own_motion=st.none() | own_motions,
+    own_path=st.none() | own_paths,
 )
 
 

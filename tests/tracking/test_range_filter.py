@@ -118,7 +118,7 @@ def test_pitch_that_shifts_all_rows_alike_is_told_from_distance():
         return [(k, seen(d, lateral_m=y, lower_px=lower_px)) for k, (d, y) in enumerate(range_filter_boxes)]
 
     places = [(12.0, 0.0), (20.0, 3.0), (35.0, -3.0)]
-    range_filter = RangeFilter(EXACT, NOISE, RangeModel())
+    range_filter = RangeFilter(EXACT, NOISE, RangeModel(calibration_pitch_sigma_rad=0.0))
     for _, box in boxes(places, 0.0):
         assert range_filter.add(box, None)
     for frame in range(40):
@@ -128,6 +128,35 @@ def test_pitch_that_shifts_all_rows_alike_is_told_from_distance():
     assert range_filter.pitch_rad == pytest.approx(-6.0 / 740, rel=0.5)
     for slot, (distance_m, _) in enumerate(places):
         assert range_filter.state(slot).distance_m == pytest.approx(distance_m, rel=0.05)
+
+
+@pytest.mark.parametrize("off_deg", [-1.0, 1.0])
+def test_a_calibration_that_is_wrong_by_a_degree_is_overruled_by_vehicles(off_deg):
+    wrong = Calibration.from_camera(
+        GroundPlaneCamera(0.02 + math.radians(off_deg), 740.0, 359.5, 1.4, 639.5), SIZE
+    )
+    places = [(12.0, 0.0), (25.0, 3.0), (35.0, -3.0)]
+    range_filter = RangeFilter(wrong, NOISE, RangeModel())
+    boxes = [(slot, seen(d, lateral_m=y)) for slot, (d, y) in enumerate(places)]
+    for _, box in boxes:
+        assert range_filter.add(box, None)
+    for _ in range(100):
+        range_filter.predict(0.1)
+        range_filter.update(boxes, 0.1)
+    # By rows alone 35 m would read 25 or 59 m.
+    for slot, (distance_m, _) in enumerate(places):
+        assert range_filter.state(slot).distance_m == pytest.approx(distance_m, rel=0.12)
+
+
+def test_a_mount_that_is_told_is_taken_over_and_not_at_once():
+    told = RangeFilter(EXACT, NOISE, RangeModel())
+    pitch_rad = CAMERA_MODEL.pitch_rad + math.radians(0.5)
+    told.take_mount(pitch_rad, math.radians(0.1), 0.1)
+    assert 0 < told.pitch_rad < math.radians(0.4)
+    for _ in range(600):
+        told.predict(0.1)
+        told.take_mount(pitch_rad, math.radians(0.1), 0.1)
+    assert told.pitch_rad == pytest.approx(math.radians(0.5), abs=math.radians(0.05))
 
 
 def test_the_error_of_the_clicks_is_never_averaged_away():

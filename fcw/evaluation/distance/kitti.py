@@ -10,7 +10,7 @@ and intervals are by bootstrap over tracks.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,7 @@ from fcw.evaluation.distance.kitti_tracking import (
     time_ns,
 )
 from fcw.frame import ImageSize
+from fcw.tracking.range_model import RangeModel
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.tracking.types import Track
@@ -149,6 +150,8 @@ def sample_sequence(
     rng: np.random.Generator,
     box_noise_px: float,
     without: Sequence[Cue] = (),
+    pitch_error_rad: float = 0.0,
+    model: RangeModel | None = None,
 ) -> tuple[list[DistanceSample], list[tuple[str, int, int]]]:
     """Calibrate, run the tracker over a sequence, and compare it with the truth.
 
@@ -158,14 +161,19 @@ def sample_sequence(
         rng: of the clicks and the boxes.
         box_noise_px: 1-sigma of the edges, 1.5 times that of the lower one.
         without: cues that the tracker does without.
+        pitch_error_rad: of the calibration; see `KittiSequence.calibration`.
+        model: beliefs of the tracker; None for its own.
 
     Returns:
         The samples; and sequence, frame and true track of each frame with a `warning` by the default policy
         that is about a measured vehicle.
     """
     policy, warnings = make_policy(), []
-    calibration = sequence.calibration(rng)
-    tracker = Tracker(calibration, without_cues(tracker_settings(box_noise_px), without))
+    calibration = sequence.calibration(rng, pitch_error_rad=pitch_error_rad)
+    settings = tracker_settings(box_noise_px)
+    if model is not None:
+        settings = replace(settings, model=model)
+    tracker = Tracker(calibration, without_cues(settings, without))
     closing = _true_closing_speeds(sequence.frames)
     samples = []
     for frame, vehicles in enumerate(sequence.frames):
@@ -263,9 +271,14 @@ class DistanceEvaluation:
 
 
 def evaluate_distance(
-    folder: Path, names: Sequence[str], box_noise_px: float, seed: int, without: Sequence[Cue] = ()
+    folder: Path,
+    names: Sequence[str],
+    box_noise_px: float,
+    seed: int,
+    without: Sequence[Cue] = (),
+    pitch_error_rad: float = 0.0,
 ) -> DistanceEvaluation:
-    """Run the tracker over sequences of KITTI tracking, also without some of its cues.
+    """Run the tracker over sequences of KITTI tracking, also without some of its cues, or wrongly calibrated.
 
     Raises:
         UserError: a file is missing or not as expected.
@@ -278,7 +291,7 @@ def evaluate_distance(
         speeds_mps, _ = read_own_motion(folder, name)
         # A stream of its own for each sequence: leaving one out changes nothing in the others.
         rng = np.random.default_rng([seed, *name.encode()])
-        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px, without)
+        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px, without, pitch_error_rad)
         samples += found
         warnings += warned
         measured += measured_vehicles(sequence)

@@ -90,12 +90,23 @@ class KittiSequence:
         point = self.projection @ np.array([0.0, CAMERA_HEIGHT_M, distance_m, 1.0])
         return float(point[1] / point[2])
 
-    def calibration(self, rng: np.random.Generator, row_sigma_px: float = 1.0) -> Calibration:
-        """What a person makes of it who clicks the road at 8, 15 and 30 m."""
-        points = [
-            GroundPoint(distance_m, self.ground_row_px(distance_m) + row_sigma_px * rng.standard_normal())
-            for distance_m in CALIBRATION_POINTS_M
-        ]
+    def calibration(
+        self, rng: np.random.Generator, row_sigma_px: float = 1.0, pitch_error_rad: float = 0.0
+    ) -> Calibration:
+        """What a person makes of it who clicks the road at 8, 15 and 30 m.
+
+        Args:
+            rng: of the clicks.
+            row_sigma_px: of a click.
+            pitch_error_rad: the camera looked farther down by so much while it was calibrated than it does
+                in the drive: on a ramp, or with another load.
+        """
+        focal_px, axis_px = float(self.projection[1, 1]), float(self.projection[1, 2])
+        points = []
+        for distance_m in CALIBRATION_POINTS_M:
+            angle_rad = math.atan((self.ground_row_px(distance_m) - axis_px) / focal_px) - pitch_error_rad
+            row_px = axis_px + focal_px * math.tan(angle_rad)
+            points.append(GroundPoint(distance_m, row_px + row_sigma_px * rng.standard_normal()))
         return calibrate(points, self.image_size, CAMERA_HEIGHT_M, row_sigma_px=row_sigma_px)
 
 

@@ -79,6 +79,34 @@ def _of_box(name: str, meaning: str) -> Column[TrackRow]:
     )
 
 
+def _of_motion(name: str, unit: str, meaning: str, field: str = "") -> Column[TrackRow]:
+    return Column(
+        name,
+        "float64",
+        unit,
+        meaning,
+        lambda row: None if row.result.own_motion is None else getattr(row.result.own_motion, field or name),
+    )
+
+
+def _of_mount(angle: str, meaning: str) -> Column[TrackRow]:
+    def value(row: TrackRow) -> float | None:
+        motion = row.result.own_motion
+        return None if motion is None or motion.mount is None else getattr(motion.mount, f"{angle}_rad")
+
+    return Column(f"camera_{angle}_rad", "float64", "rad", meaning, value)
+
+
+def _of_path(name: str, unit: str, meaning: str) -> Column[TrackRow]:
+    return Column(
+        f"path_{name}",
+        "float64",
+        unit,
+        meaning,
+        lambda row: None if row.result.own_path is None else getattr(row.result.own_path, name),
+    )
+
+
 TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
     Column("drive", "string", "", "name of the drive", lambda row: row.clip.name),
     Column("frame", "int64", "", "number of the frame in the drive, from 0", lambda row: row.result.index),
@@ -100,9 +128,27 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "ego_speed_mps",
         "float64",
         "m/s",
-        "own speed; empty when unknown",
+        "own speed, the one used; empty when unknown",
         lambda row: row.result.ego_speed_mps,
     ),
+    _of_motion(
+        "ego_speed_sigma_mps", "m/s", "its standard deviation, 0 where it was given", "speed_sigma_mps"
+    ),
+    Column(
+        "ego_speed_source",
+        "string",
+        "",
+        "where it comes from: given or picture; empty when unknown",
+        lambda row: (
+            None if row.result.own_motion is None else row.result.own_motion.speed_source.value or None
+        ),
+    ),
+    _of_motion("yaw_rate_radps", "rad/s", "how fast we turn, positive to the left; empty when unknown"),
+    _of_mount("yaw", "the camera's axis to the left of the direction of travel, as believed by then"),
+    _of_mount("pitch", "the camera's axis below the road, likewise"),
+    _of_mount("roll", "the camera's turn to the right about its axis, likewise"),
+    _of_path("curvature_per_m", "1/m", "bend of the own path, positive to the left"),
+    _of_path("offset_m", "m", "middle of the own path or lane beside the camera, positive to the left"),
     Column(
         "lead_id",
         "int64",

@@ -1,9 +1,13 @@
 """The project's own messages (`schemas/drive.proto`) from records and back, bit for bit."""
 
+from dataclasses import fields
+from typing import Any
+
 from fcw.box import Box
 from fcw.detection.detector import Detection
 from fcw.logs.records import FrameResult
 from fcw.logs.schemas import drive_pb2
+from fcw.motion.state import Mount, OwnMotion, OwnPath, SpeedSource
 from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
@@ -57,6 +61,8 @@ def result_message(result: FrameResult) -> drive_pb2.FrameResult:
         warning=warning_message(result.warning),
         ego_speed_mps=result.ego_speed_mps,
         notes=result.notes,
+        own_motion=None if result.own_motion is None else _motion_message(result.own_motion),
+        own_path=None if result.own_path is None else drive_pb2.OwnPath(**_fields(result.own_path)),
     )
 
 
@@ -72,7 +78,46 @@ def result_from_message(data: bytes) -> FrameResult:
         warning=_warning(message.warning),
         ego_speed_mps=message.ego_speed_mps if message.HasField("ego_speed_mps") else None,
         notes=tuple(message.notes),
+        own_motion=_motion(message.own_motion) if message.HasField("own_motion") else None,
+        own_path=_path(message.own_path) if message.HasField("own_path") else None,
     )
+
+
+def _motion_message(motion: OwnMotion) -> drive_pb2.OwnMotion:
+    values = _fields(motion)
+    values["speed_source"] = motion.speed_source.name
+    values["mount"] = None if motion.mount is None else drive_pb2.Mount(**_fields(motion.mount))
+    return drive_pb2.OwnMotion(**values)
+
+
+def _motion(message: drive_pb2.OwnMotion) -> OwnMotion:
+    mount = message.mount
+    return OwnMotion(
+        speed_mps=_optional(message, "speed_mps"),
+        speed_sigma_mps=_optional(message, "speed_sigma_mps"),
+        speed_source=SpeedSource[drive_pb2.OwnMotion.SpeedSource.Name(message.speed_source)],
+        yaw_rate_radps=_optional(message, "yaw_rate_radps"),
+        yaw_rate_sigma_radps=_optional(message, "yaw_rate_sigma_radps"),
+        mount=Mount(**{field.name: getattr(mount, field.name) for field in fields(Mount)})
+        if message.HasField("mount")
+        else None,
+        picture_speed_mps=_optional(message, "picture_speed_mps"),
+    )
+
+
+def _path(message: drive_pb2.OwnPath) -> OwnPath:
+    values = {field.name: getattr(message, field.name) for field in fields(OwnPath)}
+    values["lane_width_m"] = _optional(message, "lane_width_m")
+    return OwnPath(**values)
+
+
+def _fields(record: Mount | OwnMotion | OwnPath) -> dict[str, Any]:
+    """Values by name; messages have the same names."""
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def _optional(message: drive_pb2.OwnMotion | drive_pb2.OwnPath, name: Any) -> float | None:  # noqa: ANN401
+    return getattr(message, name) if message.HasField(name) else None
 
 
 def _track(message: drive_pb2.Track) -> Track:

@@ -101,8 +101,68 @@ class WarningState(_message.Message):
     headway_s: float
     def __init__(self, level: _Optional[_Union[WarningState.Level, str]] = ..., track_id: _Optional[int] = ..., rule: _Optional[str] = ..., ttc_s: _Optional[float] = ..., required_deceleration_mps2: _Optional[float] = ..., headway_s: _Optional[float] = ...) -> None: ...
 
+class Mount(_message.Message):
+    __slots__ = ("pitch_rad", "yaw_rad", "roll_rad", "pitch_sigma_rad", "yaw_sigma_rad", "roll_sigma_rad")
+    PITCH_RAD_FIELD_NUMBER: _ClassVar[int]
+    YAW_RAD_FIELD_NUMBER: _ClassVar[int]
+    ROLL_RAD_FIELD_NUMBER: _ClassVar[int]
+    PITCH_SIGMA_RAD_FIELD_NUMBER: _ClassVar[int]
+    YAW_SIGMA_RAD_FIELD_NUMBER: _ClassVar[int]
+    ROLL_SIGMA_RAD_FIELD_NUMBER: _ClassVar[int]
+    pitch_rad: float
+    yaw_rad: float
+    roll_rad: float
+    pitch_sigma_rad: float
+    yaw_sigma_rad: float
+    roll_sigma_rad: float
+    def __init__(self, pitch_rad: _Optional[float] = ..., yaw_rad: _Optional[float] = ..., roll_rad: _Optional[float] = ..., pitch_sigma_rad: _Optional[float] = ..., yaw_sigma_rad: _Optional[float] = ..., roll_sigma_rad: _Optional[float] = ...) -> None: ...
+
+class OwnMotion(_message.Message):
+    __slots__ = ("speed_mps", "speed_sigma_mps", "speed_source", "yaw_rate_radps", "yaw_rate_sigma_radps", "mount", "picture_speed_mps")
+    class SpeedSource(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        UNKNOWN: _ClassVar[OwnMotion.SpeedSource]
+        GIVEN: _ClassVar[OwnMotion.SpeedSource]
+        PICTURE: _ClassVar[OwnMotion.SpeedSource]
+    UNKNOWN: OwnMotion.SpeedSource
+    GIVEN: OwnMotion.SpeedSource
+    PICTURE: OwnMotion.SpeedSource
+    SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
+    SPEED_SIGMA_MPS_FIELD_NUMBER: _ClassVar[int]
+    SPEED_SOURCE_FIELD_NUMBER: _ClassVar[int]
+    YAW_RATE_RADPS_FIELD_NUMBER: _ClassVar[int]
+    YAW_RATE_SIGMA_RADPS_FIELD_NUMBER: _ClassVar[int]
+    MOUNT_FIELD_NUMBER: _ClassVar[int]
+    PICTURE_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
+    speed_mps: float
+    speed_sigma_mps: float
+    speed_source: OwnMotion.SpeedSource
+    yaw_rate_radps: float
+    yaw_rate_sigma_radps: float
+    mount: Mount
+    picture_speed_mps: float
+    def __init__(self, speed_mps: _Optional[float] = ..., speed_sigma_mps: _Optional[float] = ..., speed_source: _Optional[_Union[OwnMotion.SpeedSource, str]] = ..., yaw_rate_radps: _Optional[float] = ..., yaw_rate_sigma_radps: _Optional[float] = ..., mount: _Optional[_Union[Mount, _Mapping]] = ..., picture_speed_mps: _Optional[float] = ...) -> None: ...
+
+class OwnPath(_message.Message):
+    __slots__ = ("offset_m", "heading_rad", "curvature_per_m", "offset_sigma_m", "heading_sigma_rad", "curvature_sigma_per_m", "lane_width_m")
+    OFFSET_M_FIELD_NUMBER: _ClassVar[int]
+    HEADING_RAD_FIELD_NUMBER: _ClassVar[int]
+    CURVATURE_PER_M_FIELD_NUMBER: _ClassVar[int]
+    OFFSET_SIGMA_M_FIELD_NUMBER: _ClassVar[int]
+    HEADING_SIGMA_RAD_FIELD_NUMBER: _ClassVar[int]
+    CURVATURE_SIGMA_PER_M_FIELD_NUMBER: _ClassVar[int]
+    LANE_WIDTH_M_FIELD_NUMBER: _ClassVar[int]
+    offset_m: float
+    heading_rad: float
+    curvature_per_m: float
+    offset_sigma_m: float
+    heading_sigma_rad: float
+    curvature_sigma_per_m: float
+    lane_width_m: float
+    def __init__(self, offset_m: _Optional[float] = ..., heading_rad: _Optional[float] = ..., curvature_per_m: _Optional[float] = ..., offset_sigma_m: _Optional[float] = ..., heading_sigma_rad: _Optional[float] = ..., curvature_sigma_per_m: _Optional[float] = ..., lane_width_m: _Optional[float] = ...) -> None: ...
+
 class FrameResult(_message.Message):
-    __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps", "notes")
+    __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps", "notes", "own_motion", "own_path")
     INDEX_FIELD_NUMBER: _ClassVar[int]
     TIME_NS_FIELD_NUMBER: _ClassVar[int]
     DETECTIONS_FIELD_NUMBER: _ClassVar[int]
@@ -111,6 +171,8 @@ class FrameResult(_message.Message):
     WARNING_FIELD_NUMBER: _ClassVar[int]
     EGO_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
     NOTES_FIELD_NUMBER: _ClassVar[int]
+    OWN_MOTION_FIELD_NUMBER: _ClassVar[int]
+    OWN_PATH_FIELD_NUMBER: _ClassVar[int]
     index: int
     time_ns: int
     detections: _containers.RepeatedCompositeFieldContainer[Detection]
@@ -119,7 +181,9 @@ class FrameResult(_message.Message):
     warning: WarningState
     ego_speed_mps: float
     notes: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, index: _Optional[int] = ..., time_ns: _Optional[int] = ..., detections: _Optional[_Iterable[_Union[Detection, _Mapping]]] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., lead_id: _Optional[int] = ..., warning: _Optional[_Union[WarningState, _Mapping]] = ..., ego_speed_mps: _Optional[float] = ..., notes: _Optional[_Iterable[str]] = ...) -> None: ...
+    own_motion: OwnMotion
+    own_path: OwnPath
+    def __init__(self, index: _Optional[int] = ..., time_ns: _Optional[int] = ..., detections: _Optional[_Iterable[_Union[Detection, _Mapping]]] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., lead_id: _Optional[int] = ..., warning: _Optional[_Union[WarningState, _Mapping]] = ..., ego_speed_mps: _Optional[float] = ..., notes: _Optional[_Iterable[str]] = ..., own_motion: _Optional[_Union[OwnMotion, _Mapping]] = ..., own_path: _Optional[_Union[OwnPath, _Mapping]] = ...) -> None: ...
 
 class VideoPacket(_message.Message):
     __slots__ = ("time_ns", "keyframe", "shown", "frame_index")

@@ -9,6 +9,10 @@ def run_calibrate(command: CalibrateCommand) -> int:
     Raises:
         UserError: the input is wrong or determines no camera; nothing is saved then.
     """
+    if command.from_drive is not None:
+        from fcw_viz.commands.calibrate.from_drive import run_calibrate_from_drive
+
+        return run_calibrate_from_drive(command, command.from_drive)
     if command.source is not None and not command.points:
         from fcw_viz.commands.calibrate.page import run_calibrate_page
 

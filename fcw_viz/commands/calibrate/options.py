@@ -22,6 +22,8 @@ class CalibrateCommand:
     """Of an MCAP file: the pictures to click in; needed where it has several topics of pictures."""
     points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()
     """Points of the road: distance in metres from the reference, row, and column where known."""
+    from_drive: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
+    """Make what a drive of `fcw run` believed of the mount at its end the calibration, saved to --save."""
     image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
     """Size of the picture that the points were clicked in; not needed with a source."""
     height: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None

@@ -1,5 +1,7 @@
 """`fcw calibrate --points`: the calibration from points on the command line; it needs no browser."""
 
+from pathlib import Path
+
 from rich.text import Text
 
 from fcw.camera.calibration import Calibration, GroundPoint
@@ -21,11 +23,21 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
     Raises:
         UserError: the input is wrong or determines no camera; nothing is saved then.
     """
-    calibration = _calibration(command)
-    summary = calibration_summary(calibration)
     save = command.save
     if save is None and command.source is not None:
         save = default_path(command.source)
+    return save_and_report(_calibration(command), save, command)
+
+
+def save_and_report(calibration: Calibration, save: Path | None, command: CalibrateCommand) -> int:
+    """Save and print a calibration; returns the exit code.
+
+    Args:
+        calibration: the result.
+        save: where to; None does not.
+        command: how to print it, and what else to write.
+    """
+    summary = calibration_summary(calibration)
     if save is not None:
         write_calibration(calibration, save)
     if command.export is not None:

@@ -7,6 +7,7 @@ import tyro
 
 from fcw_viz.commands.evaluate.detection import EvaluateDetectionCommand, run_evaluate_detection
 from fcw_viz.commands.evaluate.distance import EvaluateDistanceCommand, run_evaluate_distance
+from fcw_viz.commands.evaluate.motion import EvaluateMotionCommand, run_evaluate_motion
 from fcw_viz.commands.evaluate.warning import EvaluateWarningCommand, run_evaluate_warning
 
 
@@ -17,6 +18,7 @@ class EvaluateCommand:
     what: Annotated[
         Annotated[EvaluateDetectionCommand, tyro.conf.subcommand("detection")]
         | Annotated[EvaluateDistanceCommand, tyro.conf.subcommand("distance")]
+        | Annotated[EvaluateMotionCommand, tyro.conf.subcommand("motion")]
         | Annotated[EvaluateWarningCommand, tyro.conf.subcommand("warning")],
         tyro.conf.arg(name=""),
     ]
@@ -28,4 +30,6 @@ def run_evaluate(command: EvaluateCommand) -> int:
         return run_evaluate_detection(command.what)
     if isinstance(command.what, EvaluateDistanceCommand):
         return run_evaluate_distance(command.what)
+    if isinstance(command.what, EvaluateMotionCommand):
+        return run_evaluate_motion(command.what)
     return run_evaluate_warning(command.what)

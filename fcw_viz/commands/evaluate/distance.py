@@ -29,6 +29,11 @@ class EvaluateDistanceCommand:
     lower edge. 0 leaves the boxes as they are, exact projections that flatter every method of widths."""
     without: tuple[Cue, ...] = ()
     """Cues that the tracker shall do without, to see what each is worth."""
+    pitch_error: Annotated[float, tyro.conf.arg(metavar="DEG")] = 0.0
+    """The camera looked farther down by so much while it was calibrated than in the drives: on a ramp, or
+    with another load."""
+    leave_one_out: bool = False
+    """Choose the tracker's constants on all sequences but one, and measure on that one, each in turn."""
     seed: int = 0
     """Of the noise of boxes and clicks."""
     samples: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -50,6 +55,7 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     from fcw.errors import UserError
     from fcw.evaluation.distance.kitti import evaluate_distance, tracker_settings
     from fcw.evaluation.distance.kitti_tracking import sequence_names
+    from fcw.evaluation.distance.leave_one_out import evaluate_left_out
     from fcw.evaluation.distance.report import write_report
     from fcw.evaluation.distance.simulation import simulate_coverage
     from fcw.evaluation.distance.tusimple_velocity import evaluate_single_boxes
@@ -59,14 +65,27 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
+    if not abs(command.pitch_error) <= 5:
+        raise UserError(f"--pitch-error {command.pitch_error:g}: expected degrees between -5 and 5")
     if command.simulated_tracks < 0:
         raise UserError(f"--simulated-tracks {command.simulated_tracks}: expected 0 or more")
     names = sequence_names(command.kitti_tracking, command.sequences)
     if command.report is not None and not command.report.is_dir():
         raise UserError(f"--report {command.report}: no such folder; create it first")
-    result = evaluate_distance(
-        command.kitti_tracking, names, command.box_noise, command.seed, command.without
-    )
+    pitch_error_rad = math.radians(command.pitch_error)
+    if command.leave_one_out:
+        if len(names) < 2:
+            raise UserError("--leave-one-out: expected at least two sequences; name more with --sequences")
+        if command.without:
+            raise UserError("--leave-one-out: goes by all cues; leave out --without")
+        result, chosen = evaluate_left_out(
+            command.kitti_tracking, names, command.box_noise, command.seed, pitch_error_rad
+        )
+    else:
+        chosen = {}
+        result = evaluate_distance(
+            command.kitti_tracking, names, command.box_noise, command.seed, command.without, pitch_error_rad
+        )
     second = (
         evaluate_single_boxes(command.tusimple_velocity, command.seed) if command.tusimple_velocity else None
     )
@@ -82,7 +101,9 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     if command.report is not None:
         write_report(result, command.report)
     if command.json:
-        figures = as_json(result)
+        figures = as_json(result) | {"pitch_error_deg": command.pitch_error}
+        if chosen:
+            figures["chosen"] = chosen
         if second is not None:
             figures["tusimple"] = {name: asdict(errors) for name, errors in second.errors.items()}
         if simulated is not None:
@@ -90,6 +111,8 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
         print_json(figures)
         return 0
     print_tables(result)
+    for name, text in chosen.items():
+        RESULTS.print(f"{name}: {text}")
     if second is not None:
         texts = (f"{name} {errors.median:.1%}" for name, errors in second.errors.items())
         count = second.errors["tracker"].n

@@ -37,6 +37,8 @@ class RunCommand:
     default what an MCAP file says of it."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """When to warn: timely-braking, ttc, headway, required-deceleration, euro-ncap-driver, rss."""
+    no_own_motion: bool = False
+    """Leave out own speed, yaw rate, mount and lane lines by the picture."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
     """Frames per second of a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
@@ -73,4 +75,5 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
         warning_policy=command.warning_policy,
         imperial=command.units == "imperial",
         frame_rate_hz=command.frame_rate,
+        own_motion=not command.no_own_motion,
     )

@@ -20,6 +20,7 @@ from fcw.logs.overlay import (
     rear_size_m,
 )
 from fcw.logs.records import FrameResult
+from fcw.motion.state import OwnPath
 from fcw.tracking.lead import Corridor, path_curvature_per_m
 from fcw.tracking.types import Track
 from fcw.units import distance_text
@@ -102,9 +103,29 @@ def ground(
     drawn = zip(result.tracks, overlay_boxes(result, imperial), strict=True)
     nearest_first = sorted(drawn, key=lambda pair: pair[0].distance_m)
     level_color = LEVEL_COLORS[result.warning.level]
-    left, right = path_edges(path_curvature_per_m(result.ego_speed_mps, yaw_rate_radps))
+    if result.own_path is not None:
+        left, right = own_path_edges(result.own_path, calibration.reference_offset_m)
+    else:
+        left, right = path_edges(path_curvature_per_m(result.ego_speed_mps, yaw_rate_radps))
     vehicles = tuple(_vehicle(track, calibration, box) for track, box in nearest_first)
     return Ground(vehicles, left, right, level_color)
+
+
+def own_path_edges(path: OwnPath, reference_offset_m: float) -> tuple[Floats, Floats]:
+    """Left and right edge of the own path as it was believed, each (`PATH_POINTS`, 3).
+
+    Args:
+        path: over the distance from the camera.
+        reference_offset_m: from the camera to where the distances shown begin.
+    """
+    along_m = np.linspace(0.0, PATH_LENGTH_M, PATH_POINTS)
+    camera_m = along_m + reference_offset_m
+    middle_m = path.offset_m + path.heading_rad * camera_m + path.curvature_per_m * camera_m**2 / 2
+    half_m = Corridor().leave_m if path.lane_width_m is None else path.lane_width_m / 2
+    left, right = (
+        np.stack([along_m, middle_m + side_m, np.zeros(PATH_POINTS)], axis=1) for side_m in (half_m, -half_m)
+    )
+    return left, right
 
 
 def path_edges(curvature_per_m: float) -> tuple[Floats, Floats]:

@@ -25,6 +25,22 @@ DOCS = Path(__file__).parents[3] / "docs" / "export.md"
 PANDAS_TYPES = {"string": "string", "int64": "Int64", "float64": "float64", "bool": "boolean"}
 
 
+def own_values(result: FrameResult) -> dict[str, Any]:
+    """Own motion and path: empty where they are not known."""
+    motion, path = result.own_motion, result.own_path
+    mount = motion.mount if motion else None
+    return {
+        "ego_speed_sigma_mps": motion.speed_sigma_mps if motion else None,
+        "ego_speed_source": (motion.speed_source.value or None) if motion else None,
+        "yaw_rate_radps": motion.yaw_rate_radps if motion else None,
+        "camera_yaw_rad": mount.yaw_rad if mount else None,
+        "camera_pitch_rad": mount.pitch_rad if mount else None,
+        "camera_roll_rad": mount.roll_rad if mount else None,
+        "path_curvature_per_m": path.curvature_per_m if path else None,
+        "path_offset_m": path.offset_m if path else None,
+    }
+
+
 def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[str, Any]]:
     """What a table must hold, written out."""
     for result in results:
@@ -35,6 +51,7 @@ def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[s
             "time_ns": result.time_ns,
             "time_s": (result.time_ns - results[0].time_ns) / 1e9,
             "ego_speed_mps": result.ego_speed_mps,
+            **own_values(result),
             "lead_id": result.lead_id,
             "warning_level": warning.level.name.lower(),
             "warning_track_id": warning.track_id,

@@ -163,7 +163,7 @@ def test_zeros_of_a_power_cut_are_passed_over(whole_log, short_drive, tmp_path):
 
 def test_a_damaged_log_is_said_to_be(whole_log):
     data = bytearray(whole_log.read_bytes())
-    for at in range(len(data) // 3, len(data) // 3 + 40):
+    for at in range(len(data) // 2, len(data) // 2 + 40):
         data[at] ^= 0x55
     whole_log.write_bytes(data)
     with pytest.raises(UserError, match=r"whole\.mcap: the log is damaged"):

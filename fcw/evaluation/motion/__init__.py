@@ -1,0 +1,1 @@
+"""Own motion by the picture against true poses."""

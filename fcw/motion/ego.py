@@ -1,0 +1,93 @@
+"""Own motion and own path of one drive, frame by frame: what was given, and what the picture says."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.box import Box
+from fcw.camera.calibration import Calibration
+from fcw.motion.estimator import MotionEstimator
+from fcw.motion.lanes import Lane, LaneTracker
+from fcw.motion.path import SLOWEST_TURN_MPS, own_path
+from fcw.motion.settings import MotionSettings
+from fcw.motion.state import OwnMotion, OwnPath, SpeedSource
+
+SHORTEST_LANE_STEP_S = 0.09
+"""Lanes change slowly: ten times a second is enough."""
+
+
+class Ego(NamedTuple):
+    """What is believed of ourselves at one frame.
+
+    Attributes:
+        motion: own motion; its speed and yaw rate are the given ones where there are any.
+        path: own path.
+    """
+
+    motion: OwnMotion
+    path: OwnPath
+
+
+class EgoEstimator:
+    """Own motion and own path.
+
+    Args:
+        calibration: for the size of the pictures; None leaves the pictures alone.
+        settings: of own motion by the picture.
+    """
+
+    def __init__(
+        self, calibration: Calibration | None = None, settings: MotionSettings | None = None
+    ) -> None:
+        self._estimator = None if calibration is None else MotionEstimator(calibration, settings)
+        self._lanes = LaneTracker()
+        self._time_ns: int | None = None
+
+    def update(
+        self,
+        time_ns: int,
+        image: NDArray[np.uint8],
+        boxes: Sequence[Box] = (),
+        given_mps: float | None = None,
+        given_yaw_radps: float | None = None,
+    ) -> Ego:
+        """Take a frame.
+
+        Args:
+            time_ns: of it; must not decrease.
+            image: (height, width, 3) BGR.
+            boxes: of other vehicles in it.
+            given_mps: own speed from elsewhere, which goes before the picture's; None when unknown.
+            given_yaw_radps: own yaw rate, positive to the left, likewise.
+        """
+        motion, lane = OwnMotion(), None
+        if self._estimator is not None:
+            motion = self._estimator.update(time_ns, image, boxes)
+        if given_mps is not None:
+            motion = replace(motion, speed_mps=given_mps, speed_sigma_mps=0.0, speed_source=SpeedSource.GIVEN)
+        if given_yaw_radps is not None:
+            motion = replace(motion, yaw_rate_radps=given_yaw_radps, yaw_rate_sigma_radps=None)
+        if self._estimator is not None:
+            lane = self._see_lane(self._estimator, motion)
+        return Ego(motion, own_path(motion, lane))
+
+    def _see_lane(self, estimator: MotionEstimator, motion: OwnMotion) -> Lane | None:
+        """The lane by the latest picture that own motion used."""
+        picture = estimator.picture
+        if picture is None:
+            return self._lanes.lane
+        before = self._time_ns
+        if before is not None and (picture.time_ns - before) / 1e9 < SHORTEST_LANE_STEP_S:
+            return self._lanes.lane
+        self._time_ns = picture.time_ns
+        heading_rad = 0.0 if motion.mount is None else -motion.mount.yaw_rad
+        speed_mps, yaw_radps = motion.speed_mps, motion.yaw_rate_radps
+        bend_per_m = 0.0
+        if speed_mps is not None and yaw_radps is not None and speed_mps > SLOWEST_TURN_MPS:
+            bend_per_m = yaw_radps / speed_mps
+        dt_s = math.inf if before is None else (picture.time_ns - before) / 1e9
+        return self._lanes.update(picture.grey, estimator.view, heading_rad, bend_per_m, dt_s)

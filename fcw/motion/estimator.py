@@ -1,0 +1,178 @@
+"""Own motion from picture to picture: points followed from one to the next, solved, and filtered."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.box import Box
+from fcw.camera.calibration import Calibration
+from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, MOUNT_YAW, SPEED, SPRING, YAW_RATE, MotionFilter
+from fcw.motion.points import Flow, PointFollower, SmallPicture
+from fcw.motion.settings import MotionSettings
+from fcw.motion.solver import TRAVEL, Solution, solve
+from fcw.motion.state import Mount, OwnMotion, SpeedSource
+from fcw.motion.view import RoadView
+
+INLYING = 0.25
+"""A point with this weight keeps to the motion: it is within one scale of the weights."""
+
+
+class _Attempt:
+    """What two pictures say if the motion was about as a filter expects it; the filter has taken it."""
+
+    def __init__(
+        self,
+        follower: PointFollower,
+        pictures: tuple[SmallPicture, SmallPicture],
+        height_m: float,
+        expectation: MotionFilter,
+        dt_s: float,
+        settings: MotionSettings,
+    ) -> None:
+        mean, covariance, by_state = expectation.expect(dt_s)
+        self.flow: Flow = follower.follow(*pictures, mean)
+        flow, road = self.flow, self.flow.road
+        self.filter = expectation
+        self.solution: Solution | None = None
+        self.evidence = 0.0
+        self.points = (0, 0)
+        self.doubtful = True
+        if road.sum() < settings.fewest_points:
+            return
+        solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
+        if not np.isfinite(solution.unknowns).all():
+            return
+        inlying = solution.inlying > INLYING
+        self.points = int((inlying & road).sum()), int((inlying & ~road).sum())
+        others = inlying[~road] if (~road).sum() >= settings.fewest_points else inlying
+        self.doubtful = bool(
+            (others.mean() < settings.sure_part and inlying[road].mean() < settings.sure_part)
+            or inlying[road].mean() < settings.least_road_part
+        )
+        if solution.unknowns[TRAVEL] < settings.standing_mps * dt_s:
+            # A standing picture stands as a whole: reflections and lines along the road seem to as well.
+            few = inlying.sum() < settings.standing_points
+            fast_back = solution.unknowns[TRAVEL] < -settings.standing_mps * dt_s
+            self.doubtful = bool(
+                fast_back or few or min(inlying.mean(), inlying[road].mean()) < settings.standing_part
+            )
+            if self.doubtful:
+                return
+        if self.points[0] < settings.fewest_points or inlying.mean() < settings.fewest_inlying:
+            return
+        self.evidence, self.solution = solution.evidence, solution
+        expectation.correct(solution, mean, covariance, by_state)
+
+
+class MotionEstimator:
+    """Own motion and mount of one drive.
+
+    Args:
+        calibration: for the size of the pictures.
+        settings: see `MotionSettings`.
+    """
+
+    def __init__(self, calibration: Calibration, settings: MotionSettings | None = None) -> None:
+        self._settings = settings or MotionSettings()
+        self._camera = calibration.camera
+        self._follower = PointFollower(self._camera, calibration.image_size.width, self._settings)
+        self._filter = MotionFilter(self._settings)
+        self._last: SmallPicture | None = None
+        self._known = False
+        self._since_search_s = float("inf")
+        self.points = (0, 0)
+
+    def update(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box] = ()) -> OwnMotion:
+        """Take a picture.
+
+        Args:
+            time_ns: of it; must rise.
+            image: (height, width, 3) BGR.
+            boxes: of other vehicles in it.
+        """
+        settings, last = self._settings, self._last
+        if last is not None and (time_ns - last.time_ns) / 1e9 < settings.shortest_step_s:
+            return self.state
+        now = self._follower.picture(time_ns, image, boxes)
+        self._last = now
+        if last is None:
+            return self.state
+        dt_s = (time_ns - last.time_ns) / 1e9
+        self._since_search_s += dt_s
+        before = self._filter.copy()
+        self._filter.predict(dt_s)
+        if dt_s <= settings.longest_step_s:
+            self._take_step((last, now), dt_s, before)
+        self._known &= (
+            self._filter.sigma(SPEED)
+            < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
+        )
+        return self.state
+
+    @property
+    def state(self) -> OwnMotion:
+        """What is believed now."""
+        filtered, settings = self._filter, self._settings
+        speed_mps, sigma_mps = max(float(filtered.x[SPEED]), 0.0), filtered.sigma(SPEED)
+        known = self._known and sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
+        return OwnMotion(
+            speed_mps=speed_mps if known else None,
+            speed_sigma_mps=sigma_mps if known else None,
+            speed_source=SpeedSource.PICTURE if known else SpeedSource.UNKNOWN,
+            yaw_rate_radps=float(filtered.x[YAW_RATE]) if known else None,
+            yaw_rate_sigma_radps=filtered.sigma(YAW_RATE) if known else None,
+            mount=Mount(
+                pitch_rad=self._camera.pitch_rad + float(filtered.x[MOUNT_PITCH]),
+                yaw_rad=float(filtered.x[MOUNT_YAW]),
+                roll_rad=float(filtered.x[MOUNT_ROLL]),
+                pitch_sigma_rad=filtered.sigma(MOUNT_PITCH),
+                yaw_sigma_rad=filtered.sigma(MOUNT_YAW),
+                roll_sigma_rad=filtered.sigma(MOUNT_ROLL),
+            ),
+            picture_speed_mps=speed_mps if known else None,
+        )
+
+    @property
+    def picture(self) -> SmallPicture | None:
+        """The latest one that was used."""
+        return self._last
+
+    @property
+    def view(self) -> RoadView:
+        """Where the road is in it, as believed now."""
+        x = self._filter.x
+        return self._follower.view.turned(float(x[MOUNT_PITCH] + x[SPRING]), float(x[MOUNT_ROLL]))
+
+    def _take_step(
+        self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, before: MotionFilter
+    ) -> None:
+        """Take what two pictures say; in doubt, whether another speed explains them better."""
+        settings = self._settings
+        best = None
+        needed = settings.first_evidence
+        if self._known:
+            best = self._attempt(pictures, dt_s, self._filter.copy())
+            needed = best.evidence + settings.other_evidence
+        if (best is None or best.solution is None or best.doubtful) and (
+            self._since_search_s >= (settings.search_s if self._known else settings.lost_search_s)
+        ):
+            self._since_search_s = 0.0
+            for speed_mps in settings.supposed_mps:
+                supposed = before.copy()
+                supposed.forget_speed(speed_mps, settings.supposed_sigma_mps)
+                supposed.predict(dt_s)
+                other = self._attempt(pictures, dt_s, supposed)
+                if other.solution is not None and not other.doubtful and other.evidence > needed:
+                    best, needed = other, other.evidence
+        if best is None or best.solution is None:
+            return
+        self._filter, self._known = best.filter, True
+        self.points = best.points
+        if float(self._filter.x[SPEED]) > settings.learns_above_mps:
+            self._follower.learn(best.flow.cells, best.solution.inlying, dt_s)
+
+    def _attempt(
+        self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter
+    ) -> _Attempt:
+        return _Attempt(self._follower, pictures, self._camera.height_m, expectation, dt_s, self._settings)

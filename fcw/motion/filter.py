@@ -1,0 +1,145 @@
+"""The filter behind own motion: speed, turning and the mount, from what each two pictures say.
+
+The state is
+
+    v, a    speed, m/s, and acceleration
+    r       yaw rate, rad/s, positive to the left
+    m, y, o pitch, yaw and roll of the mount against the calibration, slow
+    q, q'   pitch of the body on its springs, now and at the picture before
+
+and the unknowns of `fcw.motion.solver` follow from it up to noise: heave and slip turn the direction of
+travel of every single step, the road rolls, and slopes turn the camera beside the springs.
+"""
+
+import math
+
+import numpy as np
+
+from fcw.camera.ground_plane import FloatArray
+from fcw.motion.settings import MotionSettings
+from fcw.motion.solver import (
+    PITCH,
+    PITCH_TURN,
+    ROAD_PITCH,
+    ROAD_ROLL,
+    ROLL_TURN,
+    TRAVEL,
+    UNKNOWNS,
+    YAW,
+    YAW_TURN,
+    Solution,
+)
+
+SPEED, ACCELERATION, YAW_RATE, MOUNT_PITCH, MOUNT_YAW, MOUNT_ROLL, SPRING, SPRING_BEFORE = range(8)
+STATES = 8
+UNKNOWN_SPEED_SIGMA_MPS = 20.0
+SLOWEST_DIRECTION_MPS = 1.0
+"""Below this speed the direction of travel is anything."""
+
+
+class MotionFilter:
+    """Own motion as believed at the latest picture.
+
+    Args:
+        settings: see `MotionSettings`.
+    """
+
+    def __init__(self, settings: MotionSettings) -> None:
+        self._settings = settings
+        self.x = np.zeros(STATES)
+        sigmas = (
+            UNKNOWN_SPEED_SIGMA_MPS,
+            settings.acceleration_sigma_mps2,
+            0.2,
+            settings.calibration_pitch_sigma_rad,
+            settings.calibration_yaw_sigma_rad,
+            settings.calibration_roll_sigma_rad,
+            settings.fast_pitch_sigma_rad,
+            settings.fast_pitch_sigma_rad,
+        )
+        self.p = np.diag(np.square(sigmas))
+
+    def copy(self) -> "MotionFilter":
+        """Another one that believes the same."""
+        other = object.__new__(MotionFilter)
+        other._settings, other.x, other.p = self._settings, self.x.copy(), self.p.copy()
+        return other
+
+    def sigma(self, state: int) -> float:
+        """1-sigma of a state."""
+        return math.sqrt(max(float(self.p[state, state]), 0.0))
+
+    def predict(self, dt_s: float) -> None:
+        """Move on by dt, to the next picture."""
+        settings = self._settings
+        moved = np.eye(STATES)
+        lasting = math.exp(-dt_s / settings.acceleration_s)
+        spring = math.exp(-dt_s / settings.fast_pitch_s)
+        moved[SPEED, ACCELERATION] = dt_s
+        moved[ACCELERATION, ACCELERATION] = lasting
+        moved[SPRING_BEFORE, SPRING_BEFORE] = 0.0
+        moved[SPRING_BEFORE, SPRING] = 1.0
+        moved[SPRING, SPRING] = spring
+        self.x = moved @ self.x
+        self.p = moved @ self.p @ moved.T
+        added = np.zeros(STATES)
+        added[SPEED] = (settings.acceleration_sigma_mps2 * dt_s) ** 2 * dt_s
+        added[ACCELERATION] = settings.acceleration_sigma_mps2**2 * (1 - lasting**2)
+        added[YAW_RATE] = settings.yaw_acceleration**2 * dt_s
+        added[MOUNT_PITCH : MOUNT_ROLL + 1] = settings.mount_drift_rad_per_sqrt_s**2 * dt_s
+        added[SPRING] = settings.fast_pitch_sigma_rad**2 * (1 - spring**2)
+        self.p.flat[:: STATES + 1] += added
+
+    def expect(self, dt_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Mean (8,) and covariance (8, 8) of the solver's unknowns of the last step, and (8, 8) by state."""
+        settings = self._settings
+        speed_mps = max(float(self.x[SPEED]), SLOWEST_DIRECTION_MPS)
+        by_state = np.zeros((UNKNOWNS, STATES))
+        by_state[PITCH_TURN, SPRING], by_state[PITCH_TURN, SPRING_BEFORE] = -1.0, 1.0
+        by_state[YAW_TURN, YAW_RATE] = -dt_s
+        by_state[TRAVEL, SPEED], by_state[TRAVEL, ACCELERATION] = dt_s, -(dt_s**2) / 2
+        by_state[YAW, MOUNT_YAW] = 1.0
+        # Ahead of the rear axle the camera goes sideways as well, to the left in a left turn; and over the
+        # step the axis turns by half of it away from where it was at its start.
+        by_state[YAW, YAW_RATE] = -(settings.axle_m / speed_mps + dt_s / 2)
+        by_state[PITCH, MOUNT_PITCH] = 1.0
+        by_state[PITCH, SPRING_BEFORE] = 1.0
+        by_state[ROAD_PITCH, MOUNT_PITCH] = by_state[ROAD_PITCH, SPRING_BEFORE] = 1.0
+        by_state[ROAD_ROLL, MOUNT_ROLL] = 1.0
+        noise = np.zeros(UNKNOWNS)
+        noise[PITCH_TURN] = settings.slope_turn_rad
+        noise[YAW_TURN] = 1e-4
+        noise[ROLL_TURN] = settings.roll_turn_sigma_radps * dt_s
+        noise[TRAVEL] = max(settings.travel_part * abs(float(self.x[SPEED])) * dt_s, 1e-3)
+        noise[YAW] = (
+            math.hypot(settings.slip_mps, settings.axle_sigma_m * float(self.x[YAW_RATE])) / speed_mps
+        )
+        noise[PITCH] = settings.heave_mps / speed_mps
+        noise[ROAD_PITCH] = settings.road_pitch_sigma_rad
+        noise[ROAD_ROLL] = settings.road_roll_sigma_rad
+        covariance = by_state @ self.p @ by_state.T
+        covariance.flat[:: UNKNOWNS + 1] += noise**2
+        return by_state @ self.x, covariance, by_state
+
+    def correct(
+        self, solution: Solution, mean: FloatArray, covariance: FloatArray, by_state: FloatArray
+    ) -> None:
+        """Take what the solver found, given what was expected of it (`expect`).
+
+        The solution is expectation and points together. The state follows it as any Gaussian does that is
+        known by another one: the conditional of the joint (Rauch, Tung & Striebel 1965).
+        """
+        posterior = np.linalg.inv(solution.information + np.linalg.inv(covariance))
+        gain = np.linalg.solve(covariance, by_state @ self.p).T
+        self.x = self.x + gain @ (solution.unknowns - mean)
+        self.p = self.p + gain @ (posterior - covariance) @ gain.T
+        self.p = (self.p + self.p.T) / 2
+
+    def forget_speed(self, speed_mps: float, sigma_mps: float) -> None:
+        """Suppose a speed anew."""
+        for state, value, sigma in (
+            (SPEED, speed_mps, sigma_mps),
+            (ACCELERATION, 0.0, self._settings.acceleration_sigma_mps2),
+        ):
+            self.p[state, :] = self.p[:, state] = 0.0
+            self.x[state], self.p[state, state] = value, sigma**2

@@ -1,0 +1,293 @@
+"""Lane lines in the strip of road ahead, as seen from above.
+
+The small picture is sampled on a grid of the road. Across each row of the grid a painted line is a ridge:
+brighter than the road on both sides of it. The ridges vote for two lines with one heading and one bend, close
+to those that mount and yaw rate expect, and a least-squares fit through the voters gives the lane with its
+covariance (after Aly 2008, "Real time detection of lane markers in urban streets", with the road's plane
+known and both lines parallel).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import FloatArray
+from fcw.kernels.jit import kernel
+from fcw.motion.view import RoadView
+
+DISTANCES_M = np.geomspace(6.0, 40.0, 24)
+"""Rows of the grid: nearer together where a row of the picture is less of the road."""
+HALF_WIDTH_M, STEP_M = 6.0, 0.05
+LATERALS_M = np.arange(-HALF_WIDTH_M, HALF_WIDTH_M + STEP_M / 2, STEP_M)
+SIDE_STEPS = 5
+"""A line is brighter than what is a quarter of a metre beside it: lines are 0.1 to 0.2 m wide."""
+FAINTEST = 6.0
+"""Grey values by which a line is brighter than the road on both sides."""
+ROUGHNESS = 3.0
+"""And by so many times what the road's grey values differ over the same way: gravel is no line."""
+STRONGEST = 30.0
+"""Brighter does not count for more: a lamp's reflection is no better a line."""
+HEADINGS_RAD = np.radians(np.linspace(-2.5, 2.5, 17))
+BENDS_PER_M = np.linspace(-2.4e-3, 2.4e-3, 9)
+"""Tried about what is expected."""
+NEAREST_LINE_M, FARTHEST_LINE_M = 0.5, 3.4
+LANE_M, LANE_SIGMA_M = 3.5, 0.4
+NARROWEST_M, WIDEST_M = 2.5, 4.6
+NEAR_LINE_M = 0.25
+"""A ridge this near a line belongs to it."""
+FEWEST_ROWS = 5
+"""Rows of the grid in which each of the two lines is seen, at least: kerbs and shadows look like one;"""
+LEAST_REACH_M = 6.0
+"""and it reaches over so much of the road."""
+FARTHEST_ASIDE_M = 1.0
+"""Farther from the middle nobody drives for long; while lanes are changed there is no own one."""
+SAME_LANE_M = 0.4
+CONFIRMATIONS = 3
+"""A lane is believed that was found so often in a row within `SAME_LANE_M`."""
+RIDGE_SIGMA_M = 0.1
+HEADING_SIGMA_RAD, BEND_SIGMA_PER_M = math.radians(1.5), 2e-3
+"""Of the path by mount and yaw rate against the lane: changes of lane, and bends that come."""
+SMOOTHING_S = 0.4
+LOST_S = 1.5
+"""A lane not seen for so long is forgotten."""
+WALK = np.array([0.4, math.radians(1.0), 1e-3, 0.1])
+"""1-sigma of offset, heading, bend and width of the lane ahead, in the root of a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lane:
+    """The own lane.
+
+    Attributes:
+        mean: (4,) lateral offset of its middle at the camera, m, heading, rad, bend, 1/m, all positive to the
+            left and from the camera's axis, and its width, m.
+        covariance: (4, 4).
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+
+
+@kernel()
+def _ridges(
+    grey: NDArray[np.uint8],
+    columns: NDArray[np.float32],
+    rows: NDArray[np.float32],
+    found: NDArray[np.float32],
+) -> int:  # pragma: no cover - compiled
+    """Ridges of the sampled road: (row of the grid, place across it, strength); returns how many."""
+    height, width = grey.shape
+    across = columns.shape[1]
+    values, ridge = np.empty(across, np.float32), np.empty(across, np.float32)
+    count = 0
+    for i in range(columns.shape[0]):
+        for j in range(across):
+            x, y = columns[i, j], rows[i, j]
+            if x < 0 or y < 0 or x >= width - 1 or y >= height - 1:
+                values[j] = -1000.0  # no ridge has this beside it or on it
+                continue
+            x0, y0 = int(x), int(y)
+            a, b = x - x0, y - y0
+            upper = (1 - a) * grey[y0, x0] + a * grey[y0, x0 + 1]
+            lower = (1 - a) * grey[y0 + 1, x0] + a * grey[y0 + 1, x0 + 1]
+            values[j] = (1 - b) * upper + b * lower
+        ridge[:] = 0.0
+        rough, used = 0.0, 1
+        for j in range(SIDE_STEPS, across - SIDE_STEPS):
+            left, right = values[j - SIDE_STEPS], values[j + SIDE_STEPS]
+            if left >= 0 and right >= 0 and values[j] >= 0:
+                ridge[j] = values[j] - max(left, right)
+                rough += abs(values[j] - (left + right) / 2)
+                used += 1
+        faintest = max(FAINTEST, ROUGHNESS * rough / used)
+        for j in range(SIDE_STEPS, across - SIDE_STEPS):
+            if ridge[j] > faintest and ridge[j] >= ridge[j - 1] and ridge[j] > ridge[j + 1]:
+                best = True
+                for k in range(j - 3, j + 4):
+                    if ridge[k] > ridge[j]:
+                        best = False
+                if best and count < found.shape[0]:
+                    found[count, 0], found[count, 1], found[count, 2] = i, j, min(ridge[j], STRONGEST)
+                    count += 1
+    return count
+
+
+@kernel()
+def _vote(
+    distances: FloatArray,
+    laterals: FloatArray,
+    strengths: FloatArray,
+    headings: FloatArray,
+    bends: FloatArray,
+    lane_m: float,
+) -> tuple[float, int, int, float, float]:  # pragma: no cover - compiled
+    """Score, heading, bend, and places of the left and the right line at the camera; nan for none."""
+    bins = 68
+    best, best_heading, best_bend, best_left, best_right = 0.0, -1, -1, np.nan, np.nan
+    left, right = np.zeros(bins), np.zeros(bins)
+    for h in range(len(headings)):
+        for b in range(len(bends)):
+            left[:] = 0.0
+            right[:] = 0.0
+            for i in range(len(distances)):
+                d = distances[i]
+                y = laterals[i] - headings[h] * d - bends[b] * d * d / 2
+                place = int(abs(y) / 0.05)
+                if 1 <= place < bins - 1:
+                    side = left if y > 0 else right
+                    side[place] += strengths[i]
+                    side[place - 1] += strengths[i] / 2
+                    side[place + 1] += strengths[i] / 2
+            highest_left, highest_right = 0.0, 0.0
+            for u in range(10, bins):
+                highest_left, highest_right = max(highest_left, left[u]), max(highest_right, right[u])
+            if highest_left + highest_right <= best:
+                continue
+            for u in range(10, bins):
+                if left[u] + highest_right <= best:
+                    continue
+                for v in range(10, bins):
+                    lane = (u + v + 1) * 0.05
+                    if NARROWEST_M <= lane <= WIDEST_M:
+                        apart = (lane - lane_m) / LANE_SIGMA_M
+                        score = (left[u] + right[v]) * (1 / (1 + 0.1 * apart * apart))
+                        if score > best:
+                            best, best_heading, best_bend = score, h, b
+                            best_left, best_right = (u + 0.5) * 0.05, -(v + 0.5) * 0.05
+    return best, best_heading, best_bend, best_left, best_right
+
+
+def find_lane(
+    grey: NDArray[np.uint8], view: RoadView, heading_rad: float, bend_per_m: float, lane_m: float = LANE_M
+) -> Lane | None:
+    """The own lane in one small picture; None where it shows none.
+
+    Args:
+        grey: (height, width).
+        view: where the road is in it.
+        heading_rad: of the path, as mount and lanes before expect it; positive to the left.
+        bend_per_m: likewise.
+        lane_m: its width, likewise.
+    """
+    columns, rows = view.places(LATERALS_M[None, :], DISTANCES_M[:, None])
+    found = np.empty((200, 3), np.float32)
+    count = _ridges(grey, columns, rows, found)
+    if count < 2 * FEWEST_ROWS:
+        return None
+    ridges = found[:count].astype(np.float64)
+    distances_m = DISTANCES_M[ridges[:, 0].astype(int)]
+    laterals_m = LATERALS_M[ridges[:, 1].astype(int)]
+    _, heading, bend, left_m, right_m = _vote(
+        distances_m,
+        laterals_m,
+        ridges[:, 2],
+        heading_rad + HEADINGS_RAD,
+        bend_per_m + BENDS_PER_M,
+        lane_m,
+    )
+    if heading < 0:
+        return None
+    start = np.array([left_m, right_m, heading_rad + HEADINGS_RAD[heading], bend_per_m + BENDS_PER_M[bend]])
+    return _fitted(distances_m, laterals_m, start, (heading_rad, bend_per_m, lane_m))
+
+
+def _fitted(
+    distances_m: FloatArray, laterals_m: FloatArray, start: FloatArray, expected: tuple[float, float, float]
+) -> Lane | None:
+    """Least squares through the ridges near two lines: left, right, heading and bend."""
+    x = start
+    information = np.zeros((4, 4))
+    near = is_left = np.zeros(len(distances_m), bool)
+    for _ in range(3):
+        bent_m = x[2] * distances_m + x[3] * distances_m**2 / 2
+        off_left, off_right = laterals_m - x[0] - bent_m, laterals_m - x[1] - bent_m
+        is_left = np.abs(off_left) < np.abs(off_right)
+        off_m = np.where(is_left, off_left, off_right)
+        sigma_m = RIDGE_SIGMA_M * (1 + distances_m / 20)
+        near = np.abs(off_m) < NEAR_LINE_M * (1 + distances_m / 40)
+        if near.sum() < 4:
+            return None
+        design = np.column_stack((is_left, ~is_left, distances_m, distances_m**2 / 2))[near]
+        weights = 1 / sigma_m[near] ** 2
+        width = np.array([1.0, -1.0, 0.0, 0.0])
+        information = design.T @ (design * weights[:, None])
+        information[2, 2] += HEADING_SIGMA_RAD**-2
+        information[3, 3] += BEND_SIGMA_PER_M**-2
+        information += np.outer(width, width) / LANE_SIGMA_M**2
+        gradient = (
+            design.T @ (weights * off_m[near]) + width * (expected[2] - (x[0] - x[1])) / LANE_SIGMA_M**2
+        )
+        gradient[2] += (expected[0] - x[2]) / HEADING_SIGMA_RAD**2
+        gradient[3] += (expected[1] - x[3]) / BEND_SIGMA_PER_M**2
+        x = x + np.linalg.solve(information, gradient)
+    for line in (near & is_left, near & ~is_left):
+        if len(np.unique(distances_m[line])) < FEWEST_ROWS or np.ptp(distances_m[line]) < LEAST_REACH_M:
+            return None
+    left_m, right_m = float(x[0]), float(-x[1])
+    if not (NARROWEST_M <= left_m + right_m <= WIDEST_M and abs(left_m - right_m) / 2 <= FARTHEST_ASIDE_M):
+        return None
+    # Ridges of neighbouring rows err alike.
+    covariance = np.linalg.inv(information) * 4
+    to_lane = np.array([[0.5, 0.5, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [1, -1, 0, 0]])
+    return Lane(to_lane @ x, np.asarray(to_lane @ covariance @ to_lane.T, np.float64))
+
+
+class LaneTracker:
+    """The own lane over time."""
+
+    def __init__(self) -> None:
+        self._lane: Lane | None = None
+        self._unseen_s = 0.0
+        self._candidate: Lane | None = None
+        self._confirmed = 0
+
+    @property
+    def lane(self) -> Lane | None:
+        """As believed now; None where it was not seen for a while."""
+        return self._lane
+
+    def update(
+        self, grey: NDArray[np.uint8], view: RoadView, heading_rad: float, bend_per_m: float, dt_s: float
+    ) -> Lane | None:
+        """Take a picture; returns what is believed then.
+
+        Args:
+            grey: the small picture.
+            view: where the road is in it.
+            heading_rad: of the path by the mount, positive to the left.
+            bend_per_m: of the path by the yaw rate.
+            dt_s: since the picture before.
+        """
+        before = self._lane
+        lane_m = LANE_M if before is None else float(before.mean[3])
+        seen = find_lane(grey, view, heading_rad, bend_per_m, lane_m)
+        self._unseen_s += dt_s
+        if before is not None and seen is not None and _alike(before, seen):
+            self._unseen_s = 0.0
+            predicted = before.covariance + np.diag(WALK**2 * dt_s)
+            noise = seen.covariance * max(1.0, SMOOTHING_S / max(dt_s, 1e-3))
+            gain = predicted @ np.linalg.inv(predicted + noise)
+            mean = before.mean + gain @ (seen.mean - before.mean)
+            self._lane = Lane(mean, np.asarray(predicted - gain @ predicted, np.float64))
+        elif before is not None:
+            self._lane = Lane(before.mean, before.covariance + np.diag(WALK**2 * dt_s))
+        if self._unseen_s > LOST_S:
+            self._lane = None
+        self._confirm(seen)
+        return self._lane
+
+    def _confirm(self, seen: Lane | None) -> None:
+        """Count how often in a row a lane was found, and believe it in place of another one in the end."""
+        if seen is None:
+            self._candidate, self._confirmed = None, 0
+            return
+        again = self._candidate is not None and _alike(self._candidate, seen)
+        self._candidate, self._confirmed = seen, self._confirmed + 1 if again else 1
+        if self._confirmed >= CONFIRMATIONS and (self._lane is None or not _alike(self._lane, seen)):
+            self._lane, self._unseen_s = seen, 0.0
+
+
+def _alike(one: Lane, other: Lane) -> bool:
+    return abs(float(one.mean[0] - other.mean[0])) < SAME_LANE_M

@@ -1,0 +1,82 @@
+"""What a person is told of the mount: that it looks elsewhere than calibrated, and what that does."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Priors, matrix3
+from fcw.motion.state import Mount
+
+SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.2)
+"""A pitch farther off is said, until it comes back to less: 0.4 degrees are 15 % of 30 m, 1.4 m high."""
+SURE_SIGMAS = 3.0
+SAID_AFTER_S = 10.0
+"""It must have been so for so long: a first few vehicles may all be wide."""
+SHOWN_AT_M = 30.0
+LEAST_SIGMA_RAD = math.radians(0.1)
+"""The road ahead is not level with the direction of travel: no drive tells the pitch better."""
+
+
+def calibration_of_mount(calibration: Calibration, mount: Mount) -> Calibration:
+    """The calibration with the pitch that is believed now; its points were of another pitch and are gone.
+
+    A calibration file has no yaw and no roll.
+    """
+    camera = replace(calibration.camera, pitch_rad=mount.pitch_rad)
+    sigma_rad = math.hypot(mount.pitch_sigma_rad, LEAST_SIGMA_RAD)
+    common_px = (camera.focal_y_px * sigma_rad) ** 2
+    # Between the rows the clicks stay as good as they were; all of them move together with the pitch.
+    rows = np.array(calibration.covariance)
+    centred = np.eye(3) - 1 / 3
+    covariance = centred @ rows @ centred + common_px
+    return replace(
+        calibration,
+        camera=camera,
+        points=(),
+        residuals_px=(),
+        covariance=matrix3(covariance),
+        priors=Priors(),
+    )
+
+
+class MountNote:
+    """Says when the camera's pitch, as it is believed, is not that of the calibration.
+
+    Args:
+        calibration: for the size of the pictures.
+    """
+
+    def __init__(self, calibration: Calibration) -> None:
+        self._camera = calibration.camera
+        self._moved = False
+        self._off_s = 0.0
+        self._mount = Mount(pitch_rad=calibration.camera.pitch_rad)
+
+    def update(self, mount: Mount, dt_s: float) -> None:
+        """Take what is believed now, so long after the last time."""
+        self._mount = mount
+        limit_rad = WITHDRAWN_RAD if self._moved else SAID_RAD
+        off_rad = abs(mount.pitch_rad - self._camera.pitch_rad)
+        is_off = off_rad > limit_rad and (self._moved or off_rad > SURE_SIGMAS * mount.pitch_sigma_rad)
+        self._off_s = self._off_s + dt_s if is_off else 0.0
+        self._moved = is_off and (self._moved or self._off_s >= SAID_AFTER_S)
+
+    @property
+    def text(self) -> str | None:
+        """What to tell, or None."""
+        if not self._moved:
+            return None
+        off_rad = self._mount.pitch_rad - self._camera.pitch_rad
+        direction = "down" if off_rad > 0 else "up"
+        believed = replace(self._camera, pitch_rad=self._mount.pitch_rad)
+        read_m = self._camera.distance_at(believed.row_at(SHOWN_AT_M))
+        without = (
+            f"{SHOWN_AT_M:.0f} m would read {read_m:.0f} m" if read_m < 1000 else "far distances have none"
+        )
+        return (
+            f"the camera looks {math.degrees(abs(off_rad)):.1f} degrees farther {direction} "
+            "than when it was calibrated: the mount has moved, or the calibration is wrong; distances go by "
+            f"where it looks now, without that {without}; `fcw calibrate --from-drive DRIVE "
+            "--save FILE` makes it the calibration"
+        )

@@ -1,0 +1,68 @@
+"""The own path: mount, yaw rate and lane lines together."""
+
+import math
+
+import numpy as np
+
+from fcw.camera.ground_plane import FloatArray
+from fcw.motion.lanes import Lane
+from fcw.motion.state import OwnMotion, OwnPath
+
+SLOWEST_TURN_MPS = 3.0
+"""Below this a small yaw rate would be any curvature."""
+OFFSET_SIGMA_M = 0.35
+"""People keep to the middle of their lane this well."""
+STRAY_RAD = math.radians(0.4)
+"""And point along it this well; and a mount's yaw that nobody measured is worse (see `Mount`)."""
+BEND_SIGMA_PER_M = 5e-4
+"""The road ahead bends otherwise than where we are: 0.2 m at 30 m, 0.9 m at 60 m."""
+UNKNOWN_BEND_SIGMA_PER_M = 2e-3
+GIVEN_YAW_RATE_SIGMA_RADPS = math.radians(0.3)
+
+
+def own_path(motion: OwnMotion, lane: Lane | None) -> OwnPath:
+    """The path by what is known of it: the mean of two Gaussians.
+
+    Args:
+        motion: own motion; the mount turns the path against the camera's axis.
+        lane: as its lines show it, in the same coordinates; None where none are seen.
+    """
+    mean, sigmas = _by_motion(motion)
+    if lane is None:
+        return _path(mean, sigmas, None)
+    precision, by_lane = np.diag(sigmas**-2), np.linalg.inv(lane.covariance[:3, :3])
+    covariance = np.linalg.inv(precision + by_lane)
+    mean = covariance @ (precision @ mean + by_lane @ lane.mean[:3])
+    return _path(mean, np.sqrt(covariance.diagonal()), float(lane.mean[3]))
+
+
+def _by_motion(motion: OwnMotion) -> tuple[FloatArray, FloatArray]:
+    """Mean and 1-sigma of offset, heading and curvature by mount and yaw rate."""
+    heading_rad, heading_sigma_rad = 0.0, STRAY_RAD
+    if motion.mount is not None:
+        heading_rad = -motion.mount.yaw_rad
+        heading_sigma_rad = math.hypot(STRAY_RAD, motion.mount.yaw_sigma_rad)
+    bend_per_m, bend_sigma_per_m = 0.0, UNKNOWN_BEND_SIGMA_PER_M
+    speed_mps, yaw_rate_radps = motion.speed_mps, motion.yaw_rate_radps
+    if speed_mps is not None and yaw_rate_radps is not None and speed_mps >= SLOWEST_TURN_MPS:
+        sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
+        bend_per_m = yaw_rate_radps / speed_mps
+        bend_sigma_per_m = math.hypot(BEND_SIGMA_PER_M, sigma_radps / speed_mps)
+    return (
+        np.array([0.0, heading_rad, bend_per_m]),
+        np.array([OFFSET_SIGMA_M, heading_sigma_rad, bend_sigma_per_m]),
+    )
+
+
+def _path(mean: FloatArray, sigmas: FloatArray, lane_width_m: float | None) -> OwnPath:
+    offset_m, heading_rad, curvature_per_m = mean.tolist()
+    offset_sigma_m, heading_sigma_rad, curvature_sigma_per_m = sigmas.tolist()
+    return OwnPath(
+        offset_m=offset_m,
+        heading_rad=heading_rad,
+        curvature_per_m=curvature_per_m,
+        offset_sigma_m=offset_sigma_m,
+        heading_sigma_rad=heading_sigma_rad,
+        curvature_sigma_per_m=curvature_sigma_per_m,
+        lane_width_m=lane_width_m,
+    )

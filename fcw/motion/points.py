@@ -1,0 +1,205 @@
+"""Points that are followed from one picture to the next: where they are taken, and where they went."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.box import Box
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.motion.corners import Corners, find_corners, small_grey
+from fcw.motion.settings import MotionSettings
+from fcw.motion.solver import PITCH, ROAD_PITCH, ROAD_ROLL, TRAVEL, YAW
+from fcw.motion.view import RoadView
+
+VEHICLE_MARGIN = 0.15
+"""Boxes are taken so much larger, in parts of themselves: for shadows and errors of the detector."""
+BACKGROUND_ABOVE = 0.004
+"""What is this little above the horizon, in units of rays, is background already."""
+BESIDE_M = 1.0
+"""Between the road and what is beside it lies a strip of which nobody knows."""
+FAR_INVERSE_DEPTH = 0.01
+"""1/m, where background is looked for in the next picture."""
+
+
+class SmallPicture(NamedTuple):
+    """A picture as own motion sees it.
+
+    Attributes:
+        time_ns: of it.
+        grey: (height, width) of the small picture.
+        corners: of it.
+        boxes: of other vehicles, in the pixels of the whole picture.
+    """
+
+    time_ns: int
+    grey: NDArray[np.uint8]
+    corners: Corners
+    boxes: tuple[Box, ...]
+
+
+class Flow(NamedTuple):
+    """N points followed.
+
+    Attributes:
+        cells: (N,) numbers of the cells of the corners.
+        before: (N, 2) rays x / z and y / z in level axes, in the first picture.
+        after: (N, 2) in the second.
+        road: (N,) which are taken for road.
+        inverse_depth: (N,) 1/m, of the others a guess.
+        depth_sigma: (N,) 1-sigma of that; of the road its relative unevenness.
+        precision: (N, 3) xx, yy and xy of the inverse covariance of `after`.
+    """
+
+    cells: NDArray[np.int64]
+    before: FloatArray
+    after: FloatArray
+    road: NDArray[np.bool_]
+    inverse_depth: FloatArray
+    depth_sigma: FloatArray
+    precision: FloatArray
+
+
+class PointFollower:
+    """Takes points where they are of use, and follows them.
+
+    Args:
+        camera: as calibrated, for the whole picture.
+        width_px: of the whole picture.
+        settings: see `MotionSettings`.
+
+    Attributes:
+        view: of the small pictures, as calibrated.
+    """
+
+    def __init__(self, camera: GroundPlaneCamera, width_px: int, settings: MotionSettings) -> None:
+        self._settings, self._height_m = settings, camera.height_m
+        self._factor = max(1, round(width_px / settings.working_width_px))
+        self.view = RoadView.of(camera, self._factor)
+        self._trust = np.zeros(0)
+
+    def picture(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box]) -> SmallPicture:
+        """A picture made ready.
+
+        Args:
+            time_ns: of it.
+            image: (height, width, 3) BGR.
+            boxes: of other vehicles in it.
+        """
+        grey = small_grey(image, self._factor)
+        corners = find_corners(grey, self._settings.cell_px)
+        if len(self._trust) != len(corners.scores):
+            self._trust = np.full(len(corners.scores), self._settings.first_trust)
+        return SmallPicture(time_ns, grey, corners, tuple(boxes))
+
+    def follow(self, last: SmallPicture, now: SmallPicture, mean: FloatArray) -> Flow:
+        """Follow the points of one picture to the next.
+
+        Args:
+            last: the first picture.
+            now: the second.
+            mean: (8,) expected unknowns of `fcw.motion.solver`.
+        """
+        settings = self._settings
+        cells, road = self._choose(last, mean)
+        places = last.corners.places[cells]
+        rays = self.view.rays(places)
+        below = self._road(mean).inverse_depth(rays)
+        inverse_depth = np.where(road, below, np.maximum(settings.far_inverse_depth, below))
+        spread = np.where(
+            road, settings.unevenness, settings.far_inverse_depth_sigma + np.maximum(below, 0.0)
+        )
+        if not len(cells):
+            return Flow(cells, rays, rays, road, inverse_depth, spread, np.zeros((0, 3)))
+        followed, status, _ = cv2.calcOpticalFlowPyrLK(
+            last.grey,
+            now.grey,
+            places[:, None],
+            self._expected(rays, np.where(road, below, FAR_INVERSE_DEPTH), mean)[:, None].copy(),
+            winSize=(settings.window_px, settings.window_px),
+            maxLevel=settings.levels,
+            criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 8, 0.03),
+            flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+        )
+        kept = status[:, 0] == 1
+        return Flow(
+            cells[kept],
+            rays[kept],
+            self.view.rays(followed[kept, 0]),
+            road[kept],
+            inverse_depth[kept],
+            spread[kept],
+            self._precision(last.corners.information[cells[kept]]),
+        )
+
+    def learn(self, cells: NDArray[np.int64], inlying: FloatArray, dt_s: float) -> None:
+        """Remember where points keep to the motion: reflections and the own bonnet do not.
+
+        Args:
+            cells: (N,) of the points.
+            inlying: (N,) 0 to 1.
+            dt_s: since the step before.
+        """
+        settings = self._settings
+        self._trust += (settings.first_trust - self._trust) * min(dt_s / settings.trust_lasts_s, 1.0)
+        self._trust[cells] += (inlying - self._trust[cells]) * min(dt_s / settings.trust_s, 1.0)
+
+    def _choose(self, picture: SmallPicture, mean: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """(N,) cells whose corners are followed, and (N,) which are of the road."""
+        settings = self._settings
+        places, scores, _ = picture.corners
+        usable = (scores > settings.faintest) & (self._trust > settings.least_trust)
+        x, y = places[:, 0] * self._factor, places[:, 1] * self._factor
+        for box in picture.boxes:
+            aside_px, over_px = VEHICLE_MARGIN * box.w, VEHICLE_MARGIN * box.h
+            inside = (x > box.x - aside_px) & (x < box.right + aside_px)
+            usable &= ~(inside & (y > box.y - over_px) & (y < box.bottom + over_px))
+        rays = self.view.rays(places)
+        below = self._road(mean).inverse_depth(rays)
+        depth_m = 1 / np.maximum(below, 1e-6)
+        aside_m = np.abs(rays[:, 0] - mean[YAW]) * depth_m
+        nearest_m = max(settings.road_near_m, float(mean[TRAVEL]) / (1 - 1 / settings.largest_growth))
+        ahead = depth_m > nearest_m
+        road = ahead & (aside_m < settings.road_half_width_m)
+        road &= depth_m < max(settings.road_far_m, 2 * nearest_m)
+        other = below * self._height_m < -BACKGROUND_ABOVE
+        other |= ahead & (aside_m > settings.road_half_width_m + BESIDE_M)
+        chosen = []
+        for which, most in ((road, settings.road_points), (other, settings.other_points)):
+            index = np.flatnonzero(which & usable)
+            if len(index) > most:
+                index = index[np.argpartition(-scores[index] * self._trust[index], most)[:most]]
+            chosen.append(index)
+        cells = np.concatenate(chosen)
+        return cells, road[cells]
+
+    def _road(self, mean: FloatArray) -> RoadView:
+        return self.view.turned(float(mean[ROAD_PITCH]), float(mean[ROAD_ROLL]))
+
+    def _precision(self, information: FloatArray) -> FloatArray:
+        """Inverse of sigma^2 I + grey^2 G^-1, in units of the rays, which is G (sigma^2 G + grey^2 I)^-1."""
+        settings = self._settings
+        xx, yy, xy = information.T
+        place, grey = settings.place_sigma_px**2, settings.grey_sigma**2
+        determinant = xx * yy - xy * xy
+        a, b, c = place * xx + grey, place * yy + grey, place * xy
+        scale = self.view.focal_px**2 / (a * b - c * c)
+        # G times the adjoint; it is symmetric, as both are functions of G.
+        return np.column_stack(
+            (
+                scale * (place * determinant + grey * xx),
+                scale * (place * determinant + grey * yy),
+                scale * grey * xy,
+            )
+        )
+
+    def _expected(self, rays: FloatArray, inverse_depth: FloatArray, mean: FloatArray) -> NDArray[np.float32]:
+        """(N, 2) where points are expected in the next small picture."""
+        wx, wy, wz, travel = mean[:4]
+        x = rays[:, 0] - inverse_depth * travel * mean[YAW]
+        y = rays[:, 1] + inverse_depth * travel * mean[PITCH]
+        z = 1 - inverse_depth * travel
+        x, y, z = x + wz * y - wy * z, y - wz * x + wx * z, z + wy * x - wx * y
+        return np.column_stack(self.view.project(x, y, z))

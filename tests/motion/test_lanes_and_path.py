@@ -1,0 +1,106 @@
+"""Lane lines and the own path against pictures of painted roads, and by arithmetic."""
+
+import math
+
+import numpy as np
+import pytest
+from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
+
+from fcw.camera.calibration import Calibration
+from fcw.frame import ImageSize
+from fcw.motion.ego import EgoEstimator
+from fcw.motion.lanes import Lane, find_lane
+from fcw.motion.path import own_path
+from fcw.motion.state import Mount, OwnMotion, OwnPath, SpeedSource
+from fcw.motion.view import RoadView
+
+VIEW = RoadView.of(camera(), 1)
+
+
+def painted(lane_m=3.5, offset_m=0.0, bend_per_m=0.0, yaw_deg=0.0):
+    road = Road(lines_m=(offset_m + lane_m / 2, offset_m - lane_m / 2))
+    picture = road.picture(Pose(), yaw_deg=yaw_deg, lane_of=lambda x: bend_per_m * x**2 / 2)
+    return np.ascontiguousarray(picture[:, :, 1])
+
+
+@pytest.mark.parametrize(("offset_m", "lane_m"), [(0.0, 3.5), (0.6, 3.5), (-0.5, 3.0)])
+def test_the_lane_is_where_it_is_painted(offset_m, lane_m):
+    lane = find_lane(painted(lane_m, offset_m), VIEW, 0.0, 0.0)
+    assert lane is not None
+    assert lane.mean[0] == pytest.approx(offset_m, abs=0.12)
+    assert lane.mean[1] == pytest.approx(0.0, abs=math.radians(0.5))
+    assert lane.mean[3] == pytest.approx(lane_m, abs=0.15)
+
+
+@pytest.mark.parametrize("radius_m", [150.0, -300.0, 800.0])
+def test_a_bend_is_met_within_half_a_metre_at_thirty_metres(radius_m):
+    lane = find_lane(painted(bend_per_m=1 / radius_m), VIEW, 0.0, 0.8 / radius_m)
+    assert lane is not None
+    path = own_path(OwnMotion(), lane)
+    assert path.lateral_at(30.0) == pytest.approx(30.0**2 / 2 / radius_m, abs=0.5)
+
+
+def test_a_camera_that_looks_to_the_left_sees_a_path_to_the_right():
+    lane = find_lane(painted(yaw_deg=3.0), VIEW, -math.radians(2.0), 0.0)
+    assert lane is not None
+    assert math.degrees(lane.mean[1]) == pytest.approx(-3.0, abs=0.4)
+
+
+def test_a_plain_road_has_no_lane():
+    assert find_lane(np.full((HEIGHT, WIDTH), 90, np.uint8), VIEW, 0.0, 0.0) is None
+
+
+def test_without_lines_the_path_is_that_of_mount_and_yaw_rate():
+    motion = OwnMotion(
+        speed_mps=20.0,
+        speed_sigma_mps=0.3,
+        speed_source=SpeedSource.PICTURE,
+        yaw_rate_radps=0.05,
+        yaw_rate_sigma_radps=0.002,
+        mount=Mount(pitch_rad=0.0, yaw_rad=0.05),
+    )
+    path = own_path(motion, None)
+    assert path.heading_rad == pytest.approx(-0.05)
+    assert path.curvature_per_m == pytest.approx(0.0025)
+    assert path.lateral_at(40.0) == pytest.approx(-0.05 * 40 + 0.0025 * 800)
+    assert path.lane_width_m is None
+
+
+def test_when_we_stand_there_is_no_bend():
+    motion = OwnMotion(speed_mps=0.5, speed_source=SpeedSource.PICTURE, yaw_rate_radps=0.05)
+    assert own_path(motion, None).curvature_per_m == 0.0
+
+
+def test_lines_and_motion_are_weighed_by_their_sigmas():
+    lane = Lane(np.array([0.4, 0.0, 0.0, 3.5]), np.diag([0.01, 1e-4, 1e-6, 0.01]))
+    path = own_path(OwnMotion(mount=Mount(pitch_rad=0.0)), lane)
+    assert 0.3 < path.offset_m < 0.4
+    assert path.offset_sigma_m < 0.1
+    assert path.lane_width_m == 3.5
+
+
+def test_the_sigma_of_a_path_grows_with_the_distance():
+    path = OwnPath(offset_sigma_m=0.1, heading_sigma_rad=0.01, curvature_sigma_per_m=1e-3)
+    assert path.lateral_sigma_at(0.0) == pytest.approx(0.1)
+    assert path.lateral_sigma_at(20.0) == pytest.approx(math.sqrt(0.1**2 + 0.2**2 + 0.2**2))
+    assert path.slope_at(10.0) == 0.0
+
+
+def test_what_is_given_goes_before_the_picture_which_stays_beside_it():
+    ego = EgoEstimator(Calibration.from_camera(camera(), ImageSize(WIDTH, HEIGHT)))
+    road, state = Road(), None
+    for frame in range(8):
+        state = ego.update(frame * 100_000_000, road.picture(Pose(frame * 1.0)), (), 9.4, 0.02)
+    assert state is not None
+    motion = state.motion
+    assert (motion.speed_mps, motion.speed_sigma_mps) == (9.4, 0.0)
+    assert motion.speed_source is SpeedSource.GIVEN
+    assert motion.picture_speed_mps == pytest.approx(10.0, rel=0.05)
+    assert motion.yaw_rate_radps == 0.02
+
+
+def test_without_pictures_there_is_only_what_is_given():
+    state = EgoEstimator().update(0, np.zeros((4, 4, 3), np.uint8), (), 12.0, None)
+    assert state.motion.speed_mps == 12.0
+    assert state.motion.mount is None
+    assert state.path.heading_rad == 0.0

@@ -1,0 +1,113 @@
+"""Own motion against pictures of a road whose geometry is exact."""
+
+import math
+
+import numpy as np
+import pytest
+from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
+
+from fcw.box import Box
+from fcw.camera.calibration import Calibration
+from fcw.frame import ImageSize
+from fcw.motion.estimator import MotionEstimator
+from fcw.motion.state import SpeedSource
+
+SIZE = ImageSize(WIDTH, HEIGHT)
+STEP_S = 0.1
+
+
+def estimator(pitch_deg=2.0, height_m=1.3):
+    return MotionEstimator(Calibration.from_camera(camera(pitch_deg, height_m), SIZE))
+
+
+def drive(estimator, speed_mps, frames, yaw_rate_radps=0.0, seed=0, boxes=(), change=None, **view):
+    """Drive at a constant speed and yaw rate; the camera sits above the point that goes along the arc."""
+    road, states = Road(seed), []
+    for frame in range(frames):
+        heading = yaw_rate_radps * frame * STEP_S
+        way = speed_mps * frame * STEP_S
+        if yaw_rate_radps:
+            radius = speed_mps / yaw_rate_radps
+            pose = Pose(radius * math.sin(heading), radius * (1 - math.cos(heading)), heading)
+        else:
+            pose = Pose(way)
+        picture = road.picture(pose, **view)
+        if change is not None:
+            change(frame, picture)
+        states.append(estimator.update(round(frame * STEP_S * 1e9), picture, boxes))
+    return states
+
+
+@pytest.mark.parametrize("speed_mps", [4.0, 12.0])
+def test_speed_is_that_of_the_road_in_units_of_the_height(speed_mps):
+    last = drive(estimator(), speed_mps, 12)[-1]
+    assert last.speed_source is SpeedSource.PICTURE
+    assert last.speed_mps == pytest.approx(speed_mps, rel=0.03)
+    assert abs(last.yaw_rate_radps) < math.radians(0.3)
+
+
+def test_scale_and_height_are_one():
+    last = drive(estimator(height_m=1.3 * 1.03), 10.0, 12)[-1]
+    assert last.speed_mps == pytest.approx(10.0 * 1.03, rel=0.02)
+
+
+def test_standing_is_a_speed_of_nothing():
+    last = drive(estimator(), 0.0, 8)[-1]
+    assert last.speed_mps == pytest.approx(0.0, abs=0.1)
+    assert last.speed_sigma_mps < 0.3
+
+
+def test_a_turn_to_the_left_is_positive():
+    last = drive(estimator(), 8.0, 12, yaw_rate_radps=0.1)[-1]
+    assert last.yaw_rate_radps == pytest.approx(0.1, abs=math.radians(0.3))
+    assert last.speed_mps == pytest.approx(8.0, rel=0.04)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("off_deg", [-1.0, 1.0])
+def test_a_pitch_that_the_calibration_has_wrong_is_found(off_deg):
+    last = drive(estimator(pitch_deg=2.0 + off_deg), 10.0, 60)[-1]
+    assert math.degrees(last.mount.pitch_rad) == pytest.approx(2.0, abs=0.2)
+    assert last.speed_mps == pytest.approx(10.0, rel=0.04)
+
+
+@pytest.mark.slow
+def test_yaw_and_roll_of_the_mount_are_found():
+    last = drive(estimator(), 10.0, 60, yaw_deg=3.0, roll_deg=1.5)[-1]
+    assert math.degrees(last.mount.yaw_rad) == pytest.approx(3.0, abs=0.2)
+    assert math.degrees(last.mount.roll_rad) == pytest.approx(1.5, abs=0.4)
+    assert abs(last.mount.yaw_rad - math.radians(3.0)) < 4 * last.mount.yaw_sigma_rad
+
+
+def test_black_pictures_say_nothing_and_the_last_value_decays():
+    own = estimator()
+    before = drive(own, 10.0, 12)[-1]
+    black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    states = [own.update(round((1.2 + k * STEP_S) * 1e9), black) for k in range(60)]
+    assert states[2].speed_mps == pytest.approx(before.speed_mps, rel=0.1)
+    assert states[2].speed_sigma_mps > before.speed_sigma_mps
+    assert states[-1].speed_mps is None
+    assert states[-1].yaw_rate_radps is None
+    assert states[-1].speed_source is SpeedSource.UNKNOWN
+    assert states[-1].mount is not None
+
+
+def test_a_vehicle_that_stays_ahead_does_not_stop_us():
+    def lead(_, picture):
+        rng = np.random.default_rng(5)
+        picture[150:250, 250:400] = rng.integers(0, 255, (100, 150, 1), dtype=np.uint8)
+
+    boxes = (Box(250, 150, 150, 100),)
+    last = drive(estimator(), 10.0, 12, boxes=boxes, change=lead)[-1]
+    assert last.speed_mps == pytest.approx(10.0, rel=0.05)
+
+
+def test_pictures_faster_than_needed_are_left_out():
+    own, road = estimator(), Road()
+    seen = []
+    for frame in range(60):
+        own.update(round(frame / 60 * 1e9), road.picture(Pose(10.0 * frame / 60)))
+        assert own.picture is not None
+        seen.append(own.picture.time_ns)
+    assert len(set(seen)) <= 22
+    assert own.state.speed_mps == pytest.approx(10.0, rel=0.04)
