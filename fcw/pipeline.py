@@ -16,6 +16,7 @@ from fcw.frame import Frame, Source, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.threads import one_opencv_thread
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningPolicy
@@ -80,14 +81,14 @@ def _follow(frame: Frame, detections: tuple[Detection, ...], stages: Stages) -> 
     tracks = stages.tracker.update(frame.time_ns, detections, ego_speed_mps, yaw_rate_radps, frame.image)
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
-    lead = next((track for track in tracks if track.track_id == lead_id), None)
+    threats = threats_of(stages.tracker, tracks, ego_speed_mps, yaw_rate_radps)
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,
         detections=tuple(map(in_single_precision, detections)),
         tracks=tracks,
         lead_id=lead_id,
-        warning=stages.policy.update(frame.time_ns, lead, ego_speed_mps),
+        warning=stages.policy.update(frame.time_ns, threats, ego_speed_mps),
         ego_speed_mps=ego_speed_mps,
         notes=(stages.tracker.mount.note,) if stages.tracker.mount.note else (),
     )

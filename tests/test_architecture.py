@@ -14,6 +14,7 @@ LAYERS = (
     "detection",
     "motion",
     "tracking",
+    "threat",
     "warning",
     "logs",
     "sources",

@@ -35,7 +35,7 @@ OWN_CAR_SIZE_M = (VEHICLE_LENGTH_M, 1.8, 1.5)
 
 @dataclass(frozen=True, slots=True)
 class OverlayBox:
-    """A vehicle's box with the words beside it."""
+    """A vehicle's box with the words beside it; `is_lead`: it is the lead, or the one that is warned of."""
 
     box: Box
     label: str
@@ -54,16 +54,24 @@ class OverlayRow:
 
 
 def overlay_boxes(result: FrameResult, imperial: bool = False) -> tuple[OverlayBox, ...]:
-    """Boxes of all tracks; the lead in the colour of the warning level, the others violet."""
+    """Boxes of all tracks; the warned vehicle in the colour of the level, the lead in its own, others
+    violet."""
     return tuple(
         OverlayBox(
             track.box,
             track_label(track, imperial),
-            LEVEL_COLORS[result.warning.level] if track.track_id == result.lead_id else OTHER_TRACK_COLOR,
-            track.track_id == result.lead_id,
+            track_color(result, track.track_id),
+            track.track_id in (result.lead_id, result.warning.track_id),
         )
         for track in result.tracks
     )
+
+
+def track_color(result: FrameResult, track_id: int) -> Rgb:
+    """Of a vehicle: that of the level where it is warned of, else by whether it is the lead."""
+    if track_id == result.warning.track_id:
+        return LEVEL_COLORS[result.warning.level]
+    return LEVEL_COLORS[WarningLevel.NONE] if track_id == result.lead_id else OTHER_TRACK_COLOR
 
 
 def track_label(track: Track, imperial: bool = False) -> str:

@@ -1,7 +1,7 @@
 """What a drive log holds, and the seam behind which each log format stands."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
 from typing import Any, Protocol, TypeVar
 
@@ -42,6 +42,25 @@ class FrameResult:
     def lead(self) -> Track | None:
         """The lead vehicle, or None."""
         return next((track for track in self.tracks if track.track_id == self.lead_id), None)
+
+    @property
+    def warned(self) -> Track | None:
+        """The vehicle that the warning is about, while it is followed."""
+        return next((track for track in self.tracks if track.track_id == self.warning.track_id), None)
+
+    @property
+    def told_warning(self) -> WarningState:
+        """The warning; of a log from before its states had all figures with those of the track added."""
+        warning, track = self.warning, self.warned
+        if warning.distance_m is not None or track is None:
+            return warning
+        return replace(
+            warning,
+            distance_m=track.distance_m,
+            distance_low_m=track.distance_low_m,
+            distance_high_m=track.distance_high_m,
+            closing_speed_mps=track.closing_speed_mps,
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,6 +50,11 @@ class Tracker:
         return self._lead_id
 
     @property
+    def reference_offset_m(self) -> float:
+        """How far the reference of distances is ahead of the camera."""
+        return self._calibration.reference_offset_m
+
+    @property
     def mount(self) -> MountWatch:
         """Whether the camera still looks where it did when it was calibrated, and what to tell if not."""
         return self._mount
@@ -107,6 +112,7 @@ class Tracker:
             self._remember(time_ns, image)
         for slot, followed in enumerate(self._followed):
             followed.state = self._state(slot)
+            followed.place_across()
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps)

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
-from fcw.units import KMH_PER_MPS, MPH_PER_MPS
-from fcw.warning.driver import EXPECTED_DRIVER, STANDARD_GRAVITY_MPS2, Driver
+from fcw.units import KMH_PER_MPS, MPH_PER_MPS, STANDARD_GRAVITY_MPS2
+from fcw.warning.driver import EXPECTED_DRIVER, Driver
 
 TRIALS = 7
 NHTSA_PASSES = 5

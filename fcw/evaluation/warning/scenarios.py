@@ -18,6 +18,7 @@ from fcw.detection.detector import Detection
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
 from fcw.evaluation.warning.ncap import TRIALS, Scenario
 from fcw.frame import ImageSize
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.warning.driver import SLOWEST_DRIVER
 from fcw.warning.types import WarningLevel, WarningPolicy, WarningState
@@ -102,8 +103,7 @@ def warning_states(
     for time_s, gap_m in gaps:
         time_ns = round(time_s * 1e9)
         tracks = tracker.update(time_ns, view.see(gap_m, width_m, rng), own_mps)
-        lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
-        yield time_s, policy.update(time_ns, lead, own_mps)
+        yield time_s, policy.update(time_ns, threats_of(tracker, tracks, own_mps), own_mps)
 
 
 @dataclass(frozen=True, slots=True)

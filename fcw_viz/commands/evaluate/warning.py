@@ -211,7 +211,7 @@ def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Consol
     """Print what was warned of on real drives."""
     from rich.table import Table
 
-    from fcw.warning.driver import STANDARD_GRAVITY_MPS2
+    from fcw.units import STANDARD_GRAVITY_MPS2
 
     def text(value: float | None, pattern: str) -> str:
         return "-" if value is None else format(value, pattern)

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration
 from fcw.logs.overlay import (
     LEVEL_COLORS,
-    OTHER_TRACK_COLOR,
     VEHICLE_LENGTH_M,
     Rgb,
     rear_size_m,
+    track_color,
     track_label,
 )
 from fcw.logs.records import FrameResult
@@ -106,7 +106,7 @@ def ground(
         _vehicle(
             track,
             calibration,
-            level_color if track.track_id == result.lead_id else OTHER_TRACK_COLOR,
+            track_color(result, track.track_id),
             imperial,
         )
         for track in tracks
