@@ -50,12 +50,13 @@ class FrameResult:
 
     @property
     def told_warning(self) -> WarningState:
-        """The warning; of a log from before its states had all figures with those of the track added."""
+        """The warning, with the figures of its vehicle where the policy, or an old log, left them out."""
         warning, track = self.warning, self.warned
         if warning.distance_m is not None or track is None:
             return warning
         return replace(
             warning,
+            ttc_s=track.ttc_s if warning.ttc_s is None else warning.ttc_s,
             distance_m=track.distance_m,
             distance_low_m=track.distance_low_m,
             distance_high_m=track.distance_high_m,

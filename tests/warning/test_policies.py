@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from warning_leads import make_lead as lead
+from warning_leads import threats_of_lead as threats
 
 from fcw.errors import UserError
+from fcw.threat.threat import required_deceleration_mps2
 from fcw.tracking.types import SeenBy
 from fcw.warning.driver import EXPECTED_DRIVER, Driver, needed_distance_m
 from fcw.warning.policies import DEFAULT_POLICY, POLICIES, make_policy, without_own_speed
-from fcw.warning.policy import Approach, required_deceleration_mps2
+from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel, WarningState
 
 FRAME_NS = 33_333_333
@@ -25,8 +27,9 @@ def level_at(distance_m, closing_mps, sigma_mps=0.0, *, own_mps=None, policy=DEF
 
 
 def settled(policy, track, own_mps=None, *, from_ns=0):
-    policy.update(from_ns, track, own_mps)
-    return policy.update(from_ns + 10**9, track, own_mps)
+    seen = threats(track, own_mps)
+    policy.update(from_ns, seen, own_mps)
+    return policy.update(from_ns + 10**9, seen, own_mps)
 
 
 def brake(policy, gap_m, braking_mps2, own_mps, duration_s):
@@ -35,7 +38,7 @@ def brake(policy, gap_m, braking_mps2, own_mps, duration_s):
         time_s = frame / 30
         distance_m, closing_mps = gap_m - braking_mps2 * time_s**2 / 2, braking_mps2 * time_s
         track = lead(distance_m, closing_mps, growth_mps2=braking_mps2)
-        yield distance_m, closing_mps, policy.update(frame * FRAME_NS, track, own_mps)
+        yield distance_m, closing_mps, policy.update(frame * FRAME_NS, threats(track, own_mps), own_mps)
 
 
 def test_warning_where_a_driver_of_1_2_s_and_0_4_g_must_brake():
@@ -178,7 +181,10 @@ def test_what_is_not_evident_raises_nothing(what):
 def test_what_has_just_become_the_lead_raises_nothing():
     policy = make_policy()
     settled(policy, lead(50, 0.0, track_id=1), 20.0)
-    states = [policy.update(10**9 + ms * 10**6, lead(5, 10, track_id=2), 20.0) for ms in (1, 490, 510)]
+    states = [
+        policy.update(10**9 + ms * 10**6, threats(lead(5, 10, track_id=2), 20.0), 20.0)
+        for ms in (1, 490, 510)
+    ]
     assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
 
 
@@ -198,7 +204,11 @@ def test_following_too_closely_is_an_advisory_from_40_km_h_down_to_30():
     states = []
     for index, own_kmh in enumerate((39, 41, 31, 29)):
         # A headway of half a second, seconds apart so that the minimum duration is over.
-        states.append(policy.update(index * 3 * 10**9, lead(own_kmh / 3.6 * 0.5, 0.0), own_kmh / 3.6))
+        states.append(
+            policy.update(
+                index * 3 * 10**9, threats(lead(own_kmh / 3.6 * 0.5, 0.0), own_kmh / 3.6), own_kmh / 3.6
+            )
+        )
     assert [state.level.name for state in states] == ["NONE", "ADVISORY", "ADVISORY", "NONE"]
     assert states[1].rule == "headway"
     assert states[1].headway_s == pytest.approx(0.5)
@@ -220,7 +230,7 @@ def test_an_unknown_policy_is_refused_with_the_list_of_those_there_are():
 def test_a_raised_level_is_held_with_wider_thresholds():
     policy = make_policy("euro-ncap-driver")
     levels = [
-        policy.update(index * 2 * 10**9, lead(ttc_s * 10, 10), None).level
+        policy.update(index * 2 * 10**9, threats(lead(ttc_s * 10, 10)), None).level
         for index, ttc_s in enumerate((4.5, 3.3, 2.4, 3.0, 3.2, 3.0))
     ]
     # At 10 m/s the drivers need 2.47 and 3.39 s; held to 1.25 times those, 3.09 and 4.24.
@@ -231,31 +241,34 @@ def test_a_raised_level_is_held_with_wider_thresholds():
 def test_a_warning_stays_while_contact_comes_nearer_and_goes_when_it_does_not():
     # A braking lead is warned of; then it brakes no more, and its closing speed alone is none to warn of yet.
     policy, fresh = make_policy(), make_policy()
-    braking = [policy.update(step * 10**8, lead(20, 5, growth_mps2=3.5), 20.0) for step in range(13)]
-    steady = [fresh.update(step * 10**8, lead(16, 5), 20.0) for step in range(13)]
+    braking = [
+        policy.update(step * 10**8, threats(lead(20, 5, growth_mps2=3.5), 20.0), 20.0) for step in range(13)
+    ]
+    steady = [fresh.update(step * 10**8, threats(lead(16, 5), 20.0), 20.0) for step in range(13)]
     assert braking[-1].level == WarningLevel.WARNING
     assert steady[-1].level < WarningLevel.WARNING
     for step, distance_m in enumerate((17.5, 16.0, 14.0), start=2):
-        held = policy.update(step * 2 * 10**9, lead(distance_m, 5), 20.0)
+        held = policy.update(step * 2 * 10**9, threats(lead(distance_m, 5), 20.0), 20.0)
         assert held.level == WarningLevel.WARNING
     # The driver brakes: at 3.5 m/s the time to contact is 4 s again.
-    assert policy.update(10 * 10**9, lead(14, 3.5), 20.0).level < WarningLevel.WARNING
+    assert policy.update(10 * 10**9, threats(lead(14, 3.5), 20.0), 20.0).level < WarningLevel.WARNING
 
 
 def test_a_level_is_shown_for_its_minimum_duration_after_its_vehicle_is_gone():
     policy = make_policy()
     settled(policy, lead(10, 10, track_id=7), from_ns=-(10**9))
-    held = policy.update(900_000_000, None, None)
+    held = policy.update(900_000_000, (), None)
     assert (held.level, held.track_id, held.rule) == (WarningLevel.WARNING, 7, "braking_due")
-    assert held.ttc_s is None
-    assert policy.update(1_000_000_000, None, None) == WarningState(WarningLevel.NONE)
+    assert held.extrapolated
+    assert held.distance_m == pytest.approx(1.0)
+    assert policy.update(1_000_000_000, (), None) == WarningState(WarningLevel.NONE)
 
 
 def test_time_that_goes_back_is_refused():
     policy = make_policy()
-    policy.update(5, None, None)
+    policy.update(5, (), None)
     with pytest.raises(ValueError, match="went back from 5 to 4"):
-        policy.update(4, None, None)
+        policy.update(4, (), None)
 
 
 leads = st.none() | st.builds(
@@ -280,7 +293,7 @@ def test_no_level_is_lowered_before_its_minimum_duration_and_every_state_is_whol
         time_ns, since_ns, before = 0, 0, WarningLevel.NONE
         for step_ns, track, own_mps in steps:
             time_ns += step_ns
-            state = policy.update(time_ns, track, own_mps)
+            state = policy.update(time_ns, threats(track, own_mps), own_mps)
             if state.level < before:
                 assert time_ns - since_ns >= minimum_ns
             if state.level != before:

@@ -121,7 +121,7 @@ class Fixed:
     def __init__(self, warned_s):
         self.warned_s = warned_s
 
-    def update(self, time_ns, lead, ego_speed_mps):
+    def update(self, time_ns, threats, ego_speed_mps):
         level = WarningLevel.WARNING if time_ns / 1e9 >= self.warned_s else WarningLevel.NONE
         return WarningState(level, 1 if level else None, "fixed" if level else "")
 
