@@ -10,6 +10,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
+from fcw.threat.threat import required_deceleration_mps2
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningState
 
@@ -57,6 +58,7 @@ class FrameResult:
         return replace(
             warning,
             ttc_s=track.ttc_s if warning.ttc_s is None else warning.ttc_s,
+            required_deceleration_mps2=required_deceleration_mps2(track.distance_m, track.closing_speed_mps),
             distance_m=track.distance_m,
             distance_low_m=track.distance_low_m,
             distance_high_m=track.distance_high_m,

@@ -25,6 +25,7 @@ class Followed:
     Attributes:
         box: in the picture, or where it would be beyond its edges.
         last_ns: when it was last seen, by the detector or in the picture.
+        detected_ns: when the detector saw it last.
         confirmed: whether it is believed.
         seen_by: what saw it in the latest frame.
         doubtful: whether it may be none; see `fcw.tracking.belief`.
@@ -41,7 +42,7 @@ class Followed:
         settings: TrackerSettings,
     ) -> None:
         self.box = detection.box
-        self.last_ns = time_ns
+        self.last_ns = self.detected_ns = time_ns
         self.confirmed = False
         self.seen_by = SeenBy.DETECTOR
         self.looks = Follower(settings.following)
@@ -105,7 +106,7 @@ class Followed:
         settings, found, box = self._settings, detection.box, self.box
         following, dt_s = settings.following, (time_ns - self.last_ns) / 1e9
         carried = self.seen_by == SeenBy.PICTURE
-        self.seen_by, self.last_ns = SeenBy.DETECTOR, time_ns
+        self.seen_by, self.last_ns, self.detected_ns = SeenBy.DETECTOR, time_ns, time_ns
         self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
         self._feet = self._feet_of(found)
         self._score = detection.score

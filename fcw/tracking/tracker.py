@@ -10,6 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
+from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
@@ -38,6 +39,7 @@ class Tracker:
         self._settings = settings or TrackerSettings()
         self._range = RangeFilter(calibration, self._settings.box_noise, self._settings.model)
         self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
+        self._doubts = Doubts(self._settings.belief, calibration.image_size.width)
         self._followed: list[Followed] = []
         self._time_ns: int | None = None
         self._ego_speed_mps: float | None = None
@@ -116,6 +118,7 @@ class Tracker:
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps)
+        self._doubts.update(time_ns, self._followed, image)
         curvature_per_m = path_curvature_per_m(ego_speed_mps, yaw_rate_radps)
         tracks = tuple(
             followed.track(time_ns, curvature_per_m) for followed in self._followed if followed.confirmed
