@@ -23,6 +23,7 @@ from fcw.tracking.types import Track
 ACROSS_SIGMA_MPS = 1.0
 """1-sigma of a vehicle's own speed across our path: a change of lane takes 3 to 5 s, a crossing car is
 rarer."""
+SURELY_SIGMAS = 2.5
 LONGEST_S = 4.0
 """Sideways motion is not extrapolated farther than ISO 15623's largest TTC of a warning: a change of lane has
 an end."""
@@ -30,11 +31,19 @@ an end."""
 
 @dataclass(frozen=True, slots=True)
 class PlaceAtContact:
-    """Lateral position of the middle of a vehicle's rear from the middle of our path, positive to the
-    left."""
+    """Where a vehicle will be.
+
+    Attributes:
+        offset_m: lateral position of the middle of its rear from the middle of our path, positive to the
+            left.
+        sigma_m: 1-sigma.
+        comes_in: whether it surely comes nearer to our path's middle now: neither a bend nor the camera's
+            direction would explain how it moves.
+    """
 
     offset_m: float
     sigma_m: float
+    comes_in: bool
 
 
 def place_at_contact(
@@ -57,24 +66,22 @@ def place_at_contact(
     heading_variance = path.heading_sigma_rad**2
     bend_variance = path.curvature_sigma_per_m**2
     bend_m, sweep_m2ps = x_m**2 / 2, x_m * speed_mps
-    seen = (
-        ACROSS_SIGMA_MPS**2
-        + speed_mps**2 * heading_variance
-        + sweep_m2ps**2 * bend_variance
-        + track.lateral_speed_sigma_mps**2
-    )
+    swept = speed_mps**2 * heading_variance + sweep_m2ps**2 * bend_variance + track.lateral_speed_sigma_mps**2
+    # Beyond two sigma it is no change of lane: a car that crosses, or our own turning.
+    own_mps = max(ACROSS_SIGMA_MPS, abs(across_mps) / 2)
+    seen = own_mps**2 + swept
     # Moved on by so much the way has been used up; the rest of heading and bend stays ahead.
-    shared = (
-        ACROSS_SIGMA_MPS**2 * time_s
-        + x_m * speed_mps * heading_variance
-        + bend_m * sweep_m2ps * bend_variance
-    )
+    shared = own_mps**2 * time_s + x_m * speed_mps * heading_variance + bend_m * sweep_m2ps * bend_variance
     variance = (
         track.lateral_sigma_m**2
         + path.offset_sigma_m**2
         + x_m**2 * heading_variance
         + bend_m**2 * bend_variance
-        + (ACROSS_SIGMA_MPS * time_s) ** 2
+        + (own_mps * time_s) ** 2
         - shared**2 / seen
     )
-    return PlaceAtContact(now_m + shared / seen * across_mps, math.sqrt(max(variance, 0.0)))
+    return PlaceAtContact(
+        offset_m=now_m + shared / seen * across_mps,
+        sigma_m=math.sqrt(max(variance, 0.0)),
+        comes_in=now_m * across_mps < 0 and across_mps**2 > SURELY_SIGMAS**2 * swept,
+    )

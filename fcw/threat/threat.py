@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from fcw.motion.state import OwnPath
 from fcw.threat.course import place_at_contact
+from fcw.threat.own_path import USUAL_MPS
 from fcw.tracking.lead import is_oncoming
 from fcw.tracking.types import Track
 
@@ -19,6 +20,8 @@ OWN_WIDTH_M = 1.8
 WIDEST_CAR_M = 1.8
 """A car that looks wider is seen from a corner; a lorry is taller than wide, or nearly so."""
 LORRY_ASPECT = 0.85
+KNOWN_BEND_MPS2 = 0.2
+"""A path is known whose bend is known to this lateral acceleration."""
 HORIZON_S = 7.0
 """What is farther away in time is no collision that anybody can predict."""
 SURE_GROWTH_MPS2 = 1.0
@@ -38,6 +41,8 @@ class Threat:
         reach_high_s: 84th percentile; inf where it may never be; None as above.
         offset_m: of its middle from our path's then, positive to the left.
         offset_sigma_m: 1-sigma.
+        comes_in: whether it surely moves towards our path's middle.
+        bend_known: whether the bend of our path is known: else what stands beside it may seem to come in.
         overlap_now_m: of its width and ours where it is now; negative is the room between.
         overlap_m: of them then.
         overlap_probability: that the two widths overlap then.
@@ -55,6 +60,8 @@ class Threat:
     reach_high_s: float | None
     offset_m: float
     offset_sigma_m: float
+    comes_in: bool
+    bend_known: bool
     overlap_now_m: float
     overlap_m: float
     overlap_probability: float
@@ -148,6 +155,8 @@ def _assess_one(
         reach_high_s=high_s,
         offset_m=place.offset_m,
         offset_sigma_m=place.sigma_m,
+        comes_in=place.comes_in,
+        bend_known=path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2 <= KNOWN_BEND_MPS2,
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
         overlap_m=overlap_m,
         overlap_probability=in_the_way,

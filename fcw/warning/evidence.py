@@ -24,18 +24,18 @@ class Evidence:
         lead_probability: of the lead it is enough that this is so likely; far away its way across is not
             known well, but it is in the path now.
         beside_m: with more room than this between it and our path now,
-        sure_course_m: and a course known less well than this, it is not: from a car that turns, all that
-            stands beside the road sweeps across the path.
+        crossing_probability: it must be so likely, and the bend of our path known: from a car that turns, all
+            that stands beside the road sweeps across the path.
         minimum_course_s: and would have been for so long.
         held_probability: a raised level is held while that is at least so likely.
         oncoming_probability: what comes towards us is warned of where that is so likely: in a bend
             every oncoming vehicle is ahead of us for a moment.
         oncoming_reach_s: and so near in time. Nobody can brake off its speed, so that no rule has another
             threshold for it.
-        steering_mps2: who is passed by steering with less than this is not warned of while not the lead, and
-            with half of it not by `caution`: a driver on the way past a parked car steers in time, and would
-            be warned of every one of them (Brannstrom et al. 2010: a threat is what neither braking nor
-            steering avoids any more at ease).
+        steering_mps2: who does not come in, and is passed by steering with less than this, is not warned of
+            while not the lead, and with half of it not by `caution`: a driver on the way past a parked car
+            steers in time, and would be warned of every one of them (Brannstrom et al. 2010: a threat is what
+            neither braking nor steering avoids any more at ease).
         closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
             noise, and of a vehicle just found the tracker believes something between standing and as fast as
             we are, which is 1.7 sigmas of closing speed before anything is measured.
@@ -65,7 +65,7 @@ class Evidence:
     overlap_probability: float = 0.5
     lead_probability: float = 0.4
     beside_m: float = 0.3
-    sure_course_m: float = 0.2
+    crossing_probability: float = 0.8
     minimum_course_s: float = 0.3
     held_probability: float = 0.25
     oncoming_probability: float = 0.8
@@ -100,14 +100,16 @@ class Evidence:
             return near and threat.overlap_probability >= self.oncoming_probability
         if threat.is_lead:
             return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
-        if threat.overlap_now_m < -self.beside_m and threat.offset_sigma_m > self.sure_course_m:
+        is_beside = threat.overlap_now_m < -self.beside_m
+        if is_beside and not threat.bend_known:
             return False
-        least = self.held_probability if holding else self.overlap_probability
+        least = self.crossing_probability if is_beside else self.overlap_probability
+        least = self.held_probability if holding else least
         return threat.overlap_probability >= least
 
     def may_steer(self, threat: Threat, level: WarningLevel) -> bool:
         """Whether a driver passes a vehicle that is not the lead by steering a little."""
-        if threat.is_lead or threat.is_oncoming or threat.required_lateral_mps2 is None:
+        if threat.is_lead or threat.is_oncoming or threat.comes_in or threat.required_lateral_mps2 is None:
             return False
         least_mps2 = self.steering_mps2 * (1.0 if level == WarningLevel.WARNING else 0.5)
         return threat.required_lateral_mps2 < least_mps2

@@ -21,6 +21,7 @@ from fcw.frame import Frame
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
+from fcw.simulation.world.state import WorldState
 from fcw.simulation.world.world import World
 from fcw.threat.of_tracker import threats_of
 from fcw.threat.threat import OWN_WIDTH_M
@@ -76,7 +77,8 @@ class ThreatTrial:
         return self.warned_s is not None and self.warned_s <= self.window.latest_s and not self.false_s
 
 
-Seen = tuple[Frame | None, FrameTruth, tuple[Detection, ...]]
+Seen = tuple[Frame | None, FrameTruth, tuple[Detection, ...], float]
+"""The picture, the truth, what was detected, and the yaw rate."""
 
 
 def run_threat_trial(
@@ -85,6 +87,7 @@ def run_threat_trial(
     policy: WarningPolicy,
     detector: Detector | None = None,
     ghost: bool = False,
+    with_yaw_rate: bool = True,
 ) -> ThreatTrial:
     """Run one scenario.
 
@@ -93,20 +96,21 @@ def run_threat_trial(
         seed: of everything that varies.
         policy: a fresh one.
         detector: finds the vehicles in rendered pictures; without one their true boxes have 2 px of noise.
+        with_yaw_rate: whether tracker and threats are told how fast we turn.
         ghost: whether a box 3 m ahead is there for three seconds that is none.
     """
     calibration = true_calibration(scenario)
     tracker = Tracker(calibration) if detector else Tracker(calibration, tracker_settings(2.0))
     truths: list[FrameTruth] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
-    for frame, truth, detections in _seen(scenario, seed, detector):
+    for frame, truth, detections, yaw_rate_radps in _seen(scenario, seed, detector):
         time_s = truth.time_ns / 1e9
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
         image = None if frame is None else frame.image
-        own_mps = truth.ego_speed_mps
-        tracks = tracker.update(truth.time_ns, detections, own_mps, None, image)
-        state = policy.update(truth.time_ns, threats_of(tracker, tracks, own_mps), own_mps)
+        own_mps, yaw = truth.ego_speed_mps, yaw_rate_radps if with_yaw_rate else None
+        tracks = tracker.update(truth.time_ns, detections, own_mps, yaw, image)
+        state = policy.update(truth.time_ns, threats_of(tracker, tracks, own_mps, yaw), own_mps)
         truths.append(truth)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
@@ -181,14 +185,20 @@ def _judge(
 
 
 def _seen(scenario: Scenario, seed: int, detector: Detector | None) -> Iterator[Seen]:
+    states = World(scenario, seed).states()
     if detector is not None:
-        for frame, truth in render_drive(scenario, seed):
-            yield frame, truth, detector.detect(frame.image)
+        for state, (frame, truth) in zip(states, render_drive(scenario, seed), strict=True):
+            yield frame, truth, detector.detect(frame.image), _yaw_rate_radps(state)
         return
     camera, rng = scenario.camera.camera(), np.random.default_rng(seed)
-    for state in World(scenario, seed).states():
+    for state in states:
         truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
-        yield None, truth, tuple(_noisy_boxes(truth, rng))
+        yield None, truth, tuple(_noisy_boxes(truth, rng)), _yaw_rate_radps(state)
+
+
+def _yaw_rate_radps(state: WorldState) -> float:
+    """Of the road where we are, which we follow."""
+    return float(state.road.curvature_at(state.ego.s_m)) * state.ego.speed_mps
 
 
 def _noisy_boxes(truth: FrameTruth, rng: np.random.Generator) -> Iterator[Detection]:

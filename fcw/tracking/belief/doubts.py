@@ -19,6 +19,10 @@ from fcw.tracking.followed import Followed
 from fcw.tracking.types import SeenBy
 
 
+BESIDE_PART = 0.25
+"""What was hidden is found this near beside what hid it, as a part of that one's width."""
+
+
 class Doubts:
     """Judges the vehicles of one drive.
 
@@ -118,8 +122,10 @@ def _shared(a: Box, b: Box) -> float:
     return max(width, 0.0) * max(height, 0.0)
 
 
-def _touch(a: Box, b: Box) -> bool:
-    return _shared(a, b) > 0
+def _touch(box: Box, other: Box) -> bool:
+    """Whether a box is at another one, or came out from behind it since the frame before."""
+    pad_px = BESIDE_PART * other.w
+    return _shared(box, Box(other.x - pad_px, other.y, other.w + 2 * pad_px, other.h)) > 0
 
 
 def _inside(box: Box, other: Box) -> float:
