@@ -1,4 +1,5 @@
-"""The threat of one vehicle: times, overlap, probability, braking and steering, by closed forms and samples."""
+"""The threat of one vehicle: times, overlap, probability, braking and steering, by closed forms and
+samples."""
 
 import math
 from dataclasses import replace

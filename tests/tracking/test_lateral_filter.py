@@ -34,9 +34,8 @@ def test_its_sigmas_are_those_of_motions_as_it_believes_in():
             rate += rng.normal(0, np.sqrt(JERKINESS_M2PS3 * dt_s))
             found.predict(dt_s)
             found.correct(place + rng.normal(0, sigma_m), sigma_m)
-        errors.append(
-            ((found.lateral_m - place) / found.sigma_m, (found.rate_mps - rate) / found.rate_sigma_mps)
-        )
+        off_m, off_mps = found.lateral_m - place, found.rate_mps - rate
+        errors.append((off_m / found.sigma_m, off_mps / found.rate_sigma_mps))
     spread = np.std(np.array(errors), axis=0)
     assert spread == pytest.approx([1.0, 1.0], abs=0.12)
 

@@ -261,15 +261,15 @@ def run_threats(
     scenarios: Sequence[tuple[str, Scenario]],
     make_policy: Callable[[], WarningPolicy],
     seeds: Sequence[int],
-    detector: Detector | None = None,
+    detector_of: Callable[[Scenario], Detector | None] = lambda scenario: None,
     on_trial: Callable[[], None] = lambda: None,
 ) -> tuple[ThreatResult, ...]:
-    """Run every scenario with every seed."""
+    """Run every scenario with every seed; see `run_threat_trial`."""
     results = []
     for name, scenario in scenarios:
         trials = []
         for seed in seeds:
-            trials.append(run_threat_trial(scenario, seed, make_policy(), detector))
+            trials.append(run_threat_trial(scenario, seed, make_policy(), detector_of(scenario)))
             on_trial()
         results.append(ThreatResult(name, scenario.danger, tuple(trials)))
     return tuple(results)

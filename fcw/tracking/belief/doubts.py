@@ -18,7 +18,6 @@ from fcw.tracking.belief.still_picture import StillPicture
 from fcw.tracking.followed import Followed
 from fcw.tracking.types import SeenBy
 
-
 BESIDE_PART = 0.25
 """What was hidden is found this near beside what hid it, as a part of that one's width."""
 

@@ -36,6 +36,8 @@ class RunCommand:
     default what an MCAP file says of it."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """When to warn: timely-braking, ttc, headway, required-deceleration, euro-ncap-driver, rss."""
+    warning_timing: Literal["early", "normal", "late"] = "normal"
+    """How early: for a driver who takes half a second more to react, or 0.4 s less."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
     """Frames per second of a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
@@ -70,6 +72,7 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
         detector_classes=command.detector_classes,
         ego_speed=command.ego_speed,
         warning_policy=command.warning_policy,
+        warning_timing=command.warning_timing,
         imperial=command.units == "imperial",
         frame_rate_hz=command.frame_rate,
     )
