@@ -128,7 +128,7 @@ def _check(command: EvaluateWarningCommand) -> None:
 def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
     from rich.table import Table
 
-    from fcw.detection.choice import make_detector
+    from fcw.detection.choice import load_model, make_detector
     from fcw.detection.detector import Detector
     from fcw.evaluation.warning.threats import run_threats
     from fcw.simulation.drive import true_calibration
@@ -136,8 +136,10 @@ def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, A
     from fcw.warning.policies import make_policy
     from fcw_viz.console import progress
 
+    model = load_model(command.detector) if command.pixels else None
+
     def detector_of(scenario: Scenario) -> Detector | None:
-        return make_detector(command.detector, true_calibration(scenario)) if command.pixels else None
+        return None if model is None else make_detector(command.detector, model, true_calibration(scenario))
 
     scenarios = [(name, load_scenario(name)) for name in threat_names()]
     seeds = range(command.seed, command.seed + command.seeds)
