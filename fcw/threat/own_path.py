@@ -10,6 +10,8 @@ LATERAL_MPS2 = 0.5
 km/h."""
 LATERAL_WITH_YAW_RATE_MPS2 = 0.15
 """And where the yaw rate is known: how much it changes on the way."""
+ENDING_BEND_PART = 0.5
+"""And this part of it may be over soon: who turns off at a crossing drives straight on a moment later."""
 MOUNT_YAW_RAD = math.radians(1.0)
 """1-sigma of a camera's direction against that of travel where it was not measured; KITTI's is 0.9
 degrees."""
@@ -28,8 +30,11 @@ def assumed_path(own_mps: float | None, yaw_rate_radps: float | None = None) -> 
         own_mps: own speed; None when unknown.
         yaw_rate_radps: how fast we turn, positive to the left; None when unknown.
     """
-    lateral_mps2 = LATERAL_MPS2 if yaw_rate_radps is None else LATERAL_WITH_YAW_RATE_MPS2
     speed_mps = max(USUAL_MPS if own_mps is None else own_mps, SLOWEST_MPS)
+    lateral_mps2 = LATERAL_MPS2
+    if yaw_rate_radps is not None:
+        ending_mps2 = ENDING_BEND_PART * yaw_rate_radps * speed_mps
+        lateral_mps2 = min(math.hypot(LATERAL_WITH_YAW_RATE_MPS2, ending_mps2), LATERAL_MPS2)
     return OwnPath(
         curvature_per_m=path_curvature_per_m(own_mps, yaw_rate_radps),
         offset_sigma_m=MOUNT_OFFSET_M,

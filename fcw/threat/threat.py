@@ -18,10 +18,14 @@ from fcw.tracking.types import Track
 OWN_WIDTH_M = 1.8
 """Of our car, mirrors aside."""
 WIDEST_CAR_M = 1.8
-"""A car that looks wider is seen from a corner; a lorry is taller than wide, or nearly so."""
+"""A car that looks wider is seen from a corner, if it does not cross; a lorry is taller than wide, or nearly
+so."""
 LORRY_ASPECT = 0.85
 KNOWN_BEND_MPS2 = 0.2
 """A path is known whose bend is known to this lateral acceleration."""
+PASSING_ROOM_M = 0.3
+"""Who steers past a vehicle leaves so much room."""
+SHORTEST_S = 0.01
 HORIZON_S = 7.0
 """What is farther away in time is no collision that anybody can predict."""
 SURE_GROWTH_MPS2 = 1.0
@@ -48,8 +52,8 @@ class Threat:
         overlap_probability: that the two widths overlap then.
         collision_probability: that we hit it within `HORIZON_S` if nobody acts.
         required_deceleration_mps2: constant braking from now on that just avoids that; None when not closing.
-        required_lateral_mps2: constant steering that does; 0 where it will not be in the way, None when not
-            closing.
+        required_lateral_mps2: constant steering that passes it with a little room; 0 where there is that
+            anyway, None when not closing.
     """
 
     track: Track
@@ -136,8 +140,10 @@ def _assess_one(
     place = place_at_contact(
         track, path, reference_offset_m, HORIZON_S if time_s is None else min(time_s, HORIZON_S)
     )
+    bend_known = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2 <= KNOWN_BEND_MPS2
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
-    width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
+    is_turned = place.comes_in and bend_known
+    width_m = track.width_m if is_tall or is_turned else min(track.width_m, WIDEST_CAR_M)
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
     overlap_m = in_the_way_m - abs(place.offset_m)
@@ -145,7 +151,7 @@ def _assess_one(
     in_the_way = _probability_between(-in_the_way_m, in_the_way_m, place.offset_m, place.sigma_m)
     lateral_mps2 = None
     if time_s is not None:
-        lateral_mps2 = 2 * max(overlap_m, 0.0) / time_s**2 if time_s > 0 else math.inf
+        lateral_mps2 = 2 * max(overlap_m + PASSING_ROOM_M, 0.0) / min(max(time_s, SHORTEST_S), HORIZON_S) ** 2
     return Threat(
         track=track,
         is_lead=is_lead,
@@ -156,7 +162,7 @@ def _assess_one(
         offset_m=place.offset_m,
         offset_sigma_m=place.sigma_m,
         comes_in=place.comes_in,
-        bend_known=path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2 <= KNOWN_BEND_MPS2,
+        bend_known=bend_known,
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
         overlap_m=overlap_m,
         overlap_probability=in_the_way,
