@@ -132,7 +132,9 @@ def _event(series: DriveSeries, rows: slice, kind: EventKind) -> DriveEvent:
         )
     severity = _extreme(danger, np.max)
     if severity is not None:
-        peak = int(at[np.nanargmax(danger)])
+        # Of moments as severe as can be the one in which most braking was needed.
+        worst = np.where(danger >= severity, braking_mps2, np.float32(-1))
+        peak = int(at[np.argmax(worst)])
     else:
         peak = int(at[np.nanargmin(distance_m)]) if np.isfinite(distance_m).any() else rows.start
     return DriveEvent(
