@@ -72,8 +72,11 @@ def place_at_contact(
     seen = own_mps**2 + swept
     # Moved on by so much the way has been used up; the rest of heading and bend stays ahead.
     shared = own_mps**2 * time_s + x_m * speed_mps * heading_variance + bend_m * sweep_m2ps * bend_variance
+    # On a path that bends the vehicle's place beside it hangs on its distance.
+    by_distance_m = path.slope_at(x_m) * (track.distance_m - track.distance_low_m)
     variance = (
         track.lateral_sigma_m**2
+        + by_distance_m**2
         + path.offset_sigma_m**2
         + x_m**2 * heading_variance
         + bend_m**2 * bend_variance
