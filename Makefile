@@ -7,22 +7,39 @@ ARGS ?=
 
 # Two workers; each keeps to its half of the files while it can, so that what a file's tests share is made once.
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
+KERNELS := fcw/kernels/__pycache__/.compiled
 
-.PHONY: demo check test lint unit chromium bench format clean
+# Where the shell forbids bytecode, every worker and every program that a test starts would compile all anew.
+unexport PYTHONDONTWRITEBYTECODE
+
+.PHONY: demo check test lint unit whole browser chromium bench format clean
 
 demo: $(VENV)/.runtime-installed
 	$(BIN)/fcw demo $(ARGS)
 
-# Pyright has one thread only: the unit tests run beside it.
-check: $(VENV)/.dev-installed
+# Pyright has one thread only: the tests run beside it.
+check: $(VENV)/.dev-installed $(KERNELS)
 	@$(MAKE) --no-print-directory --jobs 2 lint unit
 
-unit: $(VENV)/.dev-installed
-	$(PYTEST) -m "not slow and not browser" $(ARGS)
+test: $(VENV)/.dev-installed $(KERNELS) chromium
+	@$(MAKE) --no-print-directory --jobs 2 lint whole
+	@$(MAKE) --no-print-directory browser
 
-test: check chromium
-	$(PYTEST) -m "slow and not browser" $(ARGS)
+unit: $(VENV)/.dev-installed $(KERNELS)
+	$(PYTEST) -m "not slow and not browser" --hypothesis-profile quick $(ARGS)
+
+whole: $(VENV)/.dev-installed $(KERNELS)
+	$(PYTEST) -m "not browser" $(ARGS)
+
+browser: $(VENV)/.dev-installed $(KERNELS)
 	$(BIN)/pytest -m browser $(ARGS)  # a browser without a graphics card needs both cores
+
+# Kept beside the sources, and used by all processes until a source of theirs changes.
+$(KERNELS): $(shell find fcw/kernels fcw/detection fcw/simulation -name '*.py') | $(VENV)/.dev-installed
+	@echo "Compiling the kernels (one to two minutes, once)"
+	@$(BIN)/python tests/kernels/compile_kernels.py
+	@mkdir -p $(@D)
+	@touch $@
 
 lint: $(VENV)/.dev-installed
 	$(BIN)/ruff check .

@@ -9,19 +9,19 @@ rest before, and for one that moves without a pause. The server's own share is t
 threads, and so no less than the time that it adds.
 """
 
-import argparse
 import random
 import shutil
 import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from playwright.sync_api import Page, ViewportSize, sync_playwright
+from chromium import WINDOW, chromium, option_parser
+from lines import median_and_p95
+from playwright.sync_api import Page
 
 from fcw.camera.file import default_path
 from fcw.versions import machine
@@ -30,13 +30,6 @@ from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person
 
 DRIVE = Path(__file__).parents[1] / "recordings" / "demo" / "drive.mp4"
-BROWSER_ARGUMENTS = (
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-)
-WINDOW = ViewportSize(width=1400, height=900)
 MARKS = ((640.0, 500.2, 6.0), (640.0, 408.0, 15.0), (640.0, 371.1, 30.0))
 READY_MS = 60_000
 JUMP_PX = 8
@@ -105,16 +98,14 @@ PROBE = """() => {
 
 def main() -> None:
     """Measure, and print what was measured."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
+    parser = option_parser(__doc__)
     parser.add_argument("--events", type=int, default=40, help="how many jumps of the mouse in each case")
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+    with tempfile.TemporaryDirectory() as folder, chromium(options) as browser:
         source = Path(shutil.copy(DRIVE, folder))
         served = CalibrationPage(source, default_path(source))
         edits = [AddMark(column_px, row_px, 0, distance_m) for column_px, row_px, distance_m in MARKS]
         served.session.apply(Person("benchmark"), *edits, SetHeight(1.3), SetReference(True, 1.6))
-        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
         page = browser.new_page(viewport=WINDOW)
         page.goto(f"{served.url}/?fixedDpr=1")
         page.wait_for_function("window.__viserMutable?.cameraControl?.dollyToCursor", timeout=READY_MS)
@@ -126,24 +117,17 @@ def main() -> None:
         motion_ms = jump_in_motion(page, x, y, options.events)
         frames_ms = page.evaluate("window.__frames()")
         page.mouse.up()
-        browser.close()
         served.stop()
     lines = (
         f"{datetime.now(UTC):%Y-%m-%d}, {machine()}, viser {version('viser')}",
         f"Chromium with software rendering, {WINDOW['width']}x{WINDOW['height']}, {options.events} events",
-        f"mouse event to the end of the frame with the moved rows: {summary(rest_ms)} from rest",
-        f"the same in motion: {summary(motion_ms)}",
-        f"of it a frame of software rendering: {summary(frames_ms)}; a graphics card takes a few",
+        f"mouse event to the end of the frame with the moved rows: {median_and_p95(rest_ms)} from rest",
+        f"the same in motion: {median_and_p95(motion_ms)}",
+        f"of it a frame of software rendering: {median_and_p95(frames_ms)}; a graphics card takes a few",
         f"of it the server: median {statistics.median(server_ms):.1f} ms, mean "
         f"{statistics.mean(server_ms):.1f} ms of processor time an event",
     )
     sys.stdout.write("\n".join(lines) + "\n")
-
-
-def summary(times_ms: Sequence[float]) -> str:
-    """Median and 95th percentile."""
-    p95_ms = statistics.quantiles(times_ms, n=20)[-1]
-    return f"median {statistics.median(times_ms):.0f} ms, p95 {p95_ms:.0f} ms"
 
 
 def take_hold(page: Page) -> tuple[float, float]:

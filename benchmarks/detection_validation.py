@@ -12,11 +12,11 @@ import os
 import statistics
 import sys
 from collections.abc import Iterator, Sequence
-from datetime import date
 from itertools import product
 from pathlib import Path
 
 import cv2
+from lines import say, say_row, where_and_with_what
 from rich.console import Console
 from rich.progress import Progress
 
@@ -38,7 +38,6 @@ from fcw.evaluation.detection.detectors import (
 from fcw.evaluation.detection.figures import evaluate
 from fcw.evaluation.detection.labels import AnnotatedImage, calibration_source, count_only, read_annotated
 from fcw.evaluation.detection.perturbation import CALIBRATION_ERRORS
-from fcw.versions import machine, versions
 from fcw_viz.jobs.detection_report import write_detection_report
 
 FPPI = (0.046, 0.1, 1.0)
@@ -128,8 +127,7 @@ def main() -> None:
     data = Path(os.environ["FCW_DATA"])
     models = [Model.load(path) for path in arguments.models]
     cv2.setNumThreads(1)
-    libraries = ", ".join(f"{name} {number}" for name, number in versions().items())
-    say(f"{date.today()}, {machine()}; {libraries}")
+    say(where_and_with_what())
     say("models: " + ", ".join(f"{path.name} {model_sha256(path)[:12]}" for path in arguments.models))
     console = Console(stderr=True)
     with Progress(console=console, disable=not console.is_terminal) as progress:
@@ -322,16 +320,6 @@ def equal_text(equal: EqualRate) -> str:
 
 def seeds_text(values: Sequence[float]) -> str:
     return f" [{', '.join(f'{value:.3f}' for value in values)}]" if len(values) > 1 else ""
-
-
-def say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-
-
-def say_row(cells: Sequence[object], head: bool = False) -> None:
-    say("| " + " | ".join(map(str, cells)) + " |")
-    if head:
-        say("|" + " --- |" * len(cells))
 
 
 if __name__ == "__main__":

@@ -16,12 +16,12 @@ import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+from lines import say, say_row, where_and_with_what
 
 from fcw.detection.choice import DetectorModel, load_model
 from fcw.detection.model import Model
@@ -53,7 +53,6 @@ from fcw.evaluation.detection.strata import (
     stratified_rates,
 )
 from fcw.files import write_whole
-from fcw.versions import machine, versions
 from fcw_viz.jobs.detection_report import write_detection_report
 
 FPPI = (0.046, 0.1)
@@ -251,8 +250,7 @@ def plain_acf(model: Model, calibration_of: CalibrationOf) -> DetectorOf:
 
 
 def print_tables(results: Mapping[str, StratifiedRates], found: Mapping[str, Found]) -> None:
-    libraries = ", ".join(f"{name} {number}" for name, number in versions().items())
-    say(f"{date.today()}, {machine()}; {libraries}")
+    say(where_and_with_what())
     for name in results:
         groups = found[name].groups
         say(f"- {name}: " + (f"left out in turn {', '.join(groups)}" if groups else "trained elsewhere"))
@@ -314,20 +312,9 @@ def counting_only(image: AnnotatedImage, condition: Condition) -> AnnotatedImage
     return replace(image, labelled=replace(labelled, ignored=ignored))
 
 
-def say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
-
-
 def say_progress(text: str) -> None:
     sys.stderr.write(text + "\n")
     sys.stderr.flush()
-
-
-def say_row(cells: Sequence[object], head: bool = False) -> None:
-    say("| " + " | ".join(map(str, cells)) + " |")
-    if head:
-        say("|" + " --- |" * len(cells))
 
 
 if __name__ == "__main__":

@@ -6,10 +6,7 @@ Needs a Chromium and playwright, of the `dev` group. The shipped drive runs live
 by a headless Chromium with software rendering; latencies count from a picture's coming to the program.
 """
 
-import argparse
 import os
-import shutil
-import sys
 import tempfile
 import threading
 import time
@@ -18,7 +15,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from playwright.sync_api import Page, sync_playwright
+from chromium import chromium, option_parser
+from lines import say
+from playwright.sync_api import Page
 
 from fcw.frame import VideoPacket
 from fcw.job import DriveJob
@@ -35,7 +34,6 @@ from fcw_viz.live_app.server import LivePage
 from fcw_viz.live_app.tab import LiveTab
 
 DRIVE = Path(__file__).parents[1] / "recordings" / "demo" / "drive.mp4"
-FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
 WARM_UP_S = 4.0
 """The first pictures wait for compiled code."""
 FROM_ABOVE_FRAMES = 300
@@ -64,16 +62,13 @@ class Latencies:
 
 def main() -> None:
     """Read the command line and measure."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
+    parser = option_parser(__doc__)
     parser.add_argument("--seconds", type=float, default=20.0, help="of each run")
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
     options = parser.parse_args()
-    say(f"{datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}\n")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=options.browser, args=list(FLAGS))
+    say(f"{datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    with chromium(options) as browser:
         live(None, options.seconds)
         live(browser.new_page(), options.seconds)
-        browser.close()
 
 
 def live(page: Page | None, seconds: float) -> None:
@@ -104,12 +99,12 @@ def live(page: Page | None, seconds: float) -> None:
             median_ms, p95_ms = np.quantile(ages_ms, (0.5, 0.95))
             say(
                 f"{who} watches: result after {median_ms:.0f} ms, p95 {p95_ms:.0f} ms, "
-                f"of {len(latencies.found_s)} pictures; {source.dropped} left out\n"
+                f"of {len(latencies.found_s)} pictures; {source.dropped} left out"
             )
             if page is not None:
                 (tab,) = served.tabs
                 assert isinstance(tab, LiveTab)
-                say(f"of the last pictures: {tab.latency.figures.words()}\n")
+                say(f"of the last pictures: {tab.latency.figures.words()}")
                 from_above(tab, Path(out) / MCAP_NAME)
     finally:
         served.stop()
@@ -138,14 +133,8 @@ def from_above(tab: LiveTab, path: Path) -> None:
     pictures.close()
     say(
         f"from above: {np.median(taken_ms):.2f} ms an update, p95 {np.quantile(taken_ms, 0.95):.2f} ms, "
-        f"over {len(taken_ms)} frames\n"
+        f"over {len(taken_ms)} frames"
     )
-
-
-def say(text: str) -> None:
-    """Print it now."""
-    sys.stdout.write(text)
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

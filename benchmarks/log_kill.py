@@ -7,9 +7,7 @@ the last frame told and the last one in the log.
 """
 
 import argparse
-import datetime
 import os
-import platform
 import random
 import signal
 import subprocess
@@ -18,9 +16,10 @@ import tempfile
 import time
 from pathlib import Path
 
+from lines import say, where_and_with_what
+
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.recovery import recover
-from fcw.versions import versions
 
 TELLING_RUN = """
 import os, sys
@@ -33,12 +32,6 @@ def telling(sink, result, packets):
 McapSink.write = telling
 sys.exit(main(sys.argv[2:]))
 """
-
-
-def say(line: str) -> None:
-    """Put a line out at once."""
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()
 
 
 def run(arguments: list[str], kill_after_s: float | None) -> tuple[list[int], float]:
@@ -77,7 +70,7 @@ def main() -> None:
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    say(f"{datetime.date.today()}, {platform.machine()}, {os.cpu_count()} cores, {dict(versions())}")
+    say(where_and_with_what())
     rng = random.Random(options.seed)
     with tempfile.TemporaryDirectory() as folder:
         arguments = ["run", str(options.source), "--out", folder]

@@ -8,10 +8,6 @@ time says what a jump takes without it.
 """
 
 import argparse
-import datetime
-import os
-import platform
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -19,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from lines import say, where_and_with_what
 
 from fcw.frame import Frame, VideoPacket
 from fcw.logs.encode import VideoEncoder
@@ -27,15 +24,8 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
-from fcw.versions import versions
 
 Entry = tuple[FrameResult, tuple[VideoPacket, ...]]
-
-
-def say(line: str) -> None:
-    """Put a line out at once."""
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()
 
 
 def encoded_anew(log: DriveLog) -> list[Entry]:
@@ -111,7 +101,7 @@ def main() -> None:
     parser.add_argument("--jumps", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    say(f"{datetime.date.today()}, {platform.machine()}, {os.cpu_count()} cores, {dict(versions())}")
+    say(where_and_with_what())
     log = DriveLog(options.drive)
     say(f"{options.drive}: {log.header.image_size}, {log.header.frame_rate_hz:.2f} frames/s")
     period_ns = round(1e9 / log.header.frame_rate_hz)

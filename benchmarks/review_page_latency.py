@@ -9,16 +9,13 @@ time of all its threads, and so no less than the time that it adds. For playback
 pictures carry their number: what is seen is compared with where the time line stands, and with the clock.
 """
 
-import argparse
 import os
 import random
-import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -26,7 +23,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
+from chromium import WINDOW, chromium, option_parser
+from lines import median_and_p95
+from playwright.sync_api import Browser, Page
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
@@ -38,13 +37,6 @@ from fcw.logs.records import DriveHeader, FrameResult
 from fcw.versions import machine
 from fcw.warning.types import WarningLevel, WarningState
 
-BROWSER_ARGUMENTS = (
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-)
-WINDOW = ViewportSize(width=1400, height=900)
 PORT = 8600
 READY_MS = 90_000
 REST_MS = 700
@@ -224,25 +216,17 @@ def watch(page: Page) -> np.ndarray:
     return np.array(page.evaluate("window.__seen"))
 
 
-def summary(times_ms: Sequence[float]) -> str:
-    """Median and 95th percentile."""
-    p95_ms = statistics.quantiles(times_ms, n=20)[-1]
-    return f"median {statistics.median(times_ms):.0f} ms, p95 {p95_ms:.0f} ms"
-
-
 def main() -> None:
     """Measure, and print what was measured."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
+    parser = option_parser(__doc__)
     parser.add_argument("drive", type=Path, help="log that is repeated")
     parser.add_argument("--hours", type=float, default=1.0)
     parser.add_argument("--seeks", type=int, default=60)
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
     options = parser.parse_args()
     say = sys.stdout.write
     say(f"{datetime.now(UTC):%Y-%m-%d}, {machine()}, viser {version('viser')}\n")
     say(f"Chromium with software rendering, {WINDOW['width']}x{WINDOW['height']}\n")
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
+    with tempfile.TemporaryDirectory() as folder, chromium(options) as browser:
         long = Path(folder) / "drive.mcap"
         log = repeat(options.drive, long, options.hours)
         say(
@@ -259,8 +243,8 @@ def main() -> None:
                 f"({first_ms:.0f} ms after the address)\n"
             )
             shown_ms, server_ms = seek(page, server, options.seeks)
-            say(f"random seek, mouse to picture: {summary(shown_ms)} of {options.seeks}\n")
-            say(f"of it the server's processor time, plots and panel included: {summary(server_ms)}\n")
+            say(f"random seek, mouse to picture: {median_and_p95(shown_ms)} of {options.seeks}\n")
+            say(f"of it the server's processor time, plots and panel included: {median_and_p95(server_ms)}\n")
             say(f"server's memory at most: {server.largest_memory_mb():.0f} MB\n")
             page.close()
         long.unlink()
@@ -269,7 +253,6 @@ def main() -> None:
             page = open_page(browser, server)
             seen = watch(page)
             page.close()
-        browser.close()
     apart_ms = np.abs(seen[:, 1] - seen[:, 2]) / PLAYED_RATE_HZ * 1000
     drive_ms = seen[:, 1] / PLAYED_RATE_HZ * 1000
     late_ms = (seen[:, 0] - seen[0, 0]) - (drive_ms - drive_ms[0])

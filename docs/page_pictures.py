@@ -1,6 +1,14 @@
 """What the scripts that take pictures of the pages have in common."""
 
-from playwright.sync_api import Page
+import argparse
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, sync_playwright
+
+IMAGES = Path(__file__).parent / "images"
 
 BROWSER_ARGUMENTS = (
     "--no-sandbox",
@@ -18,6 +26,32 @@ WITHOUT_WARNING = """
   };
 """
 """viser warns of software rendering over the picture; 37446 is UNMASKED_RENDERER_WEBGL."""
+
+
+def option_parser(description: str | None) -> argparse.ArgumentParser:
+    """The options that all of the scripts have; the description is what a script says of itself first."""
+    parser = argparse.ArgumentParser(description=description.split("\n\n")[0] if description else None)
+    parser.add_argument("--out", type=Path, default=IMAGES, help="folder of the pictures")
+    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
+    parser.add_argument("--size", default="1400x900", help="of the window, WIDTHxHEIGHT")
+    return parser
+
+
+@contextmanager
+def chromium(options: argparse.Namespace) -> Iterator[Browser]:
+    """The browser that the options name, until the context ends."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
+        yield browser
+        browser.close()
+
+
+def window(browser: Browser, options: argparse.Namespace) -> BrowserContext:
+    """A window of the size that the options ask for."""
+    width, height = (int(length) for length in options.size.split("x"))
+    context = browser.new_context(viewport=ViewportSize(width=width, height=height))
+    context.add_init_script(WITHOUT_WARNING)
+    return context
 
 
 def steady_screenshot(page: Page) -> bytes:

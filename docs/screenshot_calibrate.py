@@ -6,15 +6,14 @@ Needs a Chromium and playwright, of the `dev` group. The page serves a copy of t
 it is what clicks on its white marks give.
 """
 
-import argparse
 import math
 import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from page_pictures import BROWSER_ARGUMENTS, READY_MS, WITHOUT_WARNING, steady_screenshot
-from playwright.sync_api import Browser, ViewportSize, sync_playwright
+from page_pictures import READY_MS, chromium, option_parser, steady_screenshot, window
+from playwright.sync_api import Page
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path
@@ -78,28 +77,19 @@ SCENES = (
 
 def main() -> None:
     """Read the command line and take the pictures."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder of the pictures")
+    parser = option_parser(__doc__)
     parser.add_argument("--only", help="name of the one picture to take")
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
-    parser.add_argument("--size", default="1400x900", help="of the window, WIDTHxHEIGHT")
     options = parser.parse_args()
-    width, height = (int(length) for length in options.size.split("x"))
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
+    with chromium(options) as browser:
         for scene in SCENES:
             if options.only in (None, scene.name):
-                take(
-                    scene,
-                    browser,
-                    ViewportSize(width=width, height=height),
-                    options.out / f"{scene.name}.png",
-                )
-        browser.close()
+                context = window(browser, options)
+                take(scene, context.new_page(), options.out / f"{scene.name}.png")
+                context.close()
 
 
-def take(scene: Scene, browser: Browser, window: ViewportSize, file: Path) -> None:
+def take(scene: Scene, page: Page, file: Path) -> None:
     """Serve the scene and take its picture."""
     with tempfile.TemporaryDirectory() as folder:
         source = Path(shutil.copy(DRIVE, folder))
@@ -107,16 +97,12 @@ def take(scene: Scene, browser: Browser, window: ViewportSize, file: Path) -> No
         try:
             if scene.edits:
                 served.session.apply(SOMEBODY, *scene.edits)
-            context = browser.new_context(viewport=window)
-            context.add_init_script(WITHOUT_WARNING)
-            page = context.new_page()
             page.goto(f"{served.url}/?fixedDpr=1")
             page.wait_for_function("window.__viserMutable?.cameraControl", timeout=READY_MS)
             page.get_by_text(scene.tab, exact=True).click(timeout=READY_MS)
             if scene.mend:
                 page.get_by_role("button", name="measured from the bumper").click()
             file.write_bytes(steady_screenshot(page))
-            context.close()
         finally:
             served.stop()
 

@@ -6,14 +6,12 @@ Needs a Chromium and playwright, of the `dev` group. The shipped drive runs live
 lasts; one picture is taken while it warns, the other one of its review afterwards.
 """
 
-import argparse
-import shutil
 import tempfile
 import threading
 from pathlib import Path
 
-from page_pictures import BROWSER_ARGUMENTS, READY_MS, STEADY_MS, WITHOUT_WARNING, steady_screenshot
-from playwright.sync_api import Page, ViewportSize, sync_playwright
+from page_pictures import READY_MS, STEADY_MS, chromium, option_parser, steady_screenshot, window
+from playwright.sync_api import Page
 
 from fcw.job import DriveJob
 from fcw.logs.names import MCAP_NAME
@@ -34,19 +32,10 @@ FROM_ABOVE_S = 31.0
 
 def main() -> None:
     """Read the command line and take the pictures."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder of the pictures")
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
-    parser.add_argument("--size", default="1400x900", help="of the window, WIDTHxHEIGHT")
-    options = parser.parse_args()
-    width, height = (int(length) for length in options.size.split("x"))
+    options = option_parser(__doc__).parse_args()
 
-    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
-        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
-        context = browser.new_context(viewport=ViewportSize(width=width, height=height))
-        context.add_init_script(WITHOUT_WARNING)
-        take(context.new_page(), Path(folder), options.out)
-        browser.close()
+    with chromium(options) as browser, tempfile.TemporaryDirectory() as folder:
+        take(window(browser, options).new_page(), Path(folder), options.out)
 
 
 def take(page: Page, logs: Path, out: Path) -> None:

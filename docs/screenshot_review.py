@@ -6,15 +6,14 @@ Needs a Chromium and playwright, of the `dev` group. DRIVES is a folder with the
 shipped one among them under the name `demo`: what is on the pictures is said of copies of them.
 """
 
-import argparse
 import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from page_pictures import BROWSER_ARGUMENTS, READY_MS, STEADY_MS, WITHOUT_WARNING, steady_screenshot
-from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
+from page_pictures import READY_MS, STEADY_MS, chromium, option_parser, steady_screenshot, window
+from playwright.sync_api import Page
 
 from fcw.annotation.records import Judgement, Note, Reason, Verdict
 from fcw.annotation.review import reference_to
@@ -77,25 +76,20 @@ SCENES = (
 
 def main() -> None:
     """Read the command line and take the pictures."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
+    parser = option_parser(__doc__)
     parser.add_argument("drives", type=Path, help="folder with the logs")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder of the pictures")
     parser.add_argument("--only", help="name of the one picture to take")
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
-    parser.add_argument("--size", default="1400x900", help="of the window, WIDTHxHEIGHT")
     options = parser.parse_args()
-    width, height = (int(length) for length in options.size.split("x"))
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=options.browser, args=list(BROWSER_ARGUMENTS))
+    with chromium(options) as browser:
         for scene in SCENES:
             if options.only in (None, scene.name):
-                window = ViewportSize(width=width, height=height)
-                take(scene, options.drives, browser, window, options.out / f"{scene.name}.png")
-        browser.close()
+                context = window(browser, options)
+                take(scene, options.drives, context.new_page(), options.out / f"{scene.name}.png")
+                context.close()
 
 
-def take(scene: Scene, drives: Path, browser: Browser, window: ViewportSize, file: Path) -> None:
+def take(scene: Scene, drives: Path, page: Page, file: Path) -> None:
     """Serve copies of the drives and take the picture."""
     with tempfile.TemporaryDirectory() as folder:
         copies: dict[str, Path] = {}
@@ -105,9 +99,6 @@ def take(scene: Scene, drives: Path, browser: Browser, window: ViewportSize, fil
         say_something(copies)
         served = ReviewPage(copies, "Test drives", "anna", dark=scene.dark)
         try:
-            context = browser.new_context(viewport=window)
-            context.add_init_script(WITHOUT_WARNING)
-            page = context.new_page()
             page.goto(f"{served.url}/?fixedDpr=1")
             page.wait_for_function("!document.body.innerText.includes('to be read')", timeout=READY_MS)
             page.wait_for_selector(".fcw-row", timeout=READY_MS)
@@ -119,7 +110,6 @@ def take(scene: Scene, drives: Path, browser: Browser, window: ViewportSize, fil
                 page.wait_for_timeout(STEADY_MS)
                 scene.act(page)
             file.write_bytes(steady_screenshot(page))
-            context.close()
         finally:
             served.stop()
 

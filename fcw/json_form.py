@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import json
 import math
 import types
 from collections.abc import Mapping, Sequence
@@ -38,6 +39,15 @@ def without_non_finite(value: Any) -> Any:  # noqa: ANN401 - JSON has no type
     if isinstance(value, list | tuple):
         return [without_non_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def object_of_line(line: bytes) -> dict[str, Any] | None:
+    """The JSON object that a line of a file holds; None where it holds anything else."""
+    try:
+        value = json.loads(line)
+    except ValueError:
+        return None
+    return value if isinstance(value, dict) else None
 
 
 def tagged_to_json(value: Any, tag: str) -> dict[str, Any]:  # noqa: ANN401 - any dataclass

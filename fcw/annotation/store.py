@@ -18,7 +18,7 @@ from fcw.annotation.records import SAID_TYPES, Entry, Said, TakenBack
 from fcw.annotation.review import Review, fold
 from fcw.camera.file import calibration_text
 from fcw.errors import UserError
-from fcw.json_form import from_json, tagged_from_json, tagged_to_json
+from fcw.json_form import from_json, object_of_line, tagged_from_json, tagged_to_json
 from fcw.locked_file import LockedFile
 from fcw.logs.mcap.format import drive_metadata
 from fcw.logs.mcap.reader import DriveLog
@@ -260,7 +260,7 @@ def _read_file(path: Path, digest: str) -> _Content:
         if not torn.startswith(header_start[: len(torn)]):
             return _Content((), None, (f"{path}: not a review of fcw, left out",), stamp)
         return _Content((), 0, (), stamp)
-    header = _parsed(lines[0])
+    header = object_of_line(lines[0])
     if header is None or VERSION_FIELD not in header:
         return _Content((), None, (f"{path}: not a review of fcw, left out",), stamp)
     if header[VERSION_FIELD] != FORMAT_VERSION:
@@ -293,14 +293,6 @@ def _entry(value: dict[str, Any]) -> Entry[Said]:
 def _line(value: dict[str, Any]) -> bytes:
     text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     return text.encode() + b"\n"
-
-
-def _parsed(line: bytes) -> dict[str, Any] | None:
-    try:
-        value = json.loads(line)
-    except ValueError:
-        return None
-    return value if isinstance(value, dict) else None
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:

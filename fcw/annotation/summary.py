@@ -1,11 +1,12 @@
 """What reviews of many drives come to: warnings per hour, how many were judged false, and why."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from scipy.stats import binomtest
+from scipy.special import ndtri
 
 from fcw.annotation.records import Judgement, Reason
 from fcw.annotation.review import JudgedEvent, judged_events
@@ -17,6 +18,8 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.warning.types import WarningLevel
 
 CONFIDENCE = 0.95
+QUANTILE = float(ndtri(0.5 + CONFIDENCE / 2))
+"""Of the standard normal, so that this share lies within as many sigmas of zero."""
 
 Reasons = Mapping[tuple[Judgement, Reason | None], int]
 """How many warnings were judged wrong in which way and why; None where nobody gave a reason."""
@@ -72,8 +75,10 @@ class Tally:
         """Wilson's 95 % interval of that part (Wilson 1927), were the judged ones drawn at random."""
         if not self.judged:
             return None
-        interval = binomtest(self.judged_false, self.judged).proportion_ci(CONFIDENCE, method="wilson")
-        return float(interval.low), float(interval.high)
+        share, weight = self.judged_false / self.judged, QUANTILE**2 / self.judged
+        middle = (share + weight / 2) / (1 + weight)
+        half = math.sqrt(weight * (share * (1 - share) + weight / 4)) / (1 + weight)
+        return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 @dataclass(frozen=True, slots=True)

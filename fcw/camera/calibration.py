@@ -179,11 +179,6 @@ class Calibration:
         low_m, high_m = distance_interval(self._row_map, row_px, row_sigma_px)
         return low_m - self.reference_offset_m, high_m - self.reference_offset_m
 
-    def row_gradient(self, distance_m: float) -> Vector3:
-        """Derivative of the row at a distance by the rows at the three support distances."""
-        near, middle, far = self.row_gradients(np.array([distance_m]))[0].tolist()
-        return near, middle, far
-
     def row_gradients(self, distances_m: FloatArray) -> FloatArray:
         """(N, 3): derivatives of the rows at N distances by the rows at the three support distances."""
         return row_gradients(self._row_map, distances_m + self.reference_offset_m)

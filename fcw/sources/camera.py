@@ -46,8 +46,17 @@ class CameraSource:
     """Pictures of a camera from the moment on at which they are asked for; there is no end.
 
     Attributes:
+        name: `camera-0`, or the host and path of a URL.
+        image_size: of the first picture.
+        frame_count: None, as a camera has no end.
+        frame_rate_hz: as the camera states it.
+        relays_video: False, as few cameras give what a log can hold.
+        notes: why the pictures ended.
         recorded: whether the stream is a recording after all, which the network gives as fast as it can.
     """
+
+    frame_count = None
+    relays_video = False
 
     def __init__(self, address: str, wanted_size: ImageSize | None = None) -> None:
         """Look at the first picture.
@@ -60,50 +69,20 @@ class CameraSource:
             UserError: there is no camera there, or it gives no picture.
         """
         self._address, self._wanted_size = address, wanted_size
-        self._name = camera_name(address)
-        self._notes: tuple[str, ...] = ()
+        self.name = camera_name(address)
+        self.notes: tuple[str, ...] = ()
         with self._opened() as (container, stream):
             try:
                 first = next(self._pictures(container, stream), None)
             except FFmpegError as error:
-                raise UserError(f"{self._name}: the camera gives no picture ({error.strerror})") from error
+                raise UserError(f"{self.name}: the camera gives no picture ({error.strerror})") from error
             if first is None:
-                raise UserError(f"{self._name}: the camera gives no picture that can be decoded")
+                raise UserError(f"{self.name}: the camera gives no picture that can be decoded")
             self._orient, _ = orientation(first)
             height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
-            self._image_size = ImageSize(width, height)
-            self._frame_rate_hz = float(stream.average_rate or stream.guessed_rate or FALLBACK_RATE_HZ)
+            self.image_size = ImageSize(width, height)
+            self.frame_rate_hz = float(stream.average_rate or stream.guessed_rate or FALLBACK_RATE_HZ)
             self.recorded = container.duration is not None
-
-    @property
-    def name(self) -> str:
-        """`camera-0`, or the host and path of a URL."""
-        return self._name
-
-    @property
-    def image_size(self) -> ImageSize:
-        """Of the first picture."""
-        return self._image_size
-
-    @property
-    def frame_count(self) -> int | None:
-        """None: a camera has no end."""
-        return None
-
-    @property
-    def frame_rate_hz(self) -> float:
-        """As the camera states it."""
-        return self._frame_rate_hz
-
-    @property
-    def relays_video(self) -> bool:
-        """False: few cameras give what a log can hold."""
-        return False
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Why the pictures ended."""
-        return self._notes
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Pictures as they come; times begin with 0 at the first one.
@@ -111,7 +90,7 @@ class CameraSource:
         Args:
             start_ns: those before it are left out.
         """
-        self._notes = ()
+        self.notes = ()
         with self._opened() as (container, stream):
             own_clock = self.recorded or container.format.name in OWN_CLOCKS
             first_s, first_ns, last_ns, index = 0.0, None, -1, 0
@@ -119,9 +98,9 @@ class CameraSource:
                 for picture in self._pictures(container, stream):
                     now_s = time.monotonic()
                     image = self._orient(np.asarray(picture.to_ndarray(format="bgr24"), np.uint8))
-                    if (size := ImageSize(image.shape[1], image.shape[0])) != self._image_size:
-                        self._notes = (
-                            f"{self._name}: its pictures are {size} now, no longer {self._image_size}",
+                    if (size := ImageSize(image.shape[1], image.shape[0])) != self.image_size:
+                        self.notes = (
+                            f"{self.name}: its pictures are {size} now, no longer {self.image_size}",
                         )
                         return
                     if index == 0:
@@ -135,7 +114,7 @@ class CameraSource:
                         yield Frame(index, time_ns, image)
                     index += 1
             except FFmpegError as error:
-                self._notes = (f"{self._name}: the camera is gone ({error.strerror})",)
+                self.notes = (f"{self.name}: the camera is gone ({error.strerror})",)
 
     def _pictures(self, container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
         """Decoded pictures; damaged ones are left out."""
@@ -156,12 +135,12 @@ class CameraSource:
             reason = error.strerror if isinstance(error, FFmpegError) else str(error)
             size = f" with pictures of {self._wanted_size}" if self._wanted_size and format_name else ""
             raise UserError(
-                f"{self._name}: no camera there{size} ({reason}); expected the number of a camera, "
+                f"{self.name}: no camera there{size} ({reason}); expected the number of a camera, "
                 "/dev/video0, or an rtsp or http address that gives video"
             ) from error
         with container:
             if not container.streams.video:
-                raise UserError(f"{self._name}: no video in what the address gives; expected a camera's")
+                raise UserError(f"{self.name}: no video in what the address gives; expected a camera's")
             stream = container.streams.video[0]
             stream.thread_type = "SLICE"  # frame threads would hold pictures back
             yield container, stream

@@ -28,7 +28,15 @@ class ImageFolderSource:
     KITTI raw. It has a line for each picture: seconds (`0.1034`), or a date and time
     (`2011-09-26 13:02:25.594360375`), which count from the first line. Without it, and where a frame rate is
     given, times come from the rate.
+
+    Attributes:
+        path: of the folder, or of the one picture.
+        image_size: of every picture.
+        frame_rate_hz: the rate given or assumed; with a file of times, from their median step.
+        relays_video: False, as there are no packets.
     """
+
+    relays_video = False
 
     def __init__(self, path: Path, frame_rate_hz: float | None = None) -> None:
         """List the folder, or take the picture file itself, and read the first picture.
@@ -49,21 +57,19 @@ class ImageFolderSource:
             what = "this picture" if path.is_file() else f"none of its {len(self._pictures)} pictures"
             can = "cannot" if path.is_file() else "can"
             raise UserError(f"{path}: {what} {can} be read; expected whole files")
-        self._image_size = ImageSize(first.shape[1], first.shape[0])
+        self.image_size = ImageSize(first.shape[1], first.shape[0])
         self._opening_notes: tuple[str, ...] = ()
         self._notes: tuple[str, ...] = ()
         times_file = _times_file(path)
         if frame_rate_hz is None and times_file is not None:
             self._times_ns = _read_times(times_file, len(self._pictures))
             steps_ns = np.diff(self._times_ns)
-            self._frame_rate_hz = (
+            self.frame_rate_hz = (
                 NANOSECONDS / float(np.median(steps_ns)) if len(steps_ns) else DEFAULT_FRAME_RATE_HZ
             )
         else:
-            self._frame_rate_hz = frame_rate_hz or DEFAULT_FRAME_RATE_HZ
-            self._times_ns = [
-                round(i * NANOSECONDS / self._frame_rate_hz) for i in range(len(self._pictures))
-            ]
+            self.frame_rate_hz = frame_rate_hz or DEFAULT_FRAME_RATE_HZ
+            self._times_ns = [round(i * NANOSECONDS / self.frame_rate_hz) for i in range(len(self._pictures))]
             if frame_rate_hz is None and len(self._pictures) > 1:
                 self._opening_notes = (
                     f"{self.name}: no {TIMES_NAME}, so {DEFAULT_FRAME_RATE_HZ:g} pictures a second assumed; "
@@ -76,11 +82,6 @@ class ImageFolderSource:
         return self.path.resolve().name
 
     @property
-    def image_size(self) -> ImageSize:
-        """Size of every picture."""
-        return self._image_size
-
-    @property
     def frame_count(self) -> int:
         """Number of picture files."""
         return len(self._pictures)
@@ -89,16 +90,6 @@ class ImageFolderSource:
     def times_ns(self) -> NDArray[np.int64]:
         """Times of all picture files, ascending."""
         return np.array(self._times_ns, np.int64)
-
-    @property
-    def frame_rate_hz(self) -> float:
-        """The rate given or assumed; with a file of times, from their median step."""
-        return self._frame_rate_hz
-
-    @property
-    def relays_video(self) -> bool:
-        """False: there are no packets."""
-        return False
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -121,9 +112,9 @@ class ImageFolderSource:
             if image is None:
                 self._notes += (f"{file}: this picture cannot be read and is left out",)
                 continue
-            if image.shape[:2] != (self._image_size.height, self._image_size.width):
+            if image.shape[:2] != (self.image_size.height, self.image_size.width):
                 raise UserError(
-                    f"{file}: {image.shape[1]}x{image.shape[0]} pixels, expected {self._image_size} "
+                    f"{file}: {image.shape[1]}x{image.shape[0]} pixels, expected {self.image_size} "
                     "as the first picture has; keep pictures of one camera in a folder"
                 )
             yield Frame(index, time_ns, image)

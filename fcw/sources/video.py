@@ -85,7 +85,13 @@ class _Clock:
 
 
 class VideoSource:
-    """Pictures of a video file."""
+    """Pictures of a video file.
+
+    Attributes:
+        path: of the file.
+        image_size: of every picture, after rotation.
+        frame_rate_hz: average rate as the file states it.
+    """
 
     def __init__(self, path: Path) -> None:
         """Look into the file up to its first picture.
@@ -105,9 +111,9 @@ class VideoSource:
             self._coded_size = ImageSize(first.width, first.height)
             self._orient, self._turn = orientation(first)
             height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
-            self._image_size = ImageSize(width, height)
+            self.image_size = ImageSize(width, height)
             rate_hz = float(stream.average_rate or stream.guessed_rate or 0)
-            self._frame_rate_hz = rate_hz if 0 < rate_hz <= MAXIMUM_FRAME_RATE_HZ else FALLBACK_FRAME_RATE_HZ
+            self.frame_rate_hz = rate_hz if 0 < rate_hz <= MAXIMUM_FRAME_RATE_HZ else FALLBACK_FRAME_RATE_HZ
             codec = stream.codec_context
             self._upright_h264 = (
                 codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and not self._turn
@@ -118,11 +124,6 @@ class VideoSource:
     def name(self) -> str:
         """The file's name."""
         return self.path.name
-
-    @property
-    def image_size(self) -> ImageSize:
-        """Size of every picture, after rotation."""
-        return self._image_size
 
     @property
     def frame_count(self) -> int | None:
@@ -138,11 +139,6 @@ class VideoSource:
         """
         table = self._packet_table
         return table.times_ns if table.seekable and table.complete else None
-
-    @property
-    def frame_rate_hz(self) -> float:
-        """Average rate as the file states it."""
-        return self._frame_rate_hz
 
     @property
     def relays_video(self) -> bool:
@@ -178,7 +174,7 @@ class VideoSource:
                 return
             decoding = Decoding(container, stream, relay=relays, sought=seek)
             # AVI has no presentation times; those that FFmpeg makes up are right only without reordering.
-            period_ns = round(NANOSECONDS / self._frame_rate_hz)
+            period_ns = round(NANOSECONDS / self.frame_rate_hz)
             clock = _Clock(stream, period_ns, by_decoding=self._avi and not relays)
             index: int | None = None if seek else 0
             for picture in decoding.pictures():

@@ -34,11 +34,6 @@ class Moment:
     captured_s: float
     found_s: float
 
-    @property
-    def latency_s(self) -> float:
-        """From the picture to its result."""
-        return self.found_s - self.captured_s
-
 
 class LiveFeed:
     """A sink that keeps the latest moment for whoever asks, and the results of the last seconds.

@@ -153,6 +153,7 @@ def test_fcw_train_learns_from_the_boxes_that_count(folder, tmp_path, monkeypatc
     assert (tmp_path / "model.npz").is_file()
 
 
+@pytest.mark.slow
 def test_fcw_evaluate_detection_measures_with_them(folder, capsys):
     arguments = [str(folder / "labels.json"), "--images", str(folder / "images")]
     arguments += ["--calibration", str(folder / "calibration"), "--json"]

@@ -73,6 +73,7 @@ def test_a_length_is_the_difference_of_two_points():
     assert back.along_sigma_m == pytest.approx(length.along_sigma_m)
 
 
+@pytest.mark.slow
 def test_the_lengths_sigma_is_what_new_clicks_of_everything_would_scatter():
     size, height_m, click_px = ImageSize(1280, 720), 1.3, 0.3
     distances_m = np.array([6.0, 15.0, 30.0])

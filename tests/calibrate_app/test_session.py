@@ -259,6 +259,7 @@ def test_the_state_is_a_replay_of_the_journal_read_back(happenings):
         assert state.solution == solve(state.document)
 
 
+@pytest.mark.slow
 def test_threads_that_work_at_once_leave_state_and_journal_equal(session, tmp_path, caplog):
     heard: dict[str, list[SessionState]] = {"anna": [], "bert": [], "cora": []}
     people = {name: session.join(states.append) for name, states in heard.items()}

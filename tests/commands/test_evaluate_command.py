@@ -1,7 +1,6 @@
 """`fcw evaluate detection`: the contract of its JSON, its files and its messages."""
 
 import dataclasses
-import itertools
 import json
 import re
 from pathlib import Path
@@ -15,7 +14,7 @@ from fcw.evaluation.detection.detectors import EVERY_SCORE, DetectorCase, run_de
 from fcw.evaluation.detection.labels import calibration_source, read_annotated
 from fcw.evaluation.simulated import counts_as_rear_view
 from fcw.simulation.truth.file import read_truth
-from fcw.sources import open_source
+from fcw.sources import VideoSource
 from fcw_viz.cli import main
 from fcw_viz.commands.demo import demo_folder
 
@@ -39,11 +38,11 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Drive:
     folder = tmp_path_factory.mktemp("labelled")
     (folder / "images" / "demo").mkdir(parents=True)
     truth = read_truth(demo_folder() / "truth.csv")
-    source = open_source(demo_folder() / "drive.mp4")
+    source = VideoSource(demo_folder() / "drive.mp4")
     images, annotations = [], []
-    for frame in itertools.islice(source.frames(), FRAMES.stop):
-        if frame.index not in FRAMES:
-            continue
+    times_ns = source.times_ns
+    assert times_ns is not None
+    for frame in (next(iter(source.frames(int(time_ns)))) for time_ns in times_ns[FRAMES]):
         name = f"demo/{frame.index:06d}.png"
         assert cv2.imwrite(str(folder / "images" / name), frame.image)
         height, width = frame.image.shape[:2]

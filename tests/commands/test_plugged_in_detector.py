@@ -53,6 +53,7 @@ def net(tmp_path: Path, vehicle: tuple[float, float, float, float]) -> Path:
     return write_net(tmp_path / "tiny.onnx", output, SHOWN)
 
 
+@pytest.mark.slow
 def test_a_run_follows_what_the_net_finds_and_the_log_says_which_net(
     drive: Path, net: Path, vehicle: tuple[float, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -74,6 +75,7 @@ def test_a_run_follows_what_the_net_finds_and_the_log_says_which_net(
     assert json.loads(capsys.readouterr().out)["frames_with_lead"] >= 1
 
 
+@pytest.mark.slow
 def test_an_evaluation_takes_the_same_detectors(
     drive: Path, net: Path, vehicle: tuple[float, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

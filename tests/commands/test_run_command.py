@@ -84,6 +84,7 @@ def test_both_logs_hold_every_shown_frame_of_a_real_clip_at_its_own_time(
     assert summary["frames_with_lead"] == sum(result.lead_id is not None for result in results)
 
 
+@pytest.mark.slow
 def test_a_run_needs_no_flag_where_the_calibration_lies_beside_the_source(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -99,6 +100,7 @@ def test_a_run_needs_no_flag_where_the_calibration_lies_beside_the_source(
         assert statistics.statistics is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("detector", ["acf", "acf-full"])
 def test_either_detector_can_be_chosen_and_stands_in_the_log(detector: str, tmp_path: Path) -> None:
     source = short_drive(tmp_path, frames=3)
@@ -106,6 +108,7 @@ def test_either_detector_can_be_chosen_and_stands_in_the_log(detector: str, tmp_
     assert DriveLog(tmp_path / "out" / "drive.mcap").header.detector == detector
 
 
+@pytest.mark.slow
 def test_ego_speed_stands_in_every_frame(tmp_path: Path) -> None:
     source = short_drive(tmp_path, frames=5)
     assert main(["run", str(source), "--out", str(tmp_path / "out"), "--ego-speed", "22.5"]) == 0

@@ -11,7 +11,7 @@ from fcw_viz.calibrate_app.document import edits as e
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edits import AddMark, Edit, SetHeight
 from fcw_viz.calibrate_app.document.journal import journal_path, read_journal
-from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.document.state import Mend, SessionState, Solution, Trouble
 from fcw_viz.calibrate_app.session import CalibrationSession
 
 SIZE = ImageSize(1280, 720)
@@ -52,6 +52,28 @@ def said(*points: tuple[float, float], **fields) -> Document:
     document = Document(SIZE, **fields)
     for distance_m, row_px in points:
         document = AddMark(600.0, row_px, 0, distance_m).apply(document)
+    return document
+
+
+def untold(*rows_px: float, **fields) -> Document:
+    """A document with marks whose distances are not known yet."""
+    document = Document(SIZE, **fields)
+    for row_px in rows_px:
+        document = AddMark(600.0, row_px).apply(document)
+    return document
+
+
+def only_trouble(solution: Solution) -> Trouble:
+    """The one that there is."""
+    (trouble,) = solution.troubles
+    return trouble
+
+
+def mended(document: Document, mend: Mend | None) -> Document:
+    """The document after a proposal is taken."""
+    assert mend is not None
+    for edit in mend.edits:
+        document = edit.apply(document)
     return document
 
 

@@ -70,7 +70,7 @@ def test_the_latest_moment_has_its_picture_and_its_latency(source: LiveSource, c
     assert moment is not None
     assert moment.result == result(0)
     assert moment.image is frame.image
-    assert moment.latency_s == pytest.approx(0.08)
+    assert moment.found_s - moment.captured_s == pytest.approx(0.08)
     assert feed.newer_than(0, 0) is None
 
 

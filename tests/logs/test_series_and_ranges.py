@@ -57,6 +57,12 @@ def torn(tmp_path_factory, whole) -> DriveLog:
     return DriveLog(path)
 
 
+@pytest.fixture(scope="module")
+def logs(whole, torn) -> list[tuple[DriveLog, Drive]]:
+    """The whole and the torn log, each with all that is in it."""
+    return [(log, list(log.entries())) for log in (whole, torn)]
+
+
 def test_columns_hold_what_the_results_say(short_drive):
     series = series_of(short_drive)
     assert len(series) == 100
@@ -97,6 +103,7 @@ def test_other_bytes_are_no_columns(short_drive):
             DriveSeries.from_bytes(wrong)
 
 
+@pytest.mark.slow
 def test_an_hours_columns_are_a_few_megabytes(short_drive):
     one = short_drive[30][0]
     rng = np.random.default_rng(0)
@@ -156,11 +163,10 @@ def test_rows_are_found_by_frame_and_time(short_drive):
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(bounds=st.tuples(*[st.none() | st.integers(-3 * 10**8, 11 * 10**9)] * 2), of_torn=st.booleans())
-def test_a_range_gives_what_is_in_it(whole, torn, bounds, of_torn: bool):
-    log = torn if of_torn else whole
+def test_a_range_gives_what_is_in_it(logs, bounds, of_torn: bool):
+    log, everything = logs[of_torn]
     start_ns, end_ns = bounds
     first, last = -(10**18) if start_ns is None else start_ns, 10**18 if end_ns is None else end_ns
-    everything = list(log.entries())
     inside = [(r, p) for r, p in everything if first <= r.time_ns < last]
     assert list(log.results(start_ns, end_ns)) == [result for result, _ in inside]
     assert list(log.entries(start_ns, end_ns)) == inside
@@ -168,9 +174,9 @@ def test_a_range_gives_what_is_in_it(whole, torn, bounds, of_torn: bool):
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(start_ns=st.integers(-(10**8), 10**10), length_ns=st.integers(1, 3 * 10**9), of_torn=st.booleans())
-def test_packets_of_a_range_start_at_the_keyframe_before(whole, torn, start_ns, length_ns, of_torn: bool):
-    log = torn if of_torn else whole
-    packets = [packet for _, packets in log.entries() for packet in packets]
+def test_packets_of_a_range_start_at_the_keyframe_before(logs, start_ns, length_ns, of_torn: bool):
+    log, everything = logs[of_torn]
+    packets = [packet for _, packets in everything for packet in packets]
     keyframes_ns = [packet.time_ns for packet in packets if packet.keyframe and packet.time_ns <= start_ns]
     expected = [p for p in packets if max(keyframes_ns) <= p.time_ns < start_ns + length_ns]
     assert list(log.video_packets(start_ns, start_ns + length_ns)) == expected

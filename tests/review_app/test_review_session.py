@@ -30,6 +30,7 @@ def session(log: Path) -> Iterator[ReviewSession]:
     one.close()
 
 
+@pytest.mark.slow
 def test_the_folder_is_listed_worst_first_with_what_cannot_be_read_last(log: Path, tmp_path: Path):
     no_log = tmp_path / "no.mcap"
     no_log.write_bytes(b"something")

@@ -3,29 +3,13 @@
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Protocol
 
 import av
 import numpy as np
 import pytest
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
-
-
-class MakeVideo(Protocol):
-    def __call__(
-        self,
-        name: str,
-        images: Sequence[NDArray[np.uint8]],
-        *,
-        pts: Sequence[int] | None = None,
-        time_base: Fraction = Fraction(1, 30),
-        codec: str = "libx264",
-        pixel_format: str = "yuv420p",
-        codec_options: dict[str, str] | None = None,
-        container_options: dict[str, str] | None = None,
-        rotation: tuple[int, bool, bool] | None = None,
-    ) -> Path: ...
+from video_making import MakeVideo
 
 
 @pytest.fixture(scope="session")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from camera_streams import StreamServer
 from clocks import FakeClock
-from conftest import MakeVideo
 from numpy.typing import NDArray
+from video_making import MakeVideo
 
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize

@@ -189,6 +189,7 @@ def test_a_picture_of_another_size_ends_the_drive_with_a_note(make_video, noise_
     assert "changes from 64x48 to 128x96" in " ".join(source.notes)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_damage_is_refused_or_survived(make_video, noise_images, data):

@@ -23,6 +23,8 @@ from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import SeenBy
 
+pytestmark = pytest.mark.slow
+
 SFND_FRAME_NS = round(1e9 / 9.65)
 SFND_LEAD = {
     5: (556, 191, 706, 321),

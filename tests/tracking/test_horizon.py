@@ -49,6 +49,7 @@ def watched(frames, sigma_rad=WELL_CLICKED_RAD):
     return watch, said
 
 
+@pytest.mark.slow
 def test_an_ordinary_drive_of_two_hours_says_nothing():
     _, said = watched(traffic(np.random.default_rng(1), 7200))
     assert not any(said)

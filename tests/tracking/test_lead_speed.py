@@ -24,7 +24,7 @@ def density(x, mean, sigma):
 @given(st.floats(0.0, 40.0), st.floats(-20.0, 40.0), st.floats(0.3, 12.0))
 def test_mean_and_sigma_are_those_of_bayes_rule(own_mps, closing_mps, sigma_mps):
     found = with_own_speed(state(closing_mps, sigma_mps), own_mps, PRIOR)
-    speeds_mps = np.linspace(-120.0, 160.0, 280_001)
+    speeds_mps = np.linspace(-120.0, 160.0, 28_001)
     belief = density(speeds_mps, own_mps - closing_mps, sigma_mps) * (
         PRIOR.standing_share * density(speeds_mps, 0.0, PRIOR.standing_sigma_mps)
         + (1 - PRIOR.standing_share) * density(speeds_mps, own_mps, PRIOR.travelling_sigma_mps)

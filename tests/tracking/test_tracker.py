@@ -274,6 +274,7 @@ def test_whatever_the_detector_says_tracks_are_finite_ordered_and_ids_never_retu
             assert track.ttc_s is None or track.ttc_s >= 0
 
 
+@pytest.mark.slow
 def test_a_mount_turned_in_mid_drive_is_told():
     tracker = Tracker(CALIBRATION)
     turned_px = 740 * math.tan(math.radians(0.5))

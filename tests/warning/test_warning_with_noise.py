@@ -15,6 +15,8 @@ from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel
 
+pytestmark = pytest.mark.slow
+
 FOCAL_PX = 740.0
 CALIBRATION = Calibration.from_camera(
     GroundPlaneCamera(0.03, FOCAL_PX, 359.5, 1.3, 639.5), ImageSize(1280, 720), reference_offset_m=1.5

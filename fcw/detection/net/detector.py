@@ -1,8 +1,7 @@
-"""The detector: the cascade proposes, the net decides and places."""
+"""The detector: the cascade proposes, two looks decide and place."""
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,19 +10,19 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.suppression import suppress
 from fcw.detection.detector import Detection
+from fcw.detection.net.looks import FIRST_PX, SECOND_PX, Look, PickSettings, pick
 from fcw.detection.net.model import NetModel
 from fcw.detection.net.proposals import ProposalSettings, Proposer
-from fcw.detection.net.windows import INPUT_PX, boxes_of, cut_window
-
-MEAN, SCALE = 127.5, 1 / 127.5
+from fcw.detection.net.windows import Pyramid
 
 
 @dataclass(frozen=True, slots=True)
 class NetSettings:
-    """What the detector does with the net's verdicts.
+    """What is looked at, and what the detector does with the verdicts.
 
     Attributes:
-        proposals: which windows it is asked about.
+        proposals: which windows are looked at.
+        picked: which of them are looked at twice.
         largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
         near_part: height of a box, as a part of the picture's, from which it is trusted sooner.
         near_bonus: added to the logit for each doubling of the height beyond that. The net does not know how
@@ -34,9 +33,10 @@ class NetSettings:
     """
 
     proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
+    picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
     largest_overlap: float = 0.5
-    near_part: float = 0.15
-    near_bonus: float = 1.6
+    near_part: float = 0.1
+    near_bonus: float = 1.4
     agreeing_iou: float = 0.6
     score_threshold: float | None = None
 
@@ -55,7 +55,7 @@ class NetDetector:
     ) -> None:
         self._settings, self._size = settings, calibration.image_size
         self._proposer = Proposer(model.cascade, calibration, settings.proposals)
-        self._net = cv2.dnn.readNetFromONNX(np.frombuffer(model.network, np.uint8))
+        self._first, self._second = Look(model.first, FIRST_PX), Look(model.second, SECOND_PX)
         given = settings.score_threshold
         self._threshold = model.score_threshold if given is None else given
 
@@ -80,15 +80,13 @@ class NetDetector:
                 f"the detector expects uint8 BGR pictures of {self._size}, got {image.dtype} of shape "
                 f"{image.shape}"
             )
-        placements, _ = self._proposer.propose(image)
-        if not len(placements):
-            return ()
-        windows = [cut_window(image, placement) for placement in placements]
-        self._net.setInput(cv2.dnn.blobFromImages(windows, SCALE, (INPUT_PX, INPUT_PX), (MEAN,) * 3))
-        verdicts = np.asarray(self._net.forward(), np.float64).reshape(-1, 5)
-        boxes = self._inside(boxes_of(placements, verdicts[:, 1:]))
+        proposed, _ = self._proposer.propose(image)
+        pyramid = Pyramid(image)
+        placements = pick(*self._first.at(pyramid, proposed), self._size.height, self._settings.picked)
+        boxes, logits = self._second.at(pyramid, placements)
+        boxes = self._inside(boxes)
         parts = np.maximum(boxes[:, 3] / (self._settings.near_part * self._size.height), 1.0)
-        scores = verdicts[:, 0] + self._settings.near_bonus * np.log2(parts)
+        scores = logits + self._settings.near_bonus * np.log2(parts)
         sure = (scores >= self._threshold) & np.all(boxes[:, 2:] > 1.0, axis=1)
         return tuple(
             Detection(Box(*box), score)

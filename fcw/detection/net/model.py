@@ -1,4 +1,4 @@
-"""What the net's detector learnt: the cascade that proposes, the net, and their file."""
+"""What the detector learnt: the cascade that proposes, the nets of both looks, and their file."""
 
 import json
 import zipfile
@@ -13,7 +13,7 @@ from fcw.detection.model import Model, VehicleStatistics, Window, tree_arrays, t
 from fcw.errors import UserError
 from fcw.files import whole_file
 
-FORMAT = "fcw-net-1"
+FORMAT = "fcw-net-2"
 SHIPPED_NET_PATH = Path(__file__).parents[1] / "weights" / "net.npz"
 
 
@@ -23,13 +23,14 @@ class NetModel:
 
     Attributes:
         cascade: proposes windows; its second stage and regressor are not used.
-        network: an ONNX file's bytes: (N, 3, 48, 48) BGR, from -1 to 1, to (N, 5): the logit that a vehicle
-            stands in the window, and its offsets (`fcw.detection.net.windows.boxes_of`).
+        first: the net of the first look, an ONNX file's bytes (`fcw.detection.net.looks.Look`).
+        second: that of the second, which decides.
         score_threshold: logit from which a window counts as a vehicle by default.
     """
 
     cascade: Model
-    network: bytes
+    first: bytes
+    second: bytes
     score_threshold: float
 
     def save(self, path: Path) -> None:
@@ -46,7 +47,8 @@ class NetModel:
             "score_threshold": self.score_threshold,
         }
         arrays: dict[str, NDArray[Any]] = tree_arrays(self.cascade.trees, "first")
-        arrays["network"] = np.frombuffer(self.network, np.uint8)
+        arrays["first_look"] = np.frombuffer(self.first, np.uint8)
+        arrays["second_look"] = np.frombuffer(self.second, np.uint8)
         arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
         with whole_file(path) as partial, partial.open("wb") as file:
             np.savez_compressed(file, allow_pickle=False, **arrays)
@@ -79,7 +81,8 @@ class NetModel:
                     rejection,
                     rejection,
                 ),
-                arrays["network"].tobytes(),
+                arrays["first_look"].tobytes(),
+                arrays["second_look"].tobytes(),
                 header["score_threshold"],
             )
         except FileNotFoundError:

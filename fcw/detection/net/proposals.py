@@ -1,4 +1,4 @@
-"""Which of the cascade's windows the net looks at."""
+"""Which of the cascade's windows are looked at."""
 
 from dataclasses import dataclass, replace
 
@@ -20,19 +20,17 @@ class ProposalSettings:
 
     Attributes:
         search: where windows are looked at.
-        near_part: vehicles of at least this part of the picture's height are near.
-        near_count: most windows of near vehicles; they have places of their own, for far ones are many.
-        far_count: most windows of the others.
+        size_parts: sizes, as parts of the picture's height, that part far vehicles from near ones.
+        counts: most windows of each class of size: large ones have places of their own, for small are many.
         lowest_score: of the cascade, for a window to be proposed: among thousands below it are few vehicles.
-        largest_iou: windows that overlap more show the net the same. Not the overlap of the smaller one: a
+        largest_iou: windows that overlap more show the same. Not the overlap of the smaller one: a
             tail lamp that the cascade likes must not hide the car around it.
     """
 
     search: AcfSettings = AcfSettings(nearest_m=3.0)  # noqa: RUF009 - frozen
-    near_part: float = 0.12
-    near_count: int = 12
-    far_count: int = 16
-    lowest_score: float = -1.0
+    size_parts: tuple[float, ...] = (0.12,)
+    counts: tuple[int, ...] = (48, 32)
+    lowest_score: float = -1.5
     largest_iou: float = 0.6
 
 
@@ -65,7 +63,6 @@ class Proposer:
             )
         cascade = replace(model, second=None, regressor=None)
         self._scanner = Scanner(cascade, size, levels, prior.aspect_ratios)
-        self._chosen = np.empty(settings.near_count + settings.far_count, np.int64)
 
     @property
     def windows_per_frame(self) -> int:
@@ -76,34 +73,52 @@ class Proposer:
         """(N, 3) placements (middle, bottom and sqrt(w h) of the vehicles expected) and (N,) scores."""
         settings = self._settings
         found = self._scanner.find(picture, settings.lowest_score)
-        count = _choose(
+        chosen = choose(
             found.boxes,
-            found.placements,
-            settings.near_part * len(picture),
-            settings.near_count,
-            settings.far_count,
+            found.placements[:, 2] / len(picture),
+            settings.size_parts,
+            settings.counts,
             settings.largest_iou,
-            self._chosen,
         )
-        chosen = self._chosen[:count]
         return found.placements[chosen], found.scores[chosen]
+
+
+def choose(
+    boxes: NDArray[np.float64],
+    sizes: NDArray[np.float64],
+    edges: tuple[float, ...],
+    counts: tuple[int, ...],
+    largest_iou: float,
+) -> NDArray[np.int64]:
+    """Greedily, best first, which boxes overlap with none chosen before.
+
+    Args:
+        boxes: (N, 4) in the order of their scores.
+        sizes: (N,) of their windows.
+        edges: between classes of size, rising.
+        counts: most of each class, one more than edges.
+        largest_iou: with any other that is chosen.
+
+    Returns:
+        Indices, in the same order.
+    """
+    classes = np.searchsorted(np.array(edges), sizes, side="right")
+    places = np.array(counts)
+    chosen = np.empty(places.sum(), np.int64)
+    return chosen[: _choose(boxes, classes, places, largest_iou, chosen)]
 
 
 @kernel()
 def _choose(
     boxes: NDArray[np.float64],
-    placements: NDArray[np.float64],
-    near_px: float,
-    near_count: int,
-    far_count: int,
+    classes: NDArray[np.int64],
+    places: NDArray[np.int64],
     largest_iou: float,
     chosen: NDArray[np.int64],
 ) -> int:
-    """Greedily, best first: the boxes, which are in that order, that overlap with none chosen before."""
-    count, near, far = 0, 0, 0
+    count = 0
     for i in range(len(boxes)):
-        is_near = placements[i, 2] >= near_px
-        if (is_near and near == near_count) or (not is_near and far == far_count):
+        if places[classes[i]] == 0:
             continue
         alone = True
         area = boxes[i, 2] * boxes[i, 3]
@@ -118,10 +133,7 @@ def _choose(
         if alone:
             chosen[count] = i
             count += 1
-            if is_near:
-                near += 1
-            else:
-                far += 1
-            if near == near_count and far == far_count:
+            places[classes[i]] -= 1
+            if count == len(chosen):
                 break
     return count

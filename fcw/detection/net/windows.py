@@ -1,45 +1,82 @@
-"""What the net sees: windows of a picture, each at its own scale.
+"""What the nets see: windows of a picture, each at its own scale.
 
 A window is measured in units: a vehicle of sqrt(w h) = `VEHICLE_UNITS` stands in its middle, the bottom edge
 `BOTTOM_UNITS` below its top, as in the cascade's windows (`fcw.detection.model.Window`).
 """
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.boxes.cutting import cut_rectangle
+from fcw.kernels.jit import kernel
 
 WINDOW_UNITS = 64.0
 VEHICLE_UNITS = 40.0
 BOTTOM_UNITS = 52.0
-INPUT_PX = 48
-"""Side of what the net is given: 0.75 px a unit."""
+LEVELS = 5
+"""Of a pyramid: the last has a sixteenth of the width, and a window of 48 px there 768."""
 
 
-def cut_window(
-    picture: NDArray[np.uint8],
-    placement: NDArray[np.float64],
-    side_units: float = WINDOW_UNITS,
-    side_px: int = INPUT_PX,
-) -> NDArray[np.uint8]:
-    """A window, or more or less of the picture around its middle; beyond the picture its edges are repeated.
+class Pyramid:
+    """A picture and its halves, to cut windows from at any scale."""
 
-    Args:
-        picture: (height, width, 3) BGR.
-        placement: (3,) of the vehicle that the window expects: middle, bottom, sqrt(w h), px.
-        side_units: how much is cut.
-        side_px: side of the result.
+    def __init__(self, picture: NDArray[np.uint8]) -> None:
+        levels = [np.ascontiguousarray(picture)]
+        for _ in range(LEVELS - 1):
+            height, width = levels[-1].shape[:2]
+            size = max(1, -(-width // 2)), max(1, -(-height // 2))
+            levels.append(np.asarray(cv2.resize(levels[-1], size, interpolation=cv2.INTER_AREA), np.uint8))
+        self._levels = tuple(levels)
 
-    Returns:
-        (side_px, side_px, 3) uint8.
-    """
-    middle, bottom, size = placement
-    unit = size / VEHICLE_UNITS
-    side = side_units * unit
-    # Coordinates have their origin in the middle of the first pixel, cuts at its edge.
-    left = middle + 0.5 - side / 2
-    top = bottom + 0.5 - (BOTTOM_UNITS - WINDOW_UNITS / 2) * unit - side / 2
-    return cut_rectangle(picture, left, top, side, side, side_px)
+    def windows(
+        self, placements: NDArray[np.float64], side_px: int, side_units: float = WINDOW_UNITS
+    ) -> NDArray[np.uint8]:
+        """Windows, or more or less of the picture around their middles; beyond it its edges are repeated.
+
+        Args:
+            placements: (N, 3) of the vehicles that the windows expect: middle, bottom, sqrt(w h), px.
+            side_px: side of the results.
+            side_units: how much is cut.
+
+        Returns:
+            (N, side_px, side_px, 3) uint8.
+        """
+        middles, bottoms, sizes = placements.T
+        units = sizes / VEHICLE_UNITS
+        sides = side_units * units
+        # Coordinates have their origin in the middle of the first pixel, cuts at its edge.
+        lefts = middles + 0.5 - sides / 2
+        tops = bottoms + 0.5 - (BOTTOM_UNITS - WINDOW_UNITS / 2) * units - sides / 2
+        cut = np.empty((len(placements), side_px, side_px, 3), np.uint8)
+        _cut(self._levels, np.ascontiguousarray(np.column_stack([lefts, tops, sides])), cut)
+        return cut
+
+
+@kernel()
+def _cut(levels: tuple[NDArray[np.uint8], ...], squares: NDArray[np.float64], cut: NDArray[np.uint8]) -> None:
+    """Sample each square (left, top, side; px of the picture) from the level that loses and invents least."""
+    side_px = cut.shape[1]
+    for i in range(len(squares)):
+        side = squares[i, 2]
+        halvings = int(min(max(np.floor(np.log2(side / side_px)), 0.0), len(levels) - 1.0))
+        level = levels[halvings]
+        height, width = level.shape[0], level.shape[1]
+        by_x, by_y = width / levels[0].shape[1], height / levels[0].shape[0]
+        step_x, step_y = side * by_x / side_px, side * by_y / side_px
+        for row in range(side_px):
+            y = min(max(squares[i, 1] * by_y + (row + 0.5) * step_y - 0.5, 0.0), height - 1.0)
+            top = int(y)
+            below = min(top + 1, height - 1)
+            down = y - top
+            for column in range(side_px):
+                x = min(max(squares[i, 0] * by_x + (column + 0.5) * step_x - 0.5, 0.0), width - 1.0)
+                left = int(x)
+                beside = min(left + 1, width - 1)
+                right = x - left
+                for channel in range(3):
+                    upper = (1 - right) * level[top, left, channel] + right * level[top, beside, channel]
+                    lower = (1 - right) * level[below, left, channel] + right * level[below, beside, channel]
+                    cut[i, row, column, channel] = np.uint8((1 - down) * upper + down * lower + 0.5)
 
 
 def boxes_of(placements: NDArray[np.float64], offsets: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -53,3 +90,9 @@ def boxes_of(placements: NDArray[np.float64], offsets: NDArray[np.floating]) -> 
     widths, heights = sizes * np.exp(np.clip(offsets[:, 2:].T.astype(np.float64), -1.0, 1.0))
     middles, bottoms = middles + offsets[:, 0] * sizes, bottoms + offsets[:, 1] * sizes
     return np.column_stack([middles - widths / 2, bottoms - heights, widths, heights])
+
+
+def placements_on(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) middle, bottom and size of the windows that expect vehicles right there."""
+    x, y, w, h = boxes.T
+    return np.column_stack([x + w / 2, y + h, np.sqrt(w * h)])

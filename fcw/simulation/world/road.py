@@ -77,10 +77,6 @@ class RoadProfile:
     bends: tuple[Swell, ...] = ()
     grades: tuple[Swell, ...] = ()
 
-    def curvature_at(self, s_m: FloatArray | float) -> FloatArray:
-        """Curvature in 1/m, positive to the left."""
-        return _total(self.bends, s_m)
-
     def grade_at(self, s_m: FloatArray | float) -> FloatArray:
         """Rise per metre of road."""
         return _total(self.grades, s_m)

@@ -18,7 +18,15 @@ RATE_PICTURES = 32
 
 
 class McapImageSource:
-    """Pictures each encoded for itself, or raw."""
+    """Pictures each encoded for itself, or raw.
+
+    Attributes:
+        image_size: of every picture.
+        frame_rate_hz: from the median step at the beginning.
+        relays_video: False, as there are no packets.
+    """
+
+    relays_video = False
 
     def __init__(self, file: McapFile, topic: Topic) -> None:
         """Decode the first picture.
@@ -33,28 +41,23 @@ class McapImageSource:
         self._notes: tuple[str, ...] = ()
         self._table_ns: NDArray[np.int64] | None = None
         beginning: list[int] = []
-        self._image_size: ImageSize | None = None
+        size: ImageSize | None = None
         for message in islice(file.messages([topic.name]), RATE_PICTURES):
             beginning.append(self._clock.time_ns(message))
-            if self._image_size is None and (image := self._image(message)) is not None:
-                self._image_size = _size(image)
-        if self._image_size is None:
+            if size is None and (image := self._image(message)) is not None:
+                size = _size(image)
+        if size is None:
             raise UserError(
                 f"{self._label}: none of its first {RATE_PICTURES} pictures can be decoded; expected "
                 "pictures such as JPEG, PNG or WebP"
             )
-        self._frame_rate_hz = frame_rate_hz(np.unique(np.maximum.accumulate(np.array(beginning, np.int64))))
+        self.image_size = size
+        self.frame_rate_hz = frame_rate_hz(np.unique(np.maximum.accumulate(np.array(beginning, np.int64))))
 
     @property
     def name(self) -> str:
         """The file's name."""
         return self._file.path.name
-
-    @property
-    def image_size(self) -> ImageSize:
-        """Size of every picture."""
-        assert self._image_size is not None
-        return self._image_size
 
     @property
     def frame_count(self) -> int | None:
@@ -68,16 +71,6 @@ class McapImageSource:
             times = [self._clock.time_ns(message) for message in self._file.messages([self._topic.name])]
             self._table_ns = np.unique(np.maximum.accumulate(np.array(times, np.int64)))
         return self._table_ns
-
-    @property
-    def frame_rate_hz(self) -> float:
-        """From the median step at the beginning."""
-        return self._frame_rate_hz
-
-    @property
-    def relays_video(self) -> bool:
-        """False: there are no packets."""
-        return False
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -43,7 +43,12 @@ class _Table:
 
 
 class PacketVideoSource:
-    """Pictures of a stream of packets."""
+    """Pictures of a stream of packets.
+
+    Attributes:
+        name: the file's.
+        image_size: of every picture.
+    """
 
     def __init__(
         self,
@@ -65,25 +70,15 @@ class PacketVideoSource:
         Raises:
             UserError: no picture in it decodes.
         """
-        self._name, self._label = name, label
+        self.name, self._label = name, label
         self._packets, self._codec, self._file_notes = packets, codec, file_notes
         self._notes: tuple[str, ...] = ()
         self._undecodable = 0
         first = next((picture for picture, _ in self._pictures(None)), None)
         if first is None:
             raise UserError(f"{label}: no picture in its {codec} video can be decoded; expected at least one")
-        self._image_size = ImageSize(first.width, first.height)
+        self.image_size = ImageSize(first.width, first.height)
         self._plain = codec == "h264" and first.format.name in ("yuv420p", "yuvj420p")
-
-    @property
-    def name(self) -> str:
-        """The file's name."""
-        return self._name
-
-    @property
-    def image_size(self) -> ImageSize:
-        """Size of every picture."""
-        return self._image_size
 
     @property
     def frame_count(self) -> int:
@@ -134,9 +129,9 @@ class PacketVideoSource:
             if last_ns is not None and own.time_ns <= last_ns:
                 late += 1
                 continue
-            if ImageSize(picture.width, picture.height) != self._image_size:
+            if ImageSize(picture.width, picture.height) != self.image_size:
                 self._notes = (
-                    f"{self._label}: the picture size changes from {self._image_size} to "
+                    f"{self._label}: the picture size changes from {self.image_size} to "
                     f"{picture.width}x{picture.height}; the rest is left out",
                 )
                 return

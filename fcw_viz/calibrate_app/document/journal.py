@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fcw.errors import UserError
-from fcw.json_form import from_json, to_json
+from fcw.json_form import from_json, object_of_line, to_json
 from fcw.locked_file import LockedFile
 from fcw_viz.calibrate_app.document.document import Document
 from fcw_viz.calibrate_app.document.edit_form import edit_from_json, edit_to_json
@@ -188,7 +188,7 @@ def read_journal(path: Path) -> JournalContent | None:
     lines = data.split(b"\n")
     # What follows the last line feed was never written to its end.
     whole, torn = lines[:-1], lines[-1] != b""
-    if whole and not torn and _parsed(whole[-1]) is None:
+    if whole and not torn and object_of_line(whole[-1]) is None:
         whole, torn = whole[:-1], True
     if not whole:
         if not data.startswith(HEADER_START[: len(data)]):
@@ -197,7 +197,7 @@ def read_journal(path: Path) -> JournalContent | None:
     history: History | None = None
     event_count, saved_digest, page = 0, None, None
     for number, line in enumerate(whole, 1):
-        value = _parsed(line)
+        value = object_of_line(line)
         if value is None:
             raise _damaged(path, number, "it is not a JSON object")
         if history is None:
@@ -232,14 +232,6 @@ def _event(value: dict[str, Any]) -> Event:
             return Event(time, person, action)
     edits: tuple[Edit, ...] = tuple(edit_from_json(edit) for edit in value["edits"])
     return Event(time, person, Action.STEP, edits)
-
-
-def _parsed(line: bytes) -> dict[str, Any] | None:
-    try:
-        value = json.loads(line)
-    except ValueError:
-        return None
-    return value if isinstance(value, dict) else None
 
 
 def _damaged(path: Path, number: int, reason: str) -> UserError:

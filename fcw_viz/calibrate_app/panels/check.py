@@ -96,7 +96,6 @@ class CheckPanel:
         self._clicked: list[tuple[float, float]] = []
         self._measured_frame = -1
         self._asked: tuple[int, Calibration] | None = None
-        self._trouble = ""
         self._refreshed_s = self._toggled_s = -math.inf
         self._played_index = -1
         self._closed = False

@@ -129,7 +129,7 @@ class Handle:
     @property
     def reach_px(self) -> float:
         """How near a click must be to be meant for it, in image pixels at the present zoom."""
-        return _REACH * self._view.pixels_per_screen_pixel if self._target.visible else -math.inf
+        return _REACH * self._view.pixels_per_screen_pixel
 
     def distance_px(self, column_px: float, row_px: float) -> float:
         """How far it is from a pixel."""
@@ -150,10 +150,6 @@ class Handle:
         if hollow != self._hollow:
             self._hollow = hollow
             self._halo.points = self._lines.points = _SHAPES[hollow]
-
-    def set_visible(self, visible: bool) -> None:
-        """Shows or hides it; hidden, it is neither clicked nor dragged."""
-        self._target.visible = visible
 
     def resize(self) -> None:
         """Keeps its size on the screen after a change of zoom; the view calls it."""

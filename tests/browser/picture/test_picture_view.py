@@ -108,10 +108,6 @@ def test_a_handle_is_clicked_or_dragged_and_neither_adds_a_point(server, open_pa
     assert server.clicks == []
     assert len(server.handle_clicks) == 3
 
-    server.handle.set_visible(False)
-    tab.click(*end_px)
-    wait_for(lambda: len(server.clicks) == 1)
-
 
 def test_the_wheel_zooms_to_the_mouse_and_the_picture_is_never_lost(server, open_page):
     tab = open_page(server.url)

@@ -5,34 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from session_helpers import CAMERA, PAPER_POINTS, SIZE, said, seen
+from session_helpers import CAMERA, PAPER_POINTS, SIZE, mended, only_trouble, said, seen, untold
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.solve import calibrate
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
-from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetDistance
+from fcw_viz.calibrate_app.document.edits import EnableMark, SetDistance
 from fcw_viz.calibrate_app.document.solution import solve
-from fcw_viz.calibrate_app.document.state import Mend, Solution, Status
-
-
-def mended(document: Document, mend: Mend | None) -> Document:
-    assert mend is not None
-    for edit in mend.edits:
-        document = edit.apply(document)
-    return document
-
-
-def only_trouble(solution: Solution):
-    (trouble,) = solution.troubles
-    return trouble
-
-
-def untold(*rows_px: float, **fields) -> Document:
-    document = Document(SIZE, **fields)
-    for row_px in rows_px:
-        document = AddMark(600.0, row_px).apply(document)
-    return document
-
+from fcw_viz.calibrate_app.document.state import Status
 
 # What is still missing
 

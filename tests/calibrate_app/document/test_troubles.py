@@ -6,33 +6,14 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from session_helpers import PAPER_POINTS, SIZE, edits, said, seen
+from session_helpers import PAPER_POINTS, edits, mended, only_trouble, said, seen
 
 from fcw.camera.calibration import Gaussian
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document.document import Belief, Document
-from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetHeight, SetReference
+from fcw_viz.calibrate_app.document.document import Belief
+from fcw_viz.calibrate_app.document.edits import EnableMark, SetHeight, SetReference
 from fcw_viz.calibrate_app.document.solution import solve
-from fcw_viz.calibrate_app.document.state import Mend, Solution, Status
-
-
-def mended(document: Document, mend: Mend | None) -> Document:
-    assert mend is not None
-    for edit in mend.edits:
-        document = edit.apply(document)
-    return document
-
-
-def only_trouble(solution: Solution):
-    (trouble,) = solution.troubles
-    return trouble
-
-
-def untold(*rows_px: float, **fields) -> Document:
-    document = Document(SIZE, **fields)
-    for row_px in rows_px:
-        document = AddMark(600.0, row_px).apply(document)
-    return document
+from fcw_viz.calibrate_app.document.state import Mend, Status
 
 
 def test_the_papers_points_are_implausible_and_the_bumper_at_2_29_m_makes_them_good():

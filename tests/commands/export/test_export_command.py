@@ -222,6 +222,7 @@ def test_a_browser_plays_the_video_to_its_end(drives, tmp_path, served, options)
         assert found["warned"] == pytest.approx(LEVEL_COLORS[WarningLevel.WARNING], abs=4)
 
 
+@pytest.mark.slow
 def test_coco_with_pictures_goes_into_training_and_evaluation(drives, tmp_path, capsys):
     out = tmp_path / "labelled"
     assert export(drives, "--format", "coco", "--pictures", "--every", "10", "--out", out) == 0
@@ -235,6 +236,7 @@ def test_coco_with_pictures_goes_into_training_and_evaluation(drives, tmp_path, 
     assert json.loads(capsys.readouterr().out)["vehicles"] == 2 * 5
 
 
+@pytest.mark.slow
 def test_a_log_whose_writer_was_killed_is_exported_and_that_is_said(entries, header, tmp_path, capsys):
     sink = McapSink(tmp_path / "writing.mcap")
     sink.open(header)

@@ -38,7 +38,7 @@ def picture():
 def test_a_model_comes_back_from_its_file(model, tmp_path):
     model.save(tmp_path / "net.npz")
     loaded = NetModel.load(tmp_path / "net.npz")
-    assert loaded.network == model.network
+    assert (loaded.first, loaded.second) == (model.first, model.second)
     assert loaded.score_threshold == model.score_threshold
     assert loaded.cascade.statistics == model.cascade.statistics
     assert np.array_equal(loaded.cascade.trees.leaf, model.cascade.trees.leaf)
@@ -55,10 +55,10 @@ def test_files_that_are_no_such_model_are_named(tmp_path):
 
 
 def test_near_windows_have_places_of_their_own_and_none_are_alike(model, calibration, picture):
-    settings = ProposalSettings(near_count=4, far_count=6)
+    settings = ProposalSettings(size_parts=(0.12,), counts=(6, 4))
     proposer = Proposer(model.cascade, calibration, settings)
     placements, scores = proposer.propose(picture)
-    near = placements[:, 2] >= settings.near_part * len(picture)
+    near = placements[:, 2] >= 0.12 * len(picture)
     assert near.sum() <= 4
     assert (~near).sum() == 6
     assert np.all(np.diff(scores) <= 0)

@@ -10,7 +10,11 @@ from hypothesis import strategies as st
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.net.training.background import without_vehicle
+from fcw.detection.net.looks import SECOND_PX
+from fcw.detection.net.training.background import Background, without_vehicle
+from fcw.detection.net.training.batches import BatchSettings, draw_batch
+from fcw.detection.net.training.framing import ROUGH, Framing, misplaced, well_framed
+from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.training.vehicles import (
     BOTTOM_PX,
     MIDDLE_PX,
@@ -21,12 +25,11 @@ from fcw.detection.net.training.vehicles import (
     Vehicles,
     cut_at_bottom,
     cut_at_side,
+    drawing_weights,
     hidden_by,
-    misplaced,
-    well_framed,
     with_lamps,
 )
-from fcw.detection.net.windows import INPUT_PX, WINDOW_UNITS, boxes_of
+from fcw.detection.net.windows import WINDOW_UNITS, boxes_of
 from fcw.detection.training.dataset import NO_BOX, LabelledImage, TrainingImage
 from fcw.detection.training.looks import BRIGHTNESS, Looks, vary_looks
 from fcw.errors import UserError
@@ -44,13 +47,15 @@ def seen(width: float = 40.0, height: float = 40.0, brightness: int = 200) -> Se
 
 @given(st.integers(0, 10_000), st.integers(17, 22), st.integers(17, 22))
 def test_the_offsets_learnt_say_where_the_vehicle_is_in_the_window(seed, half_width, half_height):
-    window, offsets = well_framed(seen(2 * half_width, 2 * half_height), np.random.default_rng(seed))
-    unit_px = INPUT_PX / WINDOW_UNITS
+    window, offsets = well_framed(
+        seen(2 * half_width, 2 * half_height), Framing(), np.random.default_rng(seed)
+    )
+    unit_px = SECOND_PX / WINDOW_UNITS
     expected = np.array([[32 * unit_px - 0.5, 52 * unit_px - 0.5, 40 * unit_px]])
     ((x, y, w, h),) = boxes_of(expected, offsets[None])
     rows, columns = np.nonzero(window[..., 0] > 100)
     found = columns.min() - 0.5, rows.min() - 0.5, columns.max() + 0.5, rows.max() + 0.5
-    assert found == pytest.approx(np.clip((x, y, x + w, y + h), -0.5, INPUT_PX - 0.5), abs=1.6)
+    assert found == pytest.approx(np.clip((x, y, x + w, y + h), -0.5, SECOND_PX - 0.5), abs=1.6)
 
 
 def test_what_is_cut_at_a_side_has_the_box_of_what_is_left():
@@ -84,7 +89,7 @@ def test_lamps_shine_red_on_both_sides():
 
 @given(st.integers(0, 1000))
 def test_misplaced_windows_are_windows(seed):
-    assert misplaced(seen(), np.random.default_rng(seed)).shape == (INPUT_PX, INPUT_PX, 3)
+    assert misplaced(seen(), ROUGH, np.random.default_rng(seed)).shape == (SECOND_PX, SECOND_PX, 3)
 
 
 def labelled(tmp_path, clip: str, boxes: int) -> TrainingImage:
@@ -106,18 +111,44 @@ def labelled(tmp_path, clip: str, boxes: int) -> TrainingImage:
     return TrainingImage(image, Calibration.from_camera(camera, ImageSize(200, 120)))
 
 
-def test_the_many_vehicles_of_one_clip_do_not_rule(tmp_path):
-    images = [labelled(tmp_path, "many", 60), labelled(tmp_path, "few", 15)]
-    chances = Vehicles(images, Circumstances())._chances
+def test_the_many_vehicles_of_one_clip_do_not_rule():
+    weights = drawing_weights(["many"] * 60 + ["few"] * 15)
     # Each of 60 counts sqrt(15 / 60) = half as much as each of 15.
-    assert chances[0] / chances[-1] == pytest.approx(0.5)
-    assert chances.sum() == pytest.approx(1.0)
+    assert weights[0] / weights[-1] == pytest.approx(0.5)
+
+
+def test_a_lottery_draws_in_proportion_to_weights():
+    lottery, random = Lottery([1.0, 0.0, 3.0]), np.random.default_rng(0)
+    drawn = np.bincount([lottery.draw(random) for _ in range(4000)], minlength=3)
+    assert drawn[1] == 0
+    assert drawn[2] / drawn[0] == pytest.approx(3.0, rel=0.15)
 
 
 def test_windows_on_vehicles_or_on_what_may_be_one_are_no_background(tmp_path):
     image = labelled(tmp_path, "one", 1).labelled
-    placements = np.array([[80.0, 80.0, 40.0], [150.0, 80.0, 40.0]])
-    assert without_vehicle(placements, image).tolist() == [False, True]
+    boxes = np.array([[62.0, 42.0, 40.0, 40.0], [130.0, 42.0, 40.0, 40.0]])
+    assert without_vehicle(boxes, image).tolist() == [False, True]
+
+
+def test_background_of_two_kinds_is_drawn_in_the_parts_asked_for():
+    dark, bright = (
+        Background(np.full((n, 63, 63, 3), v, np.uint8), np.ones(n)) for n, v in ((50, 0), (2, 255))
+    )
+    both, random = dark.with_more(bright, 0.25), np.random.default_rng(0)
+    assert len(both) == 52
+    # Lights are set into some; the windows' own brightness is that of most of their pixels.
+    drawn = [np.median(both.draw(random)) > 127 for _ in range(2000)]
+    assert np.mean(drawn) == pytest.approx(0.25, abs=0.04)
+
+
+def test_a_batch_has_vehicles_in_place_first_with_their_offsets(tmp_path):
+    vehicles = Vehicles([labelled(tmp_path, "one", 3)], Circumstances())
+    background = Background(np.zeros((4, 63, 63, 3), np.uint8), np.ones(4))
+    settings = BatchSettings(count=40, vehicle_part=0.5, side_px=24)
+    batch = draw_batch(vehicles, background, settings, np.random.default_rng(0))
+    assert batch.windows.shape == (40, 24, 24, 3)
+    assert batch.vehicle.tolist() == [1.0] * 20 + [0.0] * 20
+    assert np.all(np.any(batch.offsets != 0, axis=1) == (batch.vehicle == 1))
 
 
 def test_brightness_alone_leaves_grey_grey():

@@ -3,10 +3,12 @@
 import math
 
 import numpy as np
+import pytest
 
 from fcw.evaluation.distance.mount import first_said_s
 
 
+@pytest.mark.slow
 def test_a_mount_that_turns_far_is_said_soon_and_one_that_stays_is_not():
     turned_rad = math.radians(1.5)
     for direction in (1, -1):

@@ -126,6 +126,7 @@ class Fixed:
         return WarningState(level, 1 if level else None, "fixed" if level else "")
 
 
+@pytest.mark.slow
 def test_every_trial_is_judged_by_the_first_warning():
     scenario = SCENARIOS["CCRs 50 km/h"]
     required_s = scenario.latest_warning_s()
@@ -139,6 +140,7 @@ def test_every_trial_is_judged_by_the_first_warning():
     assert in_time.median("gap_m") == pytest.approx(scenario.required_gap_m, abs=2.0)
 
 
+@pytest.mark.slow
 def test_a_trial_depends_on_its_seed_and_number_alone():
     scenario = SCENARIOS["CCRm 40 km/h"]
     first, again, other = (run_trial(scenario, make_policy, BoxLevel(), 0, number) for number in (3, 3, 4))

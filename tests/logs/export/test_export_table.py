@@ -129,6 +129,7 @@ def drawn_results(data: st.DataObject, any_frame_result: st.SearchStrategy[Frame
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(data=st.data())
 def test_csv_and_parquet_give_back_every_frame_and_track(any_frame_result, tmp_path, data):

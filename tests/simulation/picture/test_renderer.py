@@ -28,6 +28,8 @@ from fcw.simulation.world.state import (
     WorldState,
 )
 
+pytestmark = pytest.mark.slow
+
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(
     pitch_rad=0.03, focal_y_px=1000.0, principal_row_px=359.5, height_m=1.3, principal_column_px=639.5

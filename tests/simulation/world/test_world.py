@@ -117,6 +117,7 @@ def test_the_own_nose_dives_when_braking_and_the_camera_is_level_while_standing(
     assert states[0].ego.pitch_deviation_rad == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", scenario_names())
 @pytest.mark.parametrize("seed", [0, 1, 7])
 def test_nobody_drives_through_anybody(name, seed):

@@ -25,6 +25,8 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.cli import main
 from fcw_viz.rerun.log import read_frame_times
 
+pytestmark = pytest.mark.slow
+
 CALIBRATION = DEMO / "drive.calibration.yaml"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
 TWIST = "geometry_msgs/msg/TwistStamped"

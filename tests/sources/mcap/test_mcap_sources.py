@@ -155,6 +155,7 @@ def test_pictures_are_found_by_their_stamp_though_logged_later(frames: list[Fram
     assert next(source.frames(stamp_ns(frames[13]) + 1)).index == 14
 
 
+@pytest.mark.slow
 def test_a_recording_that_begins_between_two_keyframes_begins_at_the_next(tmp_path: Path) -> None:
     packets = demo_packets(100)
     whole = open_source(foxglove_video(tmp_path / "whole.mcap", packets))
@@ -296,6 +297,7 @@ def test_files_without_chunks_or_index_are_read(frames: list[Frame], tmp_path: P
     assert [frame.time_ns for frame in source.frames()] == [stamp_ns(frame) for frame in frames[:5]]
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
     """40 raw pictures of 2.8 MB in chunks of one each: a reader that held them all would need 110 MB."""
     frames = [frame for frame in demo_frames(2) for _ in range(20)]

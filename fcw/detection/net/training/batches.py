@@ -7,9 +7,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.net.looks import SECOND_PX
 from fcw.detection.net.training.background import Background
-from fcw.detection.net.training.vehicles import Vehicles, misplaced, well_framed
-from fcw.detection.net.windows import INPUT_PX
+from fcw.detection.net.training.framing import Framing, misplaced, well_framed
+from fcw.detection.net.training.vehicles import Vehicles
 from fcw.detection.training.looks import Looks, vary_looks
 
 
@@ -24,7 +25,9 @@ class BatchSettings:
         varied_part: how many look otherwise than in their picture.
         blurred_part: how many lose detail.
         covered_part: how many have something in front: a wiper, a post, dirt.
+        framing: how far windows on vehicles are off.
         looks: how they look.
+        side_px: of the windows.
     """
 
     count: int = 192
@@ -33,14 +36,16 @@ class BatchSettings:
     varied_part: float = 0.8
     blurred_part: float = 0.35
     covered_part: float = 0.1
+    framing: Framing = Framing()  # noqa: RUF009 - frozen
     looks: Looks = Looks()  # noqa: RUF009 - frozen
+    side_px: int = SECOND_PX
 
 
 class Batch(NamedTuple):
     """N windows to learn from.
 
     Attributes:
-        windows: (N, 48, 48, 3) uint8 BGR.
+        windows: (N, side, side, 3) uint8 BGR.
         vehicle: (N,) 1.0 where a vehicle stands in place, else 0.0.
         offsets: (N, 4) how it stands.
     """
@@ -56,7 +61,7 @@ def draw_batch(
     """A batch, half of it mirrored."""
     count = settings.count
     batch = Batch(
-        np.empty((count, INPUT_PX, INPUT_PX, 3), np.uint8),
+        np.empty((count, settings.side_px, settings.side_px, 3), np.uint8),
         np.zeros(count, np.float32),
         np.zeros((count, 4), np.float32),
     )
@@ -64,17 +69,17 @@ def draw_batch(
     misplaced_end = vehicle_count + round(settings.misplaced_part * count)
     for index in range(count):
         if index < vehicle_count:
-            window, batch.offsets[index] = well_framed(vehicles.draw(random), random)
+            window, batch.offsets[index] = well_framed(vehicles.draw(random), settings.framing, random)
             batch.vehicle[index] = 1.0
         elif index < misplaced_end:
-            window = misplaced(vehicles.draw(random), random)
+            window = misplaced(vehicles.draw(random), settings.framing, random)
         else:
             window = background.draw(random)
         window = _varied(window, settings, random)
         if random.uniform() < 0.5:
             window = window[:, ::-1]
             batch.offsets[index, 0] *= -1
-        batch.windows[index] = window
+        batch.windows[index] = cv2.resize(window, (settings.side_px,) * 2, interpolation=cv2.INTER_AREA)
     return batch
 
 
@@ -82,9 +87,9 @@ def _varied(
     window: NDArray[np.uint8], settings: BatchSettings, random: np.random.Generator
 ) -> NDArray[np.uint8]:
     if random.uniform() < settings.blurred_part:
-        side = max(10, int(INPUT_PX / random.uniform(1.2, 3.0)))
+        side = max(10, int(SECOND_PX / random.uniform(1.2, 3.0)))
         small = cv2.resize(window, (side, side), interpolation=cv2.INTER_AREA)
-        window = np.asarray(cv2.resize(small, (INPUT_PX, INPUT_PX)), np.uint8)
+        window = np.asarray(cv2.resize(small, (SECOND_PX, SECOND_PX)), np.uint8)
     if random.uniform() < settings.varied_part:
         window = vary_looks(window, settings.looks, random)
     if random.uniform() < settings.covered_part:

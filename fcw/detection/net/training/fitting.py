@@ -1,4 +1,4 @@
-"""Training all of the detector: the cascade that proposes, then the net on what it proposes."""
+"""Training all of the detector: the cascade that proposes, then each look on what those before it leave."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,14 +7,17 @@ import numpy as np
 
 from fcw.detection.model import Model
 from fcw.detection.net.detector import NetDetector, NetSettings
+from fcw.detection.net.looks import FIRST_PX, PickSettings
 from fcw.detection.net.model import NetModel
 from fcw.detection.net.proposals import ProposalSettings
-from fcw.detection.net.training.background import Background
+from fcw.detection.net.training.background import Background, picked, proposed
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
-from fcw.detection.net.training.network import NetworkSettings, learn
+from fcw.detection.net.training.framing import ROUGH
+from fcw.detection.net.training.network import FIRST_LOOK, NetworkSettings, learn
 from fcw.detection.net.training.vehicles import Circumstances, Vehicles
 from fcw.detection.training.checkpoints import Checkpoints
-from fcw.detection.training.dataset import TrainingImage, background
+from fcw.detection.training.dataset import TrainingImage
+from fcw.detection.training.dataset import background as is_background
 from fcw.detection.training.fitting import Fitter
 from fcw.detection.training.looks import Looks
 from fcw.detection.training.samples import Augmentation
@@ -29,6 +32,8 @@ LEARNING_THRESHOLD = -4.0
 REJECTION_THRESHOLD = -1.5
 """Of the cascade in use; lower ones take longer, and on cameras left out find no more."""
 LOOKS = Looks()
+NET_LOOKS = Looks(hazy_part=0.3, clearest=0.15, dark_part=0.25)
+"""The nets can tell a vehicle in thicker fog than trees can."""
 LEFT_OUT_PART = 0.2
 """Of the pictures, to choose the threshold on."""
 
@@ -39,10 +44,14 @@ class NetTrainingSettings:
 
     Attributes:
         cascade: the trees that propose; their second stage and regressor are not trained.
-        proposals: what they propose, in use.
-        batches: what the net learns from.
+        proposals: what they propose.
+        picked: what of it is looked at twice.
         circumstances: what happens to vehicles.
-        network: the net.
+        first: the first look's net.
+        first_batches: what it learns from.
+        second: the second look's net.
+        second_batches: what it learns from.
+        easy_part: of the second look's background, what the cascade proposes, whatever the first look says.
     """
 
     cascade: TrainingSettings = TrainingSettings(  # noqa: RUF009 - frozen
@@ -56,15 +65,20 @@ class NetTrainingSettings:
         mined_looks=LOOKS,
     )
     proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
-    batches: BatchSettings = BatchSettings(looks=LOOKS)  # noqa: RUF009 - frozen
+    picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
     circumstances: Circumstances = Circumstances()  # noqa: RUF009 - frozen
-    network: NetworkSettings = NetworkSettings()  # noqa: RUF009 - frozen
+    first: NetworkSettings = FIRST_LOOK
+    first_batches: BatchSettings = BatchSettings(  # noqa: RUF009 - frozen
+        misplaced_part=0.15, framing=ROUGH, looks=NET_LOOKS, side_px=FIRST_PX
+    )
+    second: NetworkSettings = NetworkSettings()  # noqa: RUF009 - frozen
+    second_batches: BatchSettings = BatchSettings(misplaced_part=0.2, looks=NET_LOOKS)  # noqa: RUF009 - frozen
+    easy_part: float = 0.3
 
     def seeded(self, seed: int) -> "NetTrainingSettings":
         """The same with another seed."""
-        return replace(
-            self, cascade=replace(self.cascade, seed=seed), network=replace(self.network, seed=seed)
-        )
+        seeded = {name: replace(getattr(self, name), seed=seed) for name in ("cascade", "first", "second")}
+        return replace(self, **seeded)
 
 
 def fit_net(
@@ -87,28 +101,43 @@ def fit_net(
     # Pictures of one clip stand together, so that each camera is planned for once.
     images = sorted(images, key=lambda image: (image.labelled.clip, str(image.labelled.path)))
     cascade = _cascade(images, settings, progress)
-    progress.stage("cutting vehicles for the net", len(images))
+    progress.stage("cutting vehicles for the looks", len(images))
     vehicles = Vehicles(images, settings.circumstances, progress.advance)
-    progress.stage("proposing background for the net", len(images))
-    others = Background(images, cascade, settings.proposals, progress.advance)
+    progress.stage("proposing background", len(images))
+    easy = proposed(images, cascade, settings.proposals, progress.advance)
+    first = _look("first", vehicles, easy, settings.first, settings.first_batches, progress)
+    cascade = replace(cascade, rejection_threshold=REJECTION_THRESHOLD)
+    progress.stage("picking background", len(images))
+    hard = picked(images, cascade, first, (settings.proposals, settings.picked), NET_LOOKS, progress.advance)
+    others = hard.with_more(easy, settings.easy_part)
+    second = _look("second", vehicles, others, settings.second, settings.second_batches, progress)
+    return NetModel(cascade, first, second, score_threshold)
+
+
+def _look(
+    name: str,
+    vehicles: Vehicles,
+    background: Background,
+    settings: NetworkSettings,
+    batches: BatchSettings,
+    progress: Progress,
+) -> bytes:
     progress.note(
-        f"the net learns from {len(vehicles)} vehicles and {len(others)} windows of background",
+        f"the {name} look learns from {len(vehicles)} vehicles and {len(background)} windows of background",
         vehicles=len(vehicles),
-        background=len(others),
+        background=len(background),
     )
-    progress.stage("the net learns", settings.network.steps)
+    progress.stage(f"the {name} look learns", settings.steps)
     losses: list[float] = []
 
     def on_step(loss: float) -> None:
         losses.append(loss)
         progress.advance()
 
-    network = learn(
-        lambda random: draw_batch(vehicles, others, settings.batches, random), settings.network, on_step
-    )
+    network = learn(lambda random: draw_batch(vehicles, background, batches, random), settings, on_step)
     last = float(np.mean(losses[-100:]))
-    progress.note(f"the net's loss over the last steps: {last:.3f}", loss=last)
-    return NetModel(replace(cascade, rejection_threshold=REJECTION_THRESHOLD), network, score_threshold)
+    progress.note(f"its loss over the last steps: {last:.3f}", loss=last)
+    return network
 
 
 def _cascade(images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress) -> Model:
@@ -163,14 +192,14 @@ def _some_clips(images: Sequence[TrainingImage], seed: int) -> list[TrainingImag
 def _threshold(
     model: NetModel, images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress
 ) -> float:
-    every = NetSettings(settings.proposals, score_threshold=-np.inf)
+    every = NetSettings(settings.proposals, settings.picked, score_threshold=-np.inf)
     scores: list[float] = []
     progress.stage("choosing the threshold", len(images))
     for image in images:
         found = NetDetector(model, image.calibration, every).detect(image.labelled.read())
         boxes = np.array([(d.box.x, d.box.y, d.box.w, d.box.h) for d in found]).reshape(-1, 4)
         labelled = image.labelled
-        false = background(boxes, labelled.boxes, labelled.ignored, labelled.rear_boxes)
+        false = is_background(boxes, labelled.boxes, labelled.ignored, labelled.rear_boxes)
         scores += [detection.score for detection, is_false in zip(found, false, strict=True) if is_false]
         progress.advance()
     scores.sort(reverse=True)

@@ -1,6 +1,7 @@
 """The net itself, and how its weights are learnt; the one module that needs PyTorch."""
 
 import io
+import math
 import queue
 import threading
 from collections.abc import Callable, Iterator
@@ -10,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from fcw.detection.net.detector import MEAN, SCALE
+from fcw.detection.net.looks import FIRST_PX, SECOND_PX, normalised
 from fcw.detection.net.training.batches import Batch
-from fcw.detection.net.windows import INPUT_PX
 from fcw.errors import UserError
 
 try:
@@ -33,7 +33,9 @@ class NetworkSettings:
     """The net and its training.
 
     Attributes:
-        channels: of the four convolutions; the first two and the last halve the picture.
+        side_px: of its windows.
+        channels: of the convolutions.
+        strides: of the same.
         hidden: of the layer before the output.
         steps: batches learnt from.
         learning_rate: the largest (one cycle, Smith 2018).
@@ -44,7 +46,9 @@ class NetworkSettings:
         seed: of weights and batches.
     """
 
-    channels: tuple[int, int, int, int] = (24, 48, 48, 96)
+    side_px: int = SECOND_PX
+    channels: tuple[int, ...] = (24, 48, 48, 96)
+    strides: tuple[int, ...] = (2, 2, 1, 2)
     hidden: int = 64
     steps: int = 4000
     learning_rate: float = 4e-3
@@ -55,17 +59,20 @@ class NetworkSettings:
     seed: int = 0
 
 
+FIRST_LOOK = NetworkSettings(side_px=FIRST_PX, channels=(16, 32), strides=(2, 2), hidden=32)
+
+
 def build(settings: NetworkSettings) -> Any:  # noqa: ANN401 - a torch module
-    """The net with random weights: four convolutions, each normalised (Ioffe & Szegedy 2015), two layers."""
-    strides, before, layers = (2, 2, 1, 2), 3, []
-    for channels, stride in zip(settings.channels, strides, strict=True):
+    """The net with random weights: convolutions, each normalised (Ioffe & Szegedy 2015), and two layers."""
+    before, layers = 3, []
+    for channels, stride in zip(settings.channels, settings.strides, strict=True):
         layers += [
             nn.Conv2d(before, channels, 3, stride, 1, bias=False),
             nn.BatchNorm2d(channels),
             nn.ReLU(inplace=True),
         ]
         before = channels
-    side = INPUT_PX // 8
+    side = settings.side_px // math.prod(settings.strides)
     return nn.Sequential(
         *layers,
         nn.Dropout2d(0.1),
@@ -106,12 +113,11 @@ def learn(
             optimiser.step()
             schedule.step()
             on_step(float(loss.detach()))
-    return _as_onnx(net)
+    return _as_onnx(net, settings.side_px)
 
 
 def _loss(net: Any, batch: Batch, settings: NetworkSettings) -> Any:  # noqa: ANN401
-    windows = torch.from_numpy(batch.windows).permute(0, 3, 1, 2).float()
-    out = net((windows - MEAN) * SCALE)
+    out = net(torch.from_numpy(normalised(batch.windows)))
     target = torch.from_numpy(batch.vehicle)
     smooth = settings.smoothing
     loss = functional.binary_cross_entropy_with_logits(out[:, 0], target * (1 - 2 * smooth) + smooth)
@@ -162,12 +168,12 @@ def _drawn_ahead(
         thread.join()
 
 
-def _as_onnx(net: Any) -> bytes:  # noqa: ANN401
+def _as_onnx(net: Any, side_px: int) -> bytes:  # noqa: ANN401
     file = io.BytesIO()
     net.eval()
     torch.onnx.export(
         net,
-        (torch.zeros(1, 3, INPUT_PX, INPUT_PX),),
+        (torch.zeros(1, 3, side_px, side_px),),
         file,
         input_names=["windows"],
         output_names=["verdicts"],

@@ -1,5 +1,6 @@
-"""Vehicles cut out with what is around them, and seen as they may be met: hidden, cut, lit, badly framed."""
+"""Vehicles cut out with what is around them, and seen as they may be met: hidden, cut by edges, lit."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.boxes.cutting import cut_rectangle
-from fcw.detection.net.windows import BOTTOM_UNITS, INPUT_PX, VEHICLE_UNITS, WINDOW_UNITS, cut_window
+from fcw.detection.net.training.lottery import Lottery
+from fcw.detection.net.windows import BOTTOM_UNITS, VEHICLE_UNITS, WINDOW_UNITS, Pyramid, placements_on
 from fcw.detection.training.dataset import TrainingImage
 
 STORED_PX = 128
@@ -75,22 +76,15 @@ class Vehicles:
         clips: list[str] = []
         for image in images:
             boxes = image.labelled.boxes[~image.labelled.ignored]
-            picture = image.labelled.read() if len(boxes) else None
-            for x, y, w, h in boxes:
-                assert picture is not None
-                placement = np.array([x + w / 2, y + h, np.sqrt(w * h)])
-                unit = placement[2] / VEHICLE_UNITS
-                self._seen.append(
-                    Seen(
-                        cut_window(picture, placement, STORED_PX, STORED_PX),
-                        Standing(MIDDLE_PX, BOTTOM_PX, w / unit, h / unit),
-                    )
-                )
-                clips.append(image.labelled.clip)
+            if len(boxes):
+                placements = placements_on(boxes)
+                units = placements[:, 2] / VEHICLE_UNITS
+                pictures = Pyramid(image.labelled.read()).windows(placements, STORED_PX, STORED_PX)
+                for picture, (w, h) in zip(pictures, boxes[:, 2:] / units[:, None], strict=True):
+                    self._seen.append(Seen(picture, Standing(MIDDLE_PX, BOTTOM_PX, float(w), float(h))))
+                    clips.append(image.labelled.clip)
             advance()
-        count = Counter(clips)
-        weights = np.array([min(1.0, np.sqrt(ENOUGH_OF_A_CLIP / count[clip])) for clip in clips])
-        self._chances = weights / weights.sum()
+        self._lottery = Lottery(drawing_weights(clips))
 
     def __len__(self) -> int:
         return len(self._seen)
@@ -110,42 +104,13 @@ class Vehicles:
         return seen
 
     def _any(self, random: np.random.Generator) -> Seen:
-        return self._seen[random.choice(len(self._seen), p=self._chances)]
+        return self._seen[self._lottery.draw(random)]
 
 
-def well_framed(seen: Seen, random: np.random.Generator) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """A window on a vehicle as the cascade may propose it, and (4,) how the vehicle stands in it."""
-    scale, stretch = np.exp(random.normal(0.0, 0.13)), np.exp(random.uniform(-0.1, 0.1))
-    right, down = random.normal(0.0, 0.07), random.normal(0.0, 0.06)
-    standing = seen.standing
-    size = standing.size * scale
-    middle, bottom = standing.middle + right * standing.size, standing.bottom + down * standing.size
-    offsets = np.array(
-        [
-            (standing.middle - middle) / (size * stretch),
-            (standing.bottom - bottom) / size,
-            np.log(standing.width / (size * stretch)),
-            np.log(standing.height / size),
-        ]
-    )
-    return _window(seen.picture, middle, bottom, size, stretch), offsets
-
-
-def misplaced(seen: Seen, random: np.random.Generator) -> NDArray[np.uint8]:
-    """A window that shows part of a vehicle, or what is beside it, or too much: none stands in place."""
-    standing, kind = seen.standing, random.integers(3)
-    middle, bottom, size = standing.middle, standing.bottom, standing.size
-    if kind == 0:  # a lamp, a wheel, a pane
-        size *= random.uniform(0.2, 0.5)
-        middle += random.uniform(-0.5, 0.5) * (standing.width - size)
-        bottom -= random.uniform(0.0, 1.0) * max(standing.height - size, 0.0)
-    elif kind == 1:
-        middle += random.choice([-1, 1]) * random.uniform(0.45, 0.7) * standing.width
-        bottom += random.uniform(-0.3, 0.3) * standing.height
-    else:
-        size *= random.uniform(1.55, 1.8)
-        middle += random.uniform(-0.3, 0.3) * standing.width
-    return _window(seen.picture, middle, bottom, size, np.exp(random.uniform(-0.1, 0.1)))
+def drawing_weights(clips: Sequence[str]) -> list[float]:
+    """How often each vehicle is drawn, beside the others, from the names of their clips."""
+    count = Counter(clips)
+    return [min(1.0, math.sqrt(ENOUGH_OF_A_CLIP / count[clip])) for clip in clips]
 
 
 def with_lamps(seen: Seen, random: np.random.Generator) -> Seen:
@@ -173,8 +138,11 @@ def with_glow(
     picture: NDArray[np.uint8], column: float, row: float, radius: float, colour: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
     """A light in the picture, of a Gaussian's shape."""
-    rows, columns = np.mgrid[: len(picture), : picture.shape[1]]
-    light = np.exp(-((columns - column) ** 2 + (rows - row) ** 2) / (2 * radius**2)).astype(np.float32)
+    height, width = picture.shape[:2]
+    down, right = (
+        np.exp(-((np.arange(n) - at) ** 2) / (2 * radius**2)) for n, at in ((height, row), (width, column))
+    )
+    light = np.outer(down, right).astype(np.float32)
     return np.clip(picture + light[..., None] * colour, 0, 255).astype(np.uint8)
 
 
@@ -224,19 +192,6 @@ def cut_at_bottom(seen: Seen, part: float, random: np.random.Generator) -> Seen:
         bonnet = picture[row:].mean(axis=(0, 1)) * random.uniform(0.2, 1.2)
         picture[row:] = np.clip(bonnet, 0, 255)
     return Seen(picture, Standing(middle, bottom - part * height, width, height * (1 - part)))
-
-
-def _window(
-    picture: NDArray[np.uint8], middle: float, bottom: float, size: float, stretch: float
-) -> NDArray[np.uint8]:
-    """A window of a stored picture, which may be wider than high."""
-    unit = size / VEHICLE_UNITS
-    step = WINDOW_UNITS * unit / INPUT_PX
-    if step > 1.4:
-        picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), 0.35 * step), np.uint8)
-    width, height = WINDOW_UNITS * unit * stretch, WINDOW_UNITS * unit
-    # Standings are counted from the first pixel's edge, as cuts are.
-    return cut_rectangle(picture, middle - width / 2, bottom - BOTTOM_UNITS * unit, width, height, INPUT_PX)
 
 
 def _point(x: float, y: float) -> tuple[int, int]:

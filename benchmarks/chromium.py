@@ -1,0 +1,27 @@
+"""The Chromium in which benchmarks of the pages look: without a graphics card, all of one size."""
+
+import argparse
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from playwright.sync_api import Browser, ViewportSize, sync_playwright
+
+ARGUMENTS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+WINDOW = ViewportSize(width=1400, height=900)
+
+
+def option_parser(description: str | None) -> argparse.ArgumentParser:
+    """Which browser; the description is what a script says of itself first."""
+    parser = argparse.ArgumentParser(description=description.split("\n\n")[0] if description else None)
+    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
+    return parser
+
+
+@contextmanager
+def chromium(options: argparse.Namespace) -> Iterator[Browser]:
+    """The browser that the options name, until the context ends."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=options.browser, args=list(ARGUMENTS))
+        yield browser
+        browser.close()
