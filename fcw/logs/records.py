@@ -58,7 +58,11 @@ class FrameResult:
         return replace(
             warning,
             ttc_s=track.ttc_s if warning.ttc_s is None else warning.ttc_s,
-            required_deceleration_mps2=required_deceleration_mps2(track.distance_m, track.closing_speed_mps),
+            required_deceleration_mps2=(
+                required_deceleration_mps2(track.distance_m, track.closing_speed_mps)
+                if warning.required_deceleration_mps2 is None
+                else warning.required_deceleration_mps2
+            ),
             distance_m=track.distance_m,
             distance_low_m=track.distance_low_m,
             distance_high_m=track.distance_high_m,

@@ -63,7 +63,7 @@ class Evidence:
     minimum_age_s: float = 0.75
     minimum_lead_s: float = 0.5
     overlap_probability: float = 0.5
-    lead_probability: float = 0.3
+    lead_probability: float = 0.4
     beside_m: float = 0.3
     crossing_probability: float = 0.8
     minimum_course_s: float = 0.3

@@ -71,8 +71,7 @@ def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
     warning = result.told_warning
     rows = [("Level", LEVEL_NAMES[warning.level])]
     if warning.rule:
-        words = reason(warning, imperial)
-        rows.append(("Rule", words[:1].upper() + words[1:]))
+        rows.append(("Rule", reason(warning, imperial)))
     track = result.warned or result.lead
     if warning.extrapolated:
         rows += _lost_rows(warning, imperial)
