@@ -40,6 +40,7 @@ class Followed:
         state: RangeState,
         calibration: Calibration,
         settings: TrackerSettings,
+        focal_px: float,
     ) -> None:
         self.box = detection.box
         self.last_ns = self.detected_ns = time_ns
@@ -63,8 +64,7 @@ class Followed:
         self._seen: Box | None = None
         """The box of this frame, until its lateral position is taken."""
         first = settings.box_noise.edge_sigma_px(detection.box) * state.distance_m
-        sigma_m = first / calibration.camera.focal_y_px
-        self._across = LateralFilter(self._lateral_m(detection.box), sigma_m)
+        self._across = LateralFilter(self._lateral_m(detection.box, focal_px), first / focal_px)
 
     def predict(self, dt_s: float, growth: float) -> None:
         """Move on by dt; counts as a miss until a detection says otherwise."""
@@ -180,27 +180,27 @@ class Followed:
             doubtful=self.doubtful,
         )
 
-    def place_across(self) -> None:
+    def place_across(self, focal_px: float) -> None:
         """Take where the box of this frame is across the road; called once its distance is known."""
         if self._seen is not None:
             noise = self._settings.box_noise
             sigma_px = noise.edge_sigma_px(self._seen) / math.sqrt(2)
             sigma_px *= math.sqrt(noise.white(max(self._dt_s, SHORTEST_STEP_S)))
-            sigma_m = sigma_px * self.state.distance_m / self._calibration.camera.focal_y_px
-            self._across.correct(self._lateral_m(self._seen), sigma_m)
+            sigma_m = sigma_px * self.state.distance_m / focal_px
+            self._across.correct(self._lateral_m(self._seen, focal_px), sigma_m)
             self._seen = None
 
-    def _lateral_m(self, box: Box) -> float:
+    def _lateral_m(self, box: Box, focal_px: float) -> float:
         """Lateral position of the middle of the rear by a box, positive to the left."""
         camera, distance_m = self._calibration.camera, self.state.distance_m
-        metres_per_px = distance_m / camera.focal_y_px
+        metres_per_px = distance_m / focal_px
         lateral_m = (camera.principal_column_px - box.center_x) * metres_per_px
         inner_px = inner_edge_px(box, self._calibration.image_size, self._settings.box_noise)
         if inner_px is not None:
             # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
             # edge is whole: that of the far end of its inner side, where the box takes that in.
             side_m = self._settings.model.vehicle_length_m if self._settings.box_noise.shows_side else 0.0
-            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / camera.focal_y_px
+            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / focal_px
             lateral_m = edge_m + math.copysign(self.state.width_m / 2, lateral_m)
         elif self._settings.box_noise.shows_side:
             # What shows beyond the rear's own width is the side that is turned to us.

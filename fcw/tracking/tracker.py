@@ -114,7 +114,7 @@ class Tracker:
             self._remember(time_ns, image)
         for slot, followed in enumerate(self._followed):
             followed.state = self._state(slot)
-            followed.place_across()
+            followed.place_across(self._range.focal_px)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps)
@@ -222,7 +222,15 @@ class Tracker:
         if self._range.add(detection.box, ego_speed_mps):
             state = self._state(self._range.count - 1)
             self._followed.append(
-                Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
+                Followed(
+                    self._next_id,
+                    time_ns,
+                    detection,
+                    state,
+                    self._calibration,
+                    self._settings,
+                    self._range.focal_px,
+                )
             )
             self._next_id += 1
 

@@ -76,7 +76,7 @@ class Evidence:
     latest_ttc_s: float = 7.0
     latest_warning_s: float = 4.3
     caution_first_s: float = 0.3
-    caution_first_reach_s: float = 3.5
+    caution_first_reach_s: float = 3.8
     minimum_own_mps: float = 10 / KMH_PER_MPS
     release_factor: float = 1.25
     minimum_duration_s: float = 1.0
