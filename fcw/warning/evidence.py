@@ -48,6 +48,7 @@ class Evidence:
             closing speed lags by a fifth.
         latest_warning_s: above this time to its rear, in which a lead that brakes goes on doing so, there is
             `caution` in the place of `warning`: ISO 15623's 4 s and what it lags.
+        latest_braking_s: the same by the mean behind a lead that brakes: that it goes on is only assumed.
         caution_first_s: so long `caution` comes before `warning`,
         caution_first_reach_s: where there is more than this time.
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
@@ -75,6 +76,7 @@ class Evidence:
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
     latest_warning_s: float = 4.3
+    latest_braking_s: float = 3.7
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
     minimum_own_mps: float = 10 / KMH_PER_MPS
@@ -113,6 +115,19 @@ class Evidence:
             return False
         least_mps2 = self.steering_mps2 * (1.0 if level == WarningLevel.WARNING else 0.5)
         return threat.required_lateral_mps2 < least_mps2
+
+    def is_too_early(self, threat: Threat) -> bool:
+        """Whether nobody needs a `warning` yet.
+
+        A lead that brakes goes on doing so in the time to its rear: what would be early, if it does not.
+        """
+        if threat.track.closing_acceleration_mps2 >= SURE_GROWTH_MPS2:
+            return threat.reach_s is None or threat.reach_s > self.latest_braking_s
+        return threat.reach_low_s is None or threat.reach_low_s > self.latest_warning_s
+
+    def has_time(self, threat: Threat) -> bool:
+        """Whether there is time for `caution` before `warning`."""
+        return threat.reach_low_s is None or threat.reach_low_s > self.caution_first_reach_s
 
     def is_seen(self, vehicle: Track, own_mps: float | None) -> bool:
         """Whether it may raise anything."""

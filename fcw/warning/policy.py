@@ -125,7 +125,9 @@ class RulePolicy:
         shown = self._state.level if is_shown else WarningLevel.NONE
         on_course = evidence.is_on_course(threat, holding=is_shown)
         memory.lead_ns = _since(memory.lead_ns, time_ns, threat.is_lead)
-        memory.course_ns = _since(memory.course_ns, time_ns, on_course)
+        # Who comes in counts from before it became the lead.
+        comes = on_course and (not threat.is_lead or memory.course_ns is not None)
+        memory.course_ns = _since(memory.course_ns, time_ns, comes)
         seen = evidence.is_seen(vehicle, own_mps)
         may_follow = seen and _lasts(memory.lead_ns, time_ns, evidence.minimum_lead_s)
         may_close = (
@@ -152,11 +154,8 @@ class RulePolicy:
             return None
         level = found.level
         if found.by_closing and level == WarningLevel.WARNING and shown < WarningLevel.WARNING:
-            reach_s = math.inf if threat.reach_low_s is None else threat.reach_low_s
             cautioned = _lasts(memory.alarm_ns, time_ns, evidence.caution_first_s)
-            if reach_s > evidence.latest_warning_s or (
-                reach_s > evidence.caution_first_reach_s and not cautioned
-            ):
+            if evidence.is_too_early(threat) or (evidence.has_time(threat) and not cautioned):
                 level = WarningLevel.CAUTION
         return _Due(level, found, threat)
 

@@ -160,25 +160,23 @@ def test_a_vehicle_half_in_the_path_is_warned_of_where_it_will_be_hit(lateral_m,
     other = lead(60.0, 0.0, 0.5, track_id=2)
     threats_now = assess((track, other), 2, path, 15.0)
     policy = make_policy()
-    for step in range(12):
-        state = policy.update(step * 10**8, threats_now, 15.0)
+    state = [policy.update(step * 10**8, threats_now, 15.0) for step in range(12)][-1]
     assert state.level == level
     assert state.track_id == (1 if level else None)
 
 
 def test_of_two_vehicles_the_more_urgent_one_is_warned_of_though_the_other_is_the_lead():
     near, urgent = lead(12.0, 0.5, 0.1, track_id=1), lead(25.0, 14.0, 0.5, track_id=2)
-    policy = make_policy()
-    for step in range(12):
-        state = policy.update(step * 10**8, assess((near, urgent), 1, assumed_path(20.0), 20.0), 20.0)
+    policy, both = make_policy(), assess((near, urgent), 1, assumed_path(20.0), 20.0)
+    state = [policy.update(step * 10**8, both, 20.0) for step in range(12)][-1]
     assert (state.level, state.track_id) == (WarningLevel.WARNING, 2)
     assert state.distance_m == 25.0
 
 
 def test_caution_comes_before_warning_where_time_allows():
-    # At 20 m/s 75 m are needed: 72 m are a TTC of 3.6 s.
-    policy, track = make_policy(), threats(lead(72.0, 20.0), 20.0)
-    levels = [policy.update(10**9 * (step >= 1) + step * 10**8, track, 20.0).level.name for step in range(6)]
+    # At 30 m/s 150 m are needed: 120 m are a TTC of 4 s.
+    policy, track = make_policy(), threats(lead(120.0, 30.0), 30.0)
+    levels = [policy.update(10**9 * (step >= 1) + step * 10**8, track, 30.0).level.name for step in range(6)]
     assert levels == ["NONE", "CAUTION", "CAUTION", "CAUTION", "WARNING", "WARNING"]
 
 
@@ -276,7 +274,7 @@ def test_what_has_just_become_the_lead_raises_nothing():
     settled(policy, lead(50, 0.0, track_id=1), 20.0)
     states = [
         policy.update(10**9 + ms * 10**6, threats(lead(5, 10, track_id=2), 20.0), 20.0)
-        for ms in (1, 290, 310)
+        for ms in (1, 490, 510)
     ]
     assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
 

@@ -198,7 +198,8 @@ def _seen(scenario: Scenario, seed: int, detector: Detector | None) -> Iterator[
 
 def _yaw_rate_radps(state: WorldState) -> float:
     """Of the road where we are, which we follow."""
-    return float(state.road.curvature_at(state.ego.s_m)) * state.ego.speed_mps
+    before_rad, after_rad = (float(state.road.heading_at(state.ego.s_m + d_m)) for d_m in (-0.5, 0.5))
+    return (after_rad - before_rad) * state.ego.speed_mps
 
 
 def _noisy_boxes(truth: FrameTruth, rng: np.random.Generator) -> Iterator[Detection]:

@@ -29,7 +29,7 @@ def seen(distance_m, lateral_m=0.0, noise_px=0.0, rng=None):
     return Detection(Box(left, top, right - left, bottom - top), 9.0) if right - left > 20 else None
 
 
-def drive(detections_at, seconds, own_mps=OWN_MPS, image_at=None):
+def drive(detections_at, seconds, own_mps: float | None = OWN_MPS, image_at=None):
     """Time, tracks, lead and level of every frame."""
     tracker, policy = Tracker(CALIBRATION), make_policy()
     for k in range(round(seconds * 30)):
