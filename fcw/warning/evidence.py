@@ -62,9 +62,9 @@ class Evidence:
     """
 
     minimum_age_s: float = 0.75
-    minimum_lead_s: float = 0.5
+    minimum_lead_s: float = 0.6
     overlap_probability: float = 0.5
-    lead_probability: float = 0.4
+    lead_probability: float = 0.45
     beside_m: float = 0.3
     crossing_probability: float = 0.8
     minimum_course_s: float = 0.3
@@ -76,7 +76,7 @@ class Evidence:
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
     latest_warning_s: float = 4.3
-    latest_braking_s: float = 3.7
+    latest_braking_s: float = 3.5
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
     minimum_own_mps: float = 10 / KMH_PER_MPS

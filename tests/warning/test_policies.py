@@ -274,7 +274,7 @@ def test_what_has_just_become_the_lead_raises_nothing():
     settled(policy, lead(50, 0.0, track_id=1), 20.0)
     states = [
         policy.update(10**9 + ms * 10**6, threats(lead(5, 10, track_id=2), 20.0), 20.0)
-        for ms in (1, 490, 510)
+        for ms in (1, 590, 610)
     ]
     assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
 
