@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.frame import ImageSize
-from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR, Rgb, overlay_boxes, overlay_rows
+from fcw.logs.overlay import LEVEL_COLORS, ROW_COLOR, OverlayBox, Rgb, overlay_boxes, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.tracking.types import SeenBy, Track
 from fcw.units import FEET_PER_METRE, distance_text, speed_text
@@ -33,8 +33,10 @@ MARGIN_PART = 0.5
 """Room around words, as a part of the letters' height."""
 LEAD_LINE_PART, LINE_PART = 1 / 240, 1 / 360
 """Width of a box's line as a part of the picture's height: 3 and 2 px of 720."""
-COASTING_LINE_PX = 1.0
-"""A box that this frame did not see is drawn thin."""
+THIN_LINE_PX = 1.0
+"""Of a box without words, and of one that this frame did not see."""
+COASTING_OPACITY = 0.5
+"""Of the latter: it is a guess."""
 WHITE: Rgb = (255, 255, 255)
 BLACK: Rgb = (0, 0, 0)
 GROUND: Rgb = (16, 16, 20)
@@ -125,7 +127,13 @@ class OverlayPainter:
         """What is drawn over a frame."""
         boxes = overlay_boxes(result, self._imperial)
         outlines = (
-            Stroke(_corners(drawn.box), True, drawn.color, self._line_px(drawn.is_lead, track.coasting))
+            Stroke(
+                _corners(drawn.box),
+                True,
+                drawn.color,
+                self._line_px(drawn, track.coasting),
+                COASTING_OPACITY if track.coasting else 1.0,
+            )
             for track, drawn in zip(result.tracks, boxes, strict=True)
         )
         banner, status = self._banner(result), self._status(result)
@@ -136,18 +144,22 @@ class OverlayPainter:
         """Draw over a frame's picture, (height, width, 3) BGR, in place."""
         paint(image, self.overlay(result))
 
-    def _line_px(self, is_lead: bool, coasting: bool) -> float:
-        part = LEAD_LINE_PART if is_lead else LINE_PART
-        return COASTING_LINE_PX if coasting else max(self._size.height * part, COASTING_LINE_PX)
+    def _line_px(self, drawn: OverlayBox, coasting: bool) -> float:
+        if coasting or not drawn.told:
+            return THIN_LINE_PX
+        return max(self._size.height * (LEAD_LINE_PART if drawn.is_lead else LINE_PART), THIN_LINE_PX)
 
     def _labels(self, result: FrameResult, taken: tuple[Words, ...]) -> list[Words]:
-        """Words of the vehicles beside their boxes, the lead first, then from near to far.
+        """Words of the vehicles that have some beside their boxes, the lead first, then from near to far.
 
         None is over another; they cover a box only where there is no other place, and are left out where
         there is none at all.
         """
         drawn = zip(result.tracks, overlay_boxes(result, self._imperial), strict=True)
-        ranked = sorted(drawn, key=lambda pair: (not pair[1].is_lead, pair[0].distance_m))
+        ranked = sorted(
+            (pair for pair in drawn if pair[1].told),
+            key=lambda pair: (not pair[1].is_lead, pair[0].distance_m),
+        )
         boxes = [track.box for track in result.tracks]
         labels: list[Words] = []
         for track, box in ranked:
@@ -216,6 +228,21 @@ def vehicle_words(track: Track, imperial: bool = False) -> str:
     if track.ttc_s is not None and track.ttc_s <= LONGEST_TTC_SHOWN_S:
         text += f" TTC {track.ttc_s:.1f} s"
     return f"{text} carried" if track.seen_by is SeenBy.PICTURE else text
+
+
+def vehicle_facts(track: Track, imperial: bool = False) -> str:
+    """All that there is to know of a vehicle at a glance: its words, and where and how it moves."""
+    side = "left" if track.lateral_m > 0 else "right"
+    closing_mps = track.closing_speed_mps
+    closing = "closing" if closing_mps > 0 else "leaving"
+    facts = [
+        vehicle_words(track, imperial),
+        f"{distance_text(abs(track.lateral_m), imperial)} {side}",
+        f"{closing} at {speed_text(abs(closing_mps), imperial)}",
+    ]
+    if track.coasting:
+        facts.append("not seen")
+    return ", ".join(facts)
 
 
 def paint(image: NDArray[np.uint8], overlay: FrameOverlay) -> None:

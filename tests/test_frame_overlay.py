@@ -18,7 +18,7 @@ from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, overlay
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
-from fcw_viz.overlay import OverlayPainter, Words, paint, vehicle_words
+from fcw_viz.overlay import OverlayPainter, Words, paint, vehicle_facts, vehicle_words
 
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(0.03, 1000.0, 350.0, 1.4, 640.0)
@@ -126,6 +126,27 @@ def test_a_vehicle_that_this_frame_did_not_see_is_drawn_thin() -> None:
     overlay = OverlayPainter(HEADER).overlay(result(replace(LEAD, seen_by=SeenBy.COASTING)))
     (outline,) = (stroke for stroke in overlay.strokes if stroke.closed)
     assert outline.width_px == 1
+
+
+def test_of_eight_vehicles_only_the_lead_and_its_rival_have_words_the_others_a_thin_box() -> None:
+    far = [
+        replace(
+            OTHER, track_id=20 + i, distance_m=40.0 + i, lateral_m=3.6, box=Box(200 + 60 * i, 380, 30, 25)
+        )
+        for i in range(6)
+    ]
+    cuts_in = replace(OTHER, distance_m=15.0, lateral_m=3.0, lateral_speed_mps=-1.0)
+    overlay = OverlayPainter(HEADER).overlay(result(LEAD, cuts_in, *far))
+    assert {words.text.split()[0] for words in overlay.words if words.text.startswith("#")} == {"#7", "#1"}
+    outlines = [stroke.width_px for stroke in overlay.strokes if stroke.closed]
+    assert outlines == [3, 2, *[1] * 6]
+
+
+def test_what_a_mouse_over_a_box_tells() -> None:
+    assert vehicle_facts(LEAD) == "#7 20 m (19-21) TTC 2.5 s, 0.2 m left, closing at 29 km/h"
+    unseen = replace(OTHER, lateral_m=-5.0, seen_by=SeenBy.COASTING)
+    assert vehicle_facts(unseen) == "#1 30 m (28-33), 5.0 m right, leaving at 4 km/h, not seen"
+    assert "carried, 0.2 m left" in vehicle_facts(replace(LEAD, seen_by=SeenBy.PICTURE))
 
 
 def test_time_own_speed_and_notes_are_told() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.logs.records import FrameResult
+from fcw.tracking.lead import rivals
 from fcw.tracking.types import Track
 from fcw.units import distance_text
 from fcw.warning.types import WarningLevel
@@ -22,6 +23,8 @@ LEVEL_COLORS: dict[WarningLevel, Rgb] = {
 OTHER_TRACK_COLOR: Rgb = (145, 115, 225)
 ROW_COLOR: Rgb = (0, 145, 170)
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
+MOST_TOLD, TOLD_ON_FREE_ROAD = 3, 2
+"""Most vehicles with words, and how many have some where none is or may become the lead."""
 MINIMUM_ROW_GAP_PX = 6.0
 ROW_LABEL_PARTS = (0.03, 0.09, 0.15)
 """Where the words of the rows stand in turn, as parts of the width: far rows are close together."""
@@ -35,12 +38,38 @@ OWN_CAR_SIZE_M = (VEHICLE_LENGTH_M, 1.8, 1.5)
 
 @dataclass(frozen=True, slots=True)
 class OverlayBox:
-    """A vehicle's box with the words beside it; `is_lead`: it is the lead, or the one that is warned of."""
+    """A vehicle's box with the words beside it.
+
+    Attributes:
+        box: in the picture.
+        label: its words; empty for most vehicles, see `told_ids`.
+        color: of the box.
+        is_lead: whether it is the lead's, or that of the vehicle that is warned of.
+    """
 
     box: Box
     label: str
     color: Rgb
     is_lead: bool
+
+    @property
+    def told(self) -> bool:
+        """Whether it has words; without them the box is thin."""
+        return bool(self.label)
+
+
+def told_ids(result: FrameResult) -> frozenset[int]:
+    """Ids of the vehicles that have words wherever a frame is shown; words on all of them hide the road.
+
+    They are the lead, the one that the warning is about, and of those that may become the lead the nearest,
+    so that there are three at most. Where there is none of these, the two nearest ones have words.
+    """
+    ids = [track_id for track_id in (result.lead_id, result.warning.track_id) if track_id is not None]
+    ids += [track.track_id for track in rivals(result.tracks, result.lead, result.ego_speed_mps)]
+    if not ids:
+        ids = [track.track_id for track in sorted(result.tracks, key=lambda track: track.distance_m)]
+        return frozenset(ids[:TOLD_ON_FREE_ROAD])
+    return frozenset(list(dict.fromkeys(ids))[:MOST_TOLD])
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +83,12 @@ class OverlayRow:
 
 
 def overlay_boxes(result: FrameResult, imperial: bool = False) -> tuple[OverlayBox, ...]:
-    """Boxes of all tracks; the warned vehicle in the colour of the level, the lead in its own, others
-    violet."""
+    """Boxes of all tracks; the warned one in the colour of the level, the lead green, the others violet."""
+    told = told_ids(result)
     return tuple(
         OverlayBox(
             track.box,
-            track_label(track, imperial),
+            track_label(track, imperial) if track.track_id in told else "",
             track_color(result, track.track_id),
             track.track_id in (result.lead_id, result.warning.track_id),
         )

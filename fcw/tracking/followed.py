@@ -65,6 +65,8 @@ class Followed:
         """The box of this frame, until its lateral position is taken."""
         first = settings.box_noise.edge_sigma_px(detection.box) * state.distance_m
         self._across = LateralFilter(self._lateral_m(detection.box, focal_px), first / focal_px)
+        self._rest: tuple[int, complex] | None = None
+        """Since when, and where, it has stood still in the picture while it was carried."""
 
     def predict(self, dt_s: float, growth: float) -> None:
         """Move on by dt; counts as a miss until a detection says otherwise."""
@@ -79,10 +81,16 @@ class Followed:
         self._across.predict(dt_s)
         self.seen_by = SeenBy.COASTING
 
-    def carry(self, moved: Moved) -> bool:
+    def carry(self, time_ns: int, moved: Moved, we_drive: bool) -> bool:
         """Take where the picture shows it, in place of what was predicted; False where it cannot be there.
 
         It counts as seen where the detector saw it long enough; see `FollowingSettings.credit`.
+
+        Args:
+            time_ns: of the frame.
+            moved: where the picture shows it.
+            we_drive: whether it is known that we do: then what stands still in the picture is on the
+                windscreen.
         """
         # On one road its lower edge goes down as it grows; what is followed elsewhere is something else.
         astray_px = moved.box.w * (self._feet_of(moved.box) - self._feet)
@@ -90,11 +98,22 @@ class Followed:
         if abs(astray_px) > focal_px * following.pitch_rad + following.uneven * moved.box.h:
             self.lose()
             return False
+        if self._stands_still(time_ns, moved.box) and we_drive:
+            self.lose()
+            return False
         self._drift(moved.box, self._dt_s)
         self.box = self._seen = moved.box
         if self._credit_s > 0:
             self.seen_by = SeenBy.PICTURE
         return True
+
+    def _stands_still(self, time_ns: int, box: Box) -> bool:
+        """Whether it has been carried for `still_s` to where it was."""
+        following, middle = self._settings.following, complex(box.center_x, box.y + box.h / 2)
+        still_px = following.still_rad * self._calibration.camera.focal_y_px
+        if self._rest is None or abs(middle - self._rest[1]) > still_px:
+            self._rest = time_ns, middle
+        return time_ns - self._rest[0] > following.still_s * 1e9
 
     def lose(self) -> None:
         """Whatever was carried is not this vehicle."""
@@ -107,6 +126,7 @@ class Followed:
         following, dt_s = settings.following, (time_ns - self.last_ns) / 1e9
         carried = self.seen_by == SeenBy.PICTURE
         self.seen_by, self.last_ns, self.detected_ns = SeenBy.DETECTOR, time_ns, time_ns
+        self._rest = None
         self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
         self._feet = self._feet_of(found)
         self._score = detection.score

@@ -1,5 +1,6 @@
 """Which vehicle is the lead: the nearest one in the own path that does not come towards us."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -12,6 +13,8 @@ ONCOMING_SIGMAS = 1.0
 vehicle closes exactly at the own speed, and must not be lost to noise."""
 
 
+RIVAL_AHEAD_S = 1.5
+"""Half a change of lane: so far ahead it is looked who comes into the path."""
 SLOWEST_TURN_MPS = 3.0
 """Below this a small yaw rate would be any curvature."""
 
@@ -84,3 +87,31 @@ def select_lead(tracks: Iterable[Track], ego_speed_mps: float | None) -> Track |
         if track.in_path and not track.doubtful and not is_oncoming(track, ego_speed_mps)
     )
     return min(candidates, key=lambda track: track.distance_m, default=None)
+
+
+def rivals(tracks: Iterable[Track], lead: Track | None, ego_speed_mps: float | None) -> tuple[Track, ...]:
+    """Vehicles that may become the lead in a moment, the nearest first.
+
+    They are seen, no farther away than the lead, do not come towards us, and stand in the own path or will
+    within `RIVAL_AHEAD_S` if they go on moving sideways as they do.
+    """
+    path, farthest_m = Corridor(), math.inf if lead is None else lead.distance_m
+    near = [
+        track
+        for track in tracks
+        if track is not lead
+        and not track.coasting
+        and track.distance_m <= farthest_m
+        and not is_oncoming(track, ego_speed_mps)
+        and _nearest_m(track, path.fastest_mps) <= path.leave_m
+    ]
+    return tuple(sorted(near, key=lambda track: track.distance_m))
+
+
+def _nearest_m(track: Track, fastest_mps: float) -> float:
+    """How near to the path's middle it comes within `RIVAL_AHEAD_S`."""
+    if track.in_path:
+        return 0.0
+    speed_mps = min(max(track.lateral_speed_mps, -fastest_mps), fastest_mps)
+    soon_m = track.lateral_m + speed_mps * RIVAL_AHEAD_S
+    return 0.0 if soon_m * track.lateral_m < 0 else min(abs(track.lateral_m), abs(soon_m))

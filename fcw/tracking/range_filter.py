@@ -146,6 +146,7 @@ class RangeFilter:
         self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
         self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
         self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
+        self._own_mps2 = 0.0
         self._calibrated_row_px = camera.horizon_row_px
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
 
@@ -157,8 +158,7 @@ class RangeFilter:
     @property
     def focal_px(self) -> float:
         """Focal length as it is believed now: widths teach what three clicks leave open."""
-        pole_m = float(self._x[POLE])
-        return math.exp(float(self._x[SCALE])) / math.hypot(self._geometry.height_m, pole_m)
+        return math.exp(float(self._x[SCALE])) / math.hypot(self._geometry.height_m, float(self._x[POLE]))
 
     @property
     def pitch_rad(self) -> float:
@@ -226,11 +226,16 @@ class RangeFilter:
         """
         model, x, n = self._model, self._x, len(self._x)
         focal_px = self._focal_px
+        if dt_s > 0:
+            # Own speeds come in steps: over the time in which the body follows them.
+            renewed = 1 - math.exp(-dt_s / model.fast_pitch_correlation_s)
+            self._own_mps2 += renewed * (own_gain_mps / dt_s - self._own_mps2)
+        nod_rad = math.hypot(model.fast_pitch_sigma_rad, model.dive_rad_per_mps2 * self._own_mps2)
         at: NDArray[np.int64] = np.arange(CAMERA, n, VEHICLE)
         keep, added = np.ones(n), np.zeros(n)
         for places, sigma, correlation_s in (
             (SLOW, focal_px * model.slow_pitch_sigma_rad, model.slow_pitch_correlation_s),
-            (FAST, focal_px * model.fast_pitch_sigma_rad, model.fast_pitch_correlation_s),
+            (FAST, focal_px * nod_rad, model.fast_pitch_correlation_s),
             (at + ASPECT, np.array([v.aspect_sigma for v in self._views]), model.aspect_correlation_s),
             (at + BUMP, np.array([v.bump_sigma_px for v in self._views]), model.bump_correlation_s),
         ):

@@ -10,6 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
+from fcw.frame import ImageSize
 from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
@@ -100,12 +101,13 @@ class Tracker:
         growths = self._range.predict(dt_s, own_gain_mps)
         for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(dt_s, growth)
-        moved = {} if image is None else self._carry(image, before)
+        moved = {} if image is None else self._carry(time_ns, image, before)
         unused = set(range(len(detections)))
         pairs = self._associate(detections)
         step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
-        self._range.take_growths([(slot, *one[1:]) for slot, one in moved.items()], step_s)
+        grown = [(slot, *one[1:]) for slot, one in moved.items() if math.isfinite(one.sigma)]
+        self._range.take_growths(grown, step_s)
         self._mount.update(self._rulers(pairs, detections), dt_s)
         for slot, index in pairs:
             self._followed[slot].correct(time_ns, detections[index])
@@ -127,12 +129,14 @@ class Tracker:
         self._lead_id = lead.track_id if lead else None
         return tracks
 
-    def _carry(self, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
+    def _carry(self, time_ns: int, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
         """Find the vehicles in the picture, by slot, and move their boxes there."""
         moved = {}
+        own_mps, slowest_mps = self._ego_speed_mps, self._settings.following.driving_mps
+        we_drive = own_mps is not None and own_mps >= slowest_mps
         for slot, followed in enumerate(self._followed):
             one = followed.looks.follow(image, before[slot], followed.box)
-            if one is not None and followed.carry(one):
+            if one is not None and followed.carry(time_ns, one, we_drive):
                 moved[slot] = one
         return moved
 
@@ -181,9 +185,9 @@ class Tracker:
         """Pairs of least total cost: overlap lost, plus the difference in scale."""
         if not self._followed or not detections:
             return []
-        cost = np.array(
-            [[self._cost(followed.box, found.box) for found in detections] for followed in self._followed]
-        )
+        # What of a vehicle is beyond the picture's edges is not found.
+        predicted = [_in_picture(followed.box, self._calibration.image_size) for followed in self._followed]
+        cost = np.array([[self._cost(box, found.box) for found in detections] for box in predicted])
         rows, columns = linear_sum_assignment(cost)
         return [
             (row, column)
@@ -233,6 +237,13 @@ class Tracker:
                 )
             )
             self._next_id += 1
+
+
+def _in_picture(box: Box, size: ImageSize) -> Box:
+    """The part of a box in the picture; a vehicle that is kept has its middle column there."""
+    left, top = max(box.x, -0.5), max(box.y, -0.5)
+    right, bottom = min(box.right, size.width - 0.5), min(box.bottom, size.height - 0.5)
+    return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
 
 
 def _hides(box: Box, carried: Box) -> bool:

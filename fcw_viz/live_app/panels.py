@@ -30,6 +30,7 @@ HELP_ROWS = (
     ("B", "the road from above, or the picture"),
     ("M", "sound off, on"),
     ("O", "picture without the overlay"),
+    ("Mouse", "over a box: what is known of the vehicle"),
     ("F", "whole picture"),
 )
 

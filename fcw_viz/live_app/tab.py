@@ -15,6 +15,7 @@ from fcw_viz.live_app.panels import History, LivePanels
 from fcw_viz.overlay import OverlayPainter
 from fcw_viz.page.channel import PageChannel
 from fcw_viz.page.keys import Key, add_keys
+from fcw_viz.page.picture.hover import HoverHints
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
 
@@ -34,6 +35,7 @@ class LiveTab(PageTab):
 
     Attributes:
         birds_eye: the same from above.
+        hover: what there is to know of the vehicle under the mouse.
         latency: how old what it shows is.
     """
 
@@ -47,6 +49,7 @@ class LiveTab(PageTab):
         self._drawn = threading.Event()
         self._drawn.set()
         self.birds_eye = BirdsEye(client, self.view)
+        self.hover = HoverHints(self.view, client)
         self.latency = LatencyMeter()
         self._panels = LivePanels(client.gui, title)
         self._alarm = Alarm(client)
@@ -57,8 +60,10 @@ class LiveTab(PageTab):
         channel.on("size", lambda about: self.run(partial(self._resized, about)))
         channel.on("mute", lambda _: self.run(self._mute))
         channel.on("birdseye", lambda _: self.run(self._switch_birds_eye))
+        channel.on("hover", lambda about: self.run(partial(self.hover.move, about)))
         channel.open()
         self.view.tell_drawn()
+        self.hover.start()
         threading.Thread(target=self._follow, name="live tab", daemon=True).start()
 
     def show_end(self, words: str) -> None:
@@ -118,6 +123,7 @@ class LiveTab(PageTab):
             self.latency.sent(moment.captured_s, moment.found_s)
             self.view.show(image, QUALITY)
             self.birds_eye.show(moment.result)
+            self.hover.show(moment.result if self._overlay_shown else None, header.imperial)
 
     def _sound(self, moment: Moment) -> None:
         header = self._feed.header

@@ -31,6 +31,7 @@ UNBOUNDED_M = 200.0
 """Where the interval of a distance without an upper end is drawn to."""
 LEAD_WIDTH = rr.Radius.ui_points(1.5)
 OTHER_WIDTH = rr.Radius.ui_points(0.75)
+UNTOLD_WIDTH = rr.Radius.ui_points(0.5)
 TEXT_LOG_LEVELS = {
     WarningLevel.NONE: rr.TextLogLevel.INFO,
     WarningLevel.ADVISORY: rr.TextLogLevel.INFO,
@@ -161,7 +162,10 @@ def _vehicles(results: Sequence[FrameResult], header: DriveHeader) -> Iterator[t
     counts = [len(result.tracks) for result in results]
     labels = [box.label for box in drawn]
     colors = _packed_colors([box.color for box in drawn])
-    radii = np.array([LEAD_WIDTH if box.is_lead else OTHER_WIDTH for box in drawn], np.float32)
+    radii = np.array(
+        [LEAD_WIDTH if box.is_lead else OTHER_WIDTH if box.told else UNTOLD_WIDTH for box in drawn],
+        np.float32,
+    )
 
     centers, half_sizes = _boxes([box.box for box in drawn])
     boxes = rr.Boxes2D.columns(

@@ -66,6 +66,7 @@ HELP_ROWS = (
     ("Home End", "first, last frame"),
     ("Wheel, + −", "zoom; F: whole picture"),
     ("O", "picture without the overlay"),
+    ("Mouse", "over a box: what is known of the vehicle"),
     ("B", "the road from above, or the picture"),
     ("L", "all drives"),
     ("Ctrl K", "every command"),

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from fcw_viz.page.picture.hover import HoverHints
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
@@ -29,6 +30,7 @@ class Screen:
 
     Attributes:
         birds_eye: the picture's drive from above.
+        hover: what there is to know of the vehicle under the mouse.
         overlay_shown: whether anything is drawn over the picture.
         window_name: how much of the drive the plots show, one of `WINDOWS_S`.
     """
@@ -52,6 +54,7 @@ class Screen:
         self._rest_waits = False
         self._panels_s = float("-inf")
         self.birds_eye = BirdsEye(tab.client, tab.view)
+        self.hover = HoverHints(tab.view, tab.client)
         self.overlay_shown = True
         self.window_name = DEFAULT_WINDOW
 
@@ -70,6 +73,7 @@ class Screen:
         if self._frames is not None:
             self._frames.close()
         self._frames = None
+        self.hover.show(None)
         self._strip.hide()
 
     # What is chosen
@@ -172,6 +176,7 @@ class Screen:
         self._playing.sent()
         self._tab.view.show(image, quality)
         self.birds_eye.show(result)
+        self.hover.show(drawn, self._place.opened.header.imperial)
         self._boxes.show(result)
 
     def show_bar(self) -> None:

@@ -61,11 +61,13 @@ class Tab(PageTab):
             "event": self._event_clicked,
             "sort": lambda about: desk.sort(about == "time"),
             "playevent": lambda _: desk.playing.play_event(),
+            "hover": desk.screen.hover.move,
             "birdseye": lambda _: desk.screen.switch_birds_eye(),
             **desk.annotating.messages,
         }.items():
             channel.on(name, callback)
         channel.open()
+        desk.screen.hover.start()
 
     def _arrive(self, text: str) -> None:
         """The page is there, with the place that its address names."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from warning_leads import make_lead
+from leads.warning_leads import make_lead
 
 from fcw.motion.state import STRAIGHT, OwnPath
 from fcw.threat.own_path import assumed_path

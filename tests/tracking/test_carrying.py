@@ -138,6 +138,20 @@ def test_what_the_detector_saw_for_longer_is_carried_for_longer_up_to_a_bound(br
     assert carried_s(braking, 40, following) == pytest.approx(3.0, abs=0.051)
 
 
+@pytest.mark.parametrize(("own_mps", "carried"), [(20.0, False), (0.0, True), (None, True)])
+def test_what_stands_still_in_the_picture_while_we_drive_is_not_carried_on(braking, own_mps, carried):
+    """Dirt on the windscreen before a road that streams by, against a lead that we stand behind."""
+    calibration, frames = braking
+    tracker, (_, image, truth) = Tracker(calibration), frames[0]
+    seen_by = []
+    for k in range(60):
+        detections = [Detection(truth.box, 9.0)] if k < 10 else []
+        tracks = tracker.update(k * 50_000_000, detections, ego_speed_mps=own_mps, image=image)
+        seen_by.append(tracks[0].seen_by if tracks else None)
+    assert seen_by[10 : 10 + 19] == [SeenBy.PICTURE] * 19
+    assert (seen_by[-1] is SeenBy.PICTURE) == carried
+
+
 def test_a_part_of_a_vehicle_that_is_found_is_not_carried(braking):
     calibration, frames = braking
     tracker = Tracker(calibration)

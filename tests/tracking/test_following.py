@@ -73,6 +73,27 @@ def test_what_has_jumped_by_a_bump_is_searched_and_found():
     assert search_patch(smooth_noise(7, 6.0), patch, patch.pose) is None
 
 
+def test_a_small_one_without_corners_is_found_as_a_whole_but_its_growth_is_not_known():
+    # A dark blob with a bright window, in the noise of a night.
+    blob = np.full((300, 400, 3), 40, np.uint8)
+    blob[60:140, 80:320] = 200
+    box, there = Box(300.0, 180.0, 24.0, 18.0), Box(302.0, 181.0, 24.0, 18.0)
+    asphalt = np.full_like(ROAD, 110)
+    rng = np.random.default_rng(5)
+
+    def noisy(at):
+        clean = picture(at, rear=blob, road=asphalt).astype(float)
+        return np.clip(clean + 14 * rng.standard_normal(clean.shape[:2])[..., None], 0, 255).astype(np.uint8)
+
+    for _ in range(10):
+        follower = Follower(FollowingSettings())
+        follower.remember(noisy(box), box, 0, detected=True)
+        one = follower.follow(noisy(there), box, box)
+        assert one is not None
+        assert math.isinf(one.sigma)
+        assert (one.box.center_x, one.box.bottom) == pytest.approx((there.center_x, there.bottom), abs=1.0)
+
+
 def test_a_patch_is_like_itself_and_unlike_others():
     box = Box(280, 150, 80, 60)
     patch = take_patch(picture(box), box)

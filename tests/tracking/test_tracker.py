@@ -197,6 +197,19 @@ def test_a_neighbour_cut_by_the_border_as_we_pass_it_stays_beside_the_path(side)
     assert cut[-1].lateral_m == pytest.approx(side * 3.5, abs=0.6)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_neighbour_keeps_its_identity_while_less_and_less_of_it_is_in_the_picture(side):
+    def passing(t):
+        box = CALIBRATION.ground_box(12 - 2.0 * t, side * 2.5, 1.8, 1.5)
+        left, right = max(box.x, 0.0), min(box.right, 1279.0)
+        return [Detection(Box(left, box.y, right - left, box.h), 10.0)] if right - left > 40 else []
+
+    history = follow(Tracker(CALIBRATION), 170, passing)
+    assert {track.track_id for tracks in history for track in tracks} == {1}
+    (last,) = history[140]
+    assert not last.coasting
+
+
 def test_a_bend_takes_the_path_with_it():
     # At 20 m/s and 0.2 rad/s the path is 4.5 m to the left 30 m ahead.
     for yaw_rate_radps, expected in ((0.2, [True, False]), (None, [False, True])):

@@ -1,7 +1,7 @@
 """What a person is told with a warning."""
 
 import pytest
-from warning_leads import make_lead, threats_of_lead
+from leads.warning_leads import make_lead, threats_of_lead
 
 from fcw.warning.describe import REASONS, describe
 from fcw.warning.policies import POLICIES, make_policy

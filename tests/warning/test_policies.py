@@ -5,8 +5,8 @@ import re
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from warning_leads import make_lead as lead
-from warning_leads import threats_of_lead as threats
+from leads.warning_leads import make_lead as lead
+from leads.warning_leads import threats_of_lead as threats
 
 from fcw.errors import UserError
 from fcw.threat.own_path import assumed_path

@@ -48,7 +48,7 @@ CAMERA_FRAME = "camera"
 EGO_COLOR: Rgb = (70, 110, 160)
 FONT_PART = 1 / 36
 """Height of words as a part of the picture's."""
-LINE_PX, LEAD_LINE_PX = 1.5, 3.0
+THIN_LINE_PX, LINE_PX, LEAD_LINE_PX = 1.0, 2.0, 3.0
 SCENE_FONT_PX = 14.0
 STEPS_PER_PX, STEPS_PER_M = 16, 1024
 """How finely things are drawn: farther digits cannot be seen, and do not compress."""
@@ -113,7 +113,7 @@ def annotations_message(
     return ImageAnnotations(
         points=[*(_box_outline(box, stamp) for box in boxes), _row_lines(rows, image_size.width, stamp)],
         texts=[
-            *(_text(box.box.x, box.box.y, box.label, box.color, font_px, stamp) for box in boxes),
+            *(_text(box.box.x, box.box.y, box.label, box.color, font_px, stamp) for box in boxes if box.told),
             *(
                 _text(image_size.width * row.label_part, row.row_px, row.label, ROW_COLOR, font_px, stamp)
                 for row in rows
@@ -146,6 +146,7 @@ def scene_message(
                 text=f"{track.track_id}: {overlay.label}",
             )
             for track, overlay in drawn
+            if overlay.told
         ],
     )
     length, _, height = OWN_CAR_SIZE_M
@@ -185,7 +186,7 @@ def _box_outline(overlay: OverlayBox, stamp: Timestamp) -> PointsAnnotation:
             _point(box.x, box.bottom),
         ],
         outline_color=_color(overlay.color),
-        thickness=LEAD_LINE_PX if overlay.is_lead else LINE_PX,
+        thickness=LEAD_LINE_PX if overlay.is_lead else LINE_PX if overlay.told else THIN_LINE_PX,
     )
 
 

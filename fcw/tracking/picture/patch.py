@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
-from fcw.tracking.picture.growth import FEWEST_POINTS, Growth, Points, fit_growth
+from fcw.tracking.picture.growth import Growth, Points, fit_growth
 
 Picture = NDArray[np.uint8]
 Region = tuple[int, int, int, int]
@@ -86,7 +86,8 @@ class Patch:
         grey: (PATCH_HEIGHT, PATCH_WIDTH) normalised.
         pose: where it was taken.
         inside: its part that shows the vehicle.
-        points: (N, 1, 2) float32, corners in it.
+        points: (N, 1, 2) float32, corners in it, at least one; of a small vehicle there may be too few to
+            tell its growth.
     """
 
     grey: Picture
@@ -119,7 +120,7 @@ def take_patch(image: Picture, box: Box) -> Patch | None:
     points = cv2.goodFeaturesToTrack(
         grey[top:bottom, left:right], POINT_COUNT, CORNER_QUALITY, POINT_APART_PX
     )
-    if points is None or len(points) < FEWEST_POINTS:
+    if points is None:
         return None
     found = np.asarray(points, np.float32).reshape(-1, 1, 2) + np.array((left, top), np.float32)
     return Patch(grey, pose, inside, found)

@@ -14,10 +14,10 @@ from fcw.camera.calibration import Calibration
 from fcw.logs.overlay import (
     LEVEL_COLORS,
     VEHICLE_LENGTH_M,
+    OverlayBox,
     Rgb,
+    overlay_boxes,
     rear_size_m,
-    track_color,
-    track_label,
 )
 from fcw.logs.records import FrameResult
 from fcw.tracking.lead import Corridor, path_curvature_per_m
@@ -55,7 +55,7 @@ class GroundVehicle:
         centre_m: middle of the box.
         size_m: length, width and height.
         color: the lead's says the warning level.
-        label: distance, and TTC where it is short.
+        label: distance, and TTC where it is short; empty for most, see `fcw.logs.overlay.told_ids`.
         label_at_m: where the label stands.
         interval_m: from where to where its rear may be, two times out of three.
         arrow_m: from its rear to where it will be in `ARROW_S`, seen from us; None where that is noise.
@@ -99,18 +99,11 @@ def ground(
         imperial: units of the words.
         yaw_rate_radps: how fast we turn, positive to the left; the path is straight where it is unknown.
     """
-    tracks = sorted(result.tracks, key=lambda track: track.distance_m)
+    drawn = zip(result.tracks, overlay_boxes(result, imperial), strict=True)
+    nearest_first = sorted(drawn, key=lambda pair: pair[0].distance_m)
     level_color = LEVEL_COLORS[result.warning.level]
     left, right = path_edges(path_curvature_per_m(result.ego_speed_mps, yaw_rate_radps))
-    vehicles = tuple(
-        _vehicle(
-            track,
-            calibration,
-            track_color(result, track.track_id),
-            imperial,
-        )
-        for track in tracks
-    )
+    vehicles = tuple(_vehicle(track, calibration, box) for track, box in nearest_first)
     return Ground(vehicles, left, right, level_color)
 
 
@@ -166,7 +159,7 @@ def arrows(vehicles: Sequence[GroundVehicle]) -> tuple[Floats, NDArray[np.uint8]
     return points, np.array([vehicle.color for vehicle in moving], np.uint8).reshape(-1, 3)
 
 
-def _vehicle(track: Track, calibration: Calibration, color: Rgb, imperial: bool) -> GroundVehicle:
+def _vehicle(track: Track, calibration: Calibration, drawn: OverlayBox) -> GroundVehicle:
     width_m, height_m = rear_size_m(track, calibration)
     width_m = _stepped(min(max(width_m, SMALLEST_M), LARGEST_M))
     height_m = _stepped(min(max(height_m, SMALLEST_HEIGHT_M), LARGEST_M))
@@ -181,8 +174,8 @@ def _vehicle(track: Track, calibration: Calibration, color: Rgb, imperial: bool)
         track_id=track.track_id,
         centre_m=(x + VEHICLE_LENGTH_M / 2, y, height_m / 2),
         size_m=(VEHICLE_LENGTH_M, width_m, height_m),
-        color=color,
-        label=track_label(track, imperial),
+        color=drawn.color,
+        label=drawn.label,
         label_at_m=(x, y, height_m + LABEL_ABOVE_M),
         interval_m=((track.distance_low_m, y, 0.0), (high_m, y, 0.0)),
         arrow_m=arrow,

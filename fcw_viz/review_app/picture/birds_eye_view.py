@@ -191,20 +191,23 @@ class _VehicleNode:
     def __init__(self, scene: viser.SceneApi, name: str) -> None:
         self._box = scene.add_box(name, OTHER_TRACK_COLOR, cast_shadow=False, receive_shadow=False)
         # Beside the box, not under it: a node's children are drawn in its axes, and labels need none.
-        self._label = scene.add_label(f"{name} label", "", anchor="bottom-center", depth_test=False)
+        self._label = scene.add_label(
+            f"{name} label", "", anchor="bottom-center", depth_test=False, visible=False
+        )
         self._shown: GroundVehicle | None = None
 
     def show(self, vehicle: GroundVehicle) -> None:
         """Stand for a vehicle."""
         before, self._shown = self._shown, vehicle
         if before is None:
-            self._box.visible = self._label.visible = True
+            self._box.visible = True
         if before is None or before.size_m != vehicle.size_m:
             self._box.dimensions = vehicle.size_m
         if before is None or before.color != vehicle.color:
             self._box.color = vehicle.color
         if before is None or before.label != vehicle.label:
-            self._label.text = vehicle.label
+            self._label.visible = bool(vehicle.label)
+            self._label.text = vehicle.label or self._label.text
         if before is None or before.centre_m != vehicle.centre_m:
             self._box.position = vehicle.centre_m
             self._label.position = vehicle.label_at_m

@@ -37,8 +37,10 @@ def test_the_nets_are_given_channels_first():
 
 def test_each_class_of_size_has_places_of_its_own_for_its_best():
     random = np.random.default_rng(0)
-    sizes = np.repeat([30.0, 120.0, 400.0], 20)
-    boxes = np.column_stack([np.arange(60) * 900.0, np.zeros(60), sizes, sizes])
+    sizes = np.repeat(np.array([30.0, 120.0, 400.0]), 20)
+    boxes = np.zeros((60, 4))
+    boxes[:, 0] = np.arange(60) * 900.0
+    boxes[:, 2] = boxes[:, 3] = sizes
     logits = random.normal(size=60)
     settings = PickSettings(lowest_logit=-9.0, size_parts=(0.12, 0.3), counts=(5, 3, 2))
     placements = pick(boxes, logits, 720, settings)
