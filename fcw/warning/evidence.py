@@ -76,7 +76,7 @@ class Evidence:
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
     latest_warning_s: float = 4.3
-    latest_braking_s: float = 3.5
+    latest_braking_s: float = 3.7
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
     minimum_own_mps: float = 10 / KMH_PER_MPS
