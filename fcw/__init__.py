@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from fcw.logs.mcap.reader import DriveLog, read_drive
     from fcw.logs.records import FrameResult, Sink
     from fcw.sources import open_source
+    from fcw.threat.threat import Threat
     from fcw.tracking.types import Track
     from fcw.versions import __version__
     from fcw.warning.ego_speed import EgoSpeed
@@ -59,6 +60,7 @@ __all__ = [
     "ImageSize",
     "Sink",
     "Source",
+    "Threat",
     "Track",
     "UserError",
     "WarningLevel",
@@ -85,6 +87,7 @@ _HOMES = {
     "fcw.logs.mcap.reader": "DriveLog read_drive",
     "fcw.logs.records": "FrameResult Sink",
     "fcw.sources": "open_source",
+    "fcw.threat.threat": "Threat",
     "fcw.tracking.types": "Track",
     "fcw.versions": "__version__",
     "fcw.warning.ego_speed": "EgoSpeed",

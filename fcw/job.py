@@ -28,7 +28,7 @@ from fcw.summary import DriveSummary
 from fcw.tracking.tracker import Tracker
 from fcw.versions import versions
 from fcw.warning.ego_speed import EgoSpeed
-from fcw.warning.policies import DEFAULT_POLICY, make_policy, without_own_speed
+from fcw.warning.policies import DEFAULT_POLICY, DEFAULT_TIMING, make_policy, without_own_speed
 from fcw.warning.types import WarningPolicy
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ class DriveJob:
         detector_classes: of an ONNX model, which are vehicles.
         ego_speed: own speed: metres per second, or a CSV or GPX file; None takes what an MCAP file knows.
         warning_policy: one of `fcw.warning.policies.POLICIES`, or a policy of one's own.
+        warning_timing: one of `fcw.warning.policies.TIMINGS_S`; not for a policy of one's own.
         imperial: distances shown to a person in feet.
         frame_rate_hz: for folders of pictures without time stamps.
         own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
@@ -66,6 +67,7 @@ class DriveJob:
     detector_classes: tuple[str, ...] = ()
     ego_speed: str | EgoSpeed | None = None
     warning_policy: str | WarningPolicy = DEFAULT_POLICY
+    warning_timing: str = DEFAULT_TIMING
     imperial: bool = False
     frame_rate_hz: float | None = None
     own_motion: bool = True
@@ -211,7 +213,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     ego_speed = _ego_speed(job, source, facts)
     policy, notes = job.warning_policy, ()
     if isinstance(policy, str):
-        name, policy = policy, make_policy(policy)
+        name, policy = policy, make_policy(policy, job.warning_timing)
         if ego_speed is None and not job.own_motion:
             notes = (without_own_speed(name),)
     if facts is not None and job.ego_speed is None:

@@ -17,6 +17,7 @@ from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.motion.ego import Ego, EgoEstimator
 from fcw.threads import one_opencv_thread
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningPolicy
@@ -84,14 +85,14 @@ def _follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: S
     )
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
-    lead = next((track for track in tracks if track.track_id == lead_id), None)
+    threats = threats_of(stages.tracker, tracks, own_mps, path=ego.path)
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,
         detections=tuple(map(in_single_precision, detections)),
         tracks=tracks,
         lead_id=lead_id,
-        warning=stages.policy.update(frame.time_ns, lead, own_mps),
+        warning=stages.policy.update(frame.time_ns, threats, own_mps),
         ego_speed_mps=own_mps,
         notes=stages.tracker.notes,
         own_motion=in_single_precision(ego.motion),

@@ -1,15 +1,17 @@
 """What a drive came to: counts, and its warnings as spans of time (`summary.json`)."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from fcw.logs.events import find_events
 from fcw.logs.records import FrameResult
+from fcw.logs.series import SeriesBuilder
 from fcw.motion.state import Mount, SpeedSource
 from fcw.warning.types import WarningLevel
 
 NS_PER_S = 1_000_000_000
+LEVEL_NAMES = {level.name.lower() for level in WarningLevel if level > WarningLevel.NONE}
 SCALE_ABOVE_MPS = 3.0
 """Slower, speeds of both kinds are mostly their errors."""
 SCALE_AFTER_M = 100.0
@@ -20,14 +22,14 @@ SCALE_SAID = 0.04
 
 @dataclass(slots=True)
 class WarningSpan:
-    """An unbroken run of frames that showed one level for one vehicle; times from the first frame.
+    """A warning of a drive: an event of `fcw.logs.events`, near misses aside; times from the first frame.
 
     Attributes:
-        level: `advisory`, `caution` or `warning`.
+        level: the highest of it: `advisory`, `caution` or `warning`.
         start_s: time of its first frame.
         end_s: time of its last frame.
-        min_ttc_s: smallest TTC of that vehicle within the span; None when it never closed.
-        min_distance_m: its smallest distance within the span; None when it was never measured.
+        min_ttc_s: smallest TTC of that vehicle within it; None when it never closed.
+        min_distance_m: its smallest distance within it; None when it was never measured.
         track_id: the vehicle.
     """
 
@@ -37,11 +39,6 @@ class WarningSpan:
     min_ttc_s: float | None
     min_distance_m: float | None
     track_id: int | None
-
-
-def _smaller(a: float | None, b: float | None) -> float | None:
-    values = [value for value in (a, b) if value is not None and math.isfinite(value)]
-    return min(values, default=None)
 
 
 @dataclass(slots=True)
@@ -121,11 +118,10 @@ class DriveSummary:
     calibrated_pitch_rad: float = 0.0
     frames: int = 0
     frames_with_lead: int = 0
-    warnings: list[WarningSpan] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     _first_ns: int = 0
     _last_ns: int = 0
-    _open_level: WarningLevel = WarningLevel.NONE
+    _series: SeriesBuilder = field(default_factory=SeriesBuilder)
     _noted: bool = False
     _own: OwnMotionSummary = field(default_factory=OwnMotionSummary)
 
@@ -141,22 +137,18 @@ class DriveSummary:
             self.notes += [f"from {time_s:.0f} s: {note}" for note in result.notes]
         self._noted = bool(result.notes)
         self._own.add(result)
-        self._add_warning(result)
+        self._series.add(result, ())
 
-    def _add_warning(self, result: FrameResult) -> None:
-        state, time_s = result.warning, (result.time_ns - self._first_ns) / NS_PER_S
-        if state.level is not WarningLevel.NONE:
-            continues = state.level is self._open_level and self.warnings[-1].track_id == state.track_id
-            if not continues:
-                self.warnings.append(
-                    WarningSpan(state.level.name.lower(), time_s, time_s, None, None, state.track_id)
-                )
-            span = self.warnings[-1]
-            track = next((track for track in result.tracks if track.track_id == state.track_id), None)
-            span.end_s = time_s
-            span.min_ttc_s = _smaller(span.min_ttc_s, state.ttc_s)
-            span.min_distance_m = _smaller(span.min_distance_m, track.distance_m if track else None)
-        self._open_level = state.level
+    @property
+    def warnings(self) -> list[WarningSpan]:
+        """What was warned of, in the order of the starts."""
+        return [
+            WarningSpan(
+                event.kind, event.start_s, event.end_s, event.min_ttc_s, event.min_distance_m, event.track_id
+            )
+            for event in find_events(self._series.build())
+            if event.kind in LEVEL_NAMES
+        ]
 
     @property
     def all_notes(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 FEET_PER_METRE = 1 / 0.3048
 MPH_PER_MPS = 3600 / 1609.344
 KMH_PER_MPS = 3.6
+STANDARD_GRAVITY_MPS2 = 9.80665
 
 
 def distance_text(distance_m: float, imperial: bool = False) -> str:

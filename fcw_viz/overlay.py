@@ -196,8 +196,7 @@ class OverlayPainter:
     def _banner(self, result: FrameResult) -> Words:
         """The warning across the top, in the colour of its level."""
         level = result.warning.level
-        about = next((track for track in result.tracks if track.track_id == result.warning.track_id), None)
-        text = describe(result.warning, about, self._imperial)
+        text = describe(result.told_warning, self._imperial)
         if level != WarningLevel.NONE:
             text = level.name + text[len(level.name) :]
         margin_px = self._letter_px * MARGIN_PART

@@ -15,6 +15,7 @@ LAYERS = (
     "detection",
     "motion",
     "tracking",
+    "threat",
     "warning",
     "logs",
     "sources",

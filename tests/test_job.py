@@ -45,7 +45,10 @@ class OwnPolicy:
 
     name = "own"
 
-    def update(self, time_ns: int, lead: fcw.Track | None, ego_speed_mps: float | None) -> fcw.WarningState:
+    def update(
+        self, time_ns: int, threats: Sequence[fcw.Threat], ego_speed_mps: float | None
+    ) -> fcw.WarningState:
+        lead = next((threat.track for threat in threats if threat.is_lead), None)
         if lead is None or time_ns < 10 * FRAME_NS:
             return fcw.WarningState(fcw.WarningLevel.NONE)
         return fcw.WarningState(fcw.WarningLevel.WARNING, lead.track_id, f"at {ego_speed_mps:g} m/s")

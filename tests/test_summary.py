@@ -59,7 +59,7 @@ def test_a_level_held_by_one_vehicle_is_one_span_with_its_smallest_values() -> N
     assert (span.min_ttc_s, span.min_distance_m) == (2.0, 10.0)
 
 
-def test_another_level_another_vehicle_and_a_pause_each_begin_a_new_span() -> None:
+def test_caution_that_becomes_warning_is_one_span_another_vehicle_and_a_pause_each_begin_a_new_one() -> None:
     summary = summed(
         result(0, WarningLevel.CAUTION, 1),
         result(1, WarningLevel.WARNING, 1),
@@ -68,8 +68,7 @@ def test_another_level_another_vehicle_and_a_pause_each_begin_a_new_span() -> No
         result(4, WarningLevel.WARNING, 2),
     )
     assert [(span.level, span.track_id, span.start_s) for span in summary.warnings] == [
-        ("caution", 1, 0.0),
-        ("warning", 1, 0.1),
+        ("warning", 1, 0.0),
         ("warning", 2, 0.2),
         ("warning", 2, 0.4),
     ]

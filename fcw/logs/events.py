@@ -43,14 +43,14 @@ class DriveEvent:
         kind: for a time with caution and warning the higher of them.
         start_s: its first frame.
         end_s: its last frame.
-        peak_s: where most braking was needed; where nothing closed, where the vehicle was nearest.
+        peak_s: where it was most severe; where nothing closed, where the vehicle was nearest.
         track_id: the vehicle; None for `mount moved`.
         rule: the rule that held the level at the peak; empty where none did.
         min_ttc_s: smallest TTC; None when it never closed.
         min_distance_m: smallest distance; None when it was never measured.
         max_required_deceleration_mps2: hardest braking needed; None when none was.
-        severity: that braking as a part of the hardest a car can do, 8 m/s^2; 1 where more was needed, 0
-            where none was.
+        severity: what nearly happened: the braking needed as a part of the hardest a car can do, 8 m/s^2,
+            times the probability of the collision, at its highest; 0 where nothing closed.
         note: what was said, of a mount that moved.
     """
 
@@ -116,16 +116,25 @@ def _is_missed(series: DriveSeries, rows: slice) -> bool:
 
 
 def _event(series: DriveSeries, rows: slice, kind: EventKind) -> DriveEvent:
-    ids = series.lead_id if kind == "near miss" else series.warned_id
-    vehicle = int(ids[rows.start])
-    # A level may be held while another vehicle is the lead.
-    at = np.arange(rows.start, rows.stop)[series.lead_id[rows] == vehicle]
+    near_miss = kind == "near miss"
+    vehicle = int((series.lead_id if near_miss else series.warned_id)[rows.start])
+    prefix = "" if near_miss else "warned_"
+    # Where it was lost its figures are what they would have been: shown, but no measurement.
+    at = np.arange(rows.start, rows.stop)[series.extrapolated[rows] == 0]
     braking_mps2, distance_m, ttc_s = (
-        column[at] for column in (series.required_deceleration_mps2, series.distance_m, series.ttc_s)
+        getattr(series, prefix + name)[at] for name in ("required_deceleration_mps2", "distance_m", "ttc_s")
     )
-    hardest_mps2 = _extreme(braking_mps2, np.max)
-    if hardest_mps2 is not None:
-        peak = int(at[np.nanargmax(braking_mps2)])
+    danger = np.minimum(braking_mps2 / HARDEST_BRAKING_MPS2, 1.0)
+    if not near_miss:
+        # An advisory is about what might come: nobody was about to be hit. Old logs have no probability.
+        danger = danger * np.where(
+            np.isnan(series.warned_probability[at]), 1.0, series.warned_probability[at]
+        )
+    severity = _extreme(danger, np.max)
+    if severity is not None:
+        # Of moments as severe as can be the one in which most braking was needed.
+        worst = np.where(danger >= severity, braking_mps2, np.float32(-1))
+        peak = int(at[np.argmax(worst)])
     else:
         peak = int(at[np.nanargmin(distance_m)]) if np.isfinite(distance_m).any() else rows.start
     return DriveEvent(
@@ -137,8 +146,8 @@ def _event(series: DriveSeries, rows: slice, kind: EventKind) -> DriveEvent:
         rule=series.rules[series.rule[peak]],
         min_ttc_s=_extreme(ttc_s, np.min),
         min_distance_m=_extreme(distance_m[np.isfinite(distance_m)], np.min),
-        max_required_deceleration_mps2=hardest_mps2,
-        severity=min((hardest_mps2 or 0.0) / HARDEST_BRAKING_MPS2, 1.0),
+        max_required_deceleration_mps2=_extreme(braking_mps2, np.max),
+        severity=severity or 0.0,
     )
 
 

@@ -51,7 +51,7 @@ class OverlayBox:
         box: in the picture.
         label: its words; empty for most vehicles, see `told_ids`.
         color: of the box.
-        is_lead: whether it is the lead's.
+        is_lead: whether it is the lead's, or that of the vehicle that is warned of.
     """
 
     box: Box
@@ -90,17 +90,24 @@ class OverlayRow:
 
 
 def overlay_boxes(result: FrameResult, imperial: bool = False) -> tuple[OverlayBox, ...]:
-    """Boxes of all tracks; the lead in the colour of the warning level, the others violet."""
+    """Boxes of all tracks; the warned one in the colour of the level, the lead green, the others violet."""
     told = told_ids(result)
     return tuple(
         OverlayBox(
             track.box,
             track_label(track, imperial) if track.track_id in told else "",
-            LEVEL_COLORS[result.warning.level] if track.track_id == result.lead_id else OTHER_TRACK_COLOR,
-            track.track_id == result.lead_id,
+            track_color(result, track.track_id),
+            track.track_id in (result.lead_id, result.warning.track_id),
         )
         for track in result.tracks
     )
+
+
+def track_color(result: FrameResult, track_id: int) -> Rgb:
+    """Of a vehicle: that of the level where it is warned of, else by whether it is the lead."""
+    if track_id == result.warning.track_id:
+        return LEVEL_COLORS[result.warning.level]
+    return LEVEL_COLORS[WarningLevel.NONE] if track_id == result.lead_id else OTHER_TRACK_COLOR
 
 
 def track_label(track: Track, imperial: bool = False) -> str:

@@ -1,7 +1,7 @@
 """What a drive log holds, and the seam behind which each log format stands."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
 from typing import Any, Protocol, TypeVar
 
@@ -11,6 +11,7 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
 from fcw.motion.state import OwnMotion, OwnPath
+from fcw.threat.threat import required_deceleration_mps2
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningState
 
@@ -47,6 +48,31 @@ class FrameResult:
     def lead(self) -> Track | None:
         """The lead vehicle, or None."""
         return next((track for track in self.tracks if track.track_id == self.lead_id), None)
+
+    @property
+    def warned(self) -> Track | None:
+        """The vehicle that the warning is about, while it is followed."""
+        return next((track for track in self.tracks if track.track_id == self.warning.track_id), None)
+
+    @property
+    def told_warning(self) -> WarningState:
+        """The warning, with the figures of its vehicle where the policy, or an old log, left them out."""
+        warning, track = self.warning, self.warned
+        if warning.distance_m is not None or track is None:
+            return warning
+        return replace(
+            warning,
+            ttc_s=track.ttc_s if warning.ttc_s is None else warning.ttc_s,
+            required_deceleration_mps2=(
+                required_deceleration_mps2(track.distance_m, track.closing_speed_mps)
+                if warning.required_deceleration_mps2 is None
+                else warning.required_deceleration_mps2
+            ),
+            distance_m=track.distance_m,
+            distance_low_m=track.distance_low_m,
+            distance_high_m=track.distance_high_m,
+            closing_speed_mps=track.closing_speed_mps,
+        )
 
 
 @dataclass(frozen=True, slots=True)

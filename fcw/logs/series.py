@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fcw.frame import VideoPacket
 from fcw.logs.records import FrameResult
-from fcw.warning.policy import required_deceleration_mps2
+from fcw.threat.threat import required_deceleration_mps2
 
 NO_TRACK = -1
 _NAN = float("nan")
@@ -42,6 +42,16 @@ class DriveSeries:
         headway_s: float32, to the lead; NaN where the own speed is unknown or zero.
         required_deceleration_mps2: float32, to avoid the lead; NaN when not closing.
         ego_speed_mps: float32; NaN where unknown.
+        warned_distance_m: float32, of the vehicle that the warning is about, whether it is the lead or not;
+            as are all `warned_...`.
+        warned_distance_low_m: float32.
+        warned_distance_high_m: float32.
+        warned_closing_speed_mps: float32.
+        warned_ttc_s: float32.
+        warned_headway_s: float32.
+        warned_required_deceleration_mps2: float32.
+        warned_probability: float32, of a collision.
+        extrapolated: int8, 1 where it is not followed any more.
         keyframe_ns: (K,) int64, times of the video packets at which decoding can start, rising; below 0
             where they only feed the decoder.
         note_ns: (M,) int64, first frames of the times in which there was something to tell.
@@ -64,6 +74,15 @@ class DriveSeries:
     headway_s: NDArray[np.float32]
     required_deceleration_mps2: NDArray[np.float32]
     ego_speed_mps: NDArray[np.float32]
+    warned_distance_m: NDArray[np.float32]
+    warned_distance_low_m: NDArray[np.float32]
+    warned_distance_high_m: NDArray[np.float32]
+    warned_closing_speed_mps: NDArray[np.float32]
+    warned_ttc_s: NDArray[np.float32]
+    warned_headway_s: NDArray[np.float32]
+    warned_required_deceleration_mps2: NDArray[np.float32]
+    warned_probability: NDArray[np.float32]
+    extrapolated: NDArray[np.int8]
     keyframe_ns: NDArray[np.int64]
     note_ns: NDArray[np.int64]
     note_end_ns: NDArray[np.int64]
@@ -78,6 +97,16 @@ class DriveSeries:
     def duration_s(self) -> float:
         """From the first frame to the last."""
         return float(self.time_ns[-1] - self.time_ns[0]) / 1e9 if len(self) else 0.0
+
+    def about(self, name: str) -> NDArray[np.float32]:
+        """A column of the warned vehicle while one is warned of, else of the lead: what a person looks at.
+
+        Args:
+            name: `distance_m`, `distance_low_m`, `distance_high_m`, `closing_speed_mps`, `ttc_s`, `headway_s`
+                or `required_deceleration_mps2`.
+        """
+        warned, lead = getattr(self, f"warned_{name}"), getattr(self, name)
+        return np.where(self.warned_id == NO_TRACK, lead, warned)
 
     def row_of(self, frame_index: int) -> int:
         """Row of a frame.
@@ -140,6 +169,15 @@ _COLUMNS: dict[str, type[np.generic]] = {
     "headway_s": np.float32,
     "required_deceleration_mps2": np.float32,
     "ego_speed_mps": np.float32,
+    "warned_distance_m": np.float32,
+    "warned_distance_low_m": np.float32,
+    "warned_distance_high_m": np.float32,
+    "warned_closing_speed_mps": np.float32,
+    "warned_ttc_s": np.float32,
+    "warned_headway_s": np.float32,
+    "warned_required_deceleration_mps2": np.float32,
+    "warned_probability": np.float32,
+    "extrapolated": np.int8,
     "keyframe_ns": np.int64,
     "note_ns": np.int64,
     "note_end_ns": np.int64,
@@ -158,7 +196,7 @@ class SeriesBuilder:
 
     def add(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         """Take in the next frame and its video packets."""
-        lead, warning, own_mps = result.lead, result.warning, result.ego_speed_mps
+        lead, warning, own_mps = result.lead, result.told_warning, result.ego_speed_mps
         row: dict[str, float | None] = {
             "frame_index": result.index,
             "time_ns": result.time_ns,
@@ -167,6 +205,15 @@ class SeriesBuilder:
             "rule": self._rules.setdefault(warning.rule, len(self._rules)),
             "lead_id": NO_TRACK if result.lead_id is None else result.lead_id,
             "ego_speed_mps": own_mps,
+            "warned_distance_m": warning.distance_m,
+            "warned_distance_low_m": warning.distance_low_m,
+            "warned_distance_high_m": warning.distance_high_m,
+            "warned_closing_speed_mps": warning.closing_speed_mps,
+            "warned_ttc_s": warning.ttc_s,
+            "warned_headway_s": warning.headway_s,
+            "warned_required_deceleration_mps2": warning.required_deceleration_mps2,
+            "warned_probability": warning.collision_probability,
+            "extrapolated": warning.extrapolated,
             "distance_m": None,
             "distance_low_m": None,
             "distance_high_m": None,

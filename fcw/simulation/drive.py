@@ -48,7 +48,7 @@ def true_calibration(scenario: Scenario) -> Calibration:
 def render_drive(scenario: Scenario, seed: int = 0) -> Iterator[tuple[Frame, FrameTruth]]:
     """The frames of a drive, each with its truth; the same for the same seed, bit for bit."""
     camera = scenario.camera.camera()
-    renderer = Renderer(camera, IMAGE_SIZE, seed)
+    renderer = Renderer(camera, IMAGE_SIZE, seed, scenario.on_glass)
     for index, state in enumerate(World(scenario, seed).states()):
         truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
         yield Frame(index, state.time_ns, renderer.render(state)), truth

@@ -83,7 +83,7 @@ class BoxGeometry:
     ) -> None:
         self.prior = SizePrior(model, noise.free_height)
         self._noise, self._model, self._image_size = noise, model, image_size
-        self._height_m, self._focal_px = camera.height_m, camera.focal_y_px
+        self.height_m, self._focal_px = camera.height_m, camera.focal_y_px
         self._axis_px = camera.principal_column_px
         self._calibrated = camera
 
@@ -92,7 +92,7 @@ class BoxGeometry:
         noise, size = self._noise, self._image_size
         horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)
-        focal_px = scale / math.hypot(self._height_m, pole_m)
+        focal_px = scale / math.hypot(self.height_m, pole_m)
         row = by_width = by_height = None
         pitches = [HORIZON, SLOW, FAST]
         if measures_row(box, size, noise):
@@ -153,7 +153,7 @@ class BoxGeometry:
         shown_m = width_m
         if kind < self.prior.rear_count and noise.shows_side:
             shown_m += self._side_m(box, distance_m, width_m)
-        focal_px = camera.row_scale_m_px / math.hypot(self._height_m, camera.pole_m)
+        focal_px = camera.row_scale_m_px / math.hypot(self.height_m, camera.pole_m)
         below_px = camera.row_scale_m_px * box.w / (focal_px * shown_m)
         noise_px = math.hypot(noise.bottom_sigma_px(box), below_px * noise.log_width_sigma(box))
         return (
@@ -165,7 +165,7 @@ class BoxGeometry:
 
     def measure(self, sightings: Sequence[Sighting], x: FloatArray, dt_s: float) -> Measurements:
         """Measurements of one frame, dt after the one before, against the (N,) state x."""
-        height_m, noise, size = self._height_m, self._noise, self._image_size
+        height_m, noise, size = self.height_m, self._noise, self._image_size
         white = noise.white(dt_s)
         horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)

@@ -7,11 +7,12 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.motion.state import OwnPath
+from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
 from fcw.tracking.range_state import RangeState
 from fcw.tracking.ranging import BoxNoise, inner_edge_px, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
-from fcw.tracking.types import SeenBy, Track
+from fcw.tracking.types import SeenBy, Track, known_ttc_s
 
 NEAREST_M = 0.5
 """Nothing ahead comes nearer to a camera behind a windscreen: a track coasting on from here is wrong."""
@@ -25,8 +26,10 @@ class Followed:
     Attributes:
         box: in the picture, or where it would be beyond its edges.
         last_ns: when it was last seen, by the detector or in the picture.
+        detected_ns: when the detector saw it last.
         confirmed: whether it is believed.
         seen_by: what saw it in the latest frame.
+        doubtful: whether it may be none; see `fcw.tracking.belief`.
         looks: what is remembered of them.
     """
 
@@ -38,9 +41,10 @@ class Followed:
         state: RangeState,
         calibration: Calibration,
         settings: TrackerSettings,
+        focal_px: float,
     ) -> None:
         self.box = detection.box
-        self.last_ns = time_ns
+        self.last_ns = self.detected_ns = time_ns
         self.confirmed = False
         self.seen_by = SeenBy.DETECTOR
         self.looks = Follower(settings.following)
@@ -57,6 +61,11 @@ class Followed:
         self._hits = 1
         self._misses = 0
         self._in_path = False
+        self.doubtful = False
+        self._seen: Box | None = None
+        """The box of this frame, until its lateral position is taken."""
+        first = settings.box_noise.edge_sigma_px(detection.box) * state.distance_m
+        self._across = LateralFilter(self._lateral_m(detection.box, focal_px), first / focal_px)
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 
@@ -70,6 +79,7 @@ class Followed:
         self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
         self._misses += 1
         self._dt_s = dt_s
+        self._across.predict(dt_s)
         self.seen_by = SeenBy.COASTING
 
     def carry(self, time_ns: int, moved: Moved, we_drive: bool) -> bool:
@@ -93,7 +103,7 @@ class Followed:
             self.lose()
             return False
         self._drift(moved.box, self._dt_s)
-        self.box = moved.box
+        self.box = self._seen = moved.box
         if self._credit_s > 0:
             self.seen_by = SeenBy.PICTURE
         return True
@@ -116,10 +126,12 @@ class Followed:
         settings, found, box = self._settings, detection.box, self.box
         following, dt_s = settings.following, (time_ns - self.last_ns) / 1e9
         carried = self.seen_by == SeenBy.PICTURE
-        self.seen_by, self.last_ns, self._rest = SeenBy.DETECTOR, time_ns, None
+        self.seen_by, self.last_ns, self.detected_ns = SeenBy.DETECTOR, time_ns, time_ns
+        self._rest = None
         self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
         self._feet = self._feet_of(found)
         self._score = detection.score
+        self._seen = found
         self._hits += 1
         self._misses -= 1
         if not carried:
@@ -158,7 +170,8 @@ class Followed:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
         state = self.state
         distance_m, low_m, high_m = state.distance_with_interval(self._calibration.reference_offset_m)
-        lateral_m, lateral_mps = self._lateral()
+        across = self._across
+        lateral_m, lateral_mps = across.lateral_m, across.rate_mps
         if self.seen_by != SeenBy.COASTING:
             # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
             # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
@@ -175,32 +188,46 @@ class Followed:
             lateral_m=lateral_m,
             closing_speed_mps=state.closing_speed_mps,
             closing_speed_sigma_mps=state.closing_speed_sigma_mps,
-            ttc_s=distance_m / state.closing_speed_mps if state.closing_speed_mps > 0 else None,
+            ttc_s=known_ttc_s(distance_m, state.closing_speed_mps, state.closing_speed_sigma_mps),
             age_s=(time_ns - self._first_ns) / 1e9,
             seen_by=self.seen_by,
             in_path=self._in_path,
             closing_acceleration_mps2=state.closing_acceleration_mps2,
             closing_acceleration_sigma_mps2=state.closing_acceleration_sigma_mps2,
             lateral_speed_mps=lateral_mps,
+            width_m=state.width_m,
+            lateral_sigma_m=math.hypot(across.sigma_m, lateral_m * state.log_distance_sigma),
+            lateral_speed_sigma_mps=across.rate_sigma_mps,
+            doubtful=self.doubtful,
         )
 
-    def _lateral(self) -> tuple[float, float]:
-        """Lateral position of the middle of the rear and its rate, positive to the left."""
+    def place_across(self, focal_px: float) -> None:
+        """Take where the box of this frame is across the road; called once its distance is known."""
+        if self._seen is not None:
+            noise = self._settings.box_noise
+            sigma_px = noise.edge_sigma_px(self._seen) / math.sqrt(2)
+            sigma_px *= math.sqrt(noise.white(max(self._dt_s, SHORTEST_STEP_S)))
+            sigma_m = sigma_px * self.state.distance_m / focal_px
+            self._across.correct(self._lateral_m(self._seen, focal_px), sigma_m)
+            self._seen = None
+
+    def _lateral_m(self, box: Box, focal_px: float) -> float:
+        """Lateral position of the middle of the rear by a box, positive to the left."""
         camera, distance_m = self._calibration.camera, self.state.distance_m
-        metres_per_px = distance_m / camera.focal_y_px
-        lateral_m = (camera.principal_column_px - self.box.center_x) * metres_per_px
-        inner_px = inner_edge_px(self.box, self._calibration.image_size, self._settings.box_noise)
+        metres_per_px = distance_m / focal_px
+        lateral_m = (camera.principal_column_px - box.center_x) * metres_per_px
+        inner_px = inner_edge_px(box, self._calibration.image_size, self._settings.box_noise)
         if inner_px is not None:
             # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
             # edge is whole: that of the far end of its inner side, where the box takes that in.
             side_m = self._settings.model.vehicle_length_m if self._settings.box_noise.shows_side else 0.0
-            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / camera.focal_y_px
+            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / focal_px
             lateral_m = edge_m + math.copysign(self.state.width_m / 2, lateral_m)
         elif self._settings.box_noise.shows_side:
             # What shows beyond the rear's own width is the side that is turned to us.
-            side_m = max(self.box.w * metres_per_px - self.state.width_m, 0.0)
+            side_m = max(box.w * metres_per_px - self.state.width_m, 0.0)
             lateral_m += math.copysign(min(side_m / 2, abs(lateral_m)), lateral_m)
-        return lateral_m, -self._drift_pxps * metres_per_px
+        return lateral_m
 
 
 def _box(center_x: float, bottom: float, w: float, h: float) -> Box:

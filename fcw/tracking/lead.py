@@ -80,8 +80,12 @@ def is_oncoming(track: Track, ego_speed_mps: float | None) -> bool:
 
 
 def select_lead(tracks: Iterable[Track], ego_speed_mps: float | None) -> Track | None:
-    """The nearest vehicle in the own path, oncoming ones aside; None when the path is free."""
-    candidates = (track for track in tracks if track.in_path and not is_oncoming(track, ego_speed_mps))
+    """The nearest vehicle in the own path that is believed and not oncoming; None when the path is free."""
+    candidates = (
+        track
+        for track in tracks
+        if track.in_path and not track.doubtful and not is_oncoming(track, ego_speed_mps)
+    )
     return min(candidates, key=lambda track: track.distance_m, default=None)
 
 

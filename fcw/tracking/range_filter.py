@@ -55,6 +55,7 @@ from fcw.tracking.box_measurement import (
     LOOKS,
     POLE,
     RATE,
+    SCALE,
     SLOW,
     SMALLEST_DEPTH_M,
     VEHICLE,
@@ -121,6 +122,11 @@ class RangeFilter:
     def count(self) -> int:
         """Number of vehicles."""
         return len(self._kinds)
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length as it is believed now: widths teach what three clicks leave open."""
+        return math.exp(float(self._x[SCALE])) / math.hypot(self._geometry.height_m, float(self._x[POLE]))
 
     @property
     def pitch_rad(self) -> float:

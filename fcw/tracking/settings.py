@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from fcw.tracking.belief.settings import BeliefSettings
 from fcw.tracking.horizon import MountWatchSettings
 from fcw.tracking.lead import Corridor
 from fcw.tracking.lead_speed import SpeedPrior
@@ -29,6 +30,7 @@ class TrackerSettings:
         mount: when a moved mount is said.
         speed_prior: of other vehicles, where the own speed is known.
         following: how vehicles are followed by the picture.
+        belief: when what was found is believed to be a vehicle.
     """
 
     box_noise: BoxNoise = field(default_factory=BoxNoise)
@@ -43,3 +45,4 @@ class TrackerSettings:
     mount: MountWatchSettings = field(default_factory=MountWatchSettings)
     speed_prior: SpeedPrior = field(default_factory=SpeedPrior)
     following: FollowingSettings = field(default_factory=FollowingSettings)
+    belief: BeliefSettings = field(default_factory=BeliefSettings)

@@ -13,6 +13,7 @@ from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount, OwnPath
+from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
@@ -43,6 +44,7 @@ class Tracker:
         self._range = RangeFilter(calibration, self._settings.box_noise, self._settings.model)
         self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
         self._mount_note = MountNote(calibration)
+        self._doubts = Doubts(self._settings.belief, calibration.image_size.width)
         self._followed: list[Followed] = []
         self._time_ns: int | None = None
         self._ego_speed_mps: float | None = None
@@ -53,6 +55,11 @@ class Tracker:
     def lead_id(self) -> int | None:
         """Id of the lead among the tracks of the last update; None when the own path is free."""
         return self._lead_id
+
+    @property
+    def reference_offset_m(self) -> float:
+        """How far the reference of distances is ahead of the camera."""
+        return self._calibration.reference_offset_m
 
     @property
     def mount(self) -> MountWatch:
@@ -126,9 +133,11 @@ class Tracker:
             self._remember(time_ns, image)
         for slot, followed in enumerate(self._followed):
             followed.state = self._state(slot)
+            followed.place_across(self._range.focal_px)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps)
+        self._doubts.update(time_ns, self._followed, image)
         if path is None:
             path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
         tracks = tuple(followed.track(time_ns, path) for followed in self._followed if followed.confirmed)
@@ -233,7 +242,15 @@ class Tracker:
         if self._range.add(detection.box, ego_speed_mps):
             state = self._state(self._range.count - 1)
             self._followed.append(
-                Followed(self._next_id, time_ns, detection, state, self._calibration, self._settings)
+                Followed(
+                    self._next_id,
+                    time_ns,
+                    detection,
+                    state,
+                    self._calibration,
+                    self._settings,
+                    self._range.focal_px,
+                )
             )
             self._next_id += 1
 

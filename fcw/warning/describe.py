@@ -1,8 +1,7 @@
 """A warning and its reason in words."""
 
-from fcw.tracking.types import Track
-from fcw.units import distance_text, speed_text
-from fcw.warning.driver import RULE_BRAKING_DUE, STANDARD_GRAVITY_MPS2
+from fcw.units import STANDARD_GRAVITY_MPS2, distance_text, speed_text
+from fcw.warning.driver import RULE_BRAKING_DUE
 from fcw.warning.types import WarningLevel, WarningState
 
 REASONS = {
@@ -15,27 +14,52 @@ REASONS = {
 """Words for the rules by their names."""
 
 
-def describe(state: WarningState, track: Track | None, imperial: bool = False) -> str:
+def describe(state: WarningState, imperial: bool = False) -> str:
     """The warning and its reason in words, for logs and viewers.
 
     Args:
         state: the warning.
-        track: the vehicle it is about, where it is still followed.
         imperial: feet and miles per hour.
     """
     if state.level == WarningLevel.NONE:
         return "no warning"
-    text = f"{state.level.name.lower()}: {REASONS.get(state.rule, state.rule)}"
-    if track is None:
-        return f"{text}; vehicle {state.track_id} is no longer seen"
-    low, high = (distance_text(d, imperial) for d in (track.distance_low_m, track.distance_high_m))
-    high = "unbounded" if high.startswith("inf") else high
-    parts = [f"vehicle {track.track_id} at {distance_text(track.distance_m, imperial)} ({low} to {high})"]
+    parts = [f"{state.level.name.lower()}: {reason(state, imperial)}"]
+    if state.distance_m is None:
+        return f"{parts[0]}; vehicle {state.track_id}"
+    high_m = state.distance_high_m
+    high = "unbounded" if high_m is None or high_m == float("inf") else distance_text(high_m, imperial)
+    low = distance_text(state.distance_low_m or 0.0, imperial)
+    vehicle = f"vehicle {state.track_id}{', no longer seen,' if state.extrapolated else ''}"
+    figures = [f"{vehicle} at {distance_text(state.distance_m, imperial)} ({low} to {high})"]
     if state.ttc_s is not None:
-        parts.append(f"closing at {speed_text(track.closing_speed_mps, imperial)}")
-        parts.append(f"collision in {state.ttc_s:.1f} s")
+        if state.closing_speed_mps is not None:
+            figures.append(f"closing at {speed_text(state.closing_speed_mps, imperial)}")
+        figures.append(f"collision in {state.ttc_s:.1f} s")
     if state.required_deceleration_mps2 is not None:
-        parts.append(f"needs {state.required_deceleration_mps2 / STANDARD_GRAVITY_MPS2:.2f} g")
+        figures.append(f"needs {state.required_deceleration_mps2 / STANDARD_GRAVITY_MPS2:.2f} g")
     if state.headway_s is not None:
-        parts.append(f"headway {state.headway_s:.1f} s")
-    return f"{text}; {', '.join(parts)}"
+        figures.append(f"headway {state.headway_s:.1f} s")
+    return f"{parts[0]}; {', '.join(figures)}"
+
+
+def reason(state: WarningState, imperial: bool = False) -> str:
+    """The rule that holds the level, its threshold and what it assumes.
+
+    Args:
+        state: with a level.
+        imperial: feet.
+    """
+    text, assumes = REASONS.get(state.rule, state.rule), state.assumes
+    needed_m = state.needed_distance_m
+    if not assumes:
+        return text
+    if state.rule == RULE_BRAKING_DUE and needed_m is not None and state.distance_m is not None:
+        spare_m = state.distance_m - needed_m
+        end = f"stay {distance_text(spare_m, imperial)} behind it"
+        if spare_m < 0:
+            end = f"are {distance_text(-spare_m, imperial)} too near"
+        return f"{text}, with {assumes} you {end}"
+    if state.rule == "rss" and needed_m is not None:
+        return f"{text} of {distance_text(needed_m, imperial)}, {assumes}"
+    limit = "more than" if state.rule == "required_deceleration" else "less than"
+    return f"{text}, {limit} {assumes}"

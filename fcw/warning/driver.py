@@ -1,12 +1,12 @@
 """Drivers who react to a warning and brake, and the rule that warns when one of them must be warned."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from fcw.warning.policy import Approach
+from fcw.units import STANDARD_GRAVITY_MPS2
+from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel
 
-STANDARD_GRAVITY_MPS2 = 9.80665
 RULE_BRAKING_DUE = "braking_due"
 HARDEST_BRAKING_MPS2 = 8.0
 """What a car brakes with at most (as in RSS): a closing speed that seems to change faster is noise."""
@@ -23,6 +23,15 @@ class Driver:
 
     reaction_s: float
     braking_mps2: float
+
+    def slower(self, by_s: float) -> "Driver":
+        """A driver who takes so much longer to react; a negative time is a faster one."""
+        return replace(self, reaction_s=max(self.reaction_s + by_s, 0.0))
+
+    @property
+    def words(self) -> str:
+        """What is assumed of them."""
+        return f"{self.reaction_s:.1f} s to react and {self.braking_mps2 / STANDARD_GRAVITY_MPS2:.2f} g"
 
     def needed_distance_m(self, closing_speed_mps: float) -> float:
         """Gap this driver needs to take off a closing speed: v t + v^2 / (2 a).
@@ -90,6 +99,11 @@ class DriverRule:
     name: str = RULE_BRAKING_DUE
     by_closing: bool = True
 
+    @property
+    def assumes(self) -> str:
+        """See `Rule`."""
+        return self.driver.words
+
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
         """See `Rule`."""
         if not self.lead_goes_on:
@@ -97,9 +111,9 @@ class DriverRule:
         return needed_distance_m(approach, self.driver)
 
 
-def euro_ncap_rules() -> tuple[DriverRule, ...]:
+def euro_ncap_rules(earlier_s: float = 0.0) -> tuple[DriverRule, ...]:
     """`warning` for the driver of 1.2 s and 0.4 g, `caution` for the slowest and gentlest one."""
     return (
-        DriverRule(level=WarningLevel.WARNING, driver=EXPECTED_DRIVER),
-        DriverRule(level=WarningLevel.CAUTION, driver=SLOWEST_DRIVER),
+        DriverRule(level=WarningLevel.WARNING, driver=EXPECTED_DRIVER.slower(earlier_s)),
+        DriverRule(level=WarningLevel.CAUTION, driver=SLOWEST_DRIVER.slower(earlier_s)),
     )

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from fcw.units import KMH_PER_MPS
-from fcw.warning.policy import Approach
+from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel
 
 ADVISORY_HEADWAY_S = 0.6
@@ -30,6 +30,11 @@ class HeadwayRule:
     name: str = "headway"
     by_closing: bool = False
 
+    @property
+    def assumes(self) -> str:
+        """See `Rule`."""
+        return f"{self.headway_s:.1f} s"
+
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
         """See `Rule`; 0 below the speeds that count."""
         own_mps = approach.own_mps
@@ -38,9 +43,11 @@ class HeadwayRule:
         return own_mps * self.headway_s
 
 
-def headway_rules() -> tuple[HeadwayRule, ...]:
-    """`advisory` below 0.6 s, `caution` below 0.4 s."""
+def headway_rules(earlier_s: float = 0.0) -> tuple[HeadwayRule, ...]:
+    """`advisory` below 0.6 s, `caution` below 0.4 s; earlier, the former comes at a longer headway."""
     return (
-        HeadwayRule(level=WarningLevel.ADVISORY, headway_s=ADVISORY_HEADWAY_S),
+        HeadwayRule(
+            level=WarningLevel.ADVISORY, headway_s=max(ADVISORY_HEADWAY_S + earlier_s, CAUTION_HEADWAY_S)
+        ),
         HeadwayRule(level=WarningLevel.CAUTION, headway_s=CAUTION_HEADWAY_S),
     )

@@ -9,8 +9,9 @@ lead that speeds up counts as one that keeps its speed.
 import math
 from dataclasses import dataclass
 
-from fcw.warning.driver import SLOWEST_DRIVER, STANDARD_GRAVITY_MPS2
-from fcw.warning.policy import Approach
+from fcw.units import STANDARD_GRAVITY_MPS2
+from fcw.warning.driver import SLOWEST_DRIVER
+from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel
 
 HIGHEST_THRESHOLD_MPS2 = 0.68 * STANDARD_GRAVITY_MPS2
@@ -35,6 +36,11 @@ class RequiredDecelerationRule:
     name: str = "required_deceleration"
     by_closing: bool = True
 
+    @property
+    def assumes(self) -> str:
+        """See `Rule`."""
+        return f"{self.threshold_mps2 / STANDARD_GRAVITY_MPS2:.2f} g after {self.delay_s:.2f} s"
+
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
         """See `Rule`; inf where the lead brakes harder than the threshold."""
         closing_mps = max(approach.closing_mps, 0.0)
@@ -42,15 +48,17 @@ class RequiredDecelerationRule:
         return closing_mps * self.delay_s + closing_mps**2 / (2 * spare_mps2) if spare_mps2 > 0 else math.inf
 
 
-def required_deceleration_rules() -> tuple[RequiredDecelerationRule, ...]:
+def required_deceleration_rules(earlier_s: float = 0.0) -> tuple[RequiredDecelerationRule, ...]:
     """`warning` above 0.68 g after 0.75 s, `caution` for the slowest and gentlest of ISO's drivers."""
     return (
         RequiredDecelerationRule(
-            level=WarningLevel.WARNING, threshold_mps2=HIGHEST_THRESHOLD_MPS2, delay_s=EXPECTED_REACTION_S
+            level=WarningLevel.WARNING,
+            threshold_mps2=HIGHEST_THRESHOLD_MPS2,
+            delay_s=max(EXPECTED_REACTION_S + earlier_s, 0.0),
         ),
         RequiredDecelerationRule(
             level=WarningLevel.CAUTION,
             threshold_mps2=SLOWEST_DRIVER.braking_mps2,
-            delay_s=SLOWEST_DRIVER.reaction_s,
+            delay_s=SLOWEST_DRIVER.slower(earlier_s).reaction_s,
         ),
     )

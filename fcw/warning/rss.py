@@ -10,7 +10,8 @@ with the values of Intel's ad-rss-lib ("Parameter Discussion" in its documentati
 
 from dataclasses import dataclass
 
-from fcw.warning.policy import Approach
+from fcw.units import STANDARD_GRAVITY_MPS2
+from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel
 
 RESPONSE_S = 1.0
@@ -27,6 +28,7 @@ class RssRule:
         level: which.
         speeding_up_mps2: how we might speed up during the response.
         lead_braking_mps2: how hard the lead might brake.
+        response_s: from then on until we brake.
     """
 
     level: WarningLevel
@@ -34,6 +36,15 @@ class RssRule:
     lead_braking_mps2: float
     name: str = "rss"
     by_closing: bool = False
+    response_s: float = RESPONSE_S
+
+    @property
+    def assumes(self) -> str:
+        """See `Rule`."""
+        braking_g, lead_g = (
+            mps2 / STANDARD_GRAVITY_MPS2 for mps2 in (OWN_BRAKING_MPS2, self.lead_braking_mps2)
+        )
+        return f"{self.response_s:.1f} s to react and {braking_g:.2f} g if it brakes with {lead_g:.2f} g"
 
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
         """See `Rule`."""
@@ -41,24 +52,36 @@ class RssRule:
         if own_mps is None:
             return 0.0
         lead_mps = max(own_mps - approach.closing_mps, 0.0)
-        faster_mps = own_mps + self.speeding_up_mps2 * RESPONSE_S
-        response_m = (own_mps + faster_mps) / 2 * RESPONSE_S
+        faster_mps = own_mps + self.speeding_up_mps2 * self.response_s
+        response_m = (own_mps + faster_mps) / 2 * self.response_s
         stopping_m = faster_mps**2 / (2 * OWN_BRAKING_MPS2)
         return max(response_m + stopping_m - lead_mps**2 / (2 * self.lead_braking_mps2), 0.0)
 
 
-def rss_rules() -> tuple[RssRule, ...]:
+def rss_rules(earlier_s: float = 0.0) -> tuple[RssRule, ...]:
     """`advisory` below the safe distance; two more levels of ours, as a person follows closer than that.
 
     `caution` where it is unsafe though we do not speed up, `warning` where it is so even if the lead brakes
     no harder than we do.
     """
+    response_s = max(RESPONSE_S + earlier_s, 0.0)
     return (
         RssRule(
+            response_s=response_s,
             level=WarningLevel.ADVISORY,
             speeding_up_mps2=SPEEDING_UP_MPS2,
             lead_braking_mps2=LEAD_BRAKING_MPS2,
         ),
-        RssRule(level=WarningLevel.CAUTION, speeding_up_mps2=0.0, lead_braking_mps2=LEAD_BRAKING_MPS2),
-        RssRule(level=WarningLevel.WARNING, speeding_up_mps2=0.0, lead_braking_mps2=OWN_BRAKING_MPS2),
+        RssRule(
+            response_s=response_s,
+            level=WarningLevel.CAUTION,
+            speeding_up_mps2=0.0,
+            lead_braking_mps2=LEAD_BRAKING_MPS2,
+        ),
+        RssRule(
+            response_s=response_s,
+            level=WarningLevel.WARNING,
+            speeding_up_mps2=0.0,
+            lead_braking_mps2=OWN_BRAKING_MPS2,
+        ),
     )

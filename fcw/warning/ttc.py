@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fcw.warning.policy import Approach
+from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel
 
 MINIMUM_CLOSING_MPS = 4.2
@@ -31,15 +31,20 @@ class TtcRule:
     name: str = "ttc"
     by_closing: bool = True
 
+    @property
+    def assumes(self) -> str:
+        """See `Rule`."""
+        return f"{self.ttc_s:.1f} s"
+
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
         """See `Rule`; 0 for a slow approach."""
         fast_enough = approach.closing_mps >= self.minimum_closing_mps
         return approach.closing_mps * self.ttc_s if fast_enough else 0.0
 
 
-def ttc_rules() -> tuple[TtcRule, ...]:
+def ttc_rules(earlier_s: float = 0.0) -> tuple[TtcRule, ...]:
     """`warning` below 2.7 s, `caution` below 3.0 s."""
     return (
-        TtcRule(level=WarningLevel.WARNING, ttc_s=WARNING_TTC_S),
-        TtcRule(level=WarningLevel.CAUTION, ttc_s=CAUTION_TTC_S),
+        TtcRule(level=WarningLevel.WARNING, ttc_s=WARNING_TTC_S + earlier_s),
+        TtcRule(level=WarningLevel.CAUTION, ttc_s=CAUTION_TTC_S + earlier_s),
     )

@@ -1,10 +1,11 @@
 """Warning levels, the state of the warning at a frame, and the seam for warning policies."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
-from fcw.tracking.types import Track
+from fcw.threat.threat import Threat
 
 
 class WarningLevel(IntEnum):
@@ -18,15 +19,28 @@ class WarningLevel(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class WarningState:
-    """The warning shown at one frame.
+    """The warning shown at one frame, with every figure of the vehicle that it is about.
+
+    Where that vehicle is not followed any more while its warning is still shown, the figures go on as they
+    were going; `extrapolated` says so.
 
     Attributes:
         level: the level shown, after hysteresis.
-        track_id: the vehicle it is about; None when the level is NONE.
+        track_id: the vehicle it is about; None when the level is NONE, as is everything below.
         rule: the rule that holds the level, e.g. `ttc` or `required_deceleration`; empty for NONE.
         ttc_s: time to collision with that vehicle; None when not closing.
         required_deceleration_mps2: braking needed to avoid the collision; None when none is needed.
         headway_s: distance over ego speed; None when the ego speed is unknown or zero.
+        distance_m: from the calibration's reference to its rear.
+        distance_low_m: 16th percentile of the distance.
+        distance_high_m: 84th percentile; inf when unbounded.
+        closing_speed_mps: rate at which the distance shrinks.
+        overlap_m: of its width and ours when we reach it; negative is the room between.
+        collision_probability: that we hit it if nobody acts.
+        needed_distance_m: the gap that the rule asks for, by the means of what is known.
+        assumes: what the rule assumes, or its threshold, in words without a unit of length: `1.2 s to react
+            and 0.40 g`.
+        extrapolated: whether the vehicle is not followed any more.
     """
 
     level: WarningLevel
@@ -35,16 +49,31 @@ class WarningState:
     ttc_s: float | None = None
     required_deceleration_mps2: float | None = None
     headway_s: float | None = None
+    distance_m: float | None = None
+    distance_low_m: float | None = None
+    distance_high_m: float | None = None
+    closing_speed_mps: float | None = None
+    overlap_m: float | None = None
+    collision_probability: float | None = None
+    needed_distance_m: float | None = None
+    assumes: str = ""
+    extrapolated: bool = False
 
 
 class WarningPolicy(Protocol):
-    """Decides the warning from the lead vehicle; keeps its own hysteresis."""
+    """Decides the warning from the threats of all vehicles; keeps its own hysteresis."""
 
     @property
     def name(self) -> str:
         """Name in logs."""
         ...
 
-    def update(self, time_ns: int, lead: Track | None, ego_speed_mps: float | None) -> WarningState:
-        """The state at `time_ns`; times must not decrease."""
+    def update(self, time_ns: int, threats: Sequence[Threat], ego_speed_mps: float | None) -> WarningState:
+        """The state at `time_ns`; times must not decrease.
+
+        Args:
+            time_ns: of the frame.
+            threats: of all vehicles, the most urgent first; the lead among them says so.
+            ego_speed_mps: own speed; None when unknown.
+        """
         ...

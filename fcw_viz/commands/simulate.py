@@ -12,7 +12,8 @@ class SimulateCommand:
     """Render a scenario: drive.mp4, its calibration and own speed, and its truth as CSV and MCAP."""
 
     scenario: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENARIO")]
-    """braking, cut-in, demo or oncoming; or the path of your own scenario file."""
+    """braking, cut-in, demo or oncoming; a danger as pulling-out or crossing (a wrong name lists them all);
+    or the path of your own scenario file."""
     out: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
     """Folder for the files; earlier ones there are replaced."""
     seed: int = 0

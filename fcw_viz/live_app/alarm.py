@@ -54,11 +54,10 @@ class Alarm:
 
 def banner_html(result: FrameResult, imperial: bool) -> str:
     """A border in the level's colour and what to do; nothing without a warning."""
-    warning = result.warning
+    warning = result.told_warning
     if warning.level is WarningLevel.NONE:
         return ""
-    track = next((track for track in result.tracks if track.track_id == warning.track_id), None)
-    figures = [] if track is None else [distance_text(track.distance_m, imperial)]
+    figures = [] if warning.distance_m is None else [distance_text(warning.distance_m, imperial)]
     if warning.ttc_s is not None:
         figures.append(f"{warning.ttc_s:.1f} s")
     color = "rgb({}, {}, {})".format(*LEVEL_COLORS[warning.level])

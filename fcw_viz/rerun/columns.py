@@ -110,8 +110,7 @@ def log_columns(results: Sequence[FrameResult], imperial: bool) -> Columns:
 
 
 def _words(result: FrameResult, imperial: bool) -> str:
-    about = next((t for t in result.tracks if t.track_id == result.warning.track_id), None)
-    return describe(result.warning, about, imperial)
+    return describe(result.told_warning, imperial)
 
 
 def _motion(name: str) -> Callable[[FrameResult], float | None]:
@@ -143,7 +142,7 @@ OWN_VALUES = (
 
 
 def _frames(results: Sequence[FrameResult]) -> rr.ComponentColumnList:
-    warnings = [result.warning for result in results]
+    warnings = [result.told_warning for result in results]
     return _values(
         "fcw.Frame",
         index=pa.array([result.index for result in results], pa.int64()),
@@ -159,6 +158,20 @@ def _frames(results: Sequence[FrameResult]) -> rr.ComponentColumnList:
             [warning.required_deceleration_mps2 for warning in warnings], pa.float64()
         ),
         headway_s=pa.array([warning.headway_s for warning in warnings], pa.float64()),
+        **{
+            f"warning_{name}": pa.array([getattr(warning, name) for warning in warnings], pa.float64())
+            for name in (
+                "distance_m",
+                "distance_low_m",
+                "distance_high_m",
+                "closing_speed_mps",
+                "overlap_m",
+                "collision_probability",
+                "needed_distance_m",
+            )
+        },
+        warning_assumes=pa.array([warning.assumes for warning in warnings], pa.string()),
+        warning_extrapolated=pa.array([warning.extrapolated for warning in warnings], pa.bool_()),
     )
 
 
@@ -244,24 +257,31 @@ def _track_values(tracks: Sequence[Track]) -> rr.ComponentColumnList:
 
 
 def _plots(results: Sequence[FrameResult], imperial: bool) -> Iterator[tuple[str, Columns]]:
-    """The lead vehicle over time; NaN, which breaks a line, where there is none."""
+    """The warned vehicle over time, else the lead; NaN, which breaks a line, where there is neither."""
     length, speed = (FEET_PER_METRE, MPH_PER_MPS) if imperial else (1.0, 1.0)
     distances, speeds, ttcs = [], [], []
     for result in results:
-        lead = result.lead
-        if lead is None:
+        warning, vehicle = result.told_warning, result.warned or result.lead
+        if warning.extrapolated and warning.distance_m is not None:
+            distances.append((warning.distance_m, warning.distance_low_m, _finite(warning.distance_high_m)))
+            speeds.append((warning.closing_speed_mps, math.nan, math.nan))
+            ttcs.append(math.nan if warning.ttc_s is None else warning.ttc_s)
+        elif vehicle is None:
             distances.append(NO_VALUES)
             speeds.append(NO_VALUES)
             ttcs.append(math.nan)
-            continue
-        closing, sigma = lead.closing_speed_mps, lead.closing_speed_sigma_mps
-        high_m = lead.distance_high_m if math.isfinite(lead.distance_high_m) else math.nan
-        distances.append((lead.distance_m, lead.distance_low_m, high_m))
-        speeds.append((closing, closing - sigma, closing + sigma))
-        ttcs.append(math.nan if lead.ttc_s is None else lead.ttc_s)
+        else:
+            closing, sigma = vehicle.closing_speed_mps, vehicle.closing_speed_sigma_mps
+            distances.append((vehicle.distance_m, vehicle.distance_low_m, _finite(vehicle.distance_high_m)))
+            speeds.append((closing, closing - sigma, closing + sigma))
+            ttcs.append(math.nan if vehicle.ttc_s is None else vehicle.ttc_s)
     yield scene.PLOT_DISTANCE, list(rr.Scalars.columns(scalars=np.array(distances) * length))
     yield scene.PLOT_SPEED, list(rr.Scalars.columns(scalars=np.array(speeds) * speed))
     yield scene.PLOT_TTC, list(rr.Scalars.columns(scalars=np.array(ttcs)))
+
+
+def _finite(value: float | None) -> float:
+    return value if value is not None and math.isfinite(value) else math.nan
 
 
 def _boxes(boxes: Sequence[Box]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -8,10 +8,9 @@ from fcw.logs.events import DriveEvent
 from fcw.logs.overlay import own_speed_text
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
-from fcw.units import distance_text, speed_text
-from fcw.warning.describe import REASONS
-from fcw.warning.driver import STANDARD_GRAVITY_MPS2
-from fcw.warning.types import WarningLevel
+from fcw.units import STANDARD_GRAVITY_MPS2, distance_text, speed_text
+from fcw.warning.describe import reason
+from fcw.warning.types import WarningLevel, WarningState
 
 NEAR_MISS, MOUNT_MOVED = "near miss", "mount moved"
 KIND_TITLES = {
@@ -70,16 +69,32 @@ def event_line(event: DriveEvent, imperial: bool) -> str:
 
 def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
     """Why there is a warning at a frame, or none: pairs of what and how much."""
-    warning = result.warning
+    warning = result.told_warning
     rows = [("Level", LEVEL_NAMES[warning.level])]
     if warning.rule:
-        rows.append(("Rule", REASONS.get(warning.rule, warning.rule)))
-    about = next((track for track in result.tracks if track.track_id == warning.track_id), None)
-    track = about or result.lead
-    if track is None:
+        rows.append(("Rule", reason(warning, imperial)))
+    track = result.warned or result.lead
+    if warning.extrapolated:
+        rows += _lost_rows(warning, imperial)
+    elif track is None:
         rows.append(("Ahead", "no vehicle in the own path" if warning.track_id is None else "no longer seen"))
         return rows
-    rows.append(("Vehicle", f"#{track.track_id}{', the lead' if track.track_id == result.lead_id else ''}"))
+    else:
+        rows += _vehicle_rows(track, track.track_id == result.lead_id, imperial)
+    if warning.required_deceleration_mps2 is not None:
+        rows.append(("Needs", f"braking of {_g_text(warning.required_deceleration_mps2)}"))
+    if warning.collision_probability is not None and warning.overlap_m is not None:
+        rows.append(("In our way", _overlap_words(warning.overlap_m, imperial)))
+        rows.append(("Likelihood", f"{warning.collision_probability:.0%} that we hit it if nobody acts"))
+    if warning.headway_s is not None:
+        rows.append(("Headway", f"{warning.headway_s:.1f} s"))
+    if result.ego_speed_mps is not None:
+        rows.append(("Own speed", own_speed_text(result, imperial).replace("+-", "±")))
+    return rows
+
+
+def _vehicle_rows(track: Track, is_lead: bool, imperial: bool) -> list[tuple[str, str]]:
+    rows = [("Vehicle", f"#{track.track_id}{', the lead' if is_lead else ''}")]
     distance = f"{distance_text(track.distance_m, imperial)}, {interval_words(track, imperial)}"
     rows.append(("Distance", distance))
     sigma_mps = track.closing_speed_sigma_mps
@@ -87,13 +102,28 @@ def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
     rows.append(("Closing" if track.closing_speed_mps >= 0 else "Opening", closing))
     if track.ttc_s is not None:
         rows.append(("Collision in", f"{track.ttc_s:.1f} s"))
-    if warning.required_deceleration_mps2 is not None:
-        rows.append(("Needs", f"braking of {_g_text(warning.required_deceleration_mps2)}"))
-    if warning.headway_s is not None:
-        rows.append(("Headway", f"{warning.headway_s:.1f} s"))
-    if result.ego_speed_mps is not None:
-        rows.append(("Own speed", own_speed_text(result, imperial).replace("+-", "±")))
     return rows
+
+
+def _lost_rows(warning: WarningState, imperial: bool) -> list[tuple[str, str]]:
+    """The figures of a vehicle that is followed no more, as they would be by now."""
+    rows = [("Vehicle", f"#{warning.track_id}, no longer seen; its figures as they would be by now")]
+    if warning.distance_m is not None:
+        rows.append(("Distance", distance_text(warning.distance_m, imperial)))
+    if warning.closing_speed_mps is not None:
+        rows.append(("Closing", speed_text(warning.closing_speed_mps, imperial)))
+    if warning.ttc_s is not None:
+        rows.append(("Collision in", f"{warning.ttc_s:.1f} s"))
+    return rows
+
+
+def _overlap_words(overlap_m: float, imperial: bool) -> str:
+    """How much of its width and ours will be in each other's way."""
+    return (
+        f"by {distance_text(overlap_m, imperial)}"
+        if overlap_m > 0
+        else f"not, by {distance_text(-overlap_m, imperial)}"
+    )
 
 
 def interval_words(track: Track, imperial: bool) -> str:

@@ -34,6 +34,10 @@ tracks = st.builds(
     closing_acceleration_mps2=numbers,
     closing_acceleration_sigma_mps2=numbers,
     lateral_speed_mps=numbers,
+    width_m=numbers,
+    lateral_sigma_m=numbers,
+    lateral_speed_sigma_mps=numbers,
+    doubtful=st.booleans(),
 )
 warning_states = st.builds(
     WarningState,
@@ -43,6 +47,15 @@ warning_states = st.builds(
     ttc_s=st.none() | numbers,
     required_deceleration_mps2=st.none() | numbers,
     headway_s=st.none() | numbers,
+    distance_m=st.none() | numbers,
+    distance_low_m=st.none() | numbers,
+    distance_high_m=st.none() | numbers,
+    closing_speed_mps=st.none() | numbers,
+    overlap_m=st.none() | numbers,
+    collision_probability=st.none() | numbers,
+    needed_distance_m=st.none() | numbers,
+    assumes=st.text(max_size=12),
+    extrapolated=st.booleans(),
 )
 mounts = st.builds(
     Mount,

@@ -100,6 +100,31 @@ def test_a_level_held_on_a_vehicle_no_longer_followed_measures_nothing_of_the_ne
     assert event.min_distance_m == 30.0
 
 
+def test_a_warned_vehicle_that_is_not_the_lead_has_its_own_figures_and_lost_ones_are_no_measurement():
+    frames = []
+    for i in range(10):
+        lead = frame(i, 40.0, 1.0, track_id=8)
+        state = WarningState(
+            WarningLevel.WARNING,
+            3,
+            "braking_due",
+            ttc_s=1.5 - i / 10,
+            required_deceleration_mps2=4.0 + i / 10,
+            distance_m=12.0 - i,
+            distance_low_m=11.0 - i,
+            distance_high_m=13.0 - i,
+            closing_speed_mps=8.0,
+            overlap_m=0.9,
+            collision_probability=0.5,
+            extrapolated=i >= 6,
+        )
+        frames.append(FrameResult(i, lead.time_ns, (), lead.tracks, 8, state, 20.0))
+    (event,) = events_of(frames)
+    assert (event.track_id, event.min_distance_m, event.peak_s) == (3, 7.0, 0.5)
+    assert event.min_ttc_s == pytest.approx(1.0)
+    assert event.severity == pytest.approx(4.5 / 8 * 0.5)
+
+
 @pytest.mark.parametrize(
     ("distance_m", "closing_mps", "own_mps", "kinds"),
     [

@@ -53,7 +53,7 @@ def whole(tmp_path_factory, header, short_drive) -> DriveLog:
 @pytest.fixture(scope="module")
 def torn(tmp_path_factory, whole) -> DriveLog:
     path = tmp_path_factory.mktemp("torn") / "drive.mcap"
-    path.write_bytes(whole.path.read_bytes()[: whole.path.stat().st_size * 2 // 3])
+    path.write_bytes(whole.path.read_bytes()[: whole.path.stat().st_size // 2])
     return DriveLog(path)
 
 

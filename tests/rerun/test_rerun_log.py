@@ -302,7 +302,7 @@ def test_only_changes_of_the_level_are_told_with_their_reason(tmp_path):
     path = write_drive(tmp_path / "drive.rrd", results)
     told = list(rows(path, scene.LOG))
     assert [row["frame"] for row in told] == [first_loud, first_quiet_again]
-    assert told[0]["TextLog:text"] == [describe(CAUTION, TRACK)]
+    assert told[0]["TextLog:text"] == [describe(result(0, [TRACK], CAUTION).told_warning)]
     assert told[0]["TextLog:level"] == ["WARN"]
     states = [row for row in rows(path, scene.LEVEL) if "frame" in row]
     assert [row["StateChange:state"] for row in states] == [["none"], ["caution"], ["none"]]

@@ -7,6 +7,7 @@ from review_drives import CAUTION_S, NEAR_MISS_S, RATE_HZ, WARNING_S, result
 
 from fcw.annotation.records import Entry, EventReference, Judgement, Reason, Verdict
 from fcw.annotation.review import fold, judged_events
+from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.review_app.drive import Drive, by_severity
 from fcw_viz.review_app.panels.event_list import list_html, verdict_html
 from fcw_viz.review_app.place import list_order
@@ -40,6 +41,32 @@ def test_a_near_miss_is_told_by_the_lead():
     assert said["Level"] == "no warning"
     assert said["Vehicle"] == "#9, the lead"
     assert said["Collision in"] == "1.1 s"
+
+
+def test_a_warned_vehicle_that_is_lost_keeps_its_figures_and_the_threat_is_told():
+    one = result(row(CAUTION_S))
+    state = WarningState(
+        WarningLevel.WARNING,
+        7,
+        "braking_due",
+        ttc_s=1.3,
+        required_deceleration_mps2=3.92266,
+        distance_m=13.0,
+        distance_low_m=12.0,
+        distance_high_m=14.0,
+        closing_speed_mps=10.0,
+        overlap_m=0.9,
+        collision_probability=0.83,
+        needed_distance_m=15.0,
+        assumes="1.2 s to react and 0.40 g",
+        extrapolated=True,
+    )
+    said = dict(why(replace(one, tracks=(), warning=state), False))
+    assert said["Rule"] == "braking is due, with 1.2 s to react and 0.40 g you are 2.0 m too near"
+    assert said["Vehicle"] == "#7, no longer seen; its figures as they would be by now"
+    assert (said["Distance"], said["Closing"], said["Collision in"]) == ("13.0 m", "36 km/h", "1.3 s")
+    assert (said["Needs"], said["In our way"]) == ("braking of 0.40 g", "by 0.9 m")
+    assert said["Likelihood"] == "83% that we hit it if nobody acts"
 
 
 def test_nothing_ahead_and_no_upper_end():

@@ -1,25 +1,68 @@
 """What a person is told with a warning."""
 
-from warning_leads import make_lead
+import pytest
+from leads.warning_leads import make_lead, threats_of_lead
 
 from fcw.warning.describe import REASONS, describe
 from fcw.warning.policies import POLICIES, make_policy
 from fcw.warning.types import WarningLevel, WarningState
 
 
+def shown(track, own_mps=20.0, policy="timely-braking"):
+    warner = make_policy(policy)
+    warner.update(0, threats_of_lead(track, own_mps), own_mps)
+    return warner.update(10**9, threats_of_lead(track, own_mps), own_mps)
+
+
 def test_description_gives_level_reason_vehicle_interval_and_figures():
-    track = make_lead(18.0, 10.0, track_id=4, spread=0.05)
-    policy = make_policy()
-    policy.update(0, track, 20.0)
-    state = policy.update(10**9, track, 20.0)
-    assert describe(state, track) == (
-        "warning: braking is due; vehicle 4 at 18.0 m (17.1 m to 18.9 m), closing at 36 km/h, "
-        "collision in 1.8 s, needs 0.28 g, headway 0.9 s"
+    # At 10 m/s: 12 m of reaction and 100 / (2 * 3.92266) = 12.75 m of braking; of 18 m 6.7 are missing.
+    state = shown(make_lead(18.0, 10.0, track_id=4, spread=0.05))
+    assert describe(state) == (
+        "warning: braking is due, with 1.2 s to react and 0.40 g you are 6.7 m too near; vehicle 4 at 18.0 m "
+        "(17.1 m to 18.9 m), closing at 36 km/h, collision in 1.8 s, needs 0.28 g, headway 0.9 s"
     )
-    assert "59 ft (56 ft to 62 ft), closing at 22 mph" in describe(state, track, imperial=True)
-    assert describe(state, None) == "warning: braking is due; vehicle 4 is no longer seen"
-    assert describe(WarningState(WarningLevel.NONE), None) == "no warning"
+    assert "59 ft (56 ft to 62 ft), closing at 22 mph" in describe(state, imperial=True)
+    assert describe(WarningState(WarningLevel.NONE)) == "no warning"
+
+
+def test_what_is_left_behind_the_vehicle_is_said_where_there_is_some():
+    # At 5 m/s 6 m of reaction and 3.19 m of braking; 10 % of 10 m is uncertain, 1.65 times that is 1.65 m.
+    state = shown(make_lead(10.0, 5.0, spread=0.1))
+    assert state.level == WarningLevel.WARNING
+    assert "with 1.2 s to react and 0.40 g you stay 0.8 m behind it" in describe(state)
+
+
+@pytest.mark.parametrize(
+    ("policy", "track", "words"),
+    [
+        ("ttc", make_lead(24.0, 10.0), "short time to collision, less than 2.7 s"),
+        ("headway", make_lead(9.0, 0.0), "following too closely, less than 0.6 s"),
+        (
+            "required-deceleration",
+            make_lead(9.0, 10.0),
+            "hard braking is required, more than 0.68 g after 0.75 s",
+        ),
+        (
+            "rss",
+            make_lead(19.0, 0.0),
+            "closer than the safe distance of 20 m, 1.0 s to react and 0.41 g if it",
+        ),
+    ],
+)
+def test_every_rule_says_its_threshold_and_what_it_assumes(policy, track, words):
+    assert words in describe(shown(track, policy=policy))
+
+
+def test_a_vehicle_that_is_lost_is_told_as_it_would_be_by_now():
+    policy, track = make_policy(), make_lead(18.0, 10.0, track_id=4)
+    policy.update(0, threats_of_lead(track, 20.0), 20.0)
+    policy.update(10**9, threats_of_lead(track, 20.0), 20.0)
+    state = policy.update(1_500_000_000, (), 20.0)
+    # Half a second later, 5 m nearer: 100 / (2 * 13) m/s^2.
+    assert "vehicle 4, no longer seen, at 13.0 m" in describe(state)
+    assert "collision in 1.3 s, needs 0.39 g, headway 0.7 s" in describe(state)
 
 
 def test_every_rule_has_words():
-    assert {rule.name for entry in POLICIES.values() for rule in entry.rules()} == set(REASONS)
+    rules = {rule.name for entry in POLICIES.values() for rule in entry.rules(0.0)}
+    assert rules == set(REASONS)

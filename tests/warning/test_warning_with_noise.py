@@ -10,6 +10,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel
@@ -54,8 +55,7 @@ def states(view, distances_m, dt_s, ego_mps):
     for frame, distance_m in enumerate(distances_m):
         time_ns = round(frame * dt_s * 1e9)
         tracks = tracker.update(time_ns, [view.see(distance_m)], ego_mps)
-        lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
-        yield policy.update(time_ns, lead, ego_mps)
+        yield policy.update(time_ns, threats_of(tracker, tracks, ego_mps), ego_mps)
 
 
 @pytest.mark.slow

@@ -29,6 +29,7 @@ from fcw.evaluation.distance.kitti_tracking import (
     time_ns,
 )
 from fcw.frame import ImageSize
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.range_model import RangeModel
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
@@ -181,8 +182,7 @@ def sample_sequence(
         own_mps = float(speeds_mps[frame]) if frame < len(speeds_mps) else None
         told_mps = None if "ego-speed" in without else own_mps
         tracks = tracker.update(time_ns(frame), detections, told_mps)
-        lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
-        warning = policy.update(time_ns(frame), lead, told_mps)
+        warning = policy.update(time_ns(frame), threats_of(tracker, tracks, told_mps), told_mps)
         for vehicle, detection in zip(vehicles, detections, strict=True):
             track = _track_of(vehicle, tracks) if vehicle.is_measured else None
             if track is None:

@@ -17,9 +17,10 @@ from fcw.evaluation.distance.kitti_tracking import (
     time_ns,
 )
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel, PolicyMaker, warning_states
+from fcw.threat.of_tracker import threats_of
+from fcw.threat.threat import required_deceleration_mps2
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
-from fcw.warning.policy import required_deceleration_mps2
 from fcw.warning.types import WarningLevel, WarningState
 
 TRUE_SPEED_HALF_WINDOW_S = 0.5
@@ -127,8 +128,8 @@ def _episodes(
             yaw_rate_radps = None if yaw_rates_radps is None else float(yaw_rates_radps[frame])
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
         tracks = tracker.update(time_ns(frame), detections, own_mps, yaw_rate_radps)
-        lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
-        state = policy.update(time_ns(frame), lead, own_mps)
+        threats = threats_of(tracker, tracks, own_mps, yaw_rate_radps)
+        state = policy.update(time_ns(frame), threats, own_mps)
         time_s = time_ns(frame) / 1e9
         if state.level < level:
             shown = False

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
-from fcw.units import KMH_PER_MPS, MPH_PER_MPS
-from fcw.warning.driver import EXPECTED_DRIVER, STANDARD_GRAVITY_MPS2, Driver
+from fcw.units import KMH_PER_MPS, MPH_PER_MPS, STANDARD_GRAVITY_MPS2
+from fcw.warning.driver import EXPECTED_DRIVER, Driver
 
 TRIALS = 7
 NHTSA_PASSES = 5
@@ -27,6 +27,10 @@ START_M = 150.0
 """Gap at the start of an approach: NHTSA's standing lead is approached from 150 m."""
 SETTLE_S = 3.0
 """How long a lead is followed before it brakes."""
+OVERLAP_WIDTH_M = 1.8
+"""Euro NCAP states overlap as a part of the width of the car under test."""
+OVERLAPS = (-0.5, -0.75, 0.75, 0.5)
+OVERLAP_SPEEDS_KMH = (30, 50, 70)
 _STEP_S = 0.001
 
 
@@ -43,6 +47,7 @@ class Scenario:
         required_ttc_s: the warning must come at this TTC; None where it must come in time for
             `EXPECTED_DRIVER` to avoid the crash.
         preventable: whether it is asked to be prevented at all.
+        overlap: part of our width that the lead is in the way of; below 0 it stands to our right.
     """
 
     name: str
@@ -52,6 +57,12 @@ class Scenario:
     braking_mps2: float = 0.0
     required_ttc_s: float | None = None
     preventable: bool = True
+    overlap: float = 1.0
+
+    @property
+    def offset_m(self) -> float:
+        """Of the lead's middle from our path's, positive to the left: both cars are as wide."""
+        return math.copysign((1 - abs(self.overlap)) * OVERLAP_WIDTH_M, self.overlap)
 
     def lead_at(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Way and speed of the lead since time 0."""
@@ -147,7 +158,7 @@ def nhtsa_scenarios() -> tuple[Scenario, ...]:
 
 
 def euro_ncap_scenarios() -> tuple[Scenario, ...]:
-    """CCRs and CCRm at 30 to 80 km/h, CCRb at 50 km/h."""
+    """CCRs and CCRm at 30 to 80 km/h, CCRb at 50 km/h; CCRs with 50 and 75 % overlap to either side."""
     speeds_kmh = range(30, 90, 10)
     standing = (
         Scenario(
@@ -175,4 +186,15 @@ def euro_ncap_scenarios() -> tuple[Scenario, ...]:
         for gap in (12, 40)
         for braking in (2, 6)
     )
-    return (*standing, *moving, *braking)
+    partly = (
+        Scenario(
+            name=f"CCRs {speed} km/h {abs(overlap):.0%} {'left' if overlap > 0 else 'right'}",
+            own_mps=_kmh(speed),
+            lead_mps=0.0,
+            gap_m=START_M,
+            overlap=overlap,
+        )
+        for speed in OVERLAP_SPEEDS_KMH
+        for overlap in OVERLAPS
+    )
+    return (*standing, *moving, *braking, *partly)

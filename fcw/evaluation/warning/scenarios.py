@@ -18,6 +18,7 @@ from fcw.detection.detector import Detection
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
 from fcw.evaluation.warning.ncap import TRIALS, Scenario
 from fcw.frame import ImageSize
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.warning.driver import SLOWEST_DRIVER
 from fcw.warning.types import WarningLevel, WarningPolicy, WarningState
@@ -97,13 +98,13 @@ def warning_states(
     tracker: Tracker,
     view: BoxLevel,
     rng: np.random.Generator,
+    lateral_m: float = 0.0,
 ) -> Iterator[tuple[float, WarningState]]:
-    """Time and the warning shown, for pairs of time and gap of one vehicle straight ahead."""
+    """Time and the warning shown, for pairs of time and gap of one vehicle ahead, `lateral_m` to the left."""
     for time_s, gap_m in gaps:
         time_ns = round(time_s * 1e9)
-        tracks = tracker.update(time_ns, view.see(gap_m, width_m, rng), own_mps)
-        lead = next((track for track in tracks if track.track_id == tracker.lead_id), None)
-        yield time_s, policy.update(time_ns, lead, own_mps)
+        tracks = tracker.update(time_ns, view.see(gap_m, width_m, rng, lateral_m), own_mps)
+        yield time_s, policy.update(time_ns, threats_of(tracker, tracks, own_mps), own_mps)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +138,8 @@ def run_trial(scenario: Scenario, make_policy: PolicyMaker, view: BoxLevel, seed
     gaps_m = scenario.gap_at(times_s)
     times_s, gaps_m = times_s[gaps_m > NEAREST_M], gaps_m[gaps_m > NEAREST_M]
     pairs = zip(times_s.tolist(), gaps_m.tolist(), strict=True)
-    for time_s, state in warning_states(pairs, scenario.own_mps, width_m, policy, tracker, view, rng):
+    states = warning_states(pairs, scenario.own_mps, width_m, policy, tracker, view, rng, scenario.offset_m)
+    for time_s, state in states:
         if state.level == WarningLevel.WARNING:
             return judge(scenario, time_s)
     return judge(scenario, None)

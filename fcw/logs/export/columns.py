@@ -60,7 +60,7 @@ def track_rows(clips: Iterable[DriveClip], on_frame: Callable[[], None]) -> Iter
 
 
 def _of_warning(name: str, kind: Kind, unit: str, meaning: str) -> Column[TrackRow]:
-    return Column(f"warning_{name}", kind, unit, meaning, lambda row: getattr(row.result.warning, name))
+    return Column(f"warning_{name}", kind, unit, meaning, lambda row: getattr(row.result.told_warning, name))
 
 
 def _of_track(name: str, kind: Kind, unit: str, meaning: str) -> Column[TrackRow]:
@@ -179,6 +179,21 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "braking needed to avoid the collision; empty when none is",
     ),
     _of_warning("headway_s", "float64", "s", "distance over own speed; empty when that is unknown or zero"),
+    _of_warning("distance_m", "float64", "m", "from the calibration's reference to that vehicle's rear"),
+    _of_warning("distance_low_m", "float64", "m", "16th percentile of that distance"),
+    _of_warning("distance_high_m", "float64", "m", "84th percentile of it; inf when unbounded"),
+    _of_warning("closing_speed_mps", "float64", "m/s", "rate at which it shrinks"),
+    _of_warning("overlap_m", "float64", "m", "of its width and ours when we reach it; negative is room"),
+    _of_warning("collision_probability", "float64", "", "that we hit it if nobody acts, 0 to 1"),
+    _of_warning("needed_distance_m", "float64", "m", "the gap that the rule asks for"),
+    Column(
+        "warning_assumes",
+        "string",
+        "",
+        "what the rule assumes, or its threshold",
+        lambda row: row.result.warning.assumes or None,
+    ),
+    _of_warning("extrapolated", "bool", "", "whether that vehicle is not followed any more"),
     Column(
         "notes",
         "string",
@@ -223,7 +238,11 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "rate at which the closing speed grows; 0 where unknown",
     ),
     _of_track("closing_acceleration_sigma_mps2", "float64", "m/s^2", "its standard deviation"),
-    _of_track("ttc_s", "float64", "s", "distance over closing speed; empty when the gap is not closing"),
+    _of_track("ttc_s", "float64", "s", "distance over closing speed; empty unless the gap surely closes"),
+    _of_track("width_m", "float64", "m", "of its rear"),
+    _of_track("lateral_sigma_m", "float64", "m", "standard deviation of lateral_m"),
+    _of_track("lateral_speed_sigma_mps", "float64", "m/s", "standard deviation of lateral_speed_mps"),
+    _of_track("doubtful", "bool", "", "whether it may be no vehicle; it is neither lead nor warned of"),
 )
 """Everything in a frame's result but the raw detections."""
 
@@ -237,8 +256,13 @@ EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
     _of_event("kind", "string", "", "warning, caution, advisory, near miss or mount moved"),
     _of_event("start_s", "float64", "s", "its first frame, from the drive's first frame"),
     _of_event("end_s", "float64", "s", "its last frame"),
-    _of_event("peak_s", "float64", "s", "where most braking was needed, or else where it was nearest"),
-    _of_event("severity", "float64", "", "that braking as a part of the hardest a car can do, 0 to 1"),
+    _of_event("peak_s", "float64", "s", "where it was most severe, or else where it was nearest"),
+    _of_event(
+        "severity",
+        "float64",
+        "",
+        "braking needed over the hardest there is, times the probability",
+    ),
     _of_event("track_id", "int64", "", "the vehicle; empty where there is none"),
     Column(
         "rule",

@@ -166,11 +166,10 @@ def scene_message(
 def log_message(result: FrameResult, imperial: bool, stamp: Timestamp) -> Log:
     """The warning and its reason in words."""
     warning = result.warning
-    about = next((track for track in result.tracks if track.track_id == warning.track_id), None)
     return Log(
         timestamp=stamp,
         level=_LOG_LEVELS[warning.level],
-        message=describe(warning, about, imperial),
+        message=describe(result.told_warning, imperial),
         name="fcw",
     )
 

@@ -8,8 +8,23 @@ from fcw.detection.detector import Detection
 from fcw.logs.records import FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.motion.state import Mount, OwnMotion, OwnPath, SpeedSource
-from fcw.tracking.types import SeenBy, Track
+from fcw.tracking.types import USUAL_WIDTH_M, SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
+
+WARNING_FIGURES = (
+    "track_id",
+    "ttc_s",
+    "required_deceleration_mps2",
+    "headway_s",
+    "distance_m",
+    "distance_low_m",
+    "distance_high_m",
+    "closing_speed_mps",
+    "overlap_m",
+    "collision_probability",
+    "needed_distance_m",
+)
+"""What a warning state has or has not, named alike in the message."""
 
 
 def track_message(track: Track) -> drive_pb2.Track:
@@ -31,6 +46,10 @@ def track_message(track: Track) -> drive_pb2.Track:
         closing_acceleration_mps2=track.closing_acceleration_mps2,
         closing_acceleration_sigma_mps2=track.closing_acceleration_sigma_mps2,
         lateral_speed_mps=track.lateral_speed_mps,
+        width_m=track.width_m,
+        lateral_sigma_m=track.lateral_sigma_m,
+        lateral_speed_sigma_mps=track.lateral_speed_sigma_mps,
+        doubtful=track.doubtful,
         seen_by=track.seen_by.name,
     )
 
@@ -39,11 +58,10 @@ def warning_message(warning: WarningState) -> drive_pb2.WarningState:
     """A warning state as a message."""
     return drive_pb2.WarningState(
         level=warning.level.name,
-        track_id=warning.track_id,
         rule=warning.rule,
-        ttc_s=warning.ttc_s,
-        required_deceleration_mps2=warning.required_deceleration_mps2,
-        headway_s=warning.headway_s,
+        assumes=warning.assumes,
+        extrapolated=warning.extrapolated,
+        **{name: getattr(warning, name) for name in WARNING_FIGURES},
     )
 
 
@@ -138,6 +156,10 @@ def _track(message: drive_pb2.Track) -> Track:
         closing_acceleration_mps2=message.closing_acceleration_mps2,
         closing_acceleration_sigma_mps2=message.closing_acceleration_sigma_mps2,
         lateral_speed_mps=message.lateral_speed_mps,
+        width_m=message.width_m if message.HasField("width_m") else USUAL_WIDTH_M,
+        lateral_sigma_m=message.lateral_sigma_m,
+        lateral_speed_sigma_mps=message.lateral_speed_sigma_mps,
+        doubtful=message.doubtful,
     )
 
 
@@ -148,15 +170,13 @@ def _seen_by(message: drive_pb2.Track) -> SeenBy:
 
 
 def _warning(message: drive_pb2.WarningState) -> WarningState:
+    known = {name: getattr(message, name) for name in WARNING_FIGURES if message.HasField(name)}
     return WarningState(
         level=WarningLevel(message.level),
-        track_id=message.track_id if message.HasField("track_id") else None,
         rule=message.rule,
-        ttc_s=message.ttc_s if message.HasField("ttc_s") else None,
-        required_deceleration_mps2=(
-            message.required_deceleration_mps2 if message.HasField("required_deceleration_mps2") else None
-        ),
-        headway_s=message.headway_s if message.HasField("headway_s") else None,
+        assumes=message.assumes,
+        extrapolated=message.extrapolated,
+        **known,
     )
 
 

@@ -28,7 +28,7 @@ class Detection(_message.Message):
     def __init__(self, box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ...) -> None: ...
 
 class Track(_message.Message):
-    __slots__ = ("track_id", "box", "score", "distance_m", "distance_low_m", "distance_high_m", "lateral_m", "closing_speed_mps", "closing_speed_sigma_mps", "ttc_s", "age_s", "coasting", "in_path", "closing_acceleration_mps2", "closing_acceleration_sigma_mps2", "lateral_speed_mps", "seen_by")
+    __slots__ = ("track_id", "box", "score", "distance_m", "distance_low_m", "distance_high_m", "lateral_m", "closing_speed_mps", "closing_speed_sigma_mps", "ttc_s", "age_s", "coasting", "in_path", "closing_acceleration_mps2", "closing_acceleration_sigma_mps2", "lateral_speed_mps", "seen_by", "width_m", "lateral_sigma_m", "lateral_speed_sigma_mps", "doubtful")
     class SeenBy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSAID: _ClassVar[Track.SeenBy]
@@ -56,6 +56,10 @@ class Track(_message.Message):
     CLOSING_ACCELERATION_SIGMA_MPS2_FIELD_NUMBER: _ClassVar[int]
     LATERAL_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
     SEEN_BY_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_M_FIELD_NUMBER: _ClassVar[int]
+    LATERAL_SIGMA_M_FIELD_NUMBER: _ClassVar[int]
+    LATERAL_SPEED_SIGMA_MPS_FIELD_NUMBER: _ClassVar[int]
+    DOUBTFUL_FIELD_NUMBER: _ClassVar[int]
     track_id: int
     box: Box
     score: float
@@ -73,10 +77,14 @@ class Track(_message.Message):
     closing_acceleration_sigma_mps2: float
     lateral_speed_mps: float
     seen_by: Track.SeenBy
-    def __init__(self, track_id: _Optional[int] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., lateral_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., closing_speed_sigma_mps: _Optional[float] = ..., ttc_s: _Optional[float] = ..., age_s: _Optional[float] = ..., coasting: bool = ..., in_path: bool = ..., closing_acceleration_mps2: _Optional[float] = ..., closing_acceleration_sigma_mps2: _Optional[float] = ..., lateral_speed_mps: _Optional[float] = ..., seen_by: _Optional[_Union[Track.SeenBy, str]] = ...) -> None: ...
+    width_m: float
+    lateral_sigma_m: float
+    lateral_speed_sigma_mps: float
+    doubtful: bool
+    def __init__(self, track_id: _Optional[int] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., lateral_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., closing_speed_sigma_mps: _Optional[float] = ..., ttc_s: _Optional[float] = ..., age_s: _Optional[float] = ..., coasting: bool = ..., in_path: bool = ..., closing_acceleration_mps2: _Optional[float] = ..., closing_acceleration_sigma_mps2: _Optional[float] = ..., lateral_speed_mps: _Optional[float] = ..., seen_by: _Optional[_Union[Track.SeenBy, str]] = ..., width_m: _Optional[float] = ..., lateral_sigma_m: _Optional[float] = ..., lateral_speed_sigma_mps: _Optional[float] = ..., doubtful: bool = ...) -> None: ...
 
 class WarningState(_message.Message):
-    __slots__ = ("level", "track_id", "rule", "ttc_s", "required_deceleration_mps2", "headway_s")
+    __slots__ = ("level", "track_id", "rule", "ttc_s", "required_deceleration_mps2", "headway_s", "distance_m", "distance_low_m", "distance_high_m", "closing_speed_mps", "overlap_m", "collision_probability", "needed_distance_m", "assumes", "extrapolated")
     class Level(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         NONE: _ClassVar[WarningState.Level]
@@ -93,13 +101,31 @@ class WarningState(_message.Message):
     TTC_S_FIELD_NUMBER: _ClassVar[int]
     REQUIRED_DECELERATION_MPS2_FIELD_NUMBER: _ClassVar[int]
     HEADWAY_S_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_M_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_LOW_M_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_HIGH_M_FIELD_NUMBER: _ClassVar[int]
+    CLOSING_SPEED_MPS_FIELD_NUMBER: _ClassVar[int]
+    OVERLAP_M_FIELD_NUMBER: _ClassVar[int]
+    COLLISION_PROBABILITY_FIELD_NUMBER: _ClassVar[int]
+    NEEDED_DISTANCE_M_FIELD_NUMBER: _ClassVar[int]
+    ASSUMES_FIELD_NUMBER: _ClassVar[int]
+    EXTRAPOLATED_FIELD_NUMBER: _ClassVar[int]
     level: WarningState.Level
     track_id: int
     rule: str
     ttc_s: float
     required_deceleration_mps2: float
     headway_s: float
-    def __init__(self, level: _Optional[_Union[WarningState.Level, str]] = ..., track_id: _Optional[int] = ..., rule: _Optional[str] = ..., ttc_s: _Optional[float] = ..., required_deceleration_mps2: _Optional[float] = ..., headway_s: _Optional[float] = ...) -> None: ...
+    distance_m: float
+    distance_low_m: float
+    distance_high_m: float
+    closing_speed_mps: float
+    overlap_m: float
+    collision_probability: float
+    needed_distance_m: float
+    assumes: str
+    extrapolated: bool
+    def __init__(self, level: _Optional[_Union[WarningState.Level, str]] = ..., track_id: _Optional[int] = ..., rule: _Optional[str] = ..., ttc_s: _Optional[float] = ..., required_deceleration_mps2: _Optional[float] = ..., headway_s: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., overlap_m: _Optional[float] = ..., collision_probability: _Optional[float] = ..., needed_distance_m: _Optional[float] = ..., assumes: _Optional[str] = ..., extrapolated: bool = ...) -> None: ...
 
 class Mount(_message.Message):
     __slots__ = ("pitch_rad", "yaw_rad", "roll_rad", "pitch_sigma_rad", "yaw_sigma_rad", "roll_sigma_rad")

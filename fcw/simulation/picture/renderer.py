@@ -4,6 +4,8 @@ A picture is painted from far to near: sky and hills, the ground with its shadow
 the order of its distance; the lens comes last.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw.simulation.picture.lens import Lens
 from fcw.simulation.picture.light import Daylight
+from fcw.simulation.picture.on_glass import paint_on_glass
 from fcw.simulation.picture.road.roadside import RoadsidePainter
 from fcw.simulation.picture.road.surface import Ground
 from fcw.simulation.picture.sky import Sky
@@ -27,10 +30,18 @@ class Renderer:
     Args:
         camera: as calibrated; its deviations come with each state.
         image_size: of the pictures.
+        on_glass: what the camera sees of its own car, see `fcw.simulation.picture.on_glass`.
         world_seed: of light, surfaces, sky and noise.
     """
 
-    def __init__(self, camera: GroundPlaneCamera, image_size: ImageSize, world_seed: int) -> None:
+    def __init__(
+        self,
+        camera: GroundPlaneCamera,
+        image_size: ImageSize,
+        world_seed: int,
+        on_glass: Sequence[str] = (),
+    ) -> None:
+        self._on_glass = on_glass
         self._camera, self._size, self._seed = camera, image_size, world_seed
         streams = np.random.SeedSequence(world_seed).spawn(5)
         light, ground, sky, roadside, lens = (np.random.default_rng(stream) for stream in streams)
@@ -68,4 +79,5 @@ class Renderer:
             jobs.append((vehicle.s_m - ego.s_m, lambda v=vehicle, s=shaded: self._vehicles.paint(view, v, s)))
         for _, paint in sorted(jobs, key=lambda job: -job[0]):
             paint()
+        paint_on_glass(image, self._on_glass)
         return self._lens.expose(image, (self._seed * 1_000_003 + state.time_ns) % 2**63)

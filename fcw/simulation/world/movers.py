@@ -72,10 +72,12 @@ class Mover:
         """The acceleration its driver wants, after beginning the actions that are due."""
         while self.actions and self.actions[0].at_s <= time_s:
             action = self.actions.pop(0)
-            if action.lane is None:
+            if action.lane is None and action.offset_m is None:
                 self.action, self.reaction = action, Reaction(action.reaction_s)
             else:
-                to_m = self.road.lane_middle_m(action.lane)
+                to_m = action.offset_m
+                if to_m is None:
+                    to_m = self.road.lane_middle_m(action.lane or 0)
                 self.lane_m = LaneChange(time_s, action.over_s, self.lane_m.at(time_s)[0], to_m)
         action = self.action
         if action is None:

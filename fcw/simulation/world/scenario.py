@@ -16,10 +16,12 @@ from fcw.simulation.world.state import VehicleKind
 from fcw.simulation.world.typed_yaml import read_dataclass
 
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
+THREAT_FOLDER = SCENARIO_FOLDER / "threats"
 IMAGE_SIZE = ImageSize(1280, 720)
 FRAMES_PER_SECOND = 30
 MPS_PER_KMH = 1 / 3.6
 LONGEST_S = 3600.0
+ON_GLASS = ("bonnet", "logo")
 
 
 def _require(holds: bool, field: str, value: object, expected: str) -> None:
@@ -152,7 +154,7 @@ class RoadPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Action:
-    """What a driver begins to do at a time: exactly one of a speed, following, or another lane.
+    """What a driver begins to do at a time: exactly one of a speed, following, another lane, or a place.
 
     Attributes:
         at_s: when.
@@ -162,7 +164,8 @@ class Action:
         headway_s: time gap when following.
         reaction_s: when following, time that passes before the brakes are used, once that is needed.
         lane: change to this lane, counted from ours at the start, positive to the left.
-        over_s: how long the change takes.
+        offset_m: go to this place across the road, from the middle of lane 0, positive to the left.
+        over_s: how long the change of lane or place takes.
     """
 
     at_s: float
@@ -172,10 +175,16 @@ class Action:
     headway_s: float = 1.5
     reaction_s: float = 0.0
     lane: int | None = None
+    offset_m: float | None = None
     over_s: float = 3.0
 
     def __post_init__(self) -> None:
-        named = {"speed_kmh": self.speed_kmh, "follow_kmh": self.follow_kmh, "lane": self.lane}
+        named = {
+            "speed_kmh": self.speed_kmh,
+            "follow_kmh": self.follow_kmh,
+            "lane": self.lane,
+            "offset_m": self.offset_m,
+        }
         chosen = [name for name, value in named.items() if value is not None]
         _require(len(chosen) == 1, "action", chosen, f"exactly one of {', '.join(named)}")
         for name in ("speed_kmh", "follow_kmh"):
@@ -248,6 +257,8 @@ class Scenario:
         road: where we drive.
         ego: how we drive.
         vehicles: how the others drive.
+        danger: name of the vehicle that we hit if nobody warns us; empty where there is nothing to warn of.
+        on_glass: what the camera sees of its own car: `bonnet`, `logo`.
         timing_jitter_s: actions of the others begin up to this much earlier or later, by the seed.
     """
 
@@ -257,6 +268,8 @@ class Scenario:
     camera: CameraPlan = CameraPlan()
     road: RoadPlan = RoadPlan()
     vehicles: tuple[VehiclePlan, ...] = ()
+    danger: str = ""
+    on_glass: tuple[str, ...] = ()
     timing_jitter_s: float = 0.2
 
     def __post_init__(self) -> None:
@@ -264,6 +277,9 @@ class Scenario:
         _require(self.timing_jitter_s >= 0, "timing_jitter_s", self.timing_jitter_s, "0 or more")
         names = [vehicle.name for vehicle in self.vehicles]
         _require(len(set(names)) == len(names), "vehicles", names, "names that differ")
+        _require(self.danger in ("", *names), "danger", self.danger, f"one of {', '.join(names)}, or nothing")
+        for thing in self.on_glass:
+            _require(thing in ON_GLASS, "on_glass", thing, f"one of {', '.join(ON_GLASS)}")
         lanes = range(-self.road.lanes_right, self.road.lanes_left + self.road.opposing_lanes + 1)
         for plan in (self.ego, *self.vehicles):
             used = [action.lane for action in plan.actions if action.lane is not None]
@@ -283,19 +299,26 @@ def scenario_names() -> list[str]:
     return sorted(path.stem for path in SCENARIO_FOLDER.glob("*.yaml"))
 
 
+def threat_names() -> list[str]:
+    """The short scenarios of dangers, and of what looks like one, that ship with the program."""
+    return sorted(path.stem for path in THREAT_FOLDER.glob("*.yaml"))
+
+
 def load_scenario(name: str) -> Scenario:
     """A scenario that ships with the program, by name, or one's own by the path of its file.
 
     Raises:
         UserError: there is none, or the file is not a scenario; the message names file, field and mend.
     """
-    path = SCENARIO_FOLDER / f"{name}.yaml" if name in scenario_names() else Path(name)
+    folders = ((SCENARIO_FOLDER, scenario_names()), (THREAT_FOLDER, threat_names()))
+    path = next((folder / f"{name}.yaml" for folder, names in folders if name in names), Path(name))
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(
             f"scenario {name}: cannot be read ({getattr(error, 'strerror', None) or error}); "
-            f"expected one of {', '.join(scenario_names())}, or the path of a scenario file"
+            f"expected one of {', '.join((*scenario_names(), *threat_names()))}, "
+            "or the path of a scenario file"
         ) from None
     try:
         document = yaml.safe_load(text)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -42,6 +42,18 @@ class EvaluateWarningCommand:
     gave on its own warnings in `fcw review`."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """The policy, as in `fcw run`; a log has that of its run."""
+    warning_timing: Literal["early", "normal", "late"] = "normal"
+    """How early, as in `fcw run`."""
+    threats: bool = False
+    """Simulated dangers (partial overlaps, cut-ins, a car that pulls out or crosses ...) and what only looks
+    like
+    one: whether each is warned of within its window."""
+    pixels: bool = False
+    """With --threats: from rendered pictures with --detector, in the place of noisy boxes."""
+    detector: Annotated[str, tyro.conf.arg(metavar="acf|net|onnx:FILE")] = "acf"
+    """With --pixels: what finds the vehicles."""
+    seeds: int = 7
+    """With --threats: runs of each scenario, from --seed on."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
     """1-sigma of the noise on the sides of the boxes, in pixels; 1.5 times as much at the lower edge."""
     sight: Annotated[float, tyro.conf.arg(metavar="M")] = 120.0
@@ -63,6 +75,7 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
     result: dict[str, Any] = {"false_alarms": 0, "missed": 0}
     parts: tuple[tuple[bool, Callable[[EvaluateWarningCommand, Console], dict[str, Any]]], ...] = (
         (command.ncap, _scenarios),
+        (command.threats, _threats),
         (command.kitti_tracking is not None, _real_drives),
         (command.following_hours is not None, _following),
         (command.mount_hours is not None, _mounts),
@@ -84,13 +97,17 @@ def _check(command: EvaluateWarningCommand) -> None:
 
     from fcw.warning.policies import make_policy
 
-    make_policy(command.warning_policy)
+    make_policy(command.warning_policy, command.warning_timing)
     if command.events is not None and command.log is None:
         raise UserError("--events needs --log: give the drive.mcap that the labels are about")
     parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
-    if not command.ncap and parts == {None}:
+    if command.pixels and not command.threats:
+        raise UserError("--pixels: it is for --threats; add it, or leave --pixels out")
+    if command.seeds < 1:
+        raise UserError(f"--seeds {command.seeds}: expected a whole number of at least 1")
+    if not command.ncap and not command.threats and parts == {None}:
         raise UserError(
-            "fcw evaluate warning: nothing to evaluate; give --ncap, --kitti-tracking FOLDER, "
+            "fcw evaluate warning: nothing to evaluate; give --ncap, --threats, --kitti-tracking FOLDER, "
             "--following-hours HOURS, --mount-hours HOURS, --events FILE --log DRIVE, or --log DRIVE for a "
             "drive that was reviewed"
         )
@@ -108,6 +125,62 @@ def _check(command: EvaluateWarningCommand) -> None:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
 
 
+def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from rich.table import Table
+
+    from fcw.detection.choice import load_model, make_detector
+    from fcw.detection.detector import Detector
+    from fcw.evaluation.warning.threats import run_threats
+    from fcw.simulation.drive import true_calibration
+    from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
+    from fcw.warning.policies import make_policy
+    from fcw_viz.console import progress
+
+    model = load_model(command.detector) if command.pixels else None
+
+    def detector_of(scenario: Scenario) -> Detector | None:
+        return None if model is None else make_detector(command.detector, model, true_calibration(scenario))
+
+    scenarios = [(name, load_scenario(name)) for name in threat_names()]
+    seeds = range(command.seed, command.seed + command.seeds)
+    with progress("runs", len(scenarios) * len(seeds)) as bar:
+        results = run_threats(
+            scenarios,
+            lambda: make_policy(command.warning_policy, command.warning_timing),
+            seeds,
+            detector_of,
+            bar.advance,
+        )
+    table = Table("scenario", "danger", "as it should", "false", "before contact", box=None)
+    for result in results:
+        lead_s = result.lead_s
+        table.add_row(
+            result.name,
+            result.danger or "-",
+            f"{result.trials_passed} of {len(result.trials)}",
+            str(result.false_warnings),
+            "-" if lead_s is None else f"{lead_s:.1f} s",
+        )
+    console.print(table)
+    dangers = [trial for result in results if result.danger for trial in result.trials]
+    return {
+        "threats": [
+            {
+                "name": result.name,
+                "danger": result.danger,
+                "trials": len(result.trials),
+                "trials_passed": result.trials_passed,
+                "false_warnings": result.false_warnings,
+                "warned_before_contact_s": result.lead_s,
+            }
+            for result in results
+        ],
+        "dangers_in_window": sum(trial.passed for trial in dangers) / len(dangers),
+        "false_alarms": sum(result.false_warnings for result in results),
+        "missed": sum(not trial.passed for trial in dangers),
+    }
+
+
 def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
     from fcw.evaluation.warning.ncap import TRIALS, euro_ncap_scenarios, nhtsa_scenarios
     from fcw.evaluation.warning.scenarios import BoxLevel, run_scenarios
@@ -118,7 +191,11 @@ def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str,
     view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
     with progress("trials", len(scenarios) * TRIALS) as bar:
         results = run_scenarios(
-            scenarios, lambda: make_policy(command.warning_policy), view, command.seed, bar.advance
+            scenarios,
+            lambda: make_policy(command.warning_policy, command.warning_timing),
+            view,
+            command.seed,
+            bar.advance,
         )
     print_scenarios(results, console)
     return scenarios_as_json(results)
@@ -195,7 +272,7 @@ def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[st
     episodes, hours = kitti_episodes(
         folder,
         names,
-        lambda: make_policy(command.warning_policy),
+        lambda: make_policy(command.warning_policy, command.warning_timing),
         command.box_noise,
         command.seed,
         with_yaw_rate=command.yaw_rate,
@@ -203,6 +280,7 @@ def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[st
     print_episodes(episodes, hours, console)
     return {
         "episodes": [asdict(episode) | {"on_course": episode.on_course} for episode in episodes],
+        "warnings_per_hour": len(episodes) / hours,
         "false_alarms": sum(not episode.on_course for episode in episodes),
     }
 
@@ -211,7 +289,7 @@ def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Consol
     """Print what was warned of on real drives."""
     from rich.table import Table
 
-    from fcw.warning.driver import STANDARD_GRAVITY_MPS2
+    from fcw.units import STANDARD_GRAVITY_MPS2
 
     def text(value: float | None, pattern: str) -> str:
         return "-" if value is None else format(value, pattern)
@@ -232,7 +310,8 @@ def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Consol
     console.print(table)
     console.print(
         f"{len(episodes)} episodes of `warning` in {hours * 60:.1f} minutes, true figures at their start; "
-        f"{sum(episode.on_course for episode in episodes)} of them on a collision course",
+        f"{sum(episode.on_course for episode in episodes)} of them on a collision course; "
+        f"{len(episodes) / hours:.0f} an hour",
         highlight=False,
     )
 
@@ -247,7 +326,11 @@ def _following(command: EvaluateWarningCommand, console: "Console") -> dict[str,
     view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight, frame_rate_hz=FOLLOWING_RATE_HZ)
     with progress("hours", float(hours)) as bar:
         results = run_following(
-            lambda: make_policy(command.warning_policy), view, hours, command.seed, bar.advance
+            lambda: make_policy(command.warning_policy, command.warning_timing),
+            view,
+            hours,
+            command.seed,
+            bar.advance,
         )
     print_following(results, console)
     return {
@@ -256,6 +339,7 @@ def _following(command: EvaluateWarningCommand, console: "Console") -> dict[str,
             | {"hours": result.hours, "warnings": result.warnings, "cautions": result.cautions}
             for result in results
         ],
+        "warnings_per_hour": sum(result.warnings for result in results) / hours,
         "false_alarms": sum(result.warnings for result in results),
     }
 

@@ -39,6 +39,8 @@ class RunCommand:
     """When to warn: timely-braking, ttc, headway, required-deceleration, euro-ncap-driver, rss."""
     no_own_motion: bool = False
     """Leave out own speed, yaw rate, mount and lane lines by the picture."""
+    warning_timing: Literal["early", "normal", "late"] = "normal"
+    """How early: for a driver who takes half a second more to react, or 0.4 s less."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
     """Frames per second of a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
@@ -73,6 +75,7 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
         detector_classes=command.detector_classes,
         ego_speed=command.ego_speed,
         warning_policy=command.warning_policy,
+        warning_timing=command.warning_timing,
         imperial=command.units == "imperial",
         frame_rate_hz=command.frame_rate,
         own_motion=not command.no_own_motion,

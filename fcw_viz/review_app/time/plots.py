@@ -89,22 +89,25 @@ class Plot:
 
 
 def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, ...]:
-    """The four plots of a range of rows, each with a scale that holds what is there."""
+    """The four plots of a range of rows, each with a scale that holds what is there.
+
+    They are of the warned vehicle while one is warned of, else of the lead.
+    """
     metre = FEET_PER_METRE if imperial else 1.0
     speed = MPH_PER_MPS if imperial else KMH_PER_MPS
-    distance_m = series.distance_m[rows].astype(np.float64)
-    high_m = series.distance_high_m[rows].astype(np.float64)
-    closing_mps = series.closing_speed_mps[rows].astype(np.float64)
+    distance_m = series.about("distance_m")[rows].astype(np.float64)
+    high_m = series.about("distance_high_m")[rows].astype(np.float64)
+    closing_mps = series.about("closing_speed_mps")[rows].astype(np.float64)
     farthest_m = _largest(np.where(np.isfinite(high_m), high_m, distance_m))
     fastest_mps = _largest(np.abs(closing_mps))
     top = _above(farthest_m, DISTANCE_TOPS_M) * metre
     speed_top = _above(fastest_mps, SPEED_TOPS_MPS) * speed
     bottom = -speed_top if _largest(-closing_mps) > 0.1 * fastest_mps else 0.0
     decimals = 0 if imperial else 1
-    low_m = series.distance_low_m[rows].astype(np.float64)
+    low_m = series.about("distance_low_m")[rows].astype(np.float64)
     interval = low_m * metre, high_m * metre
-    ttc_s = _up_to(series.ttc_s[rows], LONGEST_TTC_S)
-    headway_s = _up_to(series.headway_s[rows], LONGEST_HEADWAY_S)
+    ttc_s = _up_to(series.about("ttc_s")[rows], LONGEST_TTC_S)
+    headway_s = _up_to(series.about("headway_s")[rows], LONGEST_HEADWAY_S)
     length, rate = ("ft", "mph") if imperial else ("m", "km/h")
     return (
         Plot(

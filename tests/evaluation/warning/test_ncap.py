@@ -23,7 +23,11 @@ def stopping_m(speed_mps):
 
 
 def test_the_scenarios_are_those_of_the_standards():
-    assert len(SCENARIOS) == 3 + 6 + 6 + 4
+    assert len(SCENARIOS) == 3 + 6 + 6 + 4 + 12
+    # Half of our width of 1.8 m: the middles are 0.9 m apart.
+    assert SCENARIOS["CCRs 50 km/h 50% right"].offset_m == pytest.approx(-0.9)
+    assert SCENARIOS["CCRs 50 km/h 75% left"].offset_m == pytest.approx(0.45)
+    assert SCENARIOS["CCRs 50 km/h"].offset_m == 0
     stopped, braking, slower = nhtsa_scenarios()
     assert [s.required_ttc_s for s in (stopped, braking, slower)] == [2.1, 2.4, 2.0]
     assert [s.own_mps for s in (stopped, braking, slower)] == pytest.approx([45 * 0.44704] * 3)
@@ -121,7 +125,7 @@ class Fixed:
     def __init__(self, warned_s):
         self.warned_s = warned_s
 
-    def update(self, time_ns, lead, ego_speed_mps):
+    def update(self, time_ns, threats, ego_speed_mps):
         level = WarningLevel.WARNING if time_ns / 1e9 >= self.warned_s else WarningLevel.NONE
         return WarningState(level, 1 if level else None, "fixed" if level else "")
 

@@ -66,7 +66,7 @@ class Always:
     def __init__(self):
         self.on = False
 
-    def update(self, time_ns, lead, ego_speed_mps):
+    def update(self, time_ns, threats, ego_speed_mps):
         self.on = not self.on
         return WarningState(WarningLevel.WARNING if self.on else WarningLevel.NONE)
 

@@ -44,7 +44,7 @@ def own_values(result: FrameResult) -> dict[str, Any]:
 def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[str, Any]]:
     """What a table must hold, written out."""
     for result in results:
-        warning = result.warning
+        warning = result.told_warning
         frame = {
             "drive": drive,
             "frame": result.index,
@@ -59,6 +59,15 @@ def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[s
             "warning_ttc_s": warning.ttc_s,
             "warning_required_deceleration_mps2": warning.required_deceleration_mps2,
             "warning_headway_s": warning.headway_s,
+            "warning_distance_m": warning.distance_m,
+            "warning_distance_low_m": warning.distance_low_m,
+            "warning_distance_high_m": warning.distance_high_m,
+            "warning_closing_speed_mps": warning.closing_speed_mps,
+            "warning_overlap_m": warning.overlap_m,
+            "warning_collision_probability": warning.collision_probability,
+            "warning_needed_distance_m": warning.needed_distance_m,
+            "warning_assumes": warning.assumes or None,
+            "warning_extrapolated": warning.extrapolated,
             "notes": "; ".join(result.notes) or None,
         }
         for track in result.tracks:
@@ -85,6 +94,10 @@ def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[s
                 "closing_acceleration_mps2": track.closing_acceleration_mps2,
                 "closing_acceleration_sigma_mps2": track.closing_acceleration_sigma_mps2,
                 "ttc_s": track.ttc_s,
+                "width_m": track.width_m,
+                "lateral_sigma_m": track.lateral_sigma_m,
+                "lateral_speed_sigma_mps": track.lateral_speed_sigma_mps,
+                "doubtful": track.doubtful,
             }
         if not result.tracks:
             yield frame
@@ -124,7 +137,7 @@ def drawn_results(data: st.DataObject, any_frame_result: st.SearchStrategy[Frame
         [
             replace(
                 result,
-                warning=replace(result.warning, rule=data.draw(words)),
+                warning=replace(result.warning, rule=data.draw(words), assumes=data.draw(words)),
                 notes=data.draw(st.lists(words.filter(bool), max_size=2).map(tuple)),
             )
             for result in results

@@ -1,6 +1,8 @@
-"""Leads as a tracker gives them, for the tests of this folder."""
+"""Leads as a tracker gives them, and their threats, for the tests of this folder."""
 
 from fcw.box import Box
+from fcw.motion.state import STRAIGHT, OwnPath
+from fcw.threat.threat import Threat, assess
 from fcw.tracking.types import SeenBy, Track
 
 
@@ -36,3 +38,12 @@ def make_lead(
         closing_acceleration_sigma_mps2=growth_sigma_mps2,
         lateral_speed_mps=lateral_mps,
     )
+
+
+def threats_of_lead(
+    track: Track | None, own_mps: float | None = None, path: OwnPath = STRAIGHT, *, is_lead: bool = True
+) -> tuple[Threat, ...]:
+    """The threats where there is this vehicle alone, or none."""
+    if track is None:
+        return ()
+    return assess((track,), track.track_id if is_lead else None, path, own_mps)

@@ -1,0 +1,276 @@
+"""Simulated dangers, and what only looks like one: whether each is warned of within its window.
+
+Nobody acts in these scenarios: the vehicle that is named as the danger is hit. Its window ends when the
+driver of 1.2 s and 0.4 g must be warned, or a second after it can be known, where that is later: a car that
+pulls out right before us cannot be warned of before it does. It begins at a true time to collision of 4.5 s,
+ISO 15623's 4 s and half a second. Where there is no danger no `warning` may come at all.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fcw.box import Box
+from fcw.detection.detector import Detection, Detector
+from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
+from fcw.evaluation.simulated import vehicle_at
+from fcw.frame import Frame
+from fcw.simulation.drive import render_drive, true_calibration
+from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
+from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
+from fcw.simulation.world.state import WorldState
+from fcw.simulation.world.world import World
+from fcw.threat.of_tracker import threats_of
+from fcw.threat.threat import OWN_WIDTH_M
+from fcw.tracking.tracker import Tracker
+from fcw.warning.driver import EXPECTED_DRIVER
+from fcw.warning.types import WarningLevel, WarningPolicy
+
+SEEN_FRACTION = 0.5
+"""A detector finds a vehicle of which so much is visible."""
+SIGHT_M = 80.0
+"""And so near."""
+EARLIEST_TTC_S = 4.5
+KNOWN_S = 1.0
+"""From when it is seen to be on a collision course until it must be warned of."""
+SMALLEST_PX = 6.0
+NEAREST_M = 0.3
+"""From here on it is hit: the end of the trial."""
+GHOST_BOX = Box(430.0, 380.0, 420.0, 330.0)
+"""A box as a reflection makes one: where a car 3 m ahead of the bumper would be."""
+GHOST_S = 2.0, 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """When a warning of a danger is right, in seconds of the scenario."""
+
+    earliest_s: float
+    latest_s: float
+    contact_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class ThreatTrial:
+    """One run.
+
+    Attributes:
+        window: None where there is no danger.
+        warned_s: when `warning` was first shown of the danger; None where it never was.
+        cautioned_s: when `caution` or more was.
+        false_s: when `warning` was shown of anything else, or before the window.
+    """
+
+    window: Window | None
+    warned_s: float | None
+    cautioned_s: float | None
+    false_s: tuple[float, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the danger was warned of in its window, or there was none; and nothing else was."""
+        if self.window is None:
+            return not self.false_s
+        return self.warned_s is not None and self.warned_s <= self.window.latest_s and not self.false_s
+
+
+Seen = tuple[Frame | None, FrameTruth, tuple[Detection, ...], float]
+"""The picture, the truth, what was detected, and the yaw rate."""
+
+
+def run_threat_trial(
+    scenario: Scenario,
+    seed: int,
+    policy: WarningPolicy,
+    detector: Detector | None = None,
+    ghost: bool = False,
+    with_yaw_rate: bool = True,
+) -> ThreatTrial:
+    """Run one scenario.
+
+    Args:
+        scenario: what happens.
+        seed: of everything that varies.
+        policy: a fresh one.
+        detector: finds the vehicles in rendered pictures; without one their true boxes have 2 px of noise.
+        with_yaw_rate: whether tracker and threats are told how fast we turn.
+        ghost: whether a box 3 m ahead is there for three seconds that is none.
+    """
+    calibration = true_calibration(scenario)
+    tracker = Tracker(calibration) if detector else Tracker(calibration, tracker_settings(2.0))
+    truths: list[FrameTruth] = []
+    shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
+    for frame, truth, detections, yaw_rate_radps in _seen(scenario, seed, detector):
+        time_s = truth.time_ns / 1e9
+        if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
+            detections = (*detections, Detection(GHOST_BOX, 1.0))
+        image = None if frame is None else frame.image
+        own_mps, yaw = truth.ego_speed_mps, yaw_rate_radps if with_yaw_rate else None
+        tracks = tracker.update(truth.time_ns, detections, own_mps, yaw, image)
+        state = policy.update(truth.time_ns, threats_of(tracker, tracks, own_mps, yaw), own_mps)
+        truths.append(truth)
+        if state.level >= WarningLevel.CAUTION:
+            track = next((track for track in tracks if track.track_id == state.track_id), None)
+            shown.append((time_s, state.level, None if track is None else _vehicle(track.box, truth)))
+    return _judge(scenario.danger, truths, shown)
+
+
+def danger_window(name: str, truths: Sequence[FrameTruth]) -> Window | None:
+    """When a warning of the named vehicle is right; None where it is not hit.
+
+    Args:
+        name: of the vehicle.
+        truths: of every frame, up to when it is hit or passed.
+    """
+    path = [(t.time_ns / 1e9, v) for t in truths for v in t.vehicles if v.name == name]
+    hit_s = next((time_s for time_s, v in path if v.distance_m <= NEAREST_M), None)
+    if hit_s is None and path and path[-1][0] < truths[-1].time_ns / 1e9:
+        # It vanished below the bonnet, or we are past it.
+        hit_s = path[-1][0]
+    if hit_s is None:
+        return None
+    earliest_s = due_s = known_s = hit_s
+    for (before_s, before), (time_s, vehicle) in pairwise(path):
+        if time_s >= hit_s:
+            break
+        dt_s = time_s - before_s
+        ttc_s = vehicle.ttc_s
+        across_mps = (vehicle.path_lateral_m - before.path_lateral_m) / dt_s
+        width_m = (vehicle.box.w / 1000.0 * (vehicle.distance_m + 1.6) + OWN_WIDTH_M) / 2
+        then_m = math.inf if ttc_s is None else vehicle.path_lateral_m + across_mps * min(ttc_s, 4.0)
+        on_course = (
+            abs(then_m) < width_m
+            and vehicle.visible_fraction >= SEEN_FRACTION
+            and vehicle.distance_m < SIGHT_M
+        )
+        known_s = min(known_s, time_s) if on_course else hit_s
+        if ttc_s is not None and ttc_s <= EARLIEST_TTC_S:
+            earliest_s = min(earliest_s, time_s)
+        closing_mps = vehicle.closing_speed_mps
+        if closing_mps > 0 and vehicle.distance_m <= EXPECTED_DRIVER.needed_distance_m(closing_mps):
+            due_s = min(due_s, time_s)
+    return Window(earliest_s, min(max(due_s, known_s + KNOWN_S), hit_s), hit_s)
+
+
+def _judge(
+    danger: str,
+    truths: Sequence[FrameTruth],
+    shown: Sequence[tuple[float, WarningLevel, VehicleTruth | None]],
+) -> ThreatTrial:
+    window = danger_window(danger, truths) if danger else None
+    end_s = math.inf if window is None else window.contact_s
+    of_danger = [
+        (time_s, level)
+        for time_s, level, vehicle in shown
+        if window is not None and time_s <= end_s and vehicle is not None and vehicle.name == danger
+    ]
+    warned_s = next((time_s for time_s, level in of_danger if level == WarningLevel.WARNING), None)
+    false_s = [
+        time_s
+        for time_s, level, vehicle in shown
+        if level == WarningLevel.WARNING
+        and time_s <= end_s
+        and vehicle is not None
+        and (vehicle.name != danger or (window is not None and time_s < window.earliest_s))
+    ]
+    false_s += [
+        time_s
+        for time_s, level, vehicle in shown
+        if level == WarningLevel.WARNING and vehicle is None and window is None
+    ]
+    return ThreatTrial(window, warned_s, of_danger[0][0] if of_danger else None, tuple(false_s[:1]))
+
+
+def _seen(scenario: Scenario, seed: int, detector: Detector | None) -> Iterator[Seen]:
+    states = World(scenario, seed).states()
+    if detector is not None:
+        for state, (frame, truth) in zip(states, render_drive(scenario, seed), strict=True):
+            yield frame, truth, detector.detect(frame.image), _yaw_rate_radps(state)
+        return
+    camera, rng = scenario.camera.camera(), np.random.default_rng(seed)
+    for state in states:
+        truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
+        yield None, truth, tuple(_noisy_boxes(truth, rng)), _yaw_rate_radps(state)
+
+
+def _yaw_rate_radps(state: WorldState) -> float:
+    """Of the road where we are, which we follow."""
+    before_rad, after_rad = (float(state.road.heading_at(state.ego.s_m + d_m)) for d_m in (-0.5, 0.5))
+    return (after_rad - before_rad) * state.ego.speed_mps
+
+
+def _noisy_boxes(truth: FrameTruth, rng: np.random.Generator) -> Iterator[Detection]:
+    """The whole bodies as a detector draws them, cut at the picture's border."""
+    for vehicle in truth.vehicles:
+        noise_px = 2.0 * np.array([1.0, 1.0, 1.0, BOTTOM_NOISE_RATIO]) * rng.standard_normal(4)
+        if vehicle.visible_fraction < SEEN_FRACTION or vehicle.distance_m > SIGHT_M:
+            continue
+        body = vehicle.body_box
+        # The lower edge is that of the near face.
+        edges = np.array([body.x, body.y, body.right, vehicle.box.bottom]) + noise_px
+        left, right = np.clip(edges[[0, 2]], 0, IMAGE_SIZE.width - 1).tolist()
+        top, bottom = np.clip(edges[[1, 3]], 0, IMAGE_SIZE.height - 1).tolist()
+        if min(right - left, bottom - top) >= SMALLEST_PX:
+            yield Detection(Box(left, top, right - left, bottom - top), 1.0)
+
+
+def _vehicle(box: Box, truth: FrameTruth) -> VehicleTruth | None:
+    """The vehicle at a box, by its near face or its whole body."""
+    by_face = vehicle_at(box, truth)
+    if by_face is not None:
+        return by_face
+
+    def shared(vehicle: VehicleTruth) -> float:
+        body = vehicle.body_box
+        width = min(body.right, box.right) - max(body.x, box.x)
+        height = min(body.bottom, box.bottom) - max(body.y, box.y)
+        return max(width, 0.0) * max(height, 0.0) / (box.w * box.h)
+
+    best = max(truth.vehicles, key=shared, default=None)
+    return best if best is not None and shared(best) > 0.3 else None
+
+
+@dataclass(frozen=True, slots=True)
+class ThreatResult:
+    """All trials of one scenario."""
+
+    name: str
+    danger: str
+    trials: tuple[ThreatTrial, ...]
+
+    @property
+    def trials_passed(self) -> int:
+        """How many went as they should."""
+        return sum(trial.passed for trial in self.trials)
+
+    @property
+    def false_warnings(self) -> int:
+        """In how many there was a `warning` that should not have come."""
+        return sum(bool(trial.false_s) for trial in self.trials)
+
+    @property
+    def lead_s(self) -> float | None:
+        """Median of the time from the first `warning` to contact; None where there was none."""
+        leads = [t.window.contact_s - t.warned_s for t in self.trials if t.window and t.warned_s is not None]
+        return float(np.median(leads)) if leads else None
+
+
+def run_threats(
+    scenarios: Sequence[tuple[str, Scenario]],
+    make_policy: Callable[[], WarningPolicy],
+    seeds: Sequence[int],
+    detector_of: Callable[[Scenario], Detector | None] = lambda scenario: None,
+    on_trial: Callable[[], None] = lambda: None,
+) -> tuple[ThreatResult, ...]:
+    """Run every scenario with every seed; see `run_threat_trial`."""
+    results = []
+    for name, scenario in scenarios:
+        trials = []
+        for seed in seeds:
+            trials.append(run_threat_trial(scenario, seed, make_policy(), detector_of(scenario)))
+            on_trial()
+        results.append(ThreatResult(name, scenario.danger, tuple(trials)))
+    return tuple(results)

@@ -1,0 +1,1 @@
+"""How dangerous each vehicle is: when we reach it, and whether it is in our way then."""

@@ -1,0 +1,90 @@
+"""Where a vehicle will be across our path when we reach it, and how well that is known.
+
+Known are its place beside the camera's axis and the rate at which that changes, which is its own motion
+across the road and ours: where we turn, or look aside, what stands still sweeps across the picture. So three
+unknowns share what was measured: u, its own speed across our path, the heading and the curvature of the path.
+Each has a prior, all is linear, and one scalar update (Kalman) gives the place at contact with its sigma:
+
+    rate = u - (heading + curvature x) v
+    place at contact = y - offset - heading x - curvature x^2 / 2 + u t
+
+with x and y the vehicle's place now, v the closing speed and t the time to contact. Where u is the likeliest
+cause, that is the straight extrapolation of the rate, and where the bend is, half of it: the way of a thing
+that stands beside a road that bends. An error of the heading alone does not matter: what is on a collision
+course keeps its bearing, wherever the camera looks.
+"""
+
+import math
+from dataclasses import dataclass
+
+from fcw.motion.state import OwnPath
+from fcw.tracking.types import Track
+
+ACROSS_SIGMA_MPS = 1.0
+"""1-sigma of a vehicle's own speed across our path: a change of lane takes 3 to 5 s, a crossing car is
+rarer."""
+SURELY_SIGMAS = 2.5
+LONGEST_S = 4.0
+"""Sideways motion is not extrapolated farther than ISO 15623's largest TTC of a warning: a change of lane has
+an end."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceAtContact:
+    """Where a vehicle will be.
+
+    Attributes:
+        offset_m: lateral position of the middle of its rear from the middle of our path, positive to the
+            left.
+        sigma_m: 1-sigma.
+        comes_in: whether it surely comes nearer to our path's middle now: neither a bend nor the camera's
+            direction would explain how it moves.
+    """
+
+    offset_m: float
+    sigma_m: float
+    comes_in: bool
+
+
+def place_at_contact(
+    track: Track, path: OwnPath, reference_offset_m: float, contact_s: float
+) -> PlaceAtContact:
+    """Where a vehicle will be when we reach it.
+
+    Args:
+        track: the vehicle.
+        path: our own.
+        reference_offset_m: how far the reference of distances is ahead of the camera.
+        contact_s: time until then.
+    """
+    x_m = track.distance_m + reference_offset_m
+    time_s = min(contact_s, LONGEST_S)
+    # What is not extrapolated does not sweep either.
+    speed_mps = track.distance_m / contact_s if contact_s > 0 else 0.0
+    now_m = track.lateral_m - path.lateral_at(x_m)
+    across_mps = track.lateral_speed_mps + path.slope_at(x_m) * speed_mps
+    heading_variance = path.heading_sigma_rad**2
+    bend_variance = path.curvature_sigma_per_m**2
+    bend_m, sweep_m2ps = x_m**2 / 2, x_m * speed_mps
+    swept = speed_mps**2 * heading_variance + sweep_m2ps**2 * bend_variance + track.lateral_speed_sigma_mps**2
+    # Beyond two sigma it is no change of lane: a car that crosses, or our own turning.
+    own_mps = max(ACROSS_SIGMA_MPS, abs(across_mps) / 2)
+    seen = own_mps**2 + swept
+    # Moved on by so much the way has been used up; the rest of heading and bend stays ahead.
+    shared = own_mps**2 * time_s + x_m * speed_mps * heading_variance + bend_m * sweep_m2ps * bend_variance
+    # On a path that bends the vehicle's place beside it hangs on its distance.
+    by_distance_m = path.slope_at(x_m) * (track.distance_m - track.distance_low_m)
+    variance = (
+        track.lateral_sigma_m**2
+        + by_distance_m**2
+        + path.offset_sigma_m**2
+        + x_m**2 * heading_variance
+        + bend_m**2 * bend_variance
+        + (own_mps * time_s) ** 2
+        - shared**2 / seen
+    )
+    return PlaceAtContact(
+        offset_m=now_m + shared / seen * across_mps,
+        sigma_m=math.sqrt(max(variance, 0.0)),
+        comes_in=now_m * across_mps < 0 and across_mps**2 > SURELY_SIGMAS**2 * swept,
+    )

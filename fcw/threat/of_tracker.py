@@ -1,0 +1,29 @@
+"""The threats of what a tracker follows."""
+
+from collections.abc import Sequence
+
+from fcw.motion.state import OwnPath
+from fcw.threat.own_path import assumed_path
+from fcw.threat.threat import Threat, assess
+from fcw.tracking.tracker import Tracker
+from fcw.tracking.types import Track
+
+
+def threats_of(
+    tracker: Tracker,
+    tracks: Sequence[Track],
+    own_mps: float | None,
+    yaw_rate_radps: float | None = None,
+    path: OwnPath | None = None,
+) -> tuple[Threat, ...]:
+    """The threats of a frame's vehicles, the most urgent first.
+
+    Args:
+        tracker: after its update with that frame.
+        tracks: what the update gave.
+        own_mps: own speed; None when unknown.
+        yaw_rate_radps: how fast we turn, positive to the left; None when unknown.
+        path: our own where it was measured; None for what speed and yaw rate say of it.
+    """
+    path = path or assumed_path(own_mps, yaw_rate_radps)
+    return assess(tracks, tracker.lead_id, path, own_mps, tracker.reference_offset_m)

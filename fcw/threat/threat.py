@@ -1,0 +1,187 @@
+"""The threat of one vehicle: when we reach it, whether it is in our way then, and what that needs.
+
+After Brannstrom, Coelingh & Sjoberg 2010, "Model-based threat assessment for avoiding arbitrary vehicle
+collisions" (braking and steering needed), and Lefevre, Vasquez & Laugier 2014, "A survey on motion prediction
+and risk assessment for intelligent vehicles" (the probability of a collision if nobody acts).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fcw.motion.state import OwnPath
+from fcw.threat.course import place_at_contact
+from fcw.threat.own_path import USUAL_MPS
+from fcw.tracking.lead import is_oncoming
+from fcw.tracking.types import Track
+
+OWN_WIDTH_M = 1.8
+"""Of our car, mirrors aside."""
+WIDEST_CAR_M = 1.8
+"""A car that looks wider is seen from a corner, if it does not cross; a lorry is taller than wide, or nearly
+so."""
+LORRY_ASPECT = 0.85
+KNOWN_BEND_MPS2 = 0.2
+"""A path is known whose bend is known to this lateral acceleration."""
+PASSING_ROOM_M = 0.3
+"""Who steers past a vehicle leaves so much room."""
+SHORTEST_S = 0.01
+HORIZON_S = 7.0
+"""What is farther away in time is no collision that anybody can predict."""
+SURE_GROWTH_MPS2 = 1.0
+"""A closing speed that grows more slowly counts as constant: a lead may just let go of the pedal."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Threat:
+    """One vehicle as a threat, as believed at the time of a frame; "then" is when we reach its rear.
+
+    Attributes:
+        track: the vehicle.
+        is_lead: whether it is the lead, which headway is about.
+        is_oncoming: whether it surely comes towards us.
+        reach_s: time until then, the growth of the closing speed in it; None when the gap does not close.
+        reach_low_s: 16th percentile; None as above.
+        reach_high_s: 84th percentile; inf where it may never be; None as above.
+        offset_m: of its middle from our path's then, positive to the left.
+        offset_sigma_m: 1-sigma.
+        comes_in: whether it surely moves towards our path's middle.
+        bend_known: whether the bend of our path is known: else what stands beside it may seem to come in.
+        overlap_now_m: of its width and ours where it is now; negative is the room between.
+        overlap_m: of them then.
+        overlap_probability: that the two widths overlap then.
+        collision_probability: that we hit it within `HORIZON_S` if nobody acts.
+        required_deceleration_mps2: constant braking from now on that just avoids that; None when not closing.
+        required_lateral_mps2: constant steering that passes it with a little room; 0 where there is that
+            anyway, None when not closing.
+    """
+
+    track: Track
+    is_lead: bool
+    is_oncoming: bool
+    reach_s: float | None
+    reach_low_s: float | None
+    reach_high_s: float | None
+    offset_m: float
+    offset_sigma_m: float
+    comes_in: bool
+    bend_known: bool
+    overlap_now_m: float
+    overlap_m: float
+    overlap_probability: float
+    collision_probability: float
+    required_deceleration_mps2: float | None
+    required_lateral_mps2: float | None
+
+    @property
+    def urgency(self) -> float:
+        """Braking needed, as likely as it is: what threats are ordered by."""
+        return self.collision_probability * min(self.required_deceleration_mps2 or 0.0, 100.0)
+
+
+def assess(
+    tracks: Sequence[Track],
+    lead_id: int | None,
+    path: OwnPath,
+    own_mps: float | None,
+    reference_offset_m: float = 0.0,
+) -> tuple[Threat, ...]:
+    """The threats of all vehicles that are believed, the most urgent first.
+
+    Args:
+        tracks: of a frame.
+        lead_id: which of them is the lead; None where the own path is free.
+        path: our own.
+        own_mps: own speed; None when unknown.
+        reference_offset_m: how far the reference of distances is ahead of the camera.
+    """
+    threats = [
+        _assess_one(track, track.track_id == lead_id, path, own_mps, reference_offset_m)
+        for track in tracks
+        if not track.doubtful
+    ]
+    threats.sort(key=lambda threat: (-threat.urgency, threat.track.distance_m))
+    return tuple(threats)
+
+
+def reach_s(distance_m: float, closing_mps: float, growth_mps2: float) -> float | None:
+    """Time until a distance is used up if the closing speed goes on growing as it does (ISO 15623's ETTC).
+
+    A closing speed that shrinks counts as constant: whoever brakes may let go. None where nothing closes.
+    """
+    if closing_mps <= 0:
+        return None
+    # The solution of d = v t + a t^2 / 2 in the form that holds for a = 0 too.
+    return 2 * distance_m / (closing_mps + math.sqrt(closing_mps**2 + 2 * max(growth_mps2, 0.0) * distance_m))
+
+
+def required_deceleration_mps2(distance_m: float, closing_speed_mps: float) -> float | None:
+    """Constant braking from now on that just avoids the collision: v^2 / (2 d); None when not closing.
+
+    ISO 15623's required deceleration with a lead at constant speed and no system delay; inf at contact.
+    """
+    if closing_speed_mps <= 0:
+        return None
+    return closing_speed_mps**2 / (2 * distance_m) if distance_m > 0 else math.inf
+
+
+def _assess_one(
+    track: Track, is_lead: bool, path: OwnPath, own_mps: float | None, reference_offset_m: float
+) -> Threat:
+    closing_mps, sigma_mps = track.closing_speed_mps, track.closing_speed_sigma_mps
+    growth_mps2 = track.closing_acceleration_mps2
+    growth_mps2 = growth_mps2 if growth_mps2 >= SURE_GROWTH_MPS2 else 0.0
+    time_s = reach_s(track.distance_m, closing_mps, growth_mps2)
+    low_s = high_s = None
+    if time_s is not None:
+        low_s = reach_s(track.distance_m, closing_mps + sigma_mps, growth_mps2)
+        slow_s = reach_s(track.distance_m, closing_mps - sigma_mps, growth_mps2)
+        high_s = math.inf if slow_s is None else slow_s
+    place = place_at_contact(
+        track, path, reference_offset_m, HORIZON_S if time_s is None else min(time_s, HORIZON_S)
+    )
+    bend_known = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2 <= KNOWN_BEND_MPS2
+    is_tall = track.box.h > LORRY_ASPECT * track.box.w
+    is_turned = place.comes_in and bend_known
+    width_m = track.width_m if is_tall or is_turned else min(track.width_m, WIDEST_CAR_M)
+    in_the_way_m = (OWN_WIDTH_M + width_m) / 2
+    x_m = track.distance_m + reference_offset_m
+    overlap_m = in_the_way_m - abs(place.offset_m)
+    reached = _probability_above(closing_mps, track.distance_m / HORIZON_S, sigma_mps)
+    in_the_way = _probability_between(-in_the_way_m, in_the_way_m, place.offset_m, place.sigma_m)
+    lateral_mps2 = None
+    if time_s is not None:
+        lateral_mps2 = 2 * max(overlap_m + PASSING_ROOM_M, 0.0) / min(max(time_s, SHORTEST_S), HORIZON_S) ** 2
+    return Threat(
+        track=track,
+        is_lead=is_lead,
+        is_oncoming=is_oncoming(track, own_mps),
+        reach_s=time_s,
+        reach_low_s=low_s,
+        reach_high_s=high_s,
+        offset_m=place.offset_m,
+        offset_sigma_m=place.sigma_m,
+        comes_in=place.comes_in,
+        bend_known=bend_known,
+        overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
+        overlap_m=overlap_m,
+        overlap_probability=in_the_way,
+        collision_probability=reached * in_the_way,
+        required_deceleration_mps2=required_deceleration_mps2(track.distance_m, closing_mps),
+        required_lateral_mps2=lateral_mps2,
+    )
+
+
+def _probability_above(mean: float, limit: float, sigma: float) -> float:
+    return _normal((mean - limit) / sigma) if sigma > 0 else float(mean > limit)
+
+
+def _probability_between(low: float, high: float, mean: float, sigma: float) -> float:
+    if sigma <= 0:
+        return float(low < mean < high)
+    return _normal((high - mean) / sigma) - _normal((low - mean) / sigma)
+
+
+def _normal(z: float) -> float:
+    """The standard normal distribution up to z."""
+    return 0.5 * math.erfc(-z / math.sqrt(2))

@@ -1,0 +1,1 @@
+"""Which boxes are believed to be vehicles."""

@@ -1,0 +1,132 @@
+"""Which vehicles are believed: what appears from nothing near us must earn it before it may hide another.
+
+A vehicle comes into the picture from afar, from its sides, from behind another vehicle, or was there at the
+start. A near box that appears elsewhere is a vehicle that the detector found late, or none: a reflection, the
+own bonnet, a logo. It is believed once it was seen for a while, sooner if it moves against us; and not while
+somebody is seen through it, as vehicles are opaque, nor where it stands still in the picture.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.box import Box
+from fcw.tracking.belief.settings import BeliefSettings
+from fcw.tracking.belief.still_picture import StillPicture
+from fcw.tracking.followed import Followed
+from fcw.tracking.types import SeenBy
+
+BESIDE_PART = 0.25
+"""What was hidden is found this near beside what hid it, as a part of that one's width."""
+
+
+class Doubts:
+    """Judges the vehicles of one drive.
+
+    Args:
+        settings: see `BeliefSettings`.
+        image_width_px: of the pictures.
+    """
+
+    def __init__(self, settings: BeliefSettings, image_width_px: int) -> None:
+        self._settings = settings
+        self._width_px = image_width_px
+        self._still = StillPicture(settings.still)
+        self._first_ns: int | None = None
+        self._since_ns: dict[int, int | None] = {}
+        """By track, since when it earns belief; None where it is believed."""
+        self._lost: list[tuple[int, Box]] = []
+        """Time and place of believed vehicles that are followed no more."""
+        self._places: dict[int, tuple[bool, Box]] = {}
+
+    def update(self, time_ns: int, followed: Sequence[Followed], image: NDArray[np.uint8] | None) -> None:
+        """Say of every vehicle whether it is doubtful.
+
+        Args:
+            time_ns: of the frame.
+            followed: the vehicles, as they are now.
+            image: the frame's own; None where there is none.
+        """
+        if self._first_ns is None:
+            self._first_ns = time_ns
+        settings, ids = self._settings, {one.track_id for one in followed}
+        self._lost = [
+            *((at_ns, box) for at_ns, box in self._lost if time_ns - at_ns < settings.remembered_s * 1e9),
+            *((time_ns, box) for number, (sure, box) in self._places.items() if sure and number not in ids),
+        ]
+        self._since_ns = {number: since for number, since in self._since_ns.items() if number in ids}
+        for one in followed:
+            if one.track_id not in self._since_ns:
+                self._since_ns[one.track_id] = None if self._is_announced(time_ns, one, followed) else time_ns
+        for one in followed:
+            since_ns = self._since_ns[one.track_id]
+            if since_ns is None:
+                continue
+            if any(self._shows_through(time_ns, one, other) for other in followed):
+                self._since_ns[one.track_id] = time_ns
+            elif one.seen_by is SeenBy.DETECTOR and self._has_earned(one, (time_ns - since_ns) / 1e9):
+                self._since_ns[one.track_id] = None
+        still = set()
+        if image is not None:
+            still = self._still.update(time_ns, image, {one.track_id: one.box for one in followed})
+        for one in followed:
+            one.doubtful = self._since_ns[one.track_id] is not None or one.track_id in still
+        self._places = {one.track_id: (one.confirmed and not one.doubtful, one.box) for one in followed}
+
+    def _is_announced(self, time_ns: int, one: Followed, followed: Sequence[Followed]) -> bool:
+        """Whether it came from where vehicles come from."""
+        settings, box = self._settings, one.box
+        assert self._first_ns is not None
+        margin_px = settings.side_part * self._width_px
+        return (
+            time_ns - self._first_ns <= settings.start_s * 1e9
+            or one.state.distance_m >= settings.far_m
+            or box.x <= margin_px
+            or box.right >= self._width_px - margin_px
+            or any(_touch(box, lost) for _, lost in self._lost)
+            # From behind a nearer vehicle.
+            or any(
+                other is not one
+                and self._since_ns.get(other.track_id, 0) is None
+                and other.state.distance_m < one.state.distance_m
+                and _touch(box, other.box)
+                for other in followed
+            )
+        )
+
+    def _shows_through(self, time_ns: int, one: Followed, other: Followed) -> bool:
+        """Whether another vehicle that is believed is seen where this one would hide it."""
+        settings = self._settings
+        return (
+            other is not one
+            and other.confirmed
+            and self._since_ns[other.track_id] is None
+            and time_ns - other.detected_ns <= settings.through_s * 1e9
+            and other.state.distance_m > settings.through_ratio * one.state.distance_m
+            and _inside(other.box, one.box) >= settings.through_part
+        )
+
+    def _has_earned(self, one: Followed, seen_s: float) -> bool:
+        settings, state = self._settings, one.state
+        least_mps = max(settings.moving_sigmas * state.closing_speed_sigma_mps, settings.moving_mps)
+        moves = math.fabs(state.closing_speed_mps) > least_mps
+        return seen_s >= (settings.earned_s if moves else settings.earned_still_s)
+
+
+def _shared(a: Box, b: Box) -> float:
+    width = min(a.right, b.right) - max(a.x, b.x)
+    height = min(a.bottom, b.bottom) - max(a.y, b.y)
+    return max(width, 0.0) * max(height, 0.0)
+
+
+def _touch(box: Box, other: Box) -> bool:
+    """Whether a box is at another one, or came out from behind it since the frame before."""
+    pad_px = BESIDE_PART * other.w
+    return _shared(box, Box(other.x - pad_px, other.y, other.w + 2 * pad_px, other.h)) > 0
+
+
+def _inside(box: Box, other: Box) -> float:
+    """How much of a box is inside another one."""
+    return _shared(box, other) / (box.w * box.h)

@@ -1,0 +1,40 @@
+"""When a vehicle is believed."""
+
+from dataclasses import dataclass, field
+
+from fcw.tracking.belief.still_picture import StillPictureSettings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeliefSettings:
+    """When a vehicle is believed.
+
+    Attributes:
+        far_m: farther than this vehicles appear from nothing all the time, and hide nobody.
+        side_part: a box this near to the picture's left or right edge, as a part of its width, came from
+            there.
+        start_s: what is there so soon after the first frame was there before.
+        earned_s: what appeared near us is believed after so long if it comes nearer or moves away.
+        earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
+        moving_sigmas: it does at this many sigmas of the closing speed,
+        moving_mps: and this speed.
+        through_part: somebody is seen through it where so much of their box is inside its own,
+        through_ratio: and they are so many times as far away,
+        through_s: and the detector found them within this time.
+        remembered_s: so long the place of a believed vehicle that was lost is kept: found again, it is
+            believed.
+        still: see `StillPictureSettings`.
+    """
+
+    far_m: float = 25.0
+    side_part: float = 0.04
+    start_s: float = 1.0
+    earned_s: float = 0.6
+    earned_still_s: float = 4.0
+    moving_sigmas: float = 2.0
+    moving_mps: float = 1.0
+    through_part: float = 0.7
+    through_ratio: float = 1.5
+    through_s: float = 0.5
+    remembered_s: float = 2.0
+    still: StillPictureSettings = field(default_factory=StillPictureSettings)

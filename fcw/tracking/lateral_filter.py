@@ -1,0 +1,59 @@
+"""Where a vehicle is across the road, and how fast it moves there: a Kalman filter of place and rate.
+
+The farther it is, the more metres the noise of its box is, and the longer must be averaged: the gain follows
+from both (white-noise acceleration; Bar-Shalom, Li & Kirubarajan 2001, section 6.3.2).
+"""
+
+import math
+
+RATE_SIGMA_MPS = 1.5
+"""1-sigma of the rate of a vehicle just found: a change of lane, or what stands beside a road that bends."""
+JERKINESS_M2PS3 = 0.3
+"""Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
+and so does our own turning for vehicles ahead."""
+
+
+class LateralFilter:
+    """One vehicle's lateral position and its rate.
+
+    Args:
+        lateral_m: by its first box, positive to the left.
+        sigma_m: 1-sigma of that.
+    """
+
+    def __init__(self, lateral_m: float, sigma_m: float) -> None:
+        self.lateral_m = lateral_m
+        self.rate_mps = 0.0
+        self._place_variance = sigma_m**2
+        self._shared = 0.0
+        self._rate_variance = RATE_SIGMA_MPS**2
+
+    @property
+    def sigma_m(self) -> float:
+        """1-sigma of the position."""
+        return math.sqrt(self._place_variance)
+
+    @property
+    def rate_sigma_mps(self) -> float:
+        """1-sigma of the rate."""
+        return math.sqrt(self._rate_variance)
+
+    def predict(self, dt_s: float) -> None:
+        """Move on by dt."""
+        self.lateral_m += self.rate_mps * dt_s
+        self._place_variance += (
+            2 * dt_s * self._shared + dt_s**2 * self._rate_variance + JERKINESS_M2PS3 * dt_s**3 / 3
+        )
+        self._shared += dt_s * self._rate_variance + JERKINESS_M2PS3 * dt_s**2 / 2
+        self._rate_variance += JERKINESS_M2PS3 * dt_s
+
+    def correct(self, lateral_m: float, sigma_m: float) -> None:
+        """Take a measured position and its 1-sigma."""
+        total = self._place_variance + sigma_m**2
+        gain, rate_gain = self._place_variance / total, self._shared / total
+        off_m = lateral_m - self.lateral_m
+        self.lateral_m += gain * off_m
+        self.rate_mps += rate_gain * off_m
+        self._rate_variance -= rate_gain * self._shared
+        self._shared *= 1 - gain
+        self._place_variance *= 1 - gain

@@ -1,0 +1,166 @@
+"""What it takes to raise a level for a vehicle, and how long it is held."""
+
+import math
+from dataclasses import dataclass, replace
+
+from fcw.threat.threat import SURE_GROWTH_MPS2, Threat
+from fcw.tracking.types import Track
+from fcw.units import KMH_PER_MPS
+from fcw.warning.rule import Approach, Rule
+from fcw.warning.types import WarningLevel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What it takes to raise a level, and how long it is held.
+
+    Attributes:
+        minimum_age_s: a younger track raises no rule that goes by the closing speed: that of its first few
+            boxes is mostly their noise, and every new track is a chance of a false alarm.
+        minimum_lead_s: a vehicle that has been the lead for less raises no rule that goes by the own speed:
+            one that is passed by, and seen in part, may seem to be in the path for a moment.
+        overlap_probability: what goes by the closing speed is raised where the vehicle will probably be in
+            our way.
+        lead_probability: of the lead it is enough that this is so likely; far away its way across is not
+            known well, but it is in the path now.
+        beside_m: with more room than this between it and our path now,
+        crossing_probability: it must be so likely, and the bend of our path known: from a car that turns, all
+            that stands beside the road sweeps across the path.
+        minimum_course_s: and would have been for so long.
+        held_probability: a raised level is held while that is at least so likely.
+        oncoming_probability: what comes towards us is warned of where that is so likely: in a bend
+            every oncoming vehicle is ahead of us for a moment.
+        oncoming_reach_s: and so near in time. Nobody can brake off its speed, so that no rule has another
+            threshold for it.
+        steering_mps2: who does not come in, and is passed by steering with less than this, is not warned of
+            while not the lead, and with half of it not by `caution`: a driver on the way past a parked car
+            steers in time, and would be warned of every one of them (Brannstrom et al. 2010: a threat is what
+            neither braking nor steering avoids any more at ease).
+        closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
+            noise, and of a vehicle just found the tracker believes something between standing and as fast as
+            we are, which is 1.7 sigmas of closing speed before anything is measured.
+        upper_sigmas: a level is raised when the gap may be too small: when it is smaller than what is needed
+            and so many sigmas of the difference. A warning that goes by the mean comes too late every second
+            time; with 1.65 sigmas it does so in 5 of 100.
+        latest_ttc_s: above this TTC nothing is raised that goes by the closing speed. ISO 15623 needs no
+            warning above 4 s; but behind a lead that brakes a driver must be warned before, at 5.7 s in the
+            hardest of Euro NCAP's scenarios that can be prevented, and while braking begins the tracker's
+            closing speed lags by a fifth.
+        latest_warning_s: above this time to its rear, in which a lead that brakes goes on doing so, there is
+            `caution` in the place of `warning`: ISO 15623's 4 s and what it lags.
+        latest_braking_s: the same by the mean behind a lead that brakes: that it goes on is only assumed.
+        caution_first_s: so long `caution` comes before `warning`,
+        caution_first_reach_s: where there is more than this time.
+        minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
+            and 0.4 g needs 4 m, and queues creep nearer than that.
+        release_factor: a raised level is held while its rule holds for a gap wider by this.
+        minimum_duration_s: and at least so long: shorter than a driver's expected reaction (0.75 s, Green
+            2000) it could be gone before it is understood.
+        held_below_ttc_s: and as long as the time to contact is below this and does not grow: below 4 s no
+            warning is needless by ISO 15623.
+        grown_ttc: it grows when it is so many times the shortest since the level was raised.
+    """
+
+    minimum_age_s: float = 0.75
+    minimum_lead_s: float = 0.6
+    overlap_probability: float = 0.5
+    lead_probability: float = 0.45
+    beside_m: float = 0.3
+    crossing_probability: float = 0.8
+    minimum_course_s: float = 0.3
+    held_probability: float = 0.25
+    oncoming_probability: float = 0.8
+    oncoming_reach_s: float = 2.5
+    steering_mps2: float = 1.0
+    closing_sigmas: float = 3.0
+    upper_sigmas: float = 1.65
+    latest_ttc_s: float = 7.0
+    latest_warning_s: float = 4.3
+    latest_braking_s: float = 3.7
+    caution_first_s: float = 0.3
+    caution_first_reach_s: float = 3.8
+    minimum_own_mps: float = 10 / KMH_PER_MPS
+    release_factor: float = 1.25
+    minimum_duration_s: float = 1.0
+    held_below_ttc_s: float = 4.0
+    grown_ttc: float = 1.1
+
+    def approach(self, vehicle: Track, own_mps: float | None, holding: bool) -> Approach:
+        """The vehicle by its means."""
+        growth_mps2 = vehicle.closing_acceleration_mps2
+        brakes = holding or growth_mps2 >= SURE_GROWTH_MPS2
+        return Approach(
+            closing_mps=vehicle.closing_speed_mps,
+            acceleration_mps2=growth_mps2 if brakes else min(growth_mps2, 0.0),
+            own_mps=own_mps,
+        )
+
+    def is_on_course(self, threat: Threat, holding: bool) -> bool:
+        """Whether it will be in our way."""
+        if threat.is_oncoming:
+            near = threat.reach_s is not None and threat.reach_s <= self.oncoming_reach_s
+            return near and threat.overlap_probability >= self.oncoming_probability
+        if threat.is_lead:
+            return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
+        is_beside = threat.overlap_now_m < -self.beside_m
+        if is_beside and not threat.bend_known:
+            return False
+        least = self.crossing_probability if is_beside else self.overlap_probability
+        least = self.held_probability if holding else least
+        return threat.overlap_probability >= least
+
+    def may_steer(self, threat: Threat, level: WarningLevel) -> bool:
+        """Whether a driver passes a vehicle that is not the lead by steering a little."""
+        if threat.is_lead or threat.is_oncoming or threat.comes_in or threat.required_lateral_mps2 is None:
+            return False
+        least_mps2 = self.steering_mps2 * (1.0 if level == WarningLevel.WARNING else 0.5)
+        return threat.required_lateral_mps2 < least_mps2
+
+    def is_too_early(self, threat: Threat) -> bool:
+        """Whether nobody needs a `warning` yet.
+
+        A lead that brakes goes on doing so in the time to its rear: what would be early, if it does not.
+        """
+        if threat.track.closing_acceleration_mps2 >= SURE_GROWTH_MPS2:
+            return threat.reach_s is None or threat.reach_s > self.latest_braking_s
+        return threat.reach_low_s is None or threat.reach_low_s > self.latest_warning_s
+
+    def has_time(self, threat: Threat) -> bool:
+        """Whether there is time for `caution` before `warning`."""
+        return threat.reach_low_s is None or threat.reach_low_s > self.caution_first_reach_s
+
+    def is_seen(self, vehicle: Track, own_mps: float | None) -> bool:
+        """Whether it may raise anything."""
+        creeps = own_mps is not None and own_mps < self.minimum_own_mps
+        return not vehicle.coasting and not creeps
+
+    def surely_closes(self, vehicle: Track) -> bool:
+        """Whether it may raise what goes by the closing speed."""
+        closing_mps = vehicle.closing_speed_mps
+        return (
+            vehicle.age_s >= self.minimum_age_s
+            and closing_mps > self.closing_sigmas * vehicle.closing_speed_sigma_mps
+            and vehicle.distance_m <= closing_mps * self.latest_ttc_s
+        )
+
+    def due_below_m(self, rule: Rule, vehicle: Track, own_mps: float | None, holding: bool) -> float:
+        """The gap from which on the level is due, with what is uncertain in it."""
+        now = self.approach(vehicle, own_mps, holding)
+        needed_m = rule.needed_distance_m(now, holding)
+        if rule.by_closing:
+            needed_m += self.upper_sigmas * self._spread_m(rule, vehicle, now, holding)
+        return needed_m * (self.release_factor if holding else 1.0)
+
+    def _spread_m(self, rule: Rule, vehicle: Track, now: Approach, holding: bool) -> float:
+        """1-sigma of the gap less what is needed, to first order."""
+        fast_mps = now.closing_mps + vehicle.closing_speed_sigma_mps
+        if now.own_mps is not None:
+            # The vehicle does not drive backwards.
+            fast_mps = max(min(fast_mps, now.own_mps), now.closing_mps)
+        others = [replace(now, closing_mps=fast_mps)]
+        if now.acceleration_mps2 > 0:
+            growth_mps2 = now.acceleration_mps2 + vehicle.closing_acceleration_sigma_mps2
+            others.append(replace(now, acceleration_mps2=growth_mps2))
+        needed_m = rule.needed_distance_m(now, holding)
+        more_m = [rule.needed_distance_m(other, holding) - needed_m for other in others]
+        return math.hypot(vehicle.distance_m - vehicle.distance_low_m, *more_m)

@@ -1,0 +1,49 @@
+"""What a rule is: how large the gap must be, and what it assumes."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from fcw.warning.types import WarningLevel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Approach:
+    """How a vehicle stands to us, as a rule sees it.
+
+    Attributes:
+        closing_mps: rate at which the gap shrinks; negative when it opens.
+        acceleration_mps2: rate at which the closing speed grows.
+        own_mps: own speed; None when unknown.
+    """
+
+    closing_mps: float
+    acceleration_mps2: float = 0.0
+    own_mps: float | None = None
+
+
+class Rule(Protocol):
+    """A condition for a level."""
+
+    @property
+    def name(self) -> str:
+        """Name in logs."""
+        ...
+
+    @property
+    def level(self) -> WarningLevel:
+        """The level it raises."""
+        ...
+
+    @property
+    def by_closing(self) -> bool:
+        """Whether it goes by the closing speed, which needs evidence, or by the own speed alone."""
+        ...
+
+    @property
+    def assumes(self) -> str:
+        """Its threshold, or what it assumes of us, in words; see `WarningState.assumes`."""
+        ...
+
+    def needed_distance_m(self, approach: Approach, holding: bool) -> float:
+        """The level is due when the gap is no larger than this; `holding`: it has been raised before."""
+        ...

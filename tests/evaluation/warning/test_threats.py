@@ -1,0 +1,101 @@
+"""Simulated dangers: their windows follow from exact motion, and a policy is judged by them."""
+
+import pytest
+
+from fcw.box import Box
+from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
+from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
+from fcw.simulation.world.scenario import load_scenario, threat_names
+from fcw.warning.policies import make_policy
+from fcw.warning.types import WarningLevel, WarningState
+
+FRAME_NS = 33_333_333
+
+
+def truth(time_s, distance_m, lateral_m, closing_mps, name="car"):
+    box = Box(600, 300, 1800 / (distance_m + 1.6), 1400 / (distance_m + 1.6))
+    vehicle = VehicleTruth(
+        name=name,
+        distance_m=distance_m,
+        lateral_m=lateral_m,
+        path_lateral_m=lateral_m,
+        closing_speed_mps=closing_mps,
+        ttc_s=distance_m / closing_mps,
+        box=box,
+        body_box=box,
+        visible_fraction=1.0,
+        oncoming=False,
+        in_path=abs(lateral_m) < 1.75,
+    )
+    return FrameTruth(round(time_s * 1e9), closing_mps, 0.0, 0.0, 350.0, (vehicle,))
+
+
+def test_the_window_of_a_standing_car_ends_when_the_driver_of_1_2_s_and_0_4_g_must_be_warned():
+    # 70 m at 10 m/s: 12 m of reaction and 12.75 m of braking are needed, 45 m are 4.5 s.
+    frames = [truth(k / 30, 70 - k / 3, 0.0, 10.0) for k in range(211)]
+    window = danger_window("car", frames)
+    assert window is not None
+    assert window.earliest_s == pytest.approx(2.5, abs=0.05)
+    assert window.latest_s == pytest.approx(7.0 - 2.475, abs=0.05)
+    assert window.contact_s == pytest.approx(6.97, abs=0.05)
+
+
+def test_the_window_of_a_car_that_pulls_out_ends_a_second_after_it_can_be_known():
+    # It moves from 3 m aside towards us from 5 s on, 1.5 m/s, when the driver should long have been warned.
+    frames = [truth(k / 30, 70 - k / 3, -3.0 + max(k / 30 - 5.0, 0.0) * 1.5, 10.0) for k in range(211)]
+    window = danger_window("car", frames)
+    assert window is not None
+    assert window.latest_s == pytest.approx(6.03, abs=0.05)
+
+
+class Fixed:
+    """Warns of the nearest vehicle from a time on."""
+
+    name = "fixed"
+
+    def __init__(self, from_s):
+        self.from_s = from_s
+
+    def update(self, time_ns, threats, ego_speed_mps):
+        if time_ns / 1e9 < self.from_s or not threats:
+            return WarningState(WarningLevel.NONE)
+        return WarningState(WarningLevel.WARNING, threats[0].track.track_id, "fixed")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("from_s", "passed", "false"), [(1.0, False, True), (3.0, True, False), (5.0, False, False)]
+)
+def test_too_early_is_false_and_too_late_is_missed(from_s, passed, false):
+    trial = run_threat_trial(load_scenario("overlap-75"), 0, Fixed(from_s))
+    assert trial.window is not None
+    window = trial.window
+    assert (window.earliest_s, window.latest_s, window.contact_s) == pytest.approx((2.35, 3.9, 6.8), abs=0.1)
+    assert (trial.passed, bool(trial.false_s)) == (passed, false)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["overlap-50", "overlap-75", "pulling-out", "cut-out", "oncoming-in-lane"])
+def test_dangers_are_warned_of_in_their_windows(name):
+    (result,) = run_threats([(name, load_scenario(name))], make_policy, (0, 1))
+    assert (result.trials_passed, result.false_warnings) == (2, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["cut-out-free", "overtaking", "bonnet-and-logo"])
+def test_what_only_looks_like_a_danger_is_not_warned_of(name):
+    (result,) = run_threats([(name, load_scenario(name))], make_policy, (0,))
+    assert (result.trials_passed, result.false_warnings) == (1, 0)
+
+
+@pytest.mark.slow
+def test_a_ghost_in_the_boxes_is_not_warned_of():
+    trial = run_threat_trial(load_scenario("bonnet-and-logo"), 0, make_policy(), ghost=True)
+    assert trial.passed
+
+
+def test_every_danger_names_its_vehicle_and_every_scenario_says_what_happens():
+    for name in threat_names():
+        scenario = load_scenario(name)
+        assert scenario.description.endswith(".")
+        assert scenario.danger in {"", *(vehicle.name for vehicle in scenario.vehicles)}

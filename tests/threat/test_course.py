@@ -1,0 +1,105 @@
+"""Where a vehicle will be at contact: closed-form motion on straight and bent paths."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fcw.box import Box
+from fcw.motion.state import STRAIGHT, OwnPath
+from fcw.threat.course import place_at_contact
+from fcw.tracking.types import SeenBy, Track
+
+TRACK = Track(
+    track_id=1,
+    box=Box(600, 300, 80, 70),
+    score=1.0,
+    distance_m=20.0,
+    distance_low_m=20.0,
+    distance_high_m=20.0,
+    lateral_m=0.0,
+    closing_speed_mps=10.0,
+    closing_speed_sigma_mps=0.0,
+    ttc_s=2.0,
+    age_s=3.0,
+    seen_by=SeenBy.DETECTOR,
+    in_path=True,
+)
+UNKNOWN = OwnPath(offset_sigma_m=0.1, heading_sigma_rad=0.02, curvature_sigma_per_m=0.005)
+
+
+def placed(lateral_m, rate_mps, path=STRAIGHT, distance_m=20.0, speed_mps=10.0, offset_m=0.0):
+    track = replace(TRACK, distance_m=distance_m, lateral_m=lateral_m, lateral_speed_mps=rate_mps)
+    return place_at_contact(track, path, offset_m, distance_m / speed_mps)
+
+
+@given(st.floats(-5, 5), st.floats(-3, 3), st.floats(5, 30), st.floats(8, 20))
+def test_on_a_known_straight_path_a_vehicle_goes_on_as_it_does(lateral_m, rate_mps, distance_m, speed_mps):
+    there = placed(lateral_m, rate_mps, distance_m=distance_m, speed_mps=speed_mps)
+    assert there.offset_m == pytest.approx(lateral_m + rate_mps * distance_m / speed_mps)
+
+
+@given(st.floats(-4, 4), st.floats(-0.01, 0.01), st.floats(5, 30), st.floats(8, 20))
+def test_what_stands_beside_a_known_bend_is_passed_at_its_distance_from_it(
+    beside_m, curvature_per_m, distance_m, speed_mps
+):
+    # Seen from a car that turns with curvature times speed it sweeps at that times the distance.
+    path = OwnPath(curvature_per_m=curvature_per_m)
+    lateral_m = beside_m + curvature_per_m * distance_m**2 / 2
+    rate_mps = -curvature_per_m * speed_mps * distance_m
+    there = placed(lateral_m, rate_mps, path, distance_m, speed_mps)
+    assert there.offset_m == pytest.approx(beside_m)
+
+
+@given(st.floats(-0.05, 0.05), st.floats(-3, 3))
+def test_a_camera_that_looks_aside_changes_nothing_where_the_rate_is_known(heading_rad, beside_m):
+    # A thing `beside` a path that heads to the left: seen at 20 m, and sweeping as its share shrinks.
+    seen = placed(beside_m + heading_rad * 20, -heading_rad * 10, replace(STRAIGHT, heading_rad=heading_rad))
+    assert seen.offset_m == pytest.approx(beside_m, abs=1e-9)
+    # Not knowing of the heading is as good, up to the prior of the vehicle's own motion.
+    unaware = placed(beside_m + heading_rad * 20, -heading_rad * 10, OwnPath(heading_sigma_rad=0.5))
+    assert unaware.offset_m == pytest.approx(beside_m, abs=0.05)
+
+
+def test_in_a_bend_that_nobody_knows_half_of_the_sweep_is_the_way_itself():
+    # R = 100 m, 10 m/s, a parked car 20 m ahead where our path will be 2 m further left.
+    far = OwnPath(curvature_sigma_per_m=1.0)
+    there = placed(0.0, -0.01 * 10 * 20, far)
+    assert there.offset_m == pytest.approx(-0.01 * 20**2 / 2, rel=0.02)
+
+
+@given(st.floats(0.05, 0.6), st.floats(0.1, 5))
+def test_the_way_is_known_no_worse_with_a_better_rate_and_a_better_path(rate_sigma_mps, factor):
+    track = replace(TRACK, lateral_speed_sigma_mps=rate_sigma_mps, lateral_speed_mps=0.3)
+    worse = replace(UNKNOWN, curvature_sigma_per_m=0.005 * (1 + factor))
+    sigma_m = place_at_contact(track, UNKNOWN, 0.0, 2.0).sigma_m
+    assert sigma_m <= place_at_contact(track, worse, 0.0, 2.0).sigma_m + 1e-9
+    noisier = replace(track, lateral_speed_sigma_mps=rate_sigma_mps * (1 + factor))
+    assert sigma_m <= place_at_contact(noisier, UNKNOWN, 0.0, 2.0).sigma_m + 1e-9
+
+
+def test_who_comes_in_faster_than_a_bend_would_explain_comes_in():
+    assert placed(-2.0, 1.5, OwnPath(curvature_sigma_per_m=0.001)).comes_in
+    assert not placed(-2.0, 1.5, OwnPath(curvature_sigma_per_m=0.01)).comes_in
+    assert not placed(-2.0, -1.5, OwnPath(curvature_sigma_per_m=0.001)).comes_in
+
+
+def test_the_sigma_is_that_of_samples_of_what_is_not_known():
+    rng, n = np.random.default_rng(0), 200_000
+    own, heading, bend = rng.normal(0, 1.0, n), rng.normal(0, 0.02, n), rng.normal(0, 0.005, n)
+    now_m, x_m, v, t = 0.5, 20.0, 10.0, 2.0
+    rate = own - (heading + bend * x_m) * v + rng.normal(0, 0.2, n)
+    end_m = now_m - heading * x_m - bend * x_m**2 / 2 + own * t
+    kept = np.abs(rate - 0.3) < 0.02
+    there = place_at_contact(
+        replace(TRACK, lateral_m=now_m, lateral_speed_mps=0.3, lateral_speed_sigma_mps=0.2),
+        OwnPath(heading_sigma_rad=0.02, curvature_sigma_per_m=0.005),
+        0.0,
+        t,
+    )
+    assert there.offset_m == pytest.approx(float(end_m[kept].mean()), abs=0.05)
+    assert there.sigma_m == pytest.approx(float(end_m[kept].std()), rel=0.03)
+    assert math.isfinite(there.sigma_m)

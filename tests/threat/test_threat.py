@@ -1,0 +1,105 @@
+"""The threat of one vehicle: times, overlap, probability, braking and steering, by closed forms and
+samples."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from leads.warning_leads import make_lead
+
+from fcw.motion.state import STRAIGHT, OwnPath
+from fcw.threat.own_path import assumed_path
+from fcw.threat.threat import assess, reach_s, required_deceleration_mps2
+
+PARTS = [(0.25, 1.325), (0.5, 0.8875), (0.75, 0.44375), (-0.1, 1.95)]
+
+
+def threat(track, path=STRAIGHT, own_mps=None, lead_id=1):
+    (found,) = assess((track,), lead_id, path, own_mps)
+    return found
+
+
+@given(st.floats(1, 80), st.floats(0.5, 30), st.floats(0, 8))
+def test_the_distance_is_used_up_when_it_says(distance_m, closing_mps, growth_mps2):
+    time_s = reach_s(distance_m, closing_mps, growth_mps2)
+    assert time_s is not None
+    assert closing_mps * time_s + growth_mps2 * time_s**2 / 2 == pytest.approx(distance_m)
+    assert reach_s(distance_m, closing_mps, -3.0) == pytest.approx(distance_m / closing_mps)
+    assert reach_s(distance_m, -closing_mps, 3.0) is None
+
+
+def test_a_vehicle_straight_ahead():
+    found = threat(make_lead(20, 10, 1.0))
+    assert (found.reach_s, found.overlap_m) == (pytest.approx(2.0), pytest.approx(1.775))
+    assert found.reach_low_s == pytest.approx(20 / 11)
+    assert found.reach_high_s == pytest.approx(20 / 9)
+    assert found.collision_probability == pytest.approx(1.0, abs=0.01)
+    assert found.required_deceleration_mps2 == pytest.approx(2.5)
+    # 1.775 m aside, and 0.3 m of room, in two seconds.
+    assert found.required_lateral_mps2 == pytest.approx(2 * 2.075 / 4)
+
+
+def test_where_the_gap_may_not_close_there_is_no_latest_time_and_where_it_opens_none_at_all():
+    assert threat(make_lead(20, 1.0, 2.0)).reach_high_s == math.inf
+    opening = threat(make_lead(20, -1.0, 0.2))
+    assert (opening.reach_s, opening.required_deceleration_mps2, opening.required_lateral_mps2) == (None,) * 3
+    assert opening.collision_probability == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("overlap", "lateral_m"), PARTS)
+def test_partial_overlap_is_the_width_shared(overlap, lateral_m):
+    # Both are about 1.775 m wide in the mean.
+    found = threat(make_lead(15, 10, lateral_m=lateral_m))
+    assert found.overlap_m == pytest.approx(1.775 * overlap, abs=0.02)
+    assert found.overlap_probability == (1.0 if overlap > 0 else 0.0)
+
+
+def test_a_car_seen_from_a_corner_is_no_wider_than_cars_are_and_a_lorry_is():
+    corner = replace(make_lead(15, 10), width_m=2.6)
+    assert threat(corner).overlap_m == pytest.approx(1.8)
+    lorry = replace(corner, box=replace(corner.box, h=corner.box.w * 1.3))
+    assert threat(lorry).overlap_m == pytest.approx(2.2)
+
+
+def test_the_probability_is_that_of_samples():
+    track = replace(make_lead(18, 9, lateral_m=1.2), lateral_sigma_m=0.4, lateral_speed_sigma_mps=0.0)
+    found = threat(track, OwnPath(offset_sigma_m=0.3))
+    rng = np.random.default_rng(0)
+    offset_m = 1.2 + rng.normal(0, 0.5, 200_000)
+    assert found.overlap_probability == pytest.approx(float((np.abs(offset_m) < 1.775).mean()), abs=0.005)
+
+
+def test_the_most_urgent_is_first_and_the_doubtful_are_none():
+    far, near = make_lead(40, 10, track_id=1), make_lead(15, 10, track_id=2)
+    beside, ghost = make_lead(8, 10, track_id=3, lateral_m=6.0), replace(near, track_id=4, doubtful=True)
+    found = assess((far, near, beside, ghost), 1, STRAIGHT, 20.0)
+    assert [one.track.track_id for one in found] == [2, 1, 3]
+    assert [one.is_lead for one in found] == [False, True, False]
+
+
+def test_a_path_that_nobody_measured_is_uncertain_and_less_so_with_a_yaw_rate():
+    unknown, turning = assumed_path(20.0), assumed_path(20.0, 0.1)
+    assert unknown.curvature_per_m == 0
+    assert turning.curvature_per_m == pytest.approx(0.1 / 20)
+    straight = assumed_path(20.0, 0.0)
+    assert straight.curvature_sigma_per_m < turning.curvature_sigma_per_m <= unknown.curvature_sigma_per_m
+    assert not threat(make_lead(20, 10), unknown, 20.0).bend_known
+    # A bend may end: who turns off at a crossing drives straight on a moment later.
+    assert not threat(make_lead(20, 10), turning, 20.0).bend_known
+    assert threat(make_lead(20, 10), straight, 20.0).bend_known
+
+
+@given(st.floats(0.1, 200), st.floats(0.1, 60))
+def test_required_deceleration_stops_the_closing_exactly_at_contact(distance_m, closing_mps):
+    deceleration = required_deceleration_mps2(distance_m, closing_mps)
+    assert deceleration is not None
+    stopping_s = closing_mps / deceleration
+    assert closing_mps * stopping_s - deceleration * stopping_s**2 / 2 == pytest.approx(distance_m)
+
+
+def test_required_deceleration_of_a_gap_that_opens_is_none_and_at_contact_infinite():
+    assert required_deceleration_mps2(10, 0) is None
+    assert required_deceleration_mps2(0, 1) == math.inf

@@ -1,0 +1,135 @@
+"""What is believed at once, what must earn it, and that no ghost hides a vehicle."""
+
+import numpy as np
+import pytest
+
+from fcw.box import Box
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.detector import Detection
+from fcw.frame import ImageSize
+from fcw.threat.of_tracker import threats_of
+from fcw.tracking.tracker import Tracker
+from fcw.warning.policies import make_policy
+from fcw.warning.types import WarningLevel
+
+CALIBRATION = Calibration.from_camera(
+    GroundPlaneCamera(0.03, 740.0, 359.5, 1.3, 639.5), ImageSize(1280, 720), reference_offset_m=1.5
+)
+FRAME_NS = 33_333_333
+OWN_MPS = 20.0
+
+
+def seen(distance_m, lateral_m=0.0, noise_px=0.0, rng=None):
+    """The box of a car, cut at the picture's border; None where nothing of it is in the picture."""
+    box = CALIBRATION.ground_box(distance_m, lateral_m, 1.75, 1.5)
+    off = np.zeros(4) if rng is None else rng.normal(0, noise_px, 4)
+    left, right = max(box.x + off[0], 0.0), min(box.right + off[1], 1279.0)
+    top, bottom = max(box.y + off[2], 0.0), min(box.bottom + off[3], 719.0)
+    return Detection(Box(left, top, right - left, bottom - top), 9.0) if right - left > 20 else None
+
+
+def drive(detections_at, seconds, own_mps: float | None = OWN_MPS, image_at=None):
+    """Time, tracks, lead and level of every frame."""
+    tracker, policy = Tracker(CALIBRATION), make_policy()
+    for k in range(round(seconds * 30)):
+        time_s = k * FRAME_NS / 1e9
+        found = [one for one in detections_at(time_s) if one is not None]
+        image = None if image_at is None else image_at(time_s)
+        tracks = tracker.update(k * FRAME_NS, found, own_mps, None, image)
+        state = policy.update(k * FRAME_NS, threats_of(tracker, tracks, own_mps), own_mps)
+        yield time_s, tracks, tracker.lead_id, state
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_ghost_of_three_seconds_at_3_m_never_hides_the_lead_and_is_not_warned_of(seed):
+    rng = np.random.default_rng(seed)
+
+    def detections(time_s):
+        ghost = seen(3.0, 0.0, 3.0, rng) if 2 <= time_s < 5 else None
+        return seen(30.0, 0.0, 2.0, rng), ghost
+
+    frames = list(drive(detections, 7))
+    leads = {lead for time_s, _, lead, _ in frames if time_s > 0.5}
+    assert leads == {1}
+    assert max(state.level for *_, state in frames) == WarningLevel.NONE
+
+
+def test_what_is_behind_a_ghost_is_still_warned_of():
+    def detections(time_s):
+        return seen(max(60 - 12 * time_s, 6.0)), seen(3.0) if time_s > 1.5 else None
+
+    warned = [state.track_id for *_, state in drive(detections, 4.4) if state.level == WarningLevel.WARNING]
+    assert set(warned) == {1}
+
+
+@pytest.mark.parametrize(("from_m", "rate_mps"), [(9.0, -3.5), (-9.0, 3.5)])
+def test_a_cut_in_from_the_side_is_believed_within_0_3_s(from_m, rate_mps):
+    def detections(time_s):
+        beside = seen(8.0, from_m + rate_mps * (time_s - 2)) if time_s >= 2 else None
+        return seen(40.0), beside
+
+    first_s = believed_s = None
+    for time_s, tracks, _, _ in drive(detections, 4):
+        near = [track for track in tracks if track.distance_m < 20]
+        if first_s is None and seen(8.0, from_m + rate_mps * (time_s - 2)) and time_s >= 2:
+            first_s = time_s
+        if believed_s is None and near and not near[0].doubtful:
+            believed_s = time_s
+    assert first_s is not None
+    assert believed_s is not None
+    assert believed_s - first_s <= 0.3
+
+
+def test_a_car_uncovered_by_the_one_ahead_is_believed_as_soon_as_it_is_confirmed():
+    def detections(time_s):
+        lead = seen(12.0, 2.0 * max(time_s - 2, 0.0))
+        return lead, seen(22.0) if time_s > 2.7 else None
+
+    frames = drive(detections, 3.2)
+    assert any(
+        not track.doubtful
+        for time_s, tracks, *_ in frames
+        for track in tracks
+        if time_s < 2.9 and track.track_id > 1
+    )
+
+
+def test_a_near_vehicle_found_late_is_believed_once_it_comes_nearer_for_a_while():
+    def detections(time_s):
+        return (seen(18 - 6 * (time_s - 2)) if time_s >= 2 else None,)
+
+    doubts = {
+        round(time_s - 2, 1): tracks[0].doubtful for time_s, tracks, *_ in drive(detections, 3.4) if tracks
+    }
+    assert doubts[0.3]
+    assert not doubts[0.9]
+
+
+def test_a_vehicle_lost_and_found_again_is_believed():
+    def detections(time_s):
+        return (None if 2 < time_s < 3.5 else seen(10.0),)
+
+    frames = list(drive(detections, 4.2))
+    assert not any(track.doubtful for _, tracks, *_ in frames for track in tracks)
+    assert frames[-1][2] == 2
+
+
+def picture(time_s, still):
+    """Noise that streams by, and a pattern that stands still or streams with it."""
+    rng = np.random.default_rng(7)
+    scene = np.kron(rng.integers(0, 255, (200, 400)), np.ones((4, 4)))
+    moved = np.roll(scene, round(time_s * 200), axis=1)[:720, :1280]
+    image = moved.copy()
+    if still:
+        image[560:700, 540:740] = scene[560:700, 540:740]
+    return np.repeat(image[:, :, None], 3, axis=2).astype(np.uint8)
+
+
+@pytest.mark.parametrize("still", [True, False])
+def test_what_stands_still_while_the_road_moves_is_learned_and_what_moves_with_it_is_not(still):
+    box = Detection(Box(545, 565, 190, 130), 9.0)
+    frames = list(drive(lambda time_s: (box,), 4, None, lambda time_s: picture(time_s, still)))
+    *_, (_, tracks, lead_id, _) = frames
+    assert [track.doubtful for track in tracks] == [still]
+    assert (lead_id is None) == still

@@ -1,0 +1,47 @@
+"""The filter of lateral positions: unbiased, honest about its sigmas, slower where the noise is larger."""
+
+import numpy as np
+import pytest
+
+from fcw.tracking.lateral_filter import JERKINESS_M2PS3, LateralFilter
+
+
+def settled(sigma_m, rate_mps, seed, dt_s=1 / 30, seconds=3.0):
+    rng = np.random.default_rng(seed)
+    found = LateralFilter(rng.normal(0, sigma_m), sigma_m)
+    time_s = 0.0
+    while time_s < seconds:
+        time_s += dt_s
+        found.predict(dt_s)
+        found.correct(rate_mps * time_s + rng.normal(0, sigma_m), sigma_m)
+    return found, rate_mps * time_s
+
+
+@pytest.mark.parametrize("sigma_m", [0.02, 0.2])
+def test_a_steady_motion_is_found_without_bias(sigma_m):
+    rates = [settled(sigma_m, 0.8, seed)[0].rate_mps for seed in range(200)]
+    assert np.mean(rates) == pytest.approx(0.8, abs=0.05)
+
+
+def test_its_sigmas_are_those_of_motions_as_it_believes_in():
+    dt_s, sigma_m, errors = 1 / 30, 0.1, []
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        place = rate = 0.0
+        found = LateralFilter(rng.normal(0, sigma_m), sigma_m)
+        for _ in range(90):
+            place += rate * dt_s
+            rate += rng.normal(0, np.sqrt(JERKINESS_M2PS3 * dt_s))
+            found.predict(dt_s)
+            found.correct(place + rng.normal(0, sigma_m), sigma_m)
+        off_m, off_mps = found.lateral_m - place, found.rate_mps - rate
+        errors.append((off_m / found.sigma_m, off_mps / found.rate_sigma_mps))
+    spread = np.std(np.array(errors), axis=0)
+    assert spread == pytest.approx([1.0, 1.0], abs=0.12)
+
+
+def test_the_noisier_the_boxes_the_longer_it_averages():
+    near, _ = settled(0.02, 0.0, 0)
+    far, _ = settled(0.3, 0.0, 0)
+    assert near.rate_sigma_mps < far.rate_sigma_mps < 0.6
+    assert near.sigma_m < far.sigma_m < 0.3
