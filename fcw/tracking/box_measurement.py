@@ -1,6 +1,6 @@
 """From boxes to the range filter's measurements: what is seen, what was expected, and the Jacobian between.
 
-The equations and the state are those of `fcw.tracking.range_filter`.
+The equations and the state are those of `fcw.tracking.range.filter`.
 """
 
 import math
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.frame import ImageSize
-from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.vehicle_sizes import SizePrior
 

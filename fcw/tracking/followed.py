@@ -9,7 +9,7 @@ from fcw.frame import ImageSize
 from fcw.motion.state import OwnPath
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
-from fcw.tracking.range_state import RangeState
+from fcw.tracking.range.state import RangeState
 from fcw.tracking.ranging import BoxNoise, inner_edge_px, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track, known_ttc_s

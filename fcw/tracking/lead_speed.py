@@ -9,7 +9,7 @@ fed back: a vehicle that stands may start.
 import math
 from dataclasses import dataclass, replace
 
-from fcw.tracking.range_state import RangeState
+from fcw.tracking.range.state import RangeState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

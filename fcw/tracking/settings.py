@@ -7,7 +7,7 @@ from fcw.tracking.horizon import MountWatchSettings
 from fcw.tracking.lead import Corridor
 from fcw.tracking.lead_speed import SpeedPrior
 from fcw.tracking.picture.follower import FollowingSettings
-from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise
 
 

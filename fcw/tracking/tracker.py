@@ -19,8 +19,8 @@ from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
 from fcw.tracking.lead_speed import with_own_speed
 from fcw.tracking.picture.follower import Moved
-from fcw.tracking.range_filter import RangeFilter
-from fcw.tracking.range_state import RangeState
+from fcw.tracking.range.filter import RangeFilter
+from fcw.tracking.range.state import RangeState
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fcw.tracking.range_model import RangeModel, VehicleKind
+from fcw.tracking.range.model import RangeModel, VehicleKind
 
 Vector2 = tuple[float, float]
 

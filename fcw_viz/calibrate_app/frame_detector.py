@@ -16,7 +16,7 @@ from fcw.detection.detector import Detection, Detector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.errors import UserError
 from fcw.frame import Frame
-from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_row
 
 SETTLING_S = 0.15

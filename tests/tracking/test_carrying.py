@@ -19,7 +19,7 @@ from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario
 from fcw.simulation.world.world import World
 from fcw.sources import open_source
 from fcw.tracking.picture.follower import FollowingSettings
-from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range.model import RangeModel
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import SeenBy

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.tracking.lead_speed import SpeedPrior, with_own_speed
-from fcw.tracking.range_state import RangeState
+from fcw.tracking.range.state import RangeState
 
 PRIOR = SpeedPrior()
 

@@ -11,8 +11,8 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
 from fcw.tracking.box_measurement import CAMERA, VEHICLE, BoxGeometry, Sighting
-from fcw.tracking.range_filter import RangeFilter
-from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range.filter import RangeFilter
+from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise
 
 CAMERA_MODEL = GroundPlaneCamera(0.02, 740.0, 359.5, 1.4, 639.5)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fcw.tracking.range_model import RangeModel, VehicleKind
+from fcw.tracking.range.model import RangeModel, VehicleKind
 from fcw.tracking.vehicle_sizes import SizePrior
 
 CAR = VehicleKind(0.9, 1.7, 0.08, 1.5, 0.1)

@@ -25,7 +25,8 @@ class NetSettings:
         picked: which of them are looked at twice.
         largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
         near_part: height of a box, as a part of the picture's, from which it is trusted sooner.
-        near_bonus: added to the logit for each doubling of the height beyond that. The net does not know how
+        nearest_part: height, likewise, beyond which it is trusted no sooner still: houses are that high too.
+        near_bonus: added to the logit for each doubling of the height between. The net does not know how
             large a window is; windows of near vehicles are few, and so are false ones among them: on cameras
             left out a fifth to a tenth as many at the same logit.
         agreeing_iou: windows whose boxes are this near to the best one's have a say in where it is.
@@ -36,7 +37,8 @@ class NetSettings:
     picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
     largest_overlap: float = 0.5
     near_part: float = 0.1
-    near_bonus: float = 1.4
+    nearest_part: float = 0.4
+    near_bonus: float = 1.0
     agreeing_iou: float = 0.6
     score_threshold: float | None = None
 
@@ -85,8 +87,10 @@ class NetDetector:
         placements = pick(*self._first.at(pyramid, proposed), self._size.height, self._settings.picked)
         boxes, logits = self._second.at(pyramid, placements)
         boxes = self._inside(boxes)
-        parts = np.maximum(boxes[:, 3] / (self._settings.near_part * self._size.height), 1.0)
-        scores = logits + self._settings.near_bonus * np.log2(parts)
+        settings = self._settings
+        parts = boxes[:, 3] / (settings.near_part * self._size.height)
+        doublings = np.log2(np.clip(parts, 1.0, settings.nearest_part / settings.near_part))
+        scores = logits + settings.near_bonus * doublings
         sure = (scores >= self._threshold) & np.all(boxes[:, 2:] > 1.0, axis=1)
         return tuple(
             Detection(Box(*box), score)

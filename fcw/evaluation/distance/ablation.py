@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from fcw.evaluation.distance.cues import Cue
-from fcw.tracking.range_model import VehicleKind
+from fcw.tracking.range.model import VehicleKind
 from fcw.tracking.tracker import TrackerSettings
 
 UNKNOWN_SIZE = VehicleKind(share=1.0, width_m=1.7, width_sigma=1.0, height_m=1.5, height_sigma=1.0)

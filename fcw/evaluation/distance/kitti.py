@@ -30,7 +30,7 @@ from fcw.evaluation.distance.kitti_tracking import (
 )
 from fcw.frame import ImageSize
 from fcw.threat.of_tracker import threats_of
-from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.tracking.types import Track

@@ -23,7 +23,7 @@ from fcw.evaluation.distance.kitti import (
     track_weights,
 )
 from fcw.evaluation.distance.kitti_tracking import read_own_motion, read_sequence
-from fcw.tracking.range_model import REARS, RangeModel
+from fcw.tracking.range.model import REARS, RangeModel
 
 OUTSIDE_PART = 0.32
 """Of the true distances, outside a 1-sigma interval."""

@@ -13,8 +13,8 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.errors import UserError
 from fcw.evaluation.distance.kitti import CONSTANT_WIDTH_M, RangeErrors, distance_by_width_m, range_errors
 from fcw.frame import ImageSize
-from fcw.tracking.range_filter import RangeFilter
-from fcw.tracking.range_model import RangeModel
+from fcw.tracking.range.filter import RangeFilter
+from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise
 
 IMAGE_SIZE = ImageSize(1280, 720)

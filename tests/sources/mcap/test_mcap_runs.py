@@ -22,6 +22,7 @@ from mcap_files import (
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration, write_calibration
 from fcw.logs.mcap.reader import DriveLog
+from fcw.motion.state import SpeedSource
 from fcw_viz.cli import main
 from fcw_viz.rerun.log import read_frame_times
 
@@ -64,7 +65,10 @@ def test_a_foreign_file_runs_end_to_end(
         assert [result.ego_speed_mps for result in results] == pytest.approx([21.5] * 15)
         assert "own speed from /twist" in told
     else:
-        assert {result.ego_speed_mps for result in results} == {None}
+        # Nobody gave a speed: what is known of it is the picture's.
+        sources = {result.own_motion.speed_source for result in results if result.own_motion is not None}
+        assert SpeedSource.GIVEN not in sources
+        assert "own speed from" not in told
 
 
 def test_a_speed_that_is_given_is_preferred_to_that_in_the_file(tmp_path: Path) -> None:

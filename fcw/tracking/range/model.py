@@ -29,9 +29,9 @@ class VehicleKind:
 
 REARS = (
     # Passenger cars: KITTI's labels are 1.63 m wide in the mean, cars sold today 1.75 to 1.85 m.
-    VehicleKind(0.65, 1.70, 0.09, 1.50, 0.14),
-    # Vans, small ones among them. Chosen among four on KITTI tracking 0000 to 0010.
-    VehicleKind(0.10, 1.85, 0.09, 2.10, 0.12),
+    VehicleKind(0.65, 1.70, 0.08, 1.50, 0.12),
+    # Vans.
+    VehicleKind(0.10, 1.90, 0.06, 2.10, 0.12),
     # Lorries and buses: 2.55 m is the widest that is allowed in Europe, 2.6 m in the United States.
     VehicleKind(0.10, 2.60, 0.10, 3.30, 0.15),
 )
@@ -108,10 +108,10 @@ class RangeModel:
     aspect_correlation_s: float = 5.0
     side_sigma: float = 0.5
     vehicle_length_m: float = 4.2
-    calibration_pitch_sigma_rad: float = math.radians(0.7)
-    unmodelled_sigma: float = 0.05
+    calibration_pitch_sigma_rad: float = math.radians(0.5)
+    unmodelled_sigma: float = 0.04
     mount_sigma_rad: float = math.radians(0.15)
-    mount_lasts_s: float = 20.0
+    mount_lasts_s: float = 5.0
     slow_pitch_sigma_rad: float = math.radians(0.05)
     slow_pitch_correlation_s: float = 20.0
     fast_pitch_sigma_rad: float = math.radians(0.2)

@@ -66,8 +66,8 @@ from fcw.tracking.box_measurement import (
     View,
 )
 from fcw.tracking.horizon import with_principal_row
-from fcw.tracking.range_model import RangeModel
-from fcw.tracking.range_state import RangeState
+from fcw.tracking.range.model import RangeModel
+from fcw.tracking.range.state import RangeState
 from fcw.tracking.ranging import BoxNoise
 
 OUTLIER_SIGMAS = 3.0
