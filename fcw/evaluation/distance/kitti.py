@@ -277,6 +277,7 @@ def evaluate_distance(
     seed: int,
     without: Sequence[Cue] = (),
     pitch_error_rad: float = 0.0,
+    model: RangeModel | None = None,
 ) -> DistanceEvaluation:
     """Run the tracker over sequences of KITTI tracking, also without some of its cues, or wrongly calibrated.
 
@@ -291,7 +292,9 @@ def evaluate_distance(
         speeds_mps, _ = read_own_motion(folder, name)
         # A stream of its own for each sequence: leaving one out changes nothing in the others.
         rng = np.random.default_rng([seed, *name.encode()])
-        found, warned = sample_sequence(sequence, speeds_mps, rng, box_noise_px, without, pitch_error_rad)
+        found, warned = sample_sequence(
+            sequence, speeds_mps, rng, box_noise_px, without, pitch_error_rad, model
+        )
         samples += found
         warnings += warned
         measured += measured_vehicles(sequence)
