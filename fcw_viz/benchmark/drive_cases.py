@@ -64,7 +64,7 @@ def drive_cases(job: DriveJob) -> dict[str, Callable[[], int]]:
 def thread_cases(
     pictures: Sequence[Picture], calibration: Calibration, model: Model
 ) -> dict[str, Callable[[], int]]:
-    """The default detector over pictures in one and in two threads; what to run returns their number."""
+    """The detector `acf` over pictures in one and in two threads; what to run returns their number."""
     detectors = [AcfDetector(model, calibration) for _ in range(2)]
 
     def detect_all(threads: int) -> int:

@@ -13,6 +13,8 @@ from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcf
 from fcw.detection.channels.aggregated import ChannelComputer
 from fcw.detection.choice import DetectorModel, make_detector
 from fcw.detection.model import Model
+from fcw.detection.net.detector import NetDetector
+from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 
 NEAREST_M = AcfSettings().nearest_m
 FARTHEST_M = (41.0, 60.0, 80.0)
@@ -47,6 +49,7 @@ LUV = "cv2 BGR to Luv"
 CHANNELS = "channels, whole picture"
 PRIOR_NEAR, PRIOR = prior_name(FARTHEST_M[0]), prior_name(FARTHEST_M[-1])
 PRIOR_NATIVE = f"{PRIOR}, native"
+NET = "detector net"
 FULL = "plain ACF, same scales"
 FULL_NATIVE = "plain ACF, same scales, native"
 FULL_PAPER = "acf-full: 8 an octave, native"
@@ -64,7 +67,7 @@ def picture_cases(
     Args:
         picture: one of those to come; the detectors are warmed up with it.
         calibration: for the size of the pictures.
-        model: of the own detectors.
+        model: of the trees; the net's is the shipped one.
         plugged_in: name and model of another detector to measure beside them.
     """
     computer = ChannelComputer(calibration.image_size)
@@ -83,6 +86,8 @@ def picture_cases(
     for name, prior in (settings | {PRIOR_NATIVE: AcfSettings(largest_scale=1.0)}).items():
         detector = AcfDetector(model, calibration, prior)
         cases[name] = PictureCase(detector.detect, detector.windows_per_frame)
+    net = NetDetector(NetModel.load(SHIPPED_NET_PATH), calibration)
+    cases[NET] = PictureCase(net.detect, net.windows_per_frame)
     scales, largest = AcfSettings().scales_per_octave, AcfSettings().largest_scale
     for name, everywhere in (
         (FULL, FullAcfSettings(scales_per_octave=scales, largest_scale=largest)),

@@ -17,6 +17,7 @@ from tiny_nets import write_net
 from fcw.camera.file import read_calibration
 from fcw.errors import UserError
 from fcw.evaluation.simulated import compare_with_truth
+from fcw.job import DriveJob, run_drive
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.records import FrameResult
 from fcw.simulation.drive import true_calibration, write_drive
@@ -32,6 +33,7 @@ from fcw_viz.benchmark.picture_cases import (
     FARTHEST_M,
     FULL,
     LUV,
+    NET,
     PITCH_TOLERANCES_DEG,
     PRIOR,
     PRIOR_NEAR,
@@ -92,6 +94,24 @@ def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
     comparison = compare_with_truth(demo.results, demo.truth)
     assert comparison.frames == len(demo.truth) == 1200
     assert len(comparison.lead_errors) > 0.95 * comparison.lead_frames > 1000
+    # As on KITTI tracking, whose labelled boxes are off by 4.3 % (docs/figures.md): the net's are wide here.
+    assert statistics.median(map(abs, comparison.lead_errors)) < 0.045
+    assert statistics.median(map(abs, comparison.track_errors)) < 0.05
+
+
+@pytest.mark.slow
+def test_the_trees_measure_the_shipped_drive_still_better(demo: Demo, tmp_path: Path) -> None:
+    folder = demo_folder()
+    run_drive(
+        DriveJob(
+            source=folder / "drive.mp4",
+            out=tmp_path / "out",
+            ego_speed=str(folder / "drive.speed.csv"),
+            detector="acf",
+        )
+    )
+    results = list(DriveLog(tmp_path / "out" / "drive.mcap").results())
+    comparison = compare_with_truth(results, demo.truth)
     assert statistics.median(map(abs, comparison.lead_errors)) < 0.035
     assert statistics.median(map(abs, comparison.track_errors)) < 0.04
 
@@ -155,7 +175,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def test_bench_reports_every_case_in_every_round(bench: dict[str, Any]) -> None:
     times = bench["ms_per_frame"]
     assert {DECODE, RELAYED, ENCODED, ONE_THREAD, TWO_THREADS} < set(times)
-    assert {LUV, CHANNELS, PRIOR, PRIOR_NEAR, FULL, "onnx:tiny.onnx"} < set(times)
+    assert {LUV, CHANNELS, NET, PRIOR, PRIOR_NEAR, FULL, "onnx:tiny.onnx"} < set(times)
     assert all(len(values) == 2 and min(values) > 0 for values in times.values())
 
 
@@ -173,6 +193,7 @@ def test_ratios_are_those_of_the_same_round(bench: dict[str, Any]) -> None:
     expected = {
         "distance prior 4-80 m / plain ACF at the same scales": (PRIOR, FULL),
         "channels of the whole picture / cv2 BGR to Luv": (CHANNELS, LUV),
+        "detector net / cv2 BGR to Luv": (NET, LUV),
         "rate of two threads / one": (ONE_THREAD, TWO_THREADS),
         "rate of the whole job, video relayed / decoding": (DECODE, RELAYED),
     }

@@ -31,8 +31,8 @@ class EvaluateDetectionCommand:
     """Folder that the labels' file names are relative to."""
     calibration: Annotated[Path, tyro.conf.arg(metavar="FILE|DIR")]
     """Calibration file for all pictures, or a folder with <clip>.yaml for each clip."""
-    detector: Annotated[str, tyro.conf.arg(metavar="acf|acf-full|net|onnx:FILE")] = "acf"
-    """acf, acf-full, net or a YOLO net, as of `fcw run`."""
+    detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
+    """net, acf, acf-full or a YOLO net, as of `fcw run`."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
     """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
     model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None

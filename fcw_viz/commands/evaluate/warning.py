@@ -50,7 +50,7 @@ class EvaluateWarningCommand:
     one: whether each is warned of within its window."""
     pixels: bool = False
     """With --threats: from rendered pictures with --detector, in the place of noisy boxes."""
-    detector: Annotated[str, tyro.conf.arg(metavar="acf|net|onnx:FILE")] = "acf"
+    detector: Annotated[str, tyro.conf.arg(metavar="net|acf|onnx:FILE")] = "net"
     """With --pixels: what finds the vehicles."""
     seeds: int = 7
     """With --threats: runs of each scenario, from --seed on."""

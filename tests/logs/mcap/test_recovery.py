@@ -8,26 +8,14 @@ from mcap.reader import make_reader
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.recovery import recover, recovered_path
-from fcw.logs.mcap.writer import McapSink
 from fcw_viz.cli import main
 
 
 @pytest.fixture
-def whole(tmp_path, header, short_drive) -> Path:
-    path = tmp_path / "drive.mcap"
-    sink = McapSink(path)
-    sink.open(header)
-    for result, packets in short_drive:
-        sink.write(result, packets)
-    sink.close()
-    return path
-
-
-@pytest.fixture
-def torn(whole) -> Path:
-    data = whole.read_bytes()
-    whole.write_bytes(data[: len(data) * 2 // 3])
-    return whole
+def torn(whole_log) -> Path:
+    data = whole_log.read_bytes()
+    whole_log.write_bytes(data[: len(data) * 2 // 3])
+    return whole_log
 
 
 def messages(path: Path) -> list[tuple[str, int, int, bytes]]:
@@ -69,22 +57,22 @@ def test_a_recovered_log_has_all_that_the_torn_one_gives(torn, tmp_path):
     messages(out)
 
 
-def test_the_messages_of_a_whole_log_stay_as_they_are(whole, tmp_path):
-    report = recover(whole, tmp_path / "new.mcap")
-    assert messages(tmp_path / "new.mcap") == messages(whole)
+def test_the_messages_of_a_whole_log_stay_as_they_are(whole_log, tmp_path):
+    report = recover(whole_log, tmp_path / "new.mcap")
+    assert messages(tmp_path / "new.mcap") == messages(whole_log)
     assert (report.was_complete, report.torn_bytes, report.frames) == (True, 0, 100)
 
 
-def test_of_a_log_with_a_damaged_part_the_rest_is_recovered(whole, short_drive, tmp_path):
-    chunks = DriveLog(whole).chunks.chunks
-    data = bytearray(whole.read_bytes())
+def test_of_a_log_with_a_damaged_part_the_rest_is_recovered(whole_log, short_drive, tmp_path):
+    chunks = DriveLog(whole_log).chunks.chunks
+    data = bytearray(whole_log.read_bytes())
     damaged = chunks[len(chunks) // 2]
     middle = damaged.chunk_start_offset + damaged.chunk_length // 2
     data[middle : middle + 20] = bytes(20)
-    whole.write_bytes(data)
+    whole_log.write_bytes(data)
     with pytest.raises(UserError, match=r"the log is damaged .* `fcw recover "):
-        list(DriveLog(whole).entries())
-    report = recover(whole, tmp_path / "new.mcap")
+        list(DriveLog(whole_log).entries())
+    report = recover(whole_log, tmp_path / "new.mcap")
     assert report.damaged_chunks == 1
     expected = dict(short_drive)
     entries = list(DriveLog(tmp_path / "new.mcap").entries())
@@ -93,20 +81,20 @@ def test_of_a_log_with_a_damaged_part_the_rest_is_recovered(whole, short_drive, 
     messages(tmp_path / "new.mcap")
 
 
-def test_a_damaged_index_does_not_matter(whole, short_drive, tmp_path):
-    data = bytearray(whole.read_bytes())
+def test_a_damaged_index_does_not_matter(whole_log, short_drive, tmp_path):
+    data = bytearray(whole_log.read_bytes())
     data[-60:-30] = bytes(30)
-    whole.write_bytes(data)
-    recover(whole, tmp_path / "new.mcap")
+    whole_log.write_bytes(data)
+    recover(whole_log, tmp_path / "new.mcap")
     assert list(DriveLog(tmp_path / "new.mcap").entries()) == short_drive
 
 
-def test_a_log_of_no_readable_frame_is_refused_and_nothing_left(whole, tmp_path):
-    first = DriveLog(whole).chunks.chunks[0]
-    whole.write_bytes(whole.read_bytes()[: first.chunk_start_offset + 20])
+def test_a_log_of_no_readable_frame_is_refused_and_nothing_left(whole_log, tmp_path):
+    first = DriveLog(whole_log).chunks.chunks[0]
+    whole_log.write_bytes(whole_log.read_bytes()[: first.chunk_start_offset + 20])
     with pytest.raises(UserError, match=r"drive\.mcap: not a frame of this log can be read"):
-        recover(whole, tmp_path / "new.mcap")
-    assert list(tmp_path.iterdir()) == [whole]
+        recover(whole_log, tmp_path / "new.mcap")
+    assert list(tmp_path.iterdir()) == [whole_log]
 
 
 def test_nothing_is_replaced(torn, tmp_path):
@@ -133,8 +121,8 @@ def test_the_command_recovers_beside_the_drive_and_says_what_came_of_it(torn, ca
     assert "drive.recovered.mcap: is there already" in capsys.readouterr().err
 
 
-def test_the_command_on_a_whole_log_says_that_nothing_was_lost(whole, tmp_path, capsys):
-    assert main(["recover", str(whole), "--out", str(tmp_path / "new.mcap")]) == 0
+def test_the_command_on_a_whole_log_says_that_nothing_was_lost(whole_log, tmp_path, capsys):
+    assert main(["recover", str(whole_log), "--out", str(tmp_path / "new.mcap")]) == 0
     assert "nothing was lost: drive.mcap is whole" in capsys.readouterr().out
 
 

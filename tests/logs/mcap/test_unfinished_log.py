@@ -12,7 +12,6 @@ from mcap.writer import Writer
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.recovery import recover
-from fcw.logs.mcap.writer import McapSink
 
 KILLED_WRITER = """
 import os, signal, sys
@@ -39,17 +38,6 @@ def telling(sink, result, packets):
 McapSink.write = telling
 sys.exit(main())
 """
-
-
-@pytest.fixture
-def whole_log(tmp_path, header, short_drive) -> Path:
-    path = tmp_path / "whole.mcap"
-    sink = McapSink(path)
-    sink.open(header)
-    for result, packets in short_drive:
-        sink.write(result, packets)
-    sink.close()
-    return path
 
 
 def test_a_killed_writer_loses_half_a_second_at_most(whole_log, header, short_drive, tmp_path):
@@ -166,7 +154,7 @@ def test_a_damaged_log_is_said_to_be(whole_log):
     for at in range(len(data) // 2, len(data) // 2 + 40):
         data[at] ^= 0x55
     whole_log.write_bytes(data)
-    with pytest.raises(UserError, match=r"whole\.mcap: the log is damaged"):
+    with pytest.raises(UserError, match=r"drive\.mcap: the log is damaged"):
         list(DriveLog(whole_log).results())
 
 
