@@ -75,6 +75,8 @@ class LivePanels:
         self._head = gui.add_html("")
         gui.add_html(text_block(_sound_html()))
         self._why = gui.add_html("")
+        # The browser writes in it: it is never drawn anew.
+        gui.add_html(text_block("<p>The picture on the screen is <b data-fcw-age>–</b> old.</p>"))
         self._latency = gui.add_html("")
         gui.add_html(text_block(f'<div class="fcw-keys">{help_table(HELP_ROWS)}</div>'))
         self.show_aspect(16, 9)
