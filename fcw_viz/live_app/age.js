@@ -31,6 +31,7 @@ if (!age.listens) {
     if (age.animation.playState !== "running") age.animation.play();
     age.animation.currentTime = performance.now() - age.captured;
   });
+  window.addEventListener("fcw-gone", () => age.end()); // other words stand there
   setInterval(() => {
     const words = document.querySelector("[data-fcw-age]");
     if (words && age.captured !== null)

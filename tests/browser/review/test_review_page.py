@@ -232,8 +232,10 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     process, again = start(drive_log)
     assert again == url
     # The page that was open finds the server by itself, at the moment where it was.
-    is_new = "() => document.querySelector('.fcw-clock')?.dataset.old === undefined"
-    wait_for(lambda: person.browser.page.evaluate(is_new) and person.sees(row_of(9.4)))
+    person.browser.page.wait_for_function(
+        "document.querySelector('.fcw-clock') && !document.querySelector('.fcw-clock').dataset.old"
+    )
+    wait_for(lambda: person.sees(row_of(9.4)))
     wait_for(lambda: person.words(".fcw-event em") == "▸")
     person.tab("Remarks")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
