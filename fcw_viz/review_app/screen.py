@@ -67,6 +67,16 @@ class Screen:
         self.show_picture()
         self._strip.show_frame()
 
+    def turn_to_drive(self, drive: Drive) -> None:
+        """Go on with a drive that has grown, or is another one, at the place's row."""
+        if self._frames is not None:
+            self._frames.close()
+        self._frames = FramePictures(drive)
+        self._tab.view.set_size(drive.header.image_size)
+        if not self._playing.now:
+            self.show_picture()
+        self._show_strip()
+
     def close(self) -> None:
         """Let go of the drive, and show nothing."""
         self.birds_eye.come_back()

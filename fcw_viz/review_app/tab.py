@@ -79,7 +79,7 @@ class Tab(PageTab):
                 desk.open_at(text)
             except UserError:
                 self._arrive("")
-        elif len(drives) == 1:
+        elif not self._session.folder.several:
             desk.open_at(next(iter(drives)))
         else:
             desk.refresh()
@@ -105,5 +105,6 @@ class Tab(PageTab):
 
     def _heard(self) -> None:
         self._refresh_waits = False
+        self._desk.follow()
         self._desk.refresh()
         self._desk.boxes.review_changed()

@@ -98,8 +98,11 @@ class Panels:
         if drive is None:
             return f'<div class="fcw-drive"><b>{escape(self._title)}</b></div>{who}{legend_html()}'
         header = drive.header
-        several = len(session.drives) > 1
-        back = f'<button {says("list:")} title="All drives (L)">‹ All drives</button>' if several else ""
+        back = (
+            f'<button {says("list:")} title="All drives (L)">‹ All drives</button>'
+            if session.folder.several
+            else ""
+        )
         torn = "" if drive.complete else " · never finished"
         return (
             f'<div class="fcw-drive"><b title="{escape(str(drive.log.path))}">'

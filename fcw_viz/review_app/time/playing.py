@@ -83,6 +83,10 @@ class Playing:
         else:
             self._play(0 if self._place.row >= self._place.opened.last_row else self._place.row)
 
+    def go_on(self) -> None:
+        """Play on from the moment that is shown, after the drive has changed."""
+        self._play(self._place.row)
+
     def play_event(self) -> None:
         """Play the selected event, from a little before it."""
         place = self._place
