@@ -148,7 +148,7 @@ class LiveTab(PageTab):
             self._panels.show_result(moment.result, header, time_s, feed.dropped, self.latency.figures)
         if now_s - self._plots_s > PLOTS_S:
             self._plots_s = now_s
-            self._panels.show_plots(History(header, feed.history(), feed.first_ns))
+            self._show_plots()
 
     def _was_drawn(self, about: str) -> None:
         browser_s = float(about) / 1000
@@ -158,7 +158,13 @@ class LiveTab(PageTab):
 
     def _resized(self, about: str) -> None:
         self._panels.resized(about)
-        self._plots_s = float("-inf")
+        if self._moment is not None:
+            self._show_plots()
+
+    def _show_plots(self) -> None:
+        header, feed = self._feed.header, self._feed
+        if header is not None:
+            self._panels.show_plots(History(header, feed.history(), feed.first_ns))
 
     def _mute(self) -> None:
         self._alarm.mute(not self._alarm.muted)

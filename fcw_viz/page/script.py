@@ -1,6 +1,7 @@
 """What the page itself has to do in the browser, which viser has no call for."""
 
 import json
+from pathlib import Path
 
 import viser
 from viser import _messages  # RunJavascriptMessage is how viser itself loads plotly; it has no public call
@@ -32,6 +33,7 @@ if (!window.fcwFocus) {
 """
 """Enter and Escape leave a field, and a slider or a box let go of is left: keys are the page's again. A click
 on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
+_LAYOUT = Path(__file__).with_name("layout.js").read_text()
 FOCUS_TRIES = 20
 """The browser builds a new field a moment after it was told to."""
 
@@ -39,6 +41,7 @@ FOCUS_TRIES = 20
 def install(client: viser.ClientHandle, title: str) -> None:
     """Give the page its title, and its fields their manners."""
     run_script(client, _SCRIPT % {"title": json.dumps(title)})
+    run_script(client, _LAYOUT)
 
 
 def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:

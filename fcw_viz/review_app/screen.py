@@ -134,6 +134,7 @@ class Screen:
             self._layout = layout
             if self._place.drive is not None:
                 self._show_strip()
+                self.show_bar()
 
     # What is shown
 
@@ -193,7 +194,9 @@ class Screen:
         """The buttons of playback."""
         several = bool(self._place.opened.events)
         playing = self._playing
-        self._strip.show_bar(playing.now, playing.speed, self.window_name, several, self.birds_eye.active)
+        self._strip.show_bar(
+            playing.now, playing.speed, self.window_name, several, self.birds_eye.active, self._layout
+        )
 
     def _show_rest(self) -> None:
         """What follows from the frame that is shown: plots, and the panel at the right."""

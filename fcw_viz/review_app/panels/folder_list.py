@@ -19,9 +19,10 @@ from fcw_viz.review_app.words import (
     verdict_words,
 )
 
-NARROWEST_PX = 300.0
-BESIDE_PX = 302.0
-"""Of the list's width what is not the time line: margins and the picture."""
+BESIDE_PX, AROUND_PX = 302.0, 86.0
+"""Of the list's width what is not the time line: margins and the picture; in a narrow one only margins."""
+NARROW_PX = 672.0
+"""A list of less stands in one column, as review_page.css has it."""
 
 
 def folder_html(title: str, cards: Sequence[DriveCard], unread: int, width_px: float) -> str:
@@ -33,7 +34,7 @@ def folder_html(title: str, cards: Sequence[DriveCard], unread: int, width_px: f
         unread: how many have still to be read.
         width_px: of the page's place for it.
     """
-    axis_px = max(width_px - BESIDE_PX, NARROWEST_PX)
+    axis_px = width_px - (AROUND_PX if width_px < NARROW_PX else BESIDE_PX)
     rows = "".join(_row(card, axis_px) for card in cards)
     return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{rows}"
 
