@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 
-from fcw_viz.page.script import focus_element, run_script
+from fcw_viz.page.script import empty_element, focus_element, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.picture.box_editor import BoxEditor
@@ -142,6 +142,11 @@ class Desk:
         """List the events in another order."""
         self.place.by_time = by_time
         self.refresh()
+
+    def keep_note(self, text: str) -> None:
+        """Keep a note on the moment; its field is emptied only then."""
+        self.annotating.add_note(text)
+        empty_element(self._client, NOTE_ID, text)
 
     def type_note(self) -> None:
         """Put the cursor in the field of a note."""

@@ -64,6 +64,7 @@ class Tab(PageTab):
             "hover": desk.screen.hover.move,
             "birdseye": lambda _: desk.screen.switch_birds_eye(),
             **desk.annotating.messages,
+            "note": desk.keep_note,
         }.items():
             channel.on(name, callback)
         channel.open()

@@ -19,6 +19,7 @@ from review_drives import (
     NEAR_MISS_S,
     QUIET_S,
     RATE_HZ,
+    WARNING_END_S,
     write_drive,
 )
 from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
@@ -191,6 +192,30 @@ def test_a_corner_goes_where_the_mouse_takes_it(
     wait_for(lambda: len(said_of(drive_log).frames[WORST_ROW].confirmed) == 1)
     person.press("Delete")
     wait_for(lambda: None in said_of(drive_log).frames[WORST_ROW].labels.values())
+
+
+def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(review({"made": drive_log}).url))
+    wait_for(lambda: person.sees(WORST_ROW))
+    # Whatever was pressed last: the space key plays, and an event to its end.
+    for name in ("Keys", "Take", "Boxes"):
+        person.tab(name)
+    person.press("Shift+Space")
+    wait_for(lambda: person.words(".fcw-bar .play") == "Stop")
+    wait_for(lambda: person.words(".fcw-bar .play") == "Play" and person.sees(row_of(WARNING_END_S) - 1))
+
+    field = person.at("#fcw-note")
+    drive_log.rename(drive_log.with_name("away.mcap"))
+    field.fill("a deer at the roadside")
+    person.press("Enter")
+    wait_for(lambda: "was replaced or deleted" in person.browser.page.content())
+    assert field.input_value() == "a deer at the roadside"
+    drive_log.with_name("away.mcap").rename(drive_log)
+    field.press("Enter")
+    wait_for(lambda: field.input_value() == "")
+    assert [entry.said.text for entry in said_of(drive_log).notes] == ["a deer at the roadside"]
 
 
 def node_is_there(person: Reviewer, name: str) -> bool:
