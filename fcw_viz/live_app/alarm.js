@@ -1,6 +1,6 @@
-// Runs in each tab of the live page: the warning's sounds, and the word that nothing comes any more. Browsers let a
-// page sound only after somebody has clicked or pressed a key in it.
-const QUIET_MS = 1500; // without news for so long the page says so, and is silent
+// Runs in each tab of the live page: the warning's sounds. Browsers let a page sound only after somebody has clicked
+// or pressed a key in it.
+const QUIET_MS = 1500; // of a picture that was captured longer ago nothing is heard any more
 // Each level: [frequency in Hz, start in s, length in s] of its tones, and after how many seconds they come again.
 // Caution is a soft double chime that comes seldom, warning a fast run of high tones (ISO 15006: urgency by rate).
 const SOUNDS = {
@@ -9,7 +9,7 @@ const SOUNDS = {
     tones: [0, 0.13, 0.26, 0.39].map((start) => [1400, start, 0.09]), every_s: 0.6, gain: 0.3, shape: "square" },
 };
 
-const alarm = (window.fcwAlarm ??= { level: "none", muted: false, context: null, heardAt: null, playedAt: 0 });
+const alarm = (window.fcwAlarm ??= { level: "none", muted: false, context: null, captured: null, playedAt: 0 });
 const context = () => {
   alarm.context ??= new AudioContext();
   if (alarm.context.state === "suspended") alarm.context.resume();
@@ -18,8 +18,7 @@ const context = () => {
 const mark = () => {
   const ready = alarm.context?.state === "running";
   document.documentElement.dataset.fcwSound = alarm.muted ? "muted" : ready ? "on" : "waits";
-  const late = alarm.heardAt !== null && performance.now() - alarm.heardAt > QUIET_MS;
-  document.documentElement.dataset.fcwNews = late ? "late" : "fresh";
+  const late = alarm.captured === null || performance.now() - alarm.captured > QUIET_MS;
   return ready && !alarm.muted && !late;
 };
 const play = ({ tones, gain, shape }) => {
@@ -43,11 +42,11 @@ const tick = () => {
   alarm.playedAt = performance.now();
   play(sound);
 };
-// The server tells the level with every picture.
-alarm.tell = (level) => {
+// The server tells the level with every picture, and when that was captured.
+alarm.tell = (level, captured) => {
   if (level !== alarm.level) alarm.playedAt = 0; // a new level sounds at once
   alarm.level = level;
-  alarm.heardAt = performance.now();
+  alarm.captured = captured ?? performance.now();
   tick();
 };
 alarm.mute = (muted) => {
@@ -57,7 +56,7 @@ alarm.mute = (muted) => {
 // The drive has ended: silence is right now.
 alarm.end = () => {
   alarm.level = "none";
-  alarm.heardAt = null;
+  alarm.captured = null;
   mark();
 };
 if (!alarm.listens) {

@@ -31,15 +31,20 @@ class Alarm:
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self._banner = client.gui.add_html("")
-        client.gui.add_html('<div class="fcw-late">No picture has come for a while: this one is old</div>')
         self.muted = False
         run_script(client, _BROWSER_SIDE)
 
-    def show(self, result: FrameResult, imperial: bool) -> None:
-        """Show and sound a frame's warning; called for every picture, which is how the page knows of life."""
+    def show(self, result: FrameResult, captured: str, imperial: bool) -> None:
+        """Show and sound a frame's warning.
+
+        Args:
+            result: of the frame.
+            captured: when its picture was, as `PictureAge.in_browser` says it.
+            imperial: units of the words.
+        """
         level = result.warning.level
         set_html(self._banner, banner_html(result, imperial))
-        run_script(self._client, f"window.fcwAlarm.tell('{SOUNDING.get(level, SILENT)}');")
+        run_script(self._client, f"window.fcwAlarm.tell('{SOUNDING.get(level, SILENT)}', {captured});")
 
     def mute(self, muted: bool) -> None:
         """Silent, or not."""

@@ -40,24 +40,21 @@ class LatencyMeter:
         self._on_the_way_s: float | None = None
 
     def sent(self, captured_s: float, found_s: float) -> None:
-        """A picture goes to the browser.
+        """A picture goes to the browser; one that is still on its way is the one that is drawn next.
 
         Args:
             captured_s: when it came to the program.
             found_s: when its result was there.
         """
         self._results_s.append(found_s - captured_s)
-        self._on_the_way_s = captured_s
+        if self._on_the_way_s is None:
+            self._on_the_way_s = captured_s
 
-    def drawn(self, now_s: float) -> None:
-        """The browser says that it has drawn the last one; how long it took to say so counts too."""
+    def drawn(self, drawn_s: float) -> None:
+        """The browser has drawn it at that time, on the clock of the captures."""
         if self._on_the_way_s is not None:
-            self._drawn_s.append(now_s - self._on_the_way_s)
+            self._drawn_s.append(drawn_s - self._on_the_way_s)
             self._on_the_way_s = None
-
-    def given_up(self) -> None:
-        """The browser does not say that it has drawn the last one: it is not counted."""
-        self._on_the_way_s = None
 
     @property
     def figures(self) -> LatencyFigures:

@@ -19,7 +19,7 @@ from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.panels.layout import OWN_STYLE, PANEL_WIDTH_PX
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.plots import plots_svg
-from fcw_viz.review_app.time.strip import BOTTOM_PX, LEFT_PX, StripLayout, figures_html
+from fcw_viz.review_app.time.strip import BOTTOM_PX, StripLayout, figures_html
 from fcw_viz.review_app.words import why
 
 LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text()
@@ -75,6 +75,8 @@ class LivePanels:
         self._head = gui.add_html("")
         gui.add_html(text_block(_sound_html()))
         self._why = gui.add_html("")
+        # The browser writes in it: it is never drawn anew.
+        gui.add_html(text_block("<p>The picture on the screen is <b data-fcw-age>–</b> old.</p>"))
         self._latency = gui.add_html("")
         gui.add_html(text_block(f'<div class="fcw-keys">{help_table(HELP_ROWS)}</div>'))
         self.show_aspect(16, 9)
@@ -132,11 +134,11 @@ class LivePanels:
         height_px = layout.height_px - TOP_PX - BOTTOM_PX
         svg = plots_svg(history, axis, height_px)
         area = (
-            f'<div class="fcw-area" style="left:{LEFT_PX:.0f}px;top:{TOP_PX:.0f}px;'
+            f'<div class="fcw-area" style="left:{layout.left_px:.0f}px;top:{TOP_PX:.0f}px;'
             f'width:{axis.width_px:.0f}px;height:{height_px:.0f}px">{svg}</div>'
         )
         set_html(self._plots, f'<div class="fcw-strip fcw-now">{area}</div>')
-        figures = figures_html(history, len(history.series) - 1, height_px, TOP_PX)
+        figures = figures_html(history, len(history.series) - 1, layout, height_px, TOP_PX)
         set_html(self._figures, f'<div class="fcw-strip fcw-now">{"".join(figures)}</div>')
 
 

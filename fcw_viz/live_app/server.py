@@ -33,7 +33,8 @@ class LivePage(PageServer):
         super().__init__(port, f"fcw · {title}", dark)
 
     def say_ended(self, words: str) -> None:
-        """Tell every tab that the drive has ended, and what comes now."""
+        """Tell every tab that the drive has ended, and what comes now; also when the program ends."""
+        self.goodbye = words
         for tab in self.tabs:
             if isinstance(tab, LiveTab):
                 tab.show_end(words)

@@ -8,6 +8,7 @@ from functools import partial
 import viser
 
 from fcw.frame import ImageSize
+from fcw_viz.live_app.age import PictureAge
 from fcw_viz.live_app.alarm import Alarm
 from fcw_viz.live_app.feed import NANOSECONDS, LiveFeed, Moment
 from fcw_viz.live_app.latency import LatencyMeter
@@ -23,8 +24,8 @@ FIRST_SIZE = ImageSize(1280, 720)
 """Of the picture before the drive begins."""
 QUALITY = 80
 """Of the pictures' JPEGs."""
-DRAWN_PATIENCE_S = 0.5
-"""A browser that does not say that it has drawn a picture gets the next one after this."""
+LOST_S = 10.0
+"""A browser that does not say for so long that it has drawn a picture gets another: a word may be lost."""
 LOOK_S = 0.01
 PLOTS_S, WORDS_S = 0.4, 0.2
 """Plots and words follow in such steps: they are read, not watched."""
@@ -36,6 +37,7 @@ class LiveTab(PageTab):
     Attributes:
         birds_eye: the same from above.
         hover: what there is to know of the vehicle under the mouse.
+        age: of the picture on the screen.
         latency: how old what it shows is.
     """
 
@@ -46,32 +48,38 @@ class LiveTab(PageTab):
         self._painter: OverlayPainter | None = None
         self._overlay_shown = True
         self._plots_s = self._words_s = float("-inf")
-        self._drawn = threading.Event()
+        self._drawn, self._anew = threading.Event(), threading.Event()
         self._drawn.set()
         self.birds_eye = BirdsEye(client, self.view)
         self.hover = HoverHints(self.view, client)
         self.latency = LatencyMeter()
         self._panels = LivePanels(client.gui, title)
+        self.age = PictureAge(client)
         self._alarm = Alarm(client)
         add_keys(client.gui, self.run, self._keys())
         # Heard at once: a drawn picture's time is that of the message, not of the tab's thread.
         channel = PageChannel(client, _at_once)
-        channel.on("drawn", lambda _: self._was_drawn())
+        channel.on("drawn", self._was_drawn)
+        channel.on("clock", lambda about: self.age.clock.heard(float(about) / 1000, feed.now_s()))
         channel.on("size", lambda about: self.run(partial(self._resized, about)))
         channel.on("mute", lambda _: self.run(self._mute))
         channel.on("birdseye", lambda _: self.run(self._switch_birds_eye))
         channel.on("hover", lambda about: self.run(partial(self.hover.move, about)))
         channel.open()
+        self.age.start()
         self.view.tell_drawn()
         self.hover.start()
         threading.Thread(target=self._follow, name="live tab", daemon=True).start()
 
     def show_end(self, words: str) -> None:
         """The drive has ended, and what comes now."""
-        self.run(lambda: (self._alarm.end(), self._panels.show_head(words, True)))
+        self.run(lambda: (self._alarm.end(), self.age.end(), self._panels.show_head(words, True)))
 
     def _follow(self) -> None:
-        """Have the latest moment shown when the browser is ready, a new level at once; in a thread."""
+        """Have the latest moment shown when the browser is ready, a new level at once; in a thread.
+
+        Only one picture is on its way: it is known which one the browser has drawn, and how old that is.
+        """
         seen, told, sent_s = -1, None, float("-inf")
         waiting: Moment | None = None
         while not self._closed.is_set():
@@ -82,16 +90,15 @@ class LiveTab(PageTab):
                 if level is not told:
                     told = level
                     self.run(partial(self._sound, newer))
-            elif self._feed.ended and waiting is None:
-                return
-            patient = time.monotonic() - sent_s < DRAWN_PATIENCE_S
-            if waiting is None or (patient and not self._drawn.is_set()):
-                if newer is None and self._feed.ended:
-                    self._closed.wait(LOOK_S)  # the feed waits no longer
+            elif self._feed.ended:
+                self._closed.wait(LOOK_S)  # the feed waits no longer
+            if self._anew.is_set():
+                waiting = waiting or self._moment
+            lost = time.monotonic() - sent_s > LOST_S
+            if waiting is None or not (lost or self._drawn.is_set()):
                 continue
-            if not self._drawn.is_set():
-                self.latency.given_up()
             self._drawn.clear()
+            self._anew.clear()
             shown = threading.Event()
             self.run(partial(self._show, waiting, shown))
             while not shown.wait(LOOK_S) and not self._closed.is_set():
@@ -121,6 +128,7 @@ class LiveTab(PageTab):
             self._painter.paint(image, moment.result)
         with self.client.atomic():
             self.latency.sent(moment.captured_s, moment.found_s)
+            self.age.comes(moment.captured_s)
             self.view.show(image, QUALITY)
             self.birds_eye.show(moment.result)
             self.hover.show(moment.result if self._overlay_shown else None, header.imperial)
@@ -128,7 +136,7 @@ class LiveTab(PageTab):
     def _sound(self, moment: Moment) -> None:
         header = self._feed.header
         if header is not None:
-            self._alarm.show(moment.result, header.imperial)
+            self._alarm.show(moment.result, self.age.in_browser(moment.captured_s), header.imperial)
 
     def _show_rest(self, moment: Moment) -> None:
         header, feed, now_s = self._feed.header, self._feed, time.monotonic()
@@ -140,26 +148,34 @@ class LiveTab(PageTab):
             self._panels.show_result(moment.result, header, time_s, feed.dropped, self.latency.figures)
         if now_s - self._plots_s > PLOTS_S:
             self._plots_s = now_s
-            self._panels.show_plots(History(header, feed.history(), feed.first_ns))
+            self._show_plots()
 
-    def _was_drawn(self) -> None:
-        self.latency.drawn(self._feed.now_s())
+    def _was_drawn(self, about: str) -> None:
+        browser_s = float(about) / 1000
+        self.age.clock.heard(browser_s, self._feed.now_s())
+        self.latency.drawn(self.age.clock.of_ours(browser_s))
         self._drawn.set()
 
     def _resized(self, about: str) -> None:
         self._panels.resized(about)
-        self._plots_s = float("-inf")
+        if self._moment is not None:
+            self._show_plots()
+
+    def _show_plots(self) -> None:
+        header, feed = self._feed.header, self._feed
+        if header is not None:
+            self._panels.show_plots(History(header, feed.history(), feed.first_ns))
 
     def _mute(self) -> None:
         self._alarm.mute(not self._alarm.muted)
 
     def _switch_birds_eye(self) -> None:
         self.birds_eye.toggle()
-        if self._moment is not None:
-            self._show_picture(self._moment)
+        self._anew.set()
 
     def _switch_overlay(self) -> None:
         self._overlay_shown = not self._overlay_shown
+        self._anew.set()
 
     def _keys(self) -> tuple[Key, ...]:
         return (

@@ -4,12 +4,13 @@
 //   data-fcw-slide="seek:12.5:32.5"         a click or a drag along it is "seek:" and the number under the mouse,
 //                                           12.5 at its left edge and 32.5 at its right one; it has an id
 //   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
-//   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, and empties
-//                                           it, unless it says data-fcw-keep
+//   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, which stays
+//                                           until the server has taken it
+//   data-fcw-scroll="list"                  drawn anew, it is scrolled to where it was
 //   data-fcw-size="strip"                   its size in CSS pixels, "size:strip 1040x315", now and when it changes
 const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
 
-const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {} });
+const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {}, scrolled: {} });
 channel.uuid = uuid;
 channel.sizes = {};
 // The number makes each message a new value: viser tells its server of changes only.
@@ -59,10 +60,9 @@ if (!channel.listens) {
   // Before the page takes the cursor out of the field. viser's own fields tell only the last of several changes
   // that come quickly, and forms may be handed in without their last letters.
   window.addEventListener("keydown", (event) => {
-    const { fcwEnter, fcwKeep } = event.target.dataset ?? {};
+    const { fcwEnter } = event.target.dataset ?? {};
     if (event.key !== "Enter" || event.isComposing || fcwEnter === undefined) return;
     channel.tell(`${fcwEnter}:${event.target.value}`);
-    if (fcwKeep === undefined) event.target.value = "";
   }, { capture: true });
   document.addEventListener("change", (event) => {
     const { fcwChoice } = event.target.dataset;
@@ -86,11 +86,23 @@ if (!channel.listens) {
   });
   for (const end of ["pointerup", "pointercancel"])
     document.addEventListener(end, () => (slid = null));
+  document.addEventListener("scroll", ({ target }) => {
+    const name = target.dataset?.fcwScroll;
+    if (name) channel.scrolled[name] = target.scrollTop;
+  }, { capture: true });
+  const scrollBack = () => {
+    for (const element of document.querySelectorAll("[data-fcw-scroll]")) {
+      if (element.fcwScrolled) continue;
+      element.fcwScrolled = true;
+      element.scrollTop = channel.scrolled[element.dataset.fcwScroll] ?? 0;
+    }
+  };
   // Panels are drawn by React in its own time, and sizes follow the window and the panels' edges.
   const sizes = new ResizeObserver(measure);
   new MutationObserver(() => {
     for (const element of document.querySelectorAll("[data-fcw-size]")) sizes.observe(element);
     measure();
+    scrollBack();
   }).observe(document.body, { childList: true, subtree: true });
 }
 measure();

@@ -70,15 +70,19 @@ def chooses(name: str) -> str:
     return f'data-fcw-choice="{escape(name)}"'
 
 
-def enters(field: str, name: str, keeps: bool = False) -> str:
+def enters(field: str, name: str) -> str:
     """Attributes of an input whose text is a message of that name when Enter is pressed.
 
     Args:
-        field: its id.
+        field: its id, by which `script.empty_element` empties it once the text is taken.
         name: of the message.
-        keeps: whether the text stays.
     """
-    return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"{" data-fcw-keep" if keeps else ""}'
+    return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"'
+
+
+def keeps_scroll(name: str) -> str:
+    """The attribute of an element that, drawn anew, stays scrolled to where it was under that name."""
+    return f'data-fcw-scroll="{escape(name)}"'
 
 
 def slides(element: str, name: str, start: float, end: float) -> str:

@@ -1,6 +1,7 @@
 """What the page itself has to do in the browser, which viser has no call for."""
 
 import json
+from pathlib import Path
 
 import viser
 from viser import _messages  # RunJavascriptMessage is how viser itself loads plotly; it has no public call
@@ -24,14 +25,16 @@ if (!window.fcwFocus) {
     if (row) document.documentElement.dispatchEvent(
       new KeyboardEvent('keydown', {key: row.dataset.key, code: `Digit${row.dataset.key}`, bubbles: true}));
   });
-  document.addEventListener('pointerup', () => setTimeout(() => {
+  const pressed = 'button, select, [role=slider], [role=tab], input[type=checkbox], input[type=radio]';
+  document.addEventListener('pointerup', ({target}) => setTimeout(() => {
     const active = document.activeElement;
-    if (active && active.matches('[role=slider], input[type=checkbox]')) active.blur();
+    if (active && active.matches(pressed) && !active.contains(target.closest('select'))) active.blur();
   }));
 }
 """
-"""Enter and Escape leave a field, and a slider or a box let go of is left: keys are the page's again. A click
-on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
+"""Enter and Escape leave a field, and a button or a slider let go of is left: keys are the page's again. A
+click on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
+_LAYOUT = Path(__file__).with_name("layout.js").read_text()
 FOCUS_TRIES = 20
 """The browser builds a new field a moment after it was told to."""
 
@@ -39,6 +42,7 @@ FOCUS_TRIES = 20
 def install(client: viser.ClientHandle, title: str) -> None:
     """Give the page its title, and its fields their manners."""
     run_script(client, _SCRIPT % {"title": json.dumps(title)})
+    run_script(client, _LAYOUT)
 
 
 def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
@@ -49,6 +53,15 @@ def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
 def focus_element(client: viser.ClientHandle, element_id: str) -> None:
     """Put the cursor in a field of the page's own HTML."""
     run_script(client, f"document.getElementById({json.dumps(element_id)})?.focus();")
+
+
+def empty_element(client: viser.ClientHandle, element_id: str, taken: str) -> None:
+    """Empty a field of the page's own HTML, unless something else stands there by now than what was taken."""
+    run_script(
+        client,
+        f"const field = document.getElementById({json.dumps(element_id)});"
+        f"if (field?.value === {json.dumps(taken)}) field.value = '';",
+    )
 
 
 def run_script(client: viser.ClientHandle, source: str) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import threading
+import time
 import warnings
 import webbrowser
 from abc import ABC, abstractmethod
@@ -11,12 +12,16 @@ import viser
 from rich.console import Console
 
 from fcw.errors import UserError
+from fcw_viz.page.link import say_goodbye
 from fcw_viz.page.style import set_colours
 from fcw_viz.page.tab import PageTab
 
 HOST = "127.0.0.1"
 DEFAULT_PORT = 8080
 LAST_PORT = 65535
+GOODBYE = "The program has ended. Start it again, and this page comes back."
+GOODBYE_S = 1.0
+"""At its end the program waits at most so long until every page has read that."""
 
 
 class PageServer(ABC):
@@ -25,7 +30,10 @@ class PageServer(ABC):
     Attributes:
         url: where it is.
         port: the one it got.
+        goodbye: what every page says when this has ended.
     """
+
+    goodbye = GOODBYE
 
     def __init__(self, port: int, label: str, dark: bool) -> None:
         """Serve from now on: all that `open_tab` needs is there already.
@@ -85,7 +93,12 @@ class PageServer(ABC):
         threading.Event().wait()
 
     def stop(self) -> None:
-        """Close the tabs and end it."""
+        """Say so on every page, close the tabs and end it."""
+        for tab in self.tabs:
+            say_goodbye(tab.client, self.goodbye)
+        end_s = time.monotonic() + GOODBYE_S
+        while self.tabs and time.monotonic() < end_s:
+            time.sleep(0.01)
         with self._lock:
             tabs, self._tabs = self._tabs, {}
         for tab in tabs.values():

@@ -7,6 +7,7 @@ import viser
 
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw_viz.page.link import watch_link
 from fcw_viz.page.picture.view import PictureView
 from fcw_viz.page.script import install
 
@@ -26,6 +27,7 @@ class PageTab:
         self.client = client
         self._closed = threading.Event()
         install(client, title)
+        watch_link(client)
         self.view = PictureView(client, image_size)
 
     def close(self) -> None:

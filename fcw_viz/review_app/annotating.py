@@ -1,15 +1,24 @@
 """What a person says of a drive in a tab: verdicts, missed events, notes, and taking them back."""
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from fcw.annotation.records import Entry, Judgement, MissedEvent, Note, Reason, Said, TakenBack, Verdict
 from fcw.annotation.review import reference_to
+from fcw.annotation.warning_labels import LEVEL_OF_KIND
 from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
 from fcw_viz.review_app.place import Place
 
 MISSED_BEFORE_S, MISSED_AFTER_S = 1.0, 1.0
 """A missed event reaches so far around the moment at which it is added."""
+
+
+class _Words(NamedTuple):
+    """One step of what is said: entries that count, or are taken back, together."""
+
+    drive: str
+    entry_ids: tuple[str, ...]
 
 
 class Annotating:
@@ -23,8 +32,8 @@ class Annotating:
             notify: tells the person something, as a title and a text.
         """
         self._place, self._notify = place, notify
-        self._said: list[tuple[str, str]] = []
-        self._taken_back: list[tuple[str, str]] = []
+        self._said: list[_Words] = []
+        self._taken_back: list[_Words] = []
 
     @property
     def messages(self) -> Mapping[str, Callable[[str], object]]:
@@ -35,7 +44,11 @@ class Annotating:
             "takeback": self.take_back,
             "explain": self.explain,
             "note": self.add_note,
-            "missed": self.add_missed,
+            "missed": lambda _: self.add_missed(),
+            "missedstart": lambda about: self.change_missed(about, start_s=self._place.time_s),
+            "missedend": lambda about: self.change_missed(about, end_s=self._place.time_s),
+            "missedlevel": self._choose_level,
+            "missedtext": self._write_missed,
         }
 
     def judge(self, judgement: Judgement) -> None:
@@ -61,45 +74,90 @@ class Annotating:
         self.say(Note(self._place.time_s, text.strip()))
 
     def add_missed(self, text: str = "", level: WarningLevel = WarningLevel.WARNING) -> None:
-        """Say that a warning was missed around the moment that is shown."""
+        """Say that a warning was missed around the moment that is shown.
+
+        Raises:
+            UserError: one was shown then, which is there to be judged.
+        """
         time_s, duration_s = self._place.time_s, self._place.opened.duration_s
         start_s, end_s = max(time_s - MISSED_BEFORE_S, 0.0), min(time_s + MISSED_AFTER_S, duration_s)
+        for event in self._place.opened.events:
+            if LEVEL_OF_KIND.get(event.kind, WarningLevel.NONE) < level:
+                continue
+            if event.start_s <= time_s <= event.end_s:
+                raise UserError(
+                    f"a {event.kind} is shown at this moment, so none was missed: judge that one instead"
+                )
+            if event.end_s < time_s:
+                start_s = max(start_s, event.end_s)
+            else:
+                end_s = min(end_s, event.start_s)
         self.say(MissedEvent(start_s, end_s, text.strip(), level))
-        self._notify("Missed event added", "It stands on the time line. Ctrl Z takes it back.")
+        self._notify("Missed event added", "Its ends, level and words are changed under Remarks.")
+
+    def change_missed(
+        self,
+        entry_id: str,
+        *,
+        start_s: float | None = None,
+        end_s: float | None = None,
+        level: WarningLevel | None = None,
+        text: str | None = None,
+    ) -> None:
+        """Change one of the reviewer's own missed events; what is None stays.
+
+        Raises:
+            UserError: it would end before it starts, or is not theirs.
+        """
+        missed = self._place.review.review.missed
+        entry = next((one for one in missed if one.entry_id == entry_id), None)
+        if entry is None or entry.person != self._place.session.reviewer:
+            raise UserError("only who said it can change it; say what you think beside it")
+        said = entry.said
+        start_s = said.start_s if start_s is None else start_s
+        end_s = said.end_s if end_s is None else end_s
+        if start_s > end_s:
+            raise UserError(
+                f"a missed event cannot start at {start_s:.2f} s and end at {end_s:.2f} s: "
+                "move its other end first"
+            )
+        changed = MissedEvent(
+            start_s, end_s, said.text if text is None else text.strip(), level or said.level
+        )
+        if changed != said:
+            self.say(TakenBack(entry_id), changed)
 
     def say(self, *said: Said) -> None:
-        """Keep something said of the open drive."""
+        """Keep something said of the open drive; all of it is one step to take back."""
         name = self._place.opened.name
-        for entry in self._place.session.say(name, *said):
-            self._said.append((name, entry.entry_id))
+        entries = self._place.session.say(name, *said)
+        self._said.append(_Words(name, tuple(entry.entry_id for entry in entries)))
         self._taken_back.clear()
 
     def take_back(self, entry_id: str) -> None:
         """Take back one of the reviewer's own words."""
-        name = self._place.opened.name
-        taken_back = self._place.session.take_back(name, entry_id)
-        self._said = [said for said in self._said if said[1] != entry_id]
-        self._taken_back.append((name, taken_back.entry_id))
+        self._take_back(_Words(self._place.opened.name, (entry_id,)))
 
     def undo(self) -> None:
         """Take back what was said last in this tab of this drive."""
         name = self._place.opened.name
-        last = next((said for said in reversed(self._said) if said[0] == name), None)
+        last = next((said for said in reversed(self._said) if said.drive == name), None)
         if last is None:
             raise UserError("nothing to undo here; older words are taken back in the list of remarks")
-        self.take_back(last[1])
+        self._take_back(last)
 
     def redo(self) -> None:
         """Say again what was taken back last in this tab of this drive."""
         name = self._place.opened.name
-        last = next((said for said in reversed(self._taken_back) if said[0] == name), None)
+        last = next((said for said in reversed(self._taken_back) if said.drive == name), None)
         if last is None:
             raise UserError("nothing to do again")
         self._taken_back.remove(last)
-        target = self._target(last[1])
-        self._place.session.take_back(name, last[1])
-        if target is not None:
-            self._said.append((name, target))
+        targets = [self._target(entry_id) for entry_id in last.entry_ids]
+        for entry_id in reversed(last.entry_ids):
+            self._place.session.take_back(name, entry_id)
+        known = tuple(target for target in reversed(targets) if target is not None)
+        self._said.append(_Words(name, known))
 
     @property
     def own_verdict(self) -> Entry[Verdict] | None:
@@ -108,6 +166,23 @@ class Annotating:
         if judged is None:
             return None
         return next((one for one in judged.verdicts if one.person == self._place.session.reviewer), None)
+
+    def _take_back(self, words: "_Words") -> None:
+        """Take back all of a step, the last word first."""
+        taken_back = [
+            self._place.session.take_back(words.drive, entry_id).entry_id
+            for entry_id in reversed(words.entry_ids)
+        ]
+        self._said = [said for said in self._said if said != words]
+        self._taken_back.append(_Words(words.drive, tuple(taken_back)))
+
+    def _choose_level(self, about: str) -> None:
+        entry_id, _, level = about.partition(" ")
+        self.change_missed(entry_id, level=WarningLevel[level])
+
+    def _write_missed(self, about: str) -> None:
+        entry_id, _, text = about.partition(":")
+        self.change_missed(entry_id, text=text)
 
     def _target(self, entry_id: str) -> str | None:
         """What a taking back took back."""

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 
-from fcw_viz.page.script import focus_element, run_script
+from fcw_viz.page.script import empty_element, focus_element, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.picture.box_editor import BoxEditor
@@ -52,7 +52,7 @@ class Desk:
 
     def show_list(self) -> None:
         """Back to the list of the folder's drives."""
-        if len(self._session.drives) < 2:
+        if not self._session.folder.several:
             return
         self._leave_drive()
         self._session.release(self.place)
@@ -62,7 +62,7 @@ class Desk:
     def open_at(self, text: str) -> None:
         """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`."""
         name, event, moment_s = parse_place(text)
-        if len(self._session.drives) == 1:
+        if not self._session.folder.several:
             name = next(iter(self._session.drives))  # whatever it was called when the place was noted
         drive = self._session.open(self.place, name)
         self._leave_drive()
@@ -74,6 +74,27 @@ class Desk:
             self._notify("Of the reviews of this drive", trouble, trouble=True)
         self.screen.open(drive)
         self.refresh()
+
+    def follow(self) -> None:
+        """Go on with the open drive as its log stands by now, where it has grown or is another one."""
+        place = self.place
+        if place.drive is None:
+            return
+        drive, before = self._session.current(place.drive.name), place.drive
+        if drive is before:
+            return
+        goes_on = drive.origin is before.origin
+        if not goes_on:
+            self._notify("This drive was run anew", "It is shown as it is now.", trouble=True)
+        plays, at_end = self.playing.now, place.row == before.last_row
+        self.playing.stop()
+        place.turn_to(drive)
+        self.playing.load(drive)
+        self.screen.turn_to_drive(drive)
+        if plays:
+            self.playing.go_on()
+        elif at_end and goes_on:
+            self.go_to(drive.last_row)  # who looks at the end keeps looking at the end
 
     def _leave_drive(self) -> None:
         self.playing.stop()
@@ -121,6 +142,11 @@ class Desk:
         """List the events in another order."""
         self.place.by_time = by_time
         self.refresh()
+
+    def keep_note(self, text: str) -> None:
+        """Keep a note on the moment; its field is emptied only then."""
+        self.annotating.add_note(text)
+        empty_element(self._client, NOTE_ID, text)
 
     def type_note(self) -> None:
         """Put the cursor in the field of a note."""

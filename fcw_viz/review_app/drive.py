@@ -8,6 +8,7 @@ import numpy as np
 
 from fcw.errors import UserError
 from fcw.logs.events import DriveEvent, find_events
+from fcw.logs.mcap.following import LogWatch
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader
@@ -23,14 +24,18 @@ class Drive:
     Attributes:
         name: what a person calls it.
         log: its log.
+        watch: whether the log's file is still that.
         series: the log's columns, at least one row.
         events: in the order of their times.
+        origin: the same object for a drive and what it has grown to.
     """
 
     name: str
     log: DriveLog
+    watch: LogWatch
     series: DriveSeries
     events: tuple[DriveEvent, ...]
+    origin: object
 
     @classmethod
     def open(cls, name: str, path: Path) -> "Drive":
@@ -39,12 +44,24 @@ class Drive:
         Raises:
             UserError: the file is no drive log, is damaged, or holds no frame.
         """
-        log = DriveLog(path)
+        return cls._of(name, DriveLog(path), object())
+
+    def grown(self) -> "Drive":
+        """The same drive as its log stands now; only what is new is read.
+
+        Raises:
+            UserError: the log cannot be read any more.
+        """
+        return self._of(self.name, self.log.grown(), self.origin)
+
+    @classmethod
+    def _of(cls, name: str, log: DriveLog, origin: object) -> "Drive":
+        watch = LogWatch(log)
         series = log.series()
         if not len(series):
-            raise UserError(f"{path}: the log holds no frame; there is nothing to review")
+            raise UserError(f"{log.path}: the log holds no frame; there is nothing to review")
         events = sorted(find_events(series), key=lambda event: (event.start_s, event.end_s))
-        return cls(name, log, series, tuple(events))
+        return cls(name, log, watch, series, tuple(events), origin)
 
     @property
     def header(self) -> DriveHeader:

@@ -58,12 +58,19 @@ def list_key(card: DriveCard) -> tuple[bool, bool, float, int, str]:
     return not card.read, bool(card.trouble), -card.severity, -len(card.events), card.name
 
 
-def read_card(name: str, path: Path) -> DriveCard:
-    """Read a drive for the list; its card says so where it cannot be read."""
+def read_card(name: str, path: Path, drive: Drive | None = None, thumbnail: str = "") -> DriveCard:
+    """Read a drive for the list; its card says so where it cannot be read.
+
+    Args:
+        name: of the drive.
+        path: its log.
+        drive: the same, where it is open; else it is opened.
+        thumbnail: its picture, where it is known.
+    """
     try:
-        drive = Drive.open(name, path)
+        drive = drive or Drive.open(name, path)
         review, _ = read_review(drive.log)
-        thumbnail = _thumbnail(drive)
+        thumbnail = thumbnail or _thumbnail(drive)
     except UserError as error:
         return DriveCard(name, path, trouble=str(error))
     except Exception:

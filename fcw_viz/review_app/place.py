@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from fcw.annotation.review import JudgedEvent
+from fcw.annotation.review import JudgedEvent, find_event, reference_to
 from fcw.errors import UserError
 from fcw_viz.review_app.drive import Drive, by_severity
 from fcw_viz.review_app.session import DriveReview, ReviewSession
@@ -66,6 +66,14 @@ class Place:
             self.selected, moment_s = event, drive.events[event].peak_s
         self.row = drive.row_at(moment_s or 0.0)
         self.follow_event()
+
+    def turn_to(self, drive: Drive) -> None:
+        """Be at the same moment and event of a drive that has grown, or is another one."""
+        time_s, selected = self.time_s, self.selected
+        event = None if selected is None else reference_to(self.opened.events[selected])
+        self.drive = drive
+        self.row = drive.row_at(time_s)
+        self.selected = None if event is None else find_event(event, drive.events)
 
     def leave(self) -> None:
         """Be in no drive."""

@@ -67,6 +67,16 @@ class Screen:
         self.show_picture()
         self._strip.show_frame()
 
+    def turn_to_drive(self, drive: Drive) -> None:
+        """Go on with a drive that has grown, or is another one, at the place's row."""
+        if self._frames is not None:
+            self._frames.close()
+        self._frames = FramePictures(drive)
+        self._tab.view.set_size(drive.header.image_size)
+        if not self._playing.now:
+            self.show_picture()
+        self._show_strip()
+
     def close(self) -> None:
         """Let go of the drive, and show nothing."""
         self.birds_eye.come_back()
@@ -124,6 +134,7 @@ class Screen:
             self._layout = layout
             if self._place.drive is not None:
                 self._show_strip()
+                self.show_bar()
 
     # What is shown
 
@@ -183,7 +194,9 @@ class Screen:
         """The buttons of playback."""
         several = bool(self._place.opened.events)
         playing = self._playing
-        self._strip.show_bar(playing.now, playing.speed, self.window_name, several, self.birds_eye.active)
+        self._strip.show_bar(
+            playing.now, playing.speed, self.window_name, several, self.birds_eye.active, self._layout
+        )
 
     def _show_rest(self) -> None:
         """What follows from the frame that is shown: plots, and the panel at the right."""

@@ -26,6 +26,7 @@ class ReviewPage(PageServer):
         reviewer: str,
         port: int = DEFAULT_PORT,
         dark: bool = False,
+        root: Path | None = None,
     ) -> None:
         """Serve drives.
 
@@ -35,6 +36,7 @@ class ReviewPage(PageServer):
             reviewer: in whose name verdicts are kept.
             port: wished for; the next free one where it is taken.
             dark: colours at the beginning.
+            root: the folder that they were found in: drives that come there later are served, too.
 
         Raises:
             UserError: the one drive cannot be read, the reviewer's name is none for a file, or the port none.
@@ -44,7 +46,7 @@ class ReviewPage(PageServer):
             review_path(path, reviewer)
         if len(drives) == 1:
             Drive.open(*next(iter(drives.items())))
-        self.session = ReviewSession(drives, reviewer)
+        self.session = ReviewSession(drives, reviewer, root)
         self._title, self._dark = title, dark
         super().__init__(port, f"fcw review · {title}", dark)
         self.session.start()

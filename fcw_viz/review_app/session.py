@@ -1,9 +1,7 @@
 """What all tabs of a review page share: the drives, what people say of them, and who is told of changes."""
 
 import logging
-import math
 import threading
-import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,18 +11,18 @@ from fcw.annotation.records import Entry, Said
 from fcw.annotation.review import JudgedEvent, Review, judged_events
 from fcw.annotation.store import ReviewStore
 from fcw.errors import UserError
+from fcw.logs.mcap.following import LogChange
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.drive_card import DriveCard, card_of, list_key, read_card
+from fcw_viz.review_app.drive_card import DriveCard, card_of
+from fcw_viz.review_app.folder import Folder
 from fcw_viz.review_app.taking import RerunViewers
 
 LOGGER = logging.getLogger(__name__)
 
 DRIVES_KEPT = 4
 """Open drives that nobody looks at any more; the columns of an hour are a few megabytes."""
-REFRESH_S = 1.5
-"""So often it is looked whether other programs have added to a review."""
-FOLDER_TOLD_S = 0.4
-"""A folder that is being read is shown anew so often."""
+REFRESH_S = 1.0
+"""So often it is looked whether other programs have added to a review, or to a drive."""
 
 Listener = Callable[[], None]
 
@@ -58,39 +56,40 @@ class ReviewSession:
 
     Attributes:
         reviewer: in whose name this program writes.
-        drives: the logs by their names.
+        folder: the list of the drives.
         rerun: viewers that were started from the page.
     """
 
-    def __init__(self, drives: Mapping[str, Path], reviewer: str) -> None:
-        """Nothing is read before `start`, or before a drive is opened."""
+    def __init__(self, drives: Mapping[str, Path], reviewer: str, root: Path | None = None) -> None:
+        """Nothing is read before `start`, or before a drive is opened.
+
+        Args:
+            drives: the logs by their names.
+            reviewer: in whose name this program writes.
+            root: the folder that they were found in, where new ones may come; None for no such.
+        """
         self.reviewer = reviewer
-        self.drives = dict(drives)
+        self.folder = Folder(drives, root, self._publish)
         self.rerun = RerunViewers()
-        self._cards = {name: DriveCard(name, path, read=False) for name, path in self.drives.items()}
-        self._unread = set(self.drives)
         self._open: OrderedDict[str, _Open] = OrderedDict()
         self._in_use: dict[object, str] = {}
         self._listeners: dict[object, Listener] = {}
         self._lock = threading.RLock()
         self._stop = threading.Event()
-        self._threads = [
-            threading.Thread(target=self._read_cards, name="folder", daemon=True),
-            threading.Thread(target=self._watch, name="watch reviews", daemon=True),
-        ]
+        self._thread = threading.Thread(target=self._watch, name="watch", daemon=True)
 
     def start(self) -> None:
         """Read the folder, and watch what others write, each in a thread."""
-        for thread in self._threads:
-            thread.start()
+        self.folder.start()
+        self._thread.start()
 
     def close(self) -> None:
         """End the threads and the viewers, and let go of the files."""
         self.rerun.close()
         self._stop.set()
-        for thread in self._threads:
-            if thread.is_alive():
-                thread.join()
+        self.folder.close()
+        if self._thread.is_alive():
+            self._thread.join()
         with self._lock:
             for opened in self._open.values():
                 opened.store.close()
@@ -112,17 +111,19 @@ class ReviewSession:
     # The folder
 
     @property
+    def drives(self) -> dict[str, Path]:
+        """The logs by their names."""
+        return self.folder.drives
+
+    @property
     def cards(self) -> tuple[DriveCard, ...]:
         """Every drive, the one with the worst event first; those not read yet come last."""
-        with self._lock:
-            cards = list(self._cards.values())
-            return tuple(sorted(cards, key=list_key))
+        return self.folder.cards
 
     @property
     def unread(self) -> int:
         """How many drives have still to be read for the list."""
-        with self._lock:
-            return len(self._unread)
+        return self.folder.unread
 
     # One drive
 
@@ -132,12 +133,16 @@ class ReviewSession:
         Raises:
             UserError: there is no such drive, or it cannot be read.
         """
-        if name not in self.drives:
+        path = self.drives.get(name)
+        if path is None:
             raise UserError(f"no drive {name!r} here; choose one of the list")
         with self._lock:
             opened = self._open.get(name)
+            if opened is not None and opened.drive.watch.look() is LogChange.REPLACED:
+                opened = None
+                self._open.pop(name).store.close()
         if opened is None:
-            drive = Drive.open(name, self.drives[name])
+            drive = Drive.open(name, path)
             with self._lock:
                 opened = self._open.get(name)
                 if opened is None:
@@ -155,6 +160,11 @@ class ReviewSession:
             self._in_use.pop(person, None)
             self._let_go()
 
+    def current(self, name: str) -> Drive:
+        """An open drive as its log stands by now: it may have grown, or be another one."""
+        with self._lock:
+            return self._open[name].drive
+
     def review(self, name: str) -> DriveReview:
         """What is said of an open drive by now."""
         with self._lock:
@@ -169,7 +179,7 @@ class ReviewSession:
         entries: list[Entry[Said]] = []
         try:
             with self._lock:
-                opened = self._open[name]
+                opened = self._told(name)
                 for one in said:
                     entries.append(opened.store.add(self.reviewer, one))
         finally:
@@ -185,7 +195,7 @@ class ReviewSession:
             UserError: it was another person, or it cannot be kept.
         """
         with self._lock:
-            entry = self._open[name].store.take_back(self.reviewer, entry_id)
+            entry = self._told(name).store.take_back(self.reviewer, entry_id)
             self._show(name)
         self._publish()
         return entry
@@ -194,8 +204,17 @@ class ReviewSession:
         """Bring what is shown of a drive to what its store knows; the caller holds the lock."""
         opened = self._open[name]
         opened.shown = _shown(opened.drive, opened.store)
-        thumbnail = self._cards[name].thumbnail
-        self._cards[name] = card_of(opened.drive, opened.shown.review, thumbnail)
+        self.folder.put(card_of(opened.drive, opened.shown.review, self.folder.thumbnail(name)))
+
+    def _told(self, name: str) -> _Open:
+        """A drive that is spoken of, if it is still what was looked at; the caller holds the lock."""
+        opened = self._open[name]
+        if opened.drive.watch.look().is_other:
+            raise UserError(
+                f"{opened.drive.log.path}: the log was replaced or deleted while it was open here, so "
+                "nothing is kept for it; open the drive again"
+            )
+        return opened
 
     def _let_go(self) -> None:
         """Close drives that nobody looks at; the caller holds the lock."""
@@ -212,36 +231,44 @@ class ReviewSession:
             except Exception:
                 LOGGER.exception("a tab could not be told of a change")
 
-    def _read_cards(self) -> None:
-        """Read the drives for the list, one after the other."""
-        told_s = -math.inf
-        for name, path in self.drives.items():
-            if self._stop.is_set():
-                return
-            card = read_card(name, path)
-            with self._lock:
-                self._unread.discard(name)
-                self._cards[name] = card
-                if name in self._open:
-                    self._show(name)
-            if time.monotonic() - told_s > FOLDER_TOLD_S or not self.unread:
-                told_s = time.monotonic()
-                self._publish()
-
     def _watch(self) -> None:
-        """See what other programs add to the reviews of the drives that are open."""
+        """See what other programs add to the drives that are open, and to their reviews."""
         while not self._stop.wait(REFRESH_S):
             changed = False
             with self._lock:
-                for name, opened in self._open.items():
-                    try:
-                        if opened.store.refresh():
-                            self._show(name)
-                            changed = True
-                    except UserError as error:
-                        LOGGER.warning("%s", error)
+                names = list(self._open)
+            for name in names:
+                try:
+                    changed |= self._refresh(name)
+                except UserError as error:
+                    LOGGER.warning("%s", error)
             if changed:
                 self._publish()
+
+    def _refresh(self, name: str) -> bool:
+        """Bring an open drive to what is on the disk; whether anything is new."""
+        with self._lock:
+            opened = self._open.get(name)
+        if opened is None:
+            return False
+        drive, change = opened.drive, opened.drive.watch.look()
+        if change is LogChange.GROWN:
+            drive = drive.grown()
+        elif change is LogChange.REPLACED:
+            drive = Drive.open(name, drive.log.path)
+        elif change is LogChange.GONE:
+            return False  # who says something of it is told
+        with self._lock:
+            if self._open.get(name) is not opened:
+                return False
+            if change is LogChange.REPLACED:
+                opened.store.close()
+                opened.store = ReviewStore(drive.log)
+            opened.drive = drive
+            if not opened.store.refresh() and change is LogChange.NONE:
+                return False
+            self._show(name)
+        return True
 
 
 def _shown(drive: Drive, store: ReviewStore) -> DriveReview:

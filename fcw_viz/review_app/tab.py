@@ -64,6 +64,7 @@ class Tab(PageTab):
             "hover": desk.screen.hover.move,
             "birdseye": lambda _: desk.screen.switch_birds_eye(),
             **desk.annotating.messages,
+            "note": desk.keep_note,
         }.items():
             channel.on(name, callback)
         channel.open()
@@ -79,7 +80,7 @@ class Tab(PageTab):
                 desk.open_at(text)
             except UserError:
                 self._arrive("")
-        elif len(drives) == 1:
+        elif not self._session.folder.several:
             desk.open_at(next(iter(drives)))
         else:
             desk.refresh()
@@ -105,5 +106,6 @@ class Tab(PageTab):
 
     def _heard(self) -> None:
         self._refresh_waits = False
+        self._desk.follow()
         self._desk.refresh()
         self._desk.boxes.review_changed()

@@ -1,9 +1,11 @@
 """What the page says of events and of what people said, in words."""
 
 import math
+from collections.abc import Iterable
 from datetime import UTC, datetime
 
 from fcw.annotation.records import Entry, Judgement, Verdict
+from fcw.annotation.review import JudgedEvent
 from fcw.logs.events import DriveEvent
 from fcw.logs.overlay import own_speed_text
 from fcw.logs.records import FrameResult
@@ -42,6 +44,7 @@ JUDGEMENT_KEYS = {
     Judgement.FALSE: "4",
 }
 DISAGREEMENT_SIGN = "≠"
+DISAGREEMENT = "judged differently by different people"
 LEVEL_NAMES = {
     WarningLevel.NONE: "no warning",
     WarningLevel.ADVISORY: "advisory: following too closely",
@@ -143,6 +146,21 @@ def verdict_words(entry: Entry[Verdict]) -> str:
     if verdict.text:
         parts.append(verdict.text)
     return f"{entry.person}: {', '.join(parts)}"
+
+
+def verdict_counts(events: Iterable[JudgedEvent]) -> str:
+    """How many are judged, as `fcw review --summary` counts them; empty where none is."""
+    events = tuple(events)
+    judgements = [one.judgement for one in events if one.judgement is not None]
+    disagreed = sum(one.disagreement for one in events)
+    parts = []
+    if judgements:
+        parts.append(f"{len(judgements)} judged")
+    if Judgement.FALSE in judgements:
+        parts.append(f"{judgements.count(Judgement.FALSE)} of them false")
+    if disagreed:
+        parts.append(f"{disagreed} {DISAGREEMENT}")
+    return ", ".join(parts)
 
 
 def when_words(time: str) -> str:

@@ -1,5 +1,6 @@
 """A short drive log in which something of every kind happens, for tests of the review page."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -109,15 +110,31 @@ def result(index: int) -> FrameResult:
     return FrameResult(index, time_ns, (Detection(BOX, 9.0),), (other, lead), track_id, state, 20.0, notes)
 
 
+class DriveWriting:
+    """A log of the drive that is being written."""
+
+    def __init__(self, path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._sink, self._encoder = McapSink(path), VideoEncoder(SIZE, RATE_HZ)
+        self._sink.open(header())
+
+    def write(self, indices: Iterable[int]) -> None:
+        """Add frames."""
+        for one in map(result, indices):
+            packets = self._encoder.encode(Frame(one.index, one.time_ns, picture(one.index)))
+            self._sink.write(one, packets)
+
+    def close(self) -> None:
+        """Finish it."""
+        self._encoder.close()
+        self._sink.close()
+
+
 def write_drive(path: Path, duration_s: float = DURATION_S, finished: bool = True) -> Path:
     """Write the beginning of the drive as a log; one that is not finished is torn as by a killed program."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    sink, encoder = McapSink(path), VideoEncoder(SIZE, RATE_HZ)
-    sink.open(header())
-    for one in map(result, range(round(duration_s * RATE_HZ))):
-        sink.write(one, encoder.encode(Frame(one.index, one.time_ns, picture(one.index))))
-    encoder.close()
-    sink.close()
+    writing = DriveWriting(path)
+    writing.write(range(round(duration_s * RATE_HZ)))
+    writing.close()
     if not finished:
         data = path.read_bytes()
         path.write_bytes(data[: len(data) * 2 // 3])

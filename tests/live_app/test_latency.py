@@ -3,7 +3,10 @@
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from fcw_viz.live_app.age import BrowserClock
 from fcw_viz.live_app.latency import REMEMBERED, LatencyMeter
 
 
@@ -26,16 +29,30 @@ def test_medians_and_worst_of_results_and_drawn_pictures():
     assert figures.words() == "result 30 ms (at most 100), on the screen 90 ms (at most 400)"
 
 
-def test_a_picture_that_the_browser_never_confirms_is_not_counted():
+def test_a_drawn_picture_counts_once_however_late_and_for_no_other():
     meter = LatencyMeter()
     meter.sent(10.0, 10.02)
-    meter.given_up()
-    meter.drawn(12.0)
-    assert math.isnan(meter.figures.drawn_s)
-    meter.sent(13.0, 13.02)
-    meter.drawn(13.1)
-    meter.drawn(15.0)  # said twice
-    assert meter.figures.drawn_worst_s == pytest.approx(0.1)
+    meter.sent(15.0, 15.02)  # another one before the browser has said anything
+    meter.drawn(16.0)
+    meter.drawn(17.0)  # said twice
+    assert meter.figures.drawn_worst_s == pytest.approx(6.0)
+    meter.sent(18.0, 18.02)
+    meter.drawn(18.1)
+    assert meter.figures.drawn_s == pytest.approx(6.0)  # the upper one of two
+
+
+@given(
+    ahead_s=st.floats(-1e5, 1e5),
+    ways_s=st.lists(st.floats(0.0, 10.0), min_size=1, max_size=REMEMBERED),
+)
+def test_a_browsers_clock_is_known_to_within_what_the_quickest_word_took(ahead_s: float, ways_s: list[float]):
+    clock = BrowserClock()
+    assert not clock.known
+    for number, way_s in enumerate(ways_s):
+        clock.heard(number + ahead_s, number + way_s)
+    error_s = clock.of_ours(100.0 + ahead_s) - 100.0
+    assert error_s == pytest.approx(min(ways_s), abs=1e-6)
+    assert clock.of_ours(clock.of_browser(7.0)) == pytest.approx(7.0)
 
 
 def test_only_the_last_pictures_count():

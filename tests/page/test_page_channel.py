@@ -22,4 +22,3 @@ def test_fields_and_sizes():
     assert ET.fromstring(f"<p {chooses('reason')}/>").get("data-fcw-choice") == "reason"
     assert ET.fromstring(f"<p {says_size('strip')}/>").get("data-fcw-size") == "strip"
     assert 'data-fcw-enter="note"' in enters("field", "note")
-    assert enters("field", "note", keeps=True).endswith(" data-fcw-keep")

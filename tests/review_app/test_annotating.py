@@ -1,9 +1,11 @@
 """Verdicts of a tab: given, changed, taken back and given again."""
 
 import pytest
+from review_drives import ADVISORY_S, CAUTION_S, WARNING_S
 
 from fcw.annotation.records import Judgement, Reason
 from fcw.errors import UserError
+from fcw.warning.types import WarningLevel
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.place import Place
 
@@ -90,3 +92,54 @@ def test_without_an_event_or_a_verdict_the_person_is_told_what_to_do_first(
     else:
         with pytest.raises(UserError, match="give a verdict first"):
             annotating.give_reason(Reason.CURVE)
+
+
+def missed(place: Place) -> list[tuple[float, float, str, WarningLevel]]:
+    said = [entry.said for entry in place.review.review.missed]
+    return [(one.start_s, one.end_s, one.text, one.level) for one in said]
+
+
+def test_no_warning_is_missed_while_one_is_shown(place: Place, annotating: Annotating):
+    annotating.judge(Judgement.FALSE)
+    place.row = place.opened.row_at(WARNING_S)
+    with pytest.raises(UserError, match="a warning is shown at this moment, so none was missed: judge"):
+        annotating.add_missed()
+    # Just before it there is none yet; what is missed ends where it begins.
+    place.row = place.opened.row_at(CAUTION_S - 0.4)
+    annotating.add_missed()
+    assert missed(place) == [(CAUTION_S - 1.4, CAUTION_S, "", WarningLevel.WARNING)]
+    # A warning is more than the advisory that is shown.
+    place.row = place.opened.row_at(ADVISORY_S + 0.2)
+    annotating.add_missed()
+    assert len(missed(place)) == 2
+
+
+def test_a_missed_event_is_changed_in_steps_that_are_taken_back_one_by_one(
+    place: Place, annotating: Annotating
+):
+    place.row = place.opened.row_at(4.0)
+    annotating.add_missed()
+
+    def entry_id() -> str:
+        return place.review.review.missed[-1].entry_id
+
+    states = [missed(place)]
+    place.row = place.opened.row_at(2.0)
+    annotating.messages["missedstart"](entry_id())
+    states.append(missed(place))
+    annotating.messages["missedlevel"](f"{entry_id()} CAUTION")
+    states.append(missed(place))
+    annotating.messages["missedtext"](f"{entry_id()}: cyclist: from the right ")
+    states.append(missed(place))
+    assert states[-1] == [(2.0, 5.0, "cyclist: from the right", WarningLevel.CAUTION)]
+    place.row = place.opened.row_at(1.0)
+    with pytest.raises(UserError, match=r"cannot start at 2.00 s and end at 1.00 s"):
+        annotating.messages["missedend"](entry_id())
+    for state in reversed(states[:-1]):
+        annotating.undo()
+        assert missed(place) == state
+    for state in states[1:]:
+        annotating.redo()
+        assert missed(place) == state
+    annotating.undo()
+    assert missed(place) == states[-2]

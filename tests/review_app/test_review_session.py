@@ -2,11 +2,11 @@
 
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from review_drives import QUIET_S, write_drive
+from review_drives import QUIET_S, DriveWriting, write_drive
 
 from fcw.annotation.records import Judgement, Note, Verdict
 from fcw.annotation.review import reference_to
@@ -112,3 +112,56 @@ def test_a_listener_that_fails_does_not_keep_the_others_from_hearing(session: Re
     session.open("whole", "made")
     session.say("made", Note(1.0, "x"))
     assert told.is_set()
+
+
+def wait(session: ReviewSession, person: object, condition: Callable[[], bool]) -> None:
+    """Until the session has told of a change after which a condition holds."""
+    told = threading.Event()
+
+    def look() -> None:
+        if condition():
+            told.set()
+
+    session.join(person, look)
+    look()
+    assert told.wait(WAIT_S)
+    session.leave(person)
+
+
+@pytest.mark.slow
+def test_a_growing_drive_and_new_ones_are_followed_and_those_that_go_leave_the_list(tmp_path: Path):
+    writing = DriveWriting(tmp_path / "first" / "drive.mcap")
+    writing.write(range(50))
+    session = ReviewSession({"first": tmp_path / "first" / "drive.mcap"}, "anna", tmp_path)
+    session.start()
+    drive = session.open("tab", "first")
+    assert drive.events == ()
+    writing.write(range(50, 500))
+    wait(session, "looks", lambda: len(session.current("first").events) >= 2)
+    grown = session.current("first")
+    assert grown.origin is drive.origin
+    assert not grown.complete
+    wait(session, "looks", lambda: len(session.cards[0].events) >= 2)
+    writing.close()
+    wait(session, "looks", lambda: session.current("first").complete)
+    assert session.current("first").last_row == 499
+
+    second = write_drive(tmp_path / "second" / "drive.mcap", QUIET_S)
+    wait(session, "looks", lambda: [card.name for card in session.cards] == ["first", "second"])
+    second.unlink()
+    wait(session, "looks", lambda: [card.name for card in session.cards] == ["first"])
+    session.close()
+
+
+def test_nothing_is_kept_of_a_log_that_is_another_by_now(session: ReviewSession, log: Path, tmp_path: Path):
+    drive = session.open("tab", "made")
+    write_drive(log, QUIET_S)  # as `fcw run` into the same folder does
+    with pytest.raises(UserError, match="the log was replaced or deleted while it was open here"):
+        session.say("made", Verdict(reference_to(drive.events[0]), Judgement.RIGHT))
+    session.start()
+    wait(session, "looks", lambda: session.current("made").origin is not drive.origin)
+    assert session.current("made").events == ()
+    session.say("made", Note(1.0, "of the new one"))
+    log.unlink()
+    with pytest.raises(UserError, match="replaced or deleted"):
+        session.say("made", Note(1.0, "of none"))

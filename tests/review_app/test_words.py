@@ -6,12 +6,12 @@ from dataclasses import replace
 from review_drives import CAUTION_S, NEAR_MISS_S, RATE_HZ, WARNING_S, result
 
 from fcw.annotation.records import Entry, EventReference, Judgement, Reason, Verdict
-from fcw.annotation.review import fold, judged_events
+from fcw.annotation.review import fold, judged_events, reference_to
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.review_app.drive import Drive, by_severity
 from fcw_viz.review_app.panels.event_list import list_html, verdict_html
 from fcw_viz.review_app.place import list_order
-from fcw_viz.review_app.words import event_line, verdict_words, why
+from fcw_viz.review_app.words import event_line, verdict_counts, verdict_words, why
 
 
 def row(time_s: float) -> int:
@@ -96,6 +96,22 @@ def test_what_people_typed_is_no_html(drive: Drive):
     entry = Entry("1", "2026-11-20T10:00:00.000000Z", "be<r>t", verdict)
     judged, _ = judged_events(fold([entry]), drive.events)
     assert verdict_words(entry).startswith("be<r>t: false, vehicle beside the path in a curve")
-    for html in (verdict_html(judged[0], "anna"), list_html(judged, False, 0, False)):
+    for html in (verdict_html(judged[0], "anna"), list_html("made", judged, False, 0, False)):
         assert "<script>" not in html
         assert "be&lt;r&gt;t" in html
+
+
+def test_what_people_judge_differently_is_counted_apart_as_the_summary_does(drive: Drive):
+    def entry(number: int, person: str, judgement: Judgement) -> Entry[Verdict]:
+        verdict = Verdict(reference_to(drive.events[number]), judgement)
+        return Entry(f"{number} {person}", f"2026-11-20T10:00:0{number}.000000Z", person, verdict)
+
+    said = [
+        entry(0, "anna", Judgement.FALSE),
+        entry(0, "bert", Judgement.RIGHT),
+        entry(1, "anna", Judgement.FALSE),
+        entry(2, "bert", Judgement.RIGHT),
+    ]
+    judged, _ = judged_events(fold(said), drive.events)
+    assert verdict_counts(judged) == ("2 judged, 1 of them false, 1 judged differently by different people")
+    assert verdict_counts(judged[3:]) == ""

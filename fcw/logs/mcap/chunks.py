@@ -42,13 +42,20 @@ class ChunkTable:
     Attributes:
         chunks: where they stand and what is in them; one without message indexes may hold any topic.
         topics: by the number of the channel.
-        torn_bytes: after the last record that is whole.
+        whole_bytes: of a file that was scanned, up to the end of its last record that is whole.
+        torn_bytes: after that record.
     """
 
-    def __init__(self, chunks: Sequence[ChunkIndex], topics: dict[int, str], torn_bytes: int = 0) -> None:
+    def __init__(
+        self,
+        chunks: Sequence[ChunkIndex],
+        topics: dict[int, str],
+        whole_bytes: int = len(MCAP0_MAGIC),
+        torn_bytes: int = 0,
+    ) -> None:
         self.chunks = tuple(chunks)
         self.topics = topics
-        self.torn_bytes = torn_bytes
+        self.whole_bytes, self.torn_bytes = whole_bytes, torn_bytes
         self._starts_ns = np.array([chunk.message_start_time for chunk in chunks], np.uint64)
         self._ends_ns = np.array([chunk.message_end_time for chunk in chunks], np.uint64)
         self._holding: dict[str, NDArray[np.bool_]] = {}
@@ -60,17 +67,20 @@ class ChunkTable:
         start_ns: int = 0,
         end_ns: int | None = None,
         *,
+        first_chunk: int = 0,
         pass_over_damage: bool = False,
     ) -> Iterator[tuple[str, Message]]:
         """Messages of some topics, in the order in which they were written.
 
-        They come from all chunks that hold log times in [start_ns, end_ns): some are earlier or later.
+        They come from all chunks, from number `first_chunk` on, that hold log times in [start_ns, end_ns):
+        some are earlier or later.
 
         Raises:
             One of `DAMAGED`, where damaged chunks are not to be passed over.
         """
         wanted = {channel_id: topic for channel_id, topic in self.topics.items() if topic in topics}
         inside = np.logical_or.reduce([self._holds(topic) for topic in topics])
+        inside[:first_chunk] = False
         inside &= self._ends_ns >= start_ns
         if end_ns is not None:
             inside &= self._starts_ns < end_ns
@@ -148,10 +158,17 @@ def stored_attachment(file: BinaryIO, name: str) -> bytes | None:
     return None
 
 
-def scanned_chunks(file: BinaryIO) -> ChunkTable:
-    """The whole chunks of a file without an index, by the heads of its records."""
+def scanned_chunks(file: BinaryIO, known: ChunkTable | None = None) -> ChunkTable:
+    """The whole chunks of a file without an index, by the heads of its records.
+
+    Args:
+        file: the file.
+        known: what was found when the file was shorter; only what came after it is read.
+    """
     size, offset = file.seek(0, 2), len(MCAP0_MAGIC)
     chunks: list[ChunkIndex] = []
+    if known is not None:
+        offset, chunks = known.whole_bytes, list(known.chunks)
     while offset + _RECORD_HEAD.size <= size:
         file.seek(offset)
         opcode, length = _RECORD_HEAD.unpack(file.read(_RECORD_HEAD.size))
@@ -166,7 +183,7 @@ def scanned_chunks(file: BinaryIO) -> ChunkTable:
         offset = end
     if chunks:
         _complete_index(file, chunks[-1])
-    return ChunkTable(chunks, _topics(file, chunks), size - offset)
+    return ChunkTable(chunks, _topics(file, chunks), offset, size - offset)
 
 
 def chunk_records(file: BinaryIO, chunk: ChunkIndex) -> list[McapRecord]:

@@ -1,7 +1,10 @@
 """Reading a drive log back."""
 
+import threading
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
@@ -59,15 +62,15 @@ class DriveLog:
         """
         self.path = path
         self._series: DriveSeries | None = None
+        self._known: ChunkTable | None = None
+        self._gathered = _Gathered()
         try:
-            with path.open("rb") as file:
+            with self._open() as file:
                 self.header = self._read_header(file)
                 file.seek(-min(len(MCAP0_MAGIC), file.tell()), 2)
                 self.complete = file.read() == MCAP0_MAGIC
         except OSError as error:
-            raise UserError(
-                f"{path}: cannot read the log ({error.strerror}); expected a drive.mcap of `fcw run`"
-            ) from error
+            raise self._unreadable(error) from error
         self._strict = self.complete and not pass_over_damage
 
     @property
@@ -97,9 +100,9 @@ class DriveLog:
         Raises:
             UserError: the index of a complete log is damaged.
         """
-        with self.path.open("rb") as file:
+        with self._open() as file:
             if not self.complete:
-                return scanned_chunks(file)
+                return scanned_chunks(file, self._known)
             try:
                 return indexed_chunks(file)
             except DAMAGED as error:
@@ -174,23 +177,41 @@ class DriveLog:
         """The log's own columns; None where it has none that can be read."""
         if not self.complete:
             return None
-        with self.path.open("rb") as file, suppress(*DAMAGED):
+        with self._open() as file, suppress(*DAMAGED):
             data = stored_attachment(file, mcap.SERIES_NAME)
             return DriveSeries.from_bytes(data) if data is not None else None
         return None
 
     def gathered_series(self, progress: Callable[[float], None] = lambda part: None) -> DriveSeries:
         """The same by a pass over the log, whatever stands in it."""
-        builder = SeriesBuilder()
-        end_ns, pictures_end_ns = self.chunks.end_ns() or 1, self.chunks.end_ns(mcap.VIDEO_TOPIC) or 0
-        for topic, message in self._messages((mcap.RESULT_TOPIC, mcap.VIDEO_INDEX_TOPIC)):
-            if topic == mcap.RESULT_TOPIC:
-                builder.add(result_from_message(message.data), ())
-                progress(message.log_time / end_ns)
-            elif message.log_time <= pictures_end_ns:  # at the end of a torn log pictures are missing
-                index = drive_pb2.VideoPacket.FromString(message.data)
-                builder.add_packet(index.time_ns, index.keyframe)
-        return builder.build()
+        gathered, chunks = self._gathered, self.chunks
+        with gathered.lock:
+            end_ns, pictures_end_ns = chunks.end_ns() or 1, chunks.end_ns(mcap.VIDEO_TOPIC) or 0
+            first_chunk, gathered.chunks = gathered.chunks, len(chunks.chunks)
+            topics = (mcap.RESULT_TOPIC, mcap.VIDEO_INDEX_TOPIC)
+            for topic, message in self._messages(topics, first_chunk=first_chunk):
+                if topic == mcap.RESULT_TOPIC:
+                    gathered.builder.add(result_from_message(message.data), ())
+                    progress(message.log_time / end_ns)
+                else:
+                    gathered.packets.append((message.log_time, message.data))
+            # At the end of a torn log, and of one that is being written, pictures are missing.
+            while gathered.packets and gathered.packets[0][0] <= pictures_end_ns:
+                index = drive_pb2.VideoPacket.FromString(gathered.packets.popleft()[1])
+                gathered.builder.add_packet(index.time_ns, index.keyframe)
+            return gathered.builder.build()
+
+    def grown(self) -> "DriveLog":
+        """The same log as it stands now, where its writer went on; only what is new is read.
+
+        Raises:
+            UserError: it cannot be read any more.
+        """
+        log = DriveLog(self.path)
+        if not (self.complete or log.complete):
+            self.series()
+            log._known, log._gathered = self.chunks, self._gathered
+        return log
 
     def _packets(self, start_ns: int | None, end_ns: int | None) -> Iterator[tuple[int, VideoPacket]]:
         """Packets with the number of the frame they came with, from all chunks that touch the range.
@@ -212,18 +233,40 @@ class DriveLog:
                 yield about.frame_index, VideoPacket(data, about.time_ns, about.keyframe, about.shown)
 
     def _messages(
-        self, topics: Sequence[str], start_ns: int | None = None, end_ns: int | None = None
+        self,
+        topics: Sequence[str],
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+        first_chunk: int = 0,
     ) -> Iterator[tuple[str, Message]]:
         """Messages with their topics, in the order in which they were written, of all chunks in the range."""
         # Log times cannot be negative: what is earlier has log time 0.
         start_ns = max(start_ns or 0, 0)
         end_ns = None if end_ns is None else max(end_ns, 1)
         chunks = self.chunks
-        with self.path.open("rb") as file:
+        with self._open() as file:
             try:
-                yield from chunks.messages(file, topics, start_ns, end_ns, pass_over_damage=not self._strict)
+                yield from chunks.messages(
+                    file,
+                    topics,
+                    start_ns,
+                    end_ns,
+                    first_chunk=first_chunk,
+                    pass_over_damage=not self._strict,
+                )
             except DAMAGED as error:
                 raise self._damaged(error) from error
+
+    def _open(self) -> BinaryIO:
+        try:
+            return self.path.open("rb")
+        except OSError as error:
+            raise self._unreadable(error) from error
+
+    def _unreadable(self, error: OSError) -> UserError:
+        return UserError(
+            f"{self.path}: cannot read the log ({error.strerror}); expected a drive.mcap of `fcw run`"
+        )
 
     def _damaged(self, error: Exception) -> UserError:
         return UserError(
@@ -263,6 +306,22 @@ class DriveLog:
                 f"{self.path}: an MCAP file, but no drive log of fcw (no {error}); "
                 "expected a drive.mcap of `fcw run`"
             ) from error
+
+
+@dataclass(slots=True)
+class _Gathered:
+    """How far the signals of a log without an index were gathered; a log that grows goes on from there.
+
+    Attributes:
+        builder: with the frames so far.
+        chunks: how many were read.
+        packets: log times and indexes of packets whose pictures have not come yet.
+    """
+
+    builder: SeriesBuilder = field(default_factory=SeriesBuilder)
+    chunks: int = 0
+    packets: deque[tuple[int, bytes]] = field(default_factory=deque)
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
 
 def _within(time_ns: int, start_ns: int | None, end_ns: int | None) -> bool:

@@ -4,6 +4,7 @@ import getpass
 from pathlib import Path
 
 from fcw.logs.export.clip import find_drives
+from fcw.logs.names import MCAP_NAME
 from fcw_viz.commands.review.options import ReviewCommand
 from fcw_viz.console import RESULTS
 from fcw_viz.page.server import DEFAULT_PORT
@@ -21,7 +22,9 @@ def review_in_page(command: ReviewCommand) -> int:
     drives = find_drives([path])
     port = command.port or DEFAULT_PORT
     title = next(iter(drives)) if len(drives) == 1 else path.resolve().name
-    page = ReviewPage(drives, title, command.reviewer or login_name(), port, command.dark)
+    # A folder of drives, not that of one drive.
+    root = path if path.is_dir() and not (path / MCAP_NAME).is_file() else None
+    page = ReviewPage(drives, title, command.reviewer or login_name(), port, command.dark, root)
     try:
         page.announce(RESULTS, "review", "Ctrl-C ends; every word is kept", not command.no_open)
         page.wait()

@@ -51,7 +51,7 @@ def run_live(command: RunCommand) -> int:
         else:
             report_drive(outcome, job.out, RESULTS, imperial=job.imperial)
         if outcome.interrupted or not outcome.summary["frames"]:
-            page.say_ended(f"ended by hand; look at it with: fcw review {job.out}")
+            page.say_ended(f"The drive was ended by hand. Look at it with: fcw review {job.out}")
             return 130
         page.review(job.out / MCAP_NAME, getpass.getuser())
         MESSAGES.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; every word is kept)")

@@ -32,7 +32,8 @@ class EventPanel:
         drive = place.opened
         imperial = drive.header.imperial
         set_html(
-            self._list, text_block(list_html(place.review.events, place.by_time, place.selected, imperial))
+            self._list,
+            text_block(list_html(drive.name, place.review.events, place.by_time, place.selected, imperial)),
         )
         own = self._annotating.own_verdict
         # On its own: half typed words stay when the rest is drawn anew.
@@ -80,6 +81,6 @@ class EventPanel:
 
 def _words_field(text: str) -> str:
     return (
-        f'<input type="text" {enters("fcw-explain", "explain", keeps=True)} value="{escape(text)}" '
+        f'<input type="text" {enters("fcw-explain", "explain")} value="{escape(text)}" '
         'placeholder="In your own words, Enter keeps them" autocomplete="off">'
     )

@@ -5,7 +5,7 @@ from html import escape
 
 from fcw.annotation.records import REASONS, Judgement
 from fcw.annotation.review import JudgedEvent
-from fcw_viz.page.channel import chooses, says
+from fcw_viz.page.channel import chooses, keeps_scroll, says
 from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.place import list_order
 from fcw_viz.review_app.time.timeline import kind_color
@@ -15,22 +15,23 @@ from fcw_viz.review_app.words import (
     JUDGEMENT_SIGNS,
     event_line,
     kind_title,
+    verdict_counts,
     verdict_words,
     when_words,
 )
 
 
 def list_html(
-    events: Sequence[JudgedEvent], by_time: bool, selected: int | None, imperial: bool, first_s: float = 0.0
+    name: str, events: Sequence[JudgedEvent], by_time: bool, selected: int | None, imperial: bool
 ) -> str:
     """The list with its two orders; a click on an event is `event:<its number>`.
 
     Args:
+        name: of the drive.
         events: in the order of their times.
         by_time: the order that is shown; `sort:time` and `sort:severity` ask for one.
         selected: number of the selected event.
         imperial: units of the words.
-        first_s: added to every time.
     """
     if not events:
         return '<p class="dim">Nothing happened in this drive: no warning, no near miss.</p>'
@@ -38,19 +39,18 @@ def list_html(
         f'<button class="{"on" if chosen == by_time else ""}" {says(f"sort:{name}")}>{label}</button>'
         for name, label, chosen in (("severity", "worst first", False), ("time", "by time", True))
     )
-    judged_count = sum(bool(judged.verdicts) for judged in events)
     head = (
-        f'<div class="fcw-list-head"><span>{len(events)} event{"s" * (len(events) != 1)}, {judged_count} '
-        f'judged</span><span class="fcw-choice">{orders}</span></div>'
+        f'<div class="fcw-list-head"><span>{len(events)} event{"s" * (len(events) != 1)}, '
+        f'{verdict_counts(events) or "none judged"}</span><span class="fcw-choice">{orders}</span></div>'
     )
     order = list_order(events, by_time)
-    rows = "".join(_row(number, events[number], number == selected, imperial, first_s) for number in order)
+    rows = "".join(_row(number, events[number], number == selected, imperial) for number in order)
     more = len(events) - len(order)
     tail = f'<p class="dim">and {more} less severe ones, on the time line</p>' if more else ""
-    return f'{head}<div class="fcw-events">{rows}{tail}</div>'
+    return f'{head}<div class="fcw-events" {keeps_scroll(name)}>{rows}{tail}</div>'
 
 
-def _row(number: int, judged: JudgedEvent, selected: bool, imperial: bool, first_s: float) -> str:
+def _row(number: int, judged: JudgedEvent, selected: bool, imperial: bool) -> str:
     event = judged.event
     sign, title = "", ""
     if judged.verdicts:
@@ -61,7 +61,7 @@ def _row(number: int, judged: JudgedEvent, selected: bool, imperial: bool, first
         f'<div class="fcw-event {"selected" if selected else ""}" data-event="{number}" '
         f'{says(f"event:{number}")} title="{escape(title)}" style="--kind: {kind_color(event.kind)}">'
         f'<i style="--part: {event.severity:.3f}" title="severity {event.severity:.0%}"></i>'
-        f"<b>{kind_title(event.kind)}</b><time>{time_text(event.start_s + first_s)}</time>"
+        f"<b>{kind_title(event.kind)}</b><time>{time_text(event.start_s)}</time>"
         f'<span>{escape(event_line(event, imperial))}</span><em class="{kind}">{sign}</em></div>'
     )
 

@@ -3,25 +3,28 @@
 from collections.abc import Sequence
 from html import escape
 
-from fcw.annotation.records import Judgement
 from fcw.annotation.review import judged_events
 from fcw_viz.page.channel import says
 from fcw_viz.review_app.drive import by_severity, duration_text, time_text
 from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.time.axis import TimeAxis
-from fcw_viz.review_app.time.timeline import HEIGHT_PX, kind_color, timeline_svg
+from fcw_viz.review_app.time.timeline import HEIGHT_PX, MISSED_COLOR, NOTE_COLOR, kind_color, timeline_svg
 from fcw_viz.review_app.words import (
+    DISAGREEMENT,
+    DISAGREEMENT_SIGN,
     JUDGEMENT_SIGNS,
     KIND_MEANINGS,
     KIND_TITLES,
     event_line,
     kind_title,
+    verdict_counts,
     verdict_words,
 )
 
-NARROWEST_PX = 300.0
-BESIDE_PX = 302.0
-"""Of the list's width what is not the time line: margins and the picture."""
+BESIDE_PX, AROUND_PX = 302.0, 86.0
+"""Of the list's width what is not the time line: margins and the picture; in a narrow one only margins."""
+NARROW_PX = 672.0
+"""A list of less stands in one column, as review_page.css has it."""
 
 
 def folder_html(title: str, cards: Sequence[DriveCard], unread: int, width_px: float) -> str:
@@ -33,7 +36,7 @@ def folder_html(title: str, cards: Sequence[DriveCard], unread: int, width_px: f
         unread: how many have still to be read.
         width_px: of the page's place for it.
     """
-    axis_px = max(width_px - BESIDE_PX, NARROWEST_PX)
+    axis_px = width_px - (AROUND_PX if width_px < NARROW_PX else BESIDE_PX)
     rows = "".join(_row(card, axis_px) for card in cards)
     return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{rows}"
 
@@ -45,12 +48,16 @@ def legend_html() -> str:
         f'<span class="fcw-meaning">{KIND_MEANINGS[kind]}</span></p>'
         for kind, title in KIND_TITLES.items()
     )
+    meanings = {sign: judgement.value for judgement, sign in JUDGEMENT_SIGNS.items()}
+    meanings[DISAGREEMENT_SIGN] = DISAGREEMENT
+    meanings[f'<i class="missed" style="--kind: {MISSED_COLOR}"></i>'] = "a warning that people missed"
+    meanings[f'<i class="note" style="--kind: {NOTE_COLOR}"></i>'] = "a note"
     signs = "".join(
-        f"<tr><td>{sign}</td><td style='text-align:left'>{judgement.value}</td></tr>"
-        for judgement, sign in JUDGEMENT_SIGNS.items()
+        f"<tr><td>{sign}</td><td style='text-align:left'>{meaning}</td></tr>"
+        for sign, meaning in meanings.items()
     )
     return (
-        f'<div class="fcw-legend">{kinds}<p>Over a mark stands what it was judged:</p>'
+        f'<div class="fcw-legend">{kinds}<p>Over a mark stands what it was judged; people add:</p>'
         f"<table>{signs}</table></div>"
     )
 
@@ -69,10 +76,9 @@ def _summary(cards: Sequence[DriveCard], unread: int) -> str:
         duration_text(hours * 3600),
         f"{len(warnings)} warning{'s' * (len(warnings) != 1)}",
     ]
-    judged = [one for one in warnings if one.verdicts]
-    if judged:
-        false = sum(one.judgement is Judgement.FALSE for one in judged)
-        parts.append(f"{len(judged)} judged, {false} of them false")
+    counts = verdict_counts(warnings)
+    if counts:
+        parts.append(counts)
     if unread:
         parts.append(f"reading {unread} more")
     return " · ".join(parts) + ". The worst first; a click opens its worst moment."

@@ -3,7 +3,7 @@
 from html import escape
 from pathlib import Path
 
-from fcw_viz.page.channel import enters, says, says_size
+from fcw_viz.page.channel import enters, keeps_scroll, says, says_size
 from fcw_viz.page.panel import add_page_panel
 from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.page.tab import PageTab
@@ -90,7 +90,10 @@ class Panels:
             return
         session = self._place.session
         html = folder_html(self._title, session.cards, session.unread, self._folder_px)
-        set_html(self._folder, f'<div class="fcw-folder" {says_size("folder")}>{html}</div>')
+        set_html(
+            self._folder,
+            f'<div class="fcw-folder" {says_size("folder")} {keeps_scroll("folder")}>{html}</div>',
+        )
 
     def _head_html(self) -> str:
         drive, session = self._place.drive, self._place.session
@@ -98,8 +101,11 @@ class Panels:
         if drive is None:
             return f'<div class="fcw-drive"><b>{escape(self._title)}</b></div>{who}{legend_html()}'
         header = drive.header
-        several = len(session.drives) > 1
-        back = f'<button {says("list:")} title="All drives (L)">‹ All drives</button>' if several else ""
+        back = (
+            f'<button {says("list:")} title="All drives (L)">‹ All drives</button>'
+            if session.folder.several
+            else ""
+        )
         torn = "" if drive.complete else " · never finished"
         return (
             f'<div class="fcw-drive"><b title="{escape(str(drive.log.path))}">'

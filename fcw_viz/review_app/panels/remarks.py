@@ -1,10 +1,13 @@
 """Missed events and notes: adding them at the moment that is shown, and the list of everybody's."""
 
 from html import escape
+from typing import Any
 
 import viser
 
-from fcw_viz.page.channel import says
+from fcw.annotation.records import Entry, MissedEvent, Note
+from fcw.warning.types import WarningLevel
+from fcw_viz.page.channel import chooses, enters, says
 from fcw_viz.page.style import set_html, text_block
 from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.place import Place
@@ -26,24 +29,55 @@ class RemarksPanel:
         missed = f"<button {says('missed:')}>A warning was missed here<kbd>M</kbd></button>"
         set_html(self._head, text_block(f"<p>At <b>{time_text(place.time_s, 2)}</b>: {missed}</p>"))
         review = place.review.review
-        remarks = [
-            (entry.said.start_s, MISSED_COLOR, "Missed warning", entry.said.text, entry)
-            for entry in review.missed
-        ]
-        remarks += [(entry.said.time_s, NOTE_COLOR, "", entry.said.text, entry) for entry in review.notes]
-        rows = ""
-        for time_s, color, kind, text, entry in sorted(remarks, key=lambda remark: remark[0]):
-            words = ": ".join(part for part in (kind, text) if part)
-            own = entry.person == place.session.reviewer
-            button = (
-                f'<button {says(f"takeback:{entry.entry_id}")} title="Take it back">✕</button>'
-                if own
-                else "<span></span>"
+        rows = [(entry.said.start_s, self._missed_html(entry)) for entry in review.missed]
+        rows += [(entry.said.time_s, self._note_html(entry)) for entry in review.notes]
+        html = "".join(row for _, row in sorted(rows, key=lambda row: row[0]))
+        set_html(self._list, text_block(html or '<p class="dim">Nobody has remarked anything yet.</p>'))
+
+    def _note_html(self, entry: Entry[Note]) -> str:
+        goes, moment = says(f"goto:{entry.said.time_s!r}"), time_text(entry.said.time_s)
+        return (
+            f'<div class="fcw-remark" style="--kind: {NOTE_COLOR}"><span {goes}><b>{moment}</b></span>'
+            f"<span {goes}>{escape(entry.said.text)}</span>{self._take_back_html(entry)}"
+            f"{_by_html(entry)}</div>"
+        )
+
+    def _missed_html(self, entry: Entry[MissedEvent]) -> str:
+        """A missed event; one's own with what changes it."""
+        said, entry_id = entry.said, entry.entry_id
+        span = f"{time_text(said.start_s)} to {time_text(said.end_s)}"
+        about = f"Missed {said.level.name.lower()}" + (f": {said.text}" if said.text else "")
+        change = ""
+        if self._is_own(entry):
+            about = "Missed"
+            options = "".join(
+                f'<option value="{entry_id} {level.name}"{" selected" * (level is said.level)}>'
+                f"{level.name.lower()}</option>"
+                for level in reversed(WarningLevel)
+                if level
             )
-            goes = says(f"goto:{time_s!r}")
-            rows += (
-                f'<div class="fcw-remark" style="--kind: {color}"><span {goes}><b>{time_text(time_s)}</b>'
-                f"</span><span {goes}>{escape(words)}</span>{button}"
-                f"<small>{escape(entry.person)}, {when_words(entry.time)}</small></div>"
+            change = (
+                f'<div class="fcw-change"><select {chooses("missedlevel")}>{options}</select>'
+                f"<button {says(f'missedstart:{entry_id}')}>starts here</button>"
+                f"<button {says(f'missedend:{entry_id}')}>ends here</button>"
+                f'<input type="text" {enters(f"fcw-{entry_id}", f"missedtext:{entry_id}")} '
+                f'value="{escape(said.text)}" placeholder="What happened? Enter keeps it" autocomplete="off">'
+                "</div>"
             )
-        set_html(self._list, text_block(rows or '<p class="dim">Nobody has remarked anything yet.</p>'))
+        return (
+            f'<div class="fcw-remark" style="--kind: {MISSED_COLOR}">'
+            f"<span {says(f'goto:{said.start_s!r}')}><b>{span}</b></span><span>{escape(about)}</span>"
+            f"{self._take_back_html(entry)}{change}{_by_html(entry)}</div>"
+        )
+
+    def _is_own(self, entry: Entry[Any]) -> bool:
+        return entry.person == self._place.session.reviewer
+
+    def _take_back_html(self, entry: Entry[Any]) -> str:
+        if not self._is_own(entry):
+            return "<span></span>"
+        return f'<button {says(f"takeback:{entry.entry_id}")} title="Take it back">✕</button>'
+
+
+def _by_html(entry: Entry[Any]) -> str:
+    return f"<small>{escape(entry.person)}, {when_words(entry.time)}</small>"

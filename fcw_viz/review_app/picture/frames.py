@@ -35,7 +35,11 @@ class FramePictures:
         """
         result = self._results.get(row)
         if result is None:
-            result = self._results[row] = self._drive.log.result_at(self._drive.frame_index(row))
+            try:
+                result = self._drive.log.result_at(self._drive.frame_index(row))
+            except IndexError as error:
+                raise UserError(f"{error}; was the log replaced? Open the drive again") from error
+            self._results[row] = result
             while len(self._results) > RESULTS_KEPT:
                 self._results.popitem(last=False)
         return result

@@ -39,15 +39,22 @@ class Player(PlayingThread):
         self._ready = ready
         self._show = show
         self._times_ns: NDArray[np.int64] = np.zeros(0, np.int64)
+        self._last_row: int | None = None
 
     def load(self, times_ns: NDArray[np.int64]) -> None:
         """Play another drive from now on: the times of its frames, ascending."""
         self.stop()
-        self._times_ns = times_ns
+        self._times_ns, self._last_row = times_ns, None
+
+    def play_to(self, start_row: int, last_row: int | None, speed: float) -> None:
+        """Play from a row to another, which is shown last; None for the drive's end."""
+        self.stop()
+        self._last_row = last_row
+        self.play(start_row, speed)
 
     def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
         clock, times_ns = self._clock, self._times_ns
-        last = len(times_ns) - 1
+        last = len(times_ns) - 1 if self._last_row is None else min(self._last_row, len(times_ns) - 1)
         row = min(start_index, last)
         started_s, first_ns = clock.now_s(), int(times_ns[row])
         while row < last:

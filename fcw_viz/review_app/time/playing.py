@@ -56,6 +56,7 @@ class Playing:
         self._place, self._run, self._stage = place, run, stage
         self.speed = 1.0
         self._toggled_s = float("-inf")
+        self._last_row: int | None = None
         self._drawn = threading.Event()
         self._player = Player(self._wait_drawn, self._show, lambda message: run(lambda: self._ended(message)))
 
@@ -83,12 +84,17 @@ class Playing:
         else:
             self._play(0 if self._place.row >= self._place.opened.last_row else self._place.row)
 
+    def go_on(self) -> None:
+        """Play on from the moment that is shown, after the drive has changed."""
+        self._play(self._place.row)
+
     def play_event(self) -> None:
-        """Play the selected event, from a little before it."""
+        """Play the selected event, from a little before it to its end."""
         place = self._place
         if place.selected is None:
             raise UserError("select an event first: click one of the list, or press N")
-        self._play(place.opened.row_at(place.opened.events[place.selected].start_s - LEAD_IN_S))
+        event = place.opened.events[place.selected]
+        self._play(place.opened.row_at(event.start_s - LEAD_IN_S), place.opened.row_at(event.end_s))
 
     def set_speed(self, speed: float) -> None:
         """Play so much faster."""
@@ -96,7 +102,7 @@ class Playing:
             return
         self.speed = speed
         if self.now:
-            self._play(self._place.row)
+            self._play(self._place.row, self._last_row)
         self._stage.speed_changed()
 
     def change_speed(self, faster: bool) -> None:
@@ -112,12 +118,13 @@ class Playing:
         """The browser has drawn a picture."""
         self._drawn.set()
 
-    def _play(self, row: int) -> None:
+    def _play(self, row: int, last_row: int | None = None) -> None:
         self._stage.before_playing()
         self.stop()
         if row != self._place.row:
             self._stage.turn_to(row, played=True)
-        self._player.play(row, self.speed)
+        self._last_row = last_row
+        self._player.play_to(row, last_row, self.speed)
         self._stage.speed_changed()
 
     def _wait_drawn(self, stop: threading.Event) -> None:

@@ -1,12 +1,13 @@
 """The strip under the picture: the buttons of playback, the time line of the drive and the plots."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
 import viser
 
-from fcw_viz.page.channel import says, says_size, slides
+from fcw_viz.page.channel import chooses, says, says_size, slides
 from fcw_viz.page.style import set_html
 from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.session import DriveReview
@@ -16,9 +17,14 @@ from fcw_viz.review_app.time.plots import Plotted, make_plots, plot_places, plot
 from fcw_viz.review_app.time.timeline import HEIGHT_PX as TIMELINE_PX
 from fcw_viz.review_app.time.timeline import timeline_svg
 
-LEFT_PX, RIGHT_PX = 150.0, 14.0
+RIGHT_PX, BOTTOM_PX = 14.0, 4.0
+LEFT_PX, NARROW_LEFT_PX = 150.0, 108.0
 """Of the time line and the plots inside the strip: their names and figures stand at the left."""
-BAR_PX, PLOTS_TOP_PX, BOTTOM_PX = 38.0, 38.0 + TIMELINE_PX + 8.0, 4.0
+BAR_PX, PLOTS_TOP_PX = 38.0, 38.0 + TIMELINE_PX + 8.0
+"""The time line stands under the buttons, the plots under it."""
+LISTS_BELOW_PX, NARROW_BELOW_PX = 860.0, 520.0
+"""Of the strip's width: where it is less, speeds and ranges are chosen from lists; and the figures beside the
+plots take less room."""
 WINDOWS_S: dict[str, float | None] = {
     "10 s": 10.0,
     "30 s": 30.0,
@@ -56,9 +62,24 @@ class StripLayout:
     height_px: float
 
     @property
+    def lists(self) -> bool:
+        """Whether speeds and ranges are chosen from lists, for there is no room for all their buttons."""
+        return self.width_px < LISTS_BELOW_PX
+
+    @property
+    def narrow(self) -> bool:
+        """Whether figures beside the plots say the least."""
+        return self.width_px < NARROW_BELOW_PX
+
+    @property
+    def left_px(self) -> float:
+        """Where the time line and the plots begin."""
+        return NARROW_LEFT_PX if self.narrow else LEFT_PX
+
+    @property
     def axis_px(self) -> float:
         """Width of the time line and the plots."""
-        return max(self.width_px - LEFT_PX - RIGHT_PX, 100.0)
+        return max(self.width_px - self.left_px - RIGHT_PX, 100.0)
 
     @property
     def plots_px(self) -> float:
@@ -92,7 +113,13 @@ class Strip:
         set_html(self._frame, f'<div class="fcw-strip" {says_size("strip")}></div>')
 
     def show_bar(
-        self, playing: bool, speed: float, window: str, several_events: bool, from_above: bool
+        self,
+        playing: bool,
+        speed: float,
+        window: str,
+        several_events: bool,
+        from_above: bool,
+        layout: StripLayout,
     ) -> None:
         """The buttons."""
         off = "" if several_events else " disabled"
@@ -104,21 +131,20 @@ class Strip:
             f'<button {says("step:1")} title="Next frame (→)">{NEXT_FRAME}</button>'
             f'<button {says("event:next")} title="Next event (N)"{off}>{NEXT_EVENT}</button>'
         )
-        speeds = "".join(
-            f'<button class="{"on" if one == speed else ""}" {says(f"speed:{one}")}>{SPEED_NAMES[one]}'
-            "</button>"
-            for one in SPEEDS
-        )
-        windows = "".join(
-            f'<button class="{"on" if name == window else ""}" {says(f"window:{name}")}>{name}</button>'
-            for name in WINDOWS_S
+        speeds = _choice("speed", {str(one): SPEED_NAMES[one] for one in SPEEDS}, str(speed), layout.lists)
+        windows = _choice("window", {name: name for name in WINDOWS_S}, window, layout.lists)
+        speed_words, window_words = (
+            ("", "")
+            if layout.narrow
+            else ('<span class="dim">speed</span>', '<span class="dim">plots of</span>')
         )
         html = (
-            f'<div class="fcw-strip fcw-now"><div class="fcw-bar" style="pointer-events: all">{buttons}'
-            f'<span class="dim">speed</span><span class="fcw-choice">{speeds}</span>'
-            f'<span class="space"></span><button class="{"on" if from_above else ""}" {says("birdseye:")} '
+            f'<div class="fcw-strip fcw-now"><div class="fcw-bar" style="height:{BAR_PX:.0f}px">'
+            f"{buttons}"
+            f'{speed_words}{speeds}<span class="space"></span>'
+            f'<button class="{"on" if from_above else ""}" {says("birdseye:")} '
             'title="The road from above, or the picture (B)">From above</button>'
-            f'<span class="dim">plots of</span><span class="fcw-choice">{windows}</span></div></div>'
+            f"{window_words}{windows}</div></div>"
         )
         set_html(self._bar, html)
 
@@ -134,7 +160,7 @@ class Strip:
         axis = whole_axis(drive, layout)
         svg = timeline_svg(axis, shown.events, shown.review, window, selected, drive.header.imperial)
         area = (
-            f'<div class="fcw-area" style="left:{LEFT_PX:.0f}px;top:{BAR_PX:.0f}px;'
+            f'<div class="fcw-area" style="left:{layout.left_px:.0f}px;top:{BAR_PX:.0f}px;'
             f'width:{axis.width_px:.0f}px;height:{TIMELINE_PX:.0f}px;pointer-events:all">'
             f'<div class="fcw-slide" {slides("fcw-whole", "seek", axis.start_s, axis.end_s)}></div>'
             f'<div class="fcw-marks" style="position:absolute;inset:0">{svg}</div></div>'
@@ -145,7 +171,7 @@ class Strip:
         """The plots of a range of time."""
         axis = TimeAxis(*window, layout.axis_px)
         area = (
-            f'<div class="fcw-area" style="left:{LEFT_PX:.0f}px;top:{PLOTS_TOP_PX:.0f}px;'
+            f'<div class="fcw-area" style="left:{layout.left_px:.0f}px;top:{PLOTS_TOP_PX:.0f}px;'
             f'width:{axis.width_px:.0f}px;height:{layout.plots_px:.0f}px;pointer-events:all">'
             f"{plots_svg(drive, axis, layout.plots_px)}"
             f'<div class="fcw-slide" {slides("fcw-plots", "seek", axis.start_s, axis.end_s)}></div></div>'
@@ -156,15 +182,18 @@ class Strip:
         """The cursors and the figures of a moment."""
         time_s = drive.time_s(row)
         whole, plots = whole_axis(drive, layout), TimeAxis(*window, layout.axis_px)
+        frame = "" if layout.narrow else f", frame {drive.frame_index(row)}"
         html = [
-            _cursor("whole", LEFT_PX + whole.x(time_s), BAR_PX, TIMELINE_PX - 12),
-            f'<div class="fcw-clock" style="top:{BAR_PX + 8:.0f}px" data-time="{time_s!r}" data-row="{row}">'
-            f"<b>{time_text(time_s, 2)}</b><br><small>of {time_text(drive.duration_s)}, frame "
-            f"{drive.frame_index(row)}</small></div>",
+            _cursor("whole", layout.left_px + whole.x(time_s), BAR_PX, TIMELINE_PX - 12),
+            f'<div class="fcw-clock" style="top:{BAR_PX + 8:.0f}px" data-time="{time_s!r}" '
+            f'data-row="{row}"><b>{time_text(time_s, 2)}</b><br><small>of {time_text(drive.duration_s)}'
+            f"{frame}</small></div>",
         ]
         if plots.holds(time_s):
-            html.append(_cursor("plots", LEFT_PX + plots.x(time_s), PLOTS_TOP_PX, layout.plots_px - 16))
-        html += figures_html(drive, row, layout.plots_px)
+            html.append(
+                _cursor("plots", layout.left_px + plots.x(time_s), PLOTS_TOP_PX, layout.plots_px - 16)
+            )
+        html += figures_html(drive, row, layout, layout.plots_px, PLOTS_TOP_PX)
         set_html(self._now, f'<div class="fcw-strip fcw-now">{"".join(html)}</div>')
 
 
@@ -180,18 +209,36 @@ def _cursor(name: str, x: float, top: float, height: float) -> str:
     )
 
 
-def figures_html(drive: Plotted, row: int, height_px: float, top_px: float = PLOTS_TOP_PX) -> Sequence[str]:
+def figures_html(
+    drive: Plotted, row: int, layout: StripLayout, height_px: float, top_px: float
+) -> Sequence[str]:
     """Name and value of each plot, beside it."""
     plots = make_plots(drive.series, slice(row, row + 1), drive.header.imperial)
     figures = []
     for plot, (own_top_px, _) in zip(plots, plot_places(plots, height_px), strict=True):
         small = ""
-        if plot.low is not None and plot.high is not None and plot.low[0] == plot.low[0]:
+        if not (layout.narrow or plot.low is None or plot.high is None or math.isnan(plot.low[0])):
             high = f"{plot.high[0]:.{plot.decimals}f}" if plot.high[0] < float("inf") else "∞"
             small = f"<small>{plot.low[0]:.{plot.decimals}f} – {high}</small>"
         figures.append(
             f'<div class="fcw-figure" data-figure="{plot.key}" '
-            f'style="top:{top_px + own_top_px:.0f}px;width:{LEFT_PX - 16:.0f}px">'
+            f'style="top:{top_px + own_top_px:.0f}px;width:{layout.left_px - 16:.0f}px">'
             f"<span>{escape(plot.title)}</span><b>{value_text(float(plot.values[0]), plot)}</b>{small}</div>"
         )
     return figures
+
+
+def _choice(name: str, choices: Mapping[str, str], chosen: str, as_list: bool) -> str:
+    """One of several, each by a button or all from a list."""
+    if as_list:
+        options = "".join(
+            f'<option value="{escape(value)}"{" selected" * (value == chosen)}>{escape(words)}</option>'
+            for value, words in choices.items()
+        )
+        return f'<select {chooses(name)} title="{escape(name)}">{options}</select>'
+    buttons = "".join(
+        f'<button class="{"on" if value == chosen else ""}" {says(f"{name}:{value}")}>{escape(words)}'
+        "</button>"
+        for value, words in choices.items()
+    )
+    return f'<span class="fcw-choice">{buttons}</span>'

@@ -18,6 +18,7 @@ from fcw_viz.console import SILENT
 from fcw_viz.jobs.drive import run_on_console
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
+from fcw_viz.live_app.tab import LiveTab
 
 START_S, END_S = 21.0, 33.0
 """Of the shipped drive, whose lead brakes so that a warning is due at 29.8 s."""
@@ -146,15 +147,41 @@ def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
     wait_for(lambda: person.browser.page.locator(".fcw-alarm").count() == 0)
 
 
+def is_said_old(person: Reviewer) -> bool:
+    """Whether the page says that its picture is old."""
+    opacity = "Number(getComputedStyle(document.querySelector('.fcw-late') ?? document.head).opacity)"
+    there = person.browser.page.locator(".fcw-late").count() > 0
+    return there and person.browser.page.evaluate(opacity) == 1
+
+
 def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: OpenPage, wait_for: WaitFor):
     person = Reviewer(open_page(drive.page.url, picture=False))
     drive.pipeline.start()
     picture = drawn(person)
     wait_for(lambda: picture() != "")
-    wait_for(lambda: not person.at(".fcw-late").is_visible())
+    wait_for(lambda: not is_said_old(person))
     drive.stop.set()  # as when the camera hangs: the page is told of no end
-    wait_for(lambda: person.at(".fcw-late").is_visible())
+    wait_for(lambda: is_said_old(person))
     drive.page.say_ended("ended by hand")
-    wait_for(lambda: not person.at(".fcw-late").is_visible())
+    wait_for(lambda: not is_said_old(person))
     wait_for(lambda: person.words(".fcw-drive span") == "ended")
     wait_for(lambda: "ended by hand" in person.words(".fcw-drive + p"))
+
+
+BLOCK_MS = 3000
+HOLD_UP = f"() => {{ const start = performance.now(); while (performance.now() - start < {BLOCK_MS}); }}"
+
+
+def test_a_picture_drawn_late_is_counted_as_old_as_it_is(
+    drive: Drive, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(drive.page.url, picture=False))
+    drive.pipeline.start()
+    picture = drawn(person)
+    wait_for(lambda: picture() != "")
+    tab = drive.page.tabs[0]
+    assert isinstance(tab, LiveTab)
+    page = person.browser.page
+    page.wait_for_function("document.querySelector('[data-fcw-age]').textContent.endsWith('s')")
+    page.evaluate(HOLD_UP)
+    wait_for(lambda: tab.latency.figures.drawn_worst_s >= BLOCK_MS / 1000)

@@ -19,6 +19,7 @@ from review_drives import (
     NEAR_MISS_S,
     QUIET_S,
     RATE_HZ,
+    WARNING_END_S,
     write_drive,
 )
 from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
@@ -193,6 +194,30 @@ def test_a_corner_goes_where_the_mouse_takes_it(
     wait_for(lambda: None in said_of(drive_log).frames[WORST_ROW].labels.values())
 
 
+def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(review({"made": drive_log}).url))
+    wait_for(lambda: person.sees(WORST_ROW))
+    # Whatever was pressed last: the space key plays, and an event to its end.
+    for name in ("Keys", "Take", "Boxes"):
+        person.tab(name)
+    person.press("Shift+Space")
+    wait_for(lambda: person.words(".fcw-bar .play") == "Stop")
+    wait_for(lambda: person.words(".fcw-bar .play") == "Play" and person.sees(row_of(WARNING_END_S) - 1))
+
+    field = person.at("#fcw-note")
+    drive_log.rename(drive_log.with_name("away.mcap"))
+    field.fill("a deer at the roadside")
+    person.press("Enter")
+    wait_for(lambda: "was replaced or deleted" in person.browser.page.content())
+    assert field.input_value() == "a deer at the roadside"
+    drive_log.with_name("away.mcap").rename(drive_log)
+    field.press("Enter")
+    wait_for(lambda: field.input_value() == "")
+    assert [entry.said.text for entry in said_of(drive_log).notes] == ["a deer at the roadside"]
+
+
 def node_is_there(person: Reviewer, name: str) -> bool:
     """Whether the scene has a node by now."""
     return person.browser.page.evaluate("name => !!window.__viserMutable.nodeRefFromName[name]", name)
@@ -232,8 +257,10 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     process, again = start(drive_log)
     assert again == url
     # The page that was open finds the server by itself, at the moment where it was.
-    is_new = "() => document.querySelector('.fcw-clock')?.dataset.old === undefined"
-    wait_for(lambda: person.browser.page.evaluate(is_new) and person.sees(row_of(9.4)))
+    person.browser.page.wait_for_function(
+        "document.querySelector('.fcw-clock') && !document.querySelector('.fcw-clock').dataset.old"
+    )
+    wait_for(lambda: person.sees(row_of(9.4)))
     wait_for(lambda: person.words(".fcw-event em") == "▸")
     person.tab("Remarks")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))

@@ -103,3 +103,12 @@ def test_the_browser_is_waited_for_before_the_frame_is_chosen():
     assert ended.wait(WAIT_S)
     # The next frame is waited for, then the browser for half a second: by then a later frame is due.
     assert shown[:2] == [(40 + 500) // 40, (14 * 40 + 500) // 40]
+
+
+def test_a_part_is_played_to_its_end_and_no_further():
+    shown, ended = [], threading.Event()
+    player = Player(lambda stop: None, shown.append, lambda message: ended.set(), FakeClock())
+    player.load(TIMES_NS)
+    player.play_to(100, 110, 1.0)
+    assert ended.wait(WAIT_S)
+    assert shown == list(range(101, 111))

@@ -1,0 +1,40 @@
+// Runs in each tab of the live page: how old the picture on the screen is. The notice that it is old is an animation
+// whose own time is that age: the browser's compositor lets it come in time even while every script of the page is
+// held up. The server tells with each picture when it was captured, on this browser's clock.
+const AT_MOST_MS = 900; // older than that the notice stands
+const LONGEST_MS = 1e8; // of a drive, for the animation
+const WORDS_MS = 100;
+
+const age = (window.fcwAge ??= { coming: null, captured: null, animation: null, listens: false });
+const notice = () => {
+  const element = document.createElement("div");
+  element.className = "fcw-late";
+  element.textContent = "This picture is old: no newer one has come for a while";
+  document.body.append(element);
+  const part = AT_MOST_MS / LONGEST_MS;
+  const [unseen, seen] = [{ opacity: 0 }, { opacity: 1 }];
+  const steps = [unseen, { ...unseen, offset: part }, { ...seen, offset: part }, seen];
+  return element.animate(steps, { duration: LONGEST_MS, fill: "forwards" });
+};
+// Of a picture that follows; one that was not drawn yet keeps its time, so that no age is too small.
+age.comes = (captured) => (age.coming ??= captured ?? performance.now());
+age.end = () => {
+  age.animation?.cancel();
+  age.coming = age.captured = null;
+};
+if (!age.listens) {
+  age.listens = true;
+  window.addEventListener("fcw-drawn", () => {
+    if (age.coming === null) return;
+    [age.captured, age.coming] = [age.coming, null];
+    age.animation ??= notice();
+    if (age.animation.playState !== "running") age.animation.play();
+    age.animation.currentTime = performance.now() - age.captured;
+  });
+  window.addEventListener("fcw-gone", () => age.end()); // other words stand there
+  setInterval(() => {
+    const words = document.querySelector("[data-fcw-age]");
+    if (words && age.captured !== null)
+      words.textContent = `${((performance.now() - age.captured) / 1000).toFixed(1)} s`;
+  }, WORDS_MS);
+}

@@ -1,0 +1,159 @@
+"""The drives that a page serves, as its list shows them, and what becomes of them meanwhile."""
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from fcw.annotation.store import review_files
+from fcw.errors import UserError
+from fcw.logs.export.clip import find_drives
+from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.drive_card import DriveCard, list_key, read_card
+
+LOOK_S = 1.0
+"""So often it is looked what has changed."""
+TOLD_S = 0.4
+"""A list that is being read is shown anew so often."""
+
+_Stamp = tuple[tuple[str, int, int], ...]
+
+
+class Folder:
+    """The list of drives; every method may be called from any thread."""
+
+    def __init__(self, drives: Mapping[str, Path], root: Path | None, publish: Callable[[], None]) -> None:
+        """Nothing is read before `start`.
+
+        Args:
+            drives: the logs by their names.
+            root: the folder that they were found in, where new ones may come; None for no such.
+            publish: called when the list has changed.
+        """
+        self._drives, self._root, self._publish = dict(drives), root, publish
+        self._cards = {name: DriveCard(name, path, read=False) for name, path in drives.items()}
+        self._stamps: dict[str, _Stamp] = {}
+        self._growing: dict[str, Drive] = {}
+        self._unread = set(drives)
+        self._lock = threading.RLock()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._follow, name="folder", daemon=True)
+
+    def start(self) -> None:
+        """Read the drives, and follow what changes, in a thread."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    @property
+    def drives(self) -> dict[str, Path]:
+        """The logs by their names."""
+        with self._lock:
+            return dict(self._drives)
+
+    @property
+    def several(self) -> bool:
+        """Whether there is a list to choose from, or may be one."""
+        return self._root is not None or len(self._drives) > 1
+
+    @property
+    def cards(self) -> tuple[DriveCard, ...]:
+        """Every drive, the one with the worst event first; those not read yet come last."""
+        with self._lock:
+            return tuple(sorted(self._cards.values(), key=list_key))
+
+    @property
+    def unread(self) -> int:
+        """How many drives have still to be read for the list."""
+        with self._lock:
+            return len(self._unread)
+
+    def thumbnail(self, name: str) -> str:
+        """The picture of a drive's card; empty before it was read."""
+        with self._lock:
+            card = self._cards.get(name)
+            return "" if card is None else card.thumbnail
+
+    def put(self, card: DriveCard) -> None:
+        """Show another card of a drive."""
+        with self._lock:
+            if card.name in self._cards:
+                self._cards[card.name] = card
+
+    def _follow(self) -> None:
+        told_s = -math.inf
+        while not self._stop.is_set():
+            changed = self._find()
+            for name, path in self.drives.items():
+                if self._stop.is_set():
+                    return
+                stamp = _stamp(path)
+                if self._stamps.get(name) == stamp:
+                    continue
+                self._read(name, path)
+                self._stamps[name], changed = stamp, True
+                if time.monotonic() - told_s > TOLD_S:
+                    told_s, changed = time.monotonic(), False
+                    self._publish()
+            if changed:
+                self._publish()
+            self._stop.wait(LOOK_S)
+
+    def _find(self) -> bool:
+        """Add drives that have come, leave out those that have gone; whether there are any."""
+        if self._root is None:
+            return False
+        try:
+            found = find_drives([self._root])
+        except (UserError, OSError):
+            found = {}  # the last one has gone, or the folder itself
+        with self._lock:
+            known = set(self._drives.values())
+            new = {name: path for name, path in found.items() if path not in known}
+            gone = [name for name, path in self._drives.items() if path not in set(found.values())]
+            for name in gone:
+                for kept in (self._drives, self._cards, self._stamps, self._growing):
+                    kept.pop(name, None)
+                self._unread.discard(name)
+            for wanted, path in new.items():
+                # Those that are there keep their names, which stand in the addresses of open pages.
+                name, number = wanted, 2
+                while name in self._drives:
+                    name, number = f"{wanted} ({number})", number + 1
+                self._drives[name] = path
+                self._cards[name] = DriveCard(name, path, read=False)
+                self._unread.add(name)
+        return bool(new or gone)
+
+    def _read(self, name: str, path: Path) -> None:
+        """Read a drive's card; of one that is being written only what is new."""
+        drive = self._growing.pop(name, None)
+        try:
+            drive = Drive.open(name, path) if drive is None or _is_other(drive, path) else drive.grown()
+        except UserError:
+            drive = None  # the card says so
+        card = read_card(name, path, drive)
+        if drive is not None and not drive.complete:
+            self._growing[name] = drive
+        with self._lock:
+            self._unread.discard(name)
+            if name in self._drives:
+                self._cards[name] = card
+
+
+def _stamp(path: Path) -> _Stamp:
+    """By which it is noticed that a drive or what is said of it has changed."""
+    try:
+        states = [(file.name, file.stat()) for file in (path, *review_files(path))]
+    except (OSError, UserError):
+        return ()
+    return tuple((name, state.st_size, state.st_mtime_ns) for name, state in states)
+
+
+def _is_other(drive: Drive, path: Path) -> bool:
+    return drive.log.path != path or drive.watch.look().is_other

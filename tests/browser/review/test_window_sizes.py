@@ -1,0 +1,68 @@
+"""In a window of any size nothing covers or cuts off another part of the page."""
+
+from pathlib import Path
+
+import pytest
+from review_drives import write_drive
+from review_helpers import OpenPage, Review, Reviewer, WaitFor
+
+WINDOWS_PX = ((1400, 900), (1000, 700), (768, 1024), (390, 844))
+# Left, top, right and bottom of what is seen.
+RECTANGLE = """selector => {
+  const { left, top, right, bottom } = document.querySelector(selector).getBoundingClientRect();
+  return [left, top, right, bottom];
+}"""
+# Of the buttons and lists of the strip, and of the panel's, those that are not where somebody can press them.
+UNREACHED = """selector => [...document.querySelectorAll(selector)].filter((element) => {
+  const { left, top, width, height } = element.getBoundingClientRect();
+  const [x, y] = [left + width / 2, top + height / 2];
+  if (y > window.innerHeight && element.closest(".mantine-ScrollArea-viewport")) return false;
+  return !element.contains(document.elementFromPoint(x, y)) || left < 0 || left + width > window.innerWidth;
+}).map((element) => element.outerHTML)"""
+PANEL = ".mantine-Paper-root:has(.fcw-drive)"
+
+Rectangle = tuple[float, float, float, float]
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("sizes")
+    return {name: write_drive(folder / name / "drive.mcap") for name in ("first", "second")}
+
+
+def overlap_px(one: Rectangle, other: Rectangle) -> float:
+    """The smaller side of what two rectangles share; below one pixel edges only touch."""
+    width = min(one[2], other[2]) - max(one[0], other[0])
+    height = min(one[3], other[3]) - max(one[1], other[1])
+    return min(width, height)
+
+
+def test_strip_picture_panel_and_list_stand_beside_each_other(
+    drives: dict[str, Path], review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(f"{review(drives).url}?at=first"))
+    page = person.browser.page
+    for width_px, height_px in WINDOWS_PX:
+        page.set_viewport_size({"width": width_px, "height": height_px})
+        person.browser.wait_until_still()
+        # The server has drawn the plots for the strip's width, and the page its canvas.
+        wait_for(lambda: not page.evaluate(UNREACHED, ".fcw-bar button:not([disabled]), .fcw-bar select"))
+        parts = [
+            page.evaluate(RECTANGLE, selector) for selector in ("canvas[data-engine]", ".fcw-strip", PANEL)
+        ]
+        plots = page.evaluate(RECTANGLE, "#fcw-plots")
+        for number, one in enumerate(parts):
+            left, top, right, bottom = one
+            assert left >= -1
+            assert top >= -1
+            assert right <= width_px + 1
+            assert bottom <= height_px + 1
+            assert all(overlap_px(one, other) < 1 for other in parts[number + 1 :]), (width_px, parts)
+        assert plots[2] <= parts[1][2]
+        assert plots[3] <= parts[1][3] + 1
+        assert page.evaluate(UNREACHED, ".fcw-verdicts button, .fcw-drive button") == []
+    page.set_viewport_size({"width": 390, "height": 844})
+    person.press("l")
+    wait_for(lambda: page.locator(".fcw-row .fcw-whole svg").count() == 2)
+    wait_for(lambda: not page.evaluate(UNREACHED, ".fcw-row header, .fcw-row svg"))
+    assert overlap_px(page.evaluate(RECTANGLE, ".fcw-folder"), page.evaluate(RECTANGLE, PANEL)) < 1

@@ -1,0 +1,64 @@
+"""A page whose program is away or has ended says so, and comes back with it: the same for every page."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from browser_page import PATIENCE_S
+from calibrate_helpers import DEMO_DRIVE, FIRST_PORT
+from review_drives import QUIET_S, write_drive
+from review_helpers import OpenPage, Reviewer, WaitFor
+
+PORT = FIRST_PORT + 80
+TRIES = 12
+"""So many seconds, each a try of viser's own, are more than Chromium answers at once."""
+
+
+def start(command: str, source: Path) -> tuple["subprocess.Popen[str]", str]:
+    """A page's program and its address."""
+    arguments = [command, str(source), "--no-open", "--port", str(PORT)]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "fcw_viz.cli", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "http://" in line:
+            return process, line[line.index("http://") :].split()[0]
+    raise AssertionError(f"no address: {process.communicate()[1]}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("command", "end"), [("review", signal.SIGINT), ("calibrate", signal.SIGKILL)])
+def test_a_page_whose_program_is_gone_says_so_and_returns_with_it(
+    command: str, end: signal.Signals, tmp_path: Path, open_page: OpenPage, wait_for: WaitFor
+):
+    if command == "review":
+        source = write_drive(tmp_path / "drive.mcap", QUIET_S)
+    else:
+        source = Path(shutil.copy(DEMO_DRIVE, tmp_path))
+    process, url = start(command, source)
+    person = Reviewer(open_page(url))
+    person.browser.page.evaluate("window.isOld = true")
+    os.kill(process.pid, end)
+    process.communicate(timeout=PATIENCE_S)
+    ended = "The program has ended" if end is signal.SIGINT else "The program does not answer"
+    wait_for(lambda: ended in person.words(".fcw-gone"))
+    person.browser.page.wait_for_timeout(TRIES * 1000)
+    assert ended in person.words(".fcw-gone")
+
+    process, again = start(command, source)
+    try:
+        assert again == url
+        person.browser.page.wait_for_function("!window.isOld")
+        person.browser.wait_until_ready()
+        assert person.browser.page.locator(".fcw-gone").count() == 0
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=PATIENCE_S)
