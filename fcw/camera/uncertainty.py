@@ -89,7 +89,10 @@ def best_next_click(
     # One more row measured is a rank-one update of the covariance, as in a Kalman filter.
     gradients = calibration.row_gradients(candidates_m)
     spreads = covariance @ gradients.T
-    innovations = calibration.row_sigma_px**2 + np.einsum("ij,ji->i", gradients, spreads)
+    slopes = calibration.camera.row_slope_at(candidates_m + calibration.reference_offset_m)
+    taped_px = calibration.tape_error * candidates_m * slopes
+    noise = calibration.row_sigma_px**2 + taped_px**2
+    innovations = noise + np.einsum("ij,ji->i", gradients, spreads)
     shared = calibration.row_gradients(targets_m) @ spreads
     gains = (_relative_per_row(calibration, targets_m)[:, None] * shared) ** 2 / innovations
     errors = np.sqrt(np.mean(np.maximum(before[:, None] ** 2 - gains, 0.0), axis=0))
