@@ -48,13 +48,26 @@ def clicked(
     distances_m: tuple[float, ...],
     click_px: float = 1.0,
     tape: float = 0.0,
+    uneven: float = 0.0,
     offset_m: float = 0.0,
     roll_rad: float = 0.0,
 ) -> tuple[GroundPoint, ...]:
-    """Marks at distances from a reference, clicked; with a roll they lie to the left and to the right."""
+    """Marks at distances from a reference, clicked; with a roll they lie to the left and to the right.
+
+    Args:
+        rng: of all noise.
+        camera: that sees them.
+        distances_m: as they were said.
+        click_px: error of a click.
+        tape: error of all distances together, as a part of them.
+        uneven: error of each distance for itself, likewise.
+        offset_m: from the camera forward to where the distances start in truth.
+        roll_rad: of the camera to the left.
+    """
     points = []
+    scale = 1 + tape * rng.standard_normal()
     for distance_m in distances_m:
-        true_m = distance_m * (1 + tape * rng.standard_normal()) + offset_m
+        true_m = distance_m * (1 + uneven * rng.standard_normal()) * scale + offset_m
         row = camera.row_at(true_m) + click_px * rng.standard_normal()
         column = None
         if roll_rad:

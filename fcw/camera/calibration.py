@@ -96,7 +96,8 @@ class Calibration:
             are met exactly, so that their zeros say nothing of the quality.
         assumed: what took part because every lens has it, where nothing was said of this one; none in the
             exact solution of three points.
-        tape_error: standard deviation of each point's distance, as a part of it.
+        tape_error: standard deviation of the points' distances, all together, as a part of them; the
+            covariance has it.
     """
 
     camera: GroundPlaneCamera
@@ -124,13 +125,6 @@ class Calibration:
         """A calibration without uncertainty, from a camera known by other means."""
         zero = (0.0, 0.0, 0.0)
         return cls(camera, image_size, (), 0.0, DEFAULT_SUPPORT_M, (zero, zero, zero), reference_offset_m)
-
-    @property
-    def point_sigmas_px(self) -> tuple[float, ...]:
-        """For each point, how far its row may be off by the click and by the tape: standard deviations."""
-        distances_m = np.array([point.distance_m for point in self.points])
-        slopes = self.camera.row_slope_at(distances_m + self.reference_offset_m)
-        return tuple(np.hypot(self.row_sigma_px, self.tape_error * distances_m * slopes).tolist())
 
     @property
     def horizon_row_px(self) -> float:

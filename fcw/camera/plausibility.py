@@ -225,16 +225,18 @@ def _outside_findings(calibration: Calibration) -> Iterator[Finding]:
 
 def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
     # A wrong point pulls its neighbours off the curve too: the worst is the one to mend first.
-    points = zip(calibration.residuals_px, calibration.point_sigmas_px, calibration.points, strict=True)
-    residual_px, sigma_px, worst = max(
-        points, key=lambda item: abs(item[0]) / max(item[1], 1e-9), default=(0.0, 1.0, None)
+    sigma_px = calibration.row_sigma_px
+    residual_px, worst = max(
+        zip(calibration.residuals_px, calibration.points, strict=True),
+        key=lambda pair: abs(pair[0]),
+        default=(0.0, None),
     )
     if abs(residual_px) > OUTLIER_SIGMAS * sigma_px:
         yield Finding(
             FindingKind.RESIDUAL,
             f"the point {worst} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} "
             "the row that all points and priors together give it, "
-            f"{abs(residual_px) / sigma_px:.1f} times the error of click and tape; "
+            f"{abs(residual_px) / sigma_px:.1f} times the error of a click; "
             "check its distance and click it again",
             point=worst,
         )

@@ -18,7 +18,7 @@ degrees, wide dash cameras 110 once they are rectilinear."""
 ROLL_SIGMA_RAD = math.radians(1.5)
 """Of a camera that somebody mounted as level as the eye can."""
 TAPE_ERROR = 0.01
-"""Of a taped distance, as a part of it: the tape sags, the mark is as wide as a hand."""
+"""Of taped distances, all together, as a part of them: the tape sags, or lies askew."""
 HORIZON_ROW_SIGMA_PX = 2.0
 """How well a horizon is dragged by eye, and how well two straight lane lines extended by eye meet."""
 

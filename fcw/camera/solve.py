@@ -45,9 +45,6 @@ STEEPEST_PITCH_RAD = math.radians(89.0)
 """A fit that runs into this pitch wants a straight line: its horizon is not above the road."""
 MINIMUM_CONDITION = 1e-6
 """Least singular value of the scaled Jacobian over the largest: below it rounding decides the solution."""
-WEIGHTING_COUNT = 5
-"""The tape's error in rows follows from the camera, the camera from the weights: so often, till it stays."""
-WEIGHTING_TOLERANCE = 1e-3
 OUTLIER_SIGMAS = 4.0
 """A point out of order is noise up to this residual, a mistake beyond it."""
 
@@ -79,7 +76,8 @@ def calibrate(
         field_of_view: horizontal, of the whole picture, in radians; square pixels make it a focal length.
         principal_row: row of the optical axis.
         horizon_row: row of the horizon, a point at infinity.
-        tape_error: standard deviation of each distance, as a part of it.
+        tape_error: standard deviation of all distances together, as a part of them: a tape that is too long,
+            sags or lies askew is so for every mark. It scales every distance, and no residual shows it.
         exact: the closed solution of three points (eq. 3 and 13) and nothing else.
 
     Raises:
@@ -105,16 +103,17 @@ def calibrate(
     distances_m = reference_m + reference_offset_m
     rows_px = np.array([point.row_px for point in points])
     support_m = _support_distances(reference_m)
-    tape_m = tape_error * reference_m
     assumed = Priors() if exact else usual_lens(image_size, priors)
     if exact:
         camera = exact_camera(distances_m, rows_px, height_m, (image_size.width - 1) / 2)
-        sigmas_px = np.hypot(row_sigma_px, tape_m * camera.row_slope_at(distances_m))
-        covariance = np.diag(sigmas_px[np.argsort(reference_m)] ** 2)
+        covariance = row_sigma_px**2 * np.eye(3)
     else:
         fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, _together(priors, assumed))
-        camera = _check_road(fit.solve(tape_m), points)
+        camera = _check_road(fit.solve(), points)
         covariance = fit.covariance(camera, np.array(support_m) + reference_offset_m)
+    support = np.array(support_m)
+    taped_px = tape_error * support * camera.row_slope_at(support + reference_offset_m)
+    covariance = covariance + np.outer(taped_px, taped_px)
     residuals = tuple(point.row_px - camera.row_at(point.distance_m + reference_offset_m) for point in points)
     calibration = Calibration(
         camera,
@@ -129,11 +128,10 @@ def calibrate(
         assumed,
         float(tape_error),
     )
-    sigmas = calibration.point_sigmas_px
-    if any(abs(r) > OUTLIER_SIGMAS * sigma for r, sigma in zip(residuals, sigmas, strict=True)):
+    if any(abs(residual) > OUTLIER_SIGMAS * row_sigma_px for residual in residuals):
         check_order(points)
         if not priors.count and not exact:
-            free = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, priors).solve(tape_m)
+            free = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, priors).solve()
             _check_road(free, points)
     return calibration
 
@@ -243,33 +241,13 @@ class _Fit:
         self._size = image_size
         self._height_m = float(height_m)
         self._row_sigma_px = row_sigma_px
-        self._row_sigmas_px = np.full(len(rows_px), float(row_sigma_px))
         self._priors = priors
 
-    def solve(self, tape_m: FloatArray) -> GroundPlaneCamera | None:
+    def solve(self) -> GroundPlaneCamera | None:
         """The camera of least squares; among solutions as good, the one that looks straightest ahead.
 
         None where no camera that has the points in front of it comes near them.
-
-        Args:
-            tape_m: (N,) standard deviations of the distances. What they do to the rows is their weight
-                (effective variance, Orear 1982).
         """
-        camera = self._solve(self._starts())
-        for _ in range(WEIGHTING_COUNT if tape_m.any() else 0):
-            if camera is None:
-                break
-            slopes = camera.row_slope_at(self._distances_m)
-            sigmas_px = np.hypot(self._row_sigma_px, tape_m * slopes)
-            changed = np.abs(sigmas_px / self._row_sigmas_px - 1).max(initial=0.0)
-            if changed < WEIGHTING_TOLERANCE:
-                break
-            self._row_sigmas_px = sigmas_px
-            start = np.array([math.tan(camera.pitch_rad), math.log(camera.focal_y_px), camera.horizon_row_px])
-            camera = self._solve([start])
-        return camera
-
-    def _solve(self, starts: Sequence[FloatArray]) -> GroundPlaneCamera | None:
         from scipy.optimize import least_squares
 
         fits = [
@@ -284,7 +262,7 @@ class _Fit:
                 gtol=1e-15,
                 max_nfev=300,
             )
-            for start in starts
+            for start in self._starts()
         ]
         fits = [fit for fit in fits if np.all(self._distances_m + self._height_m * fit.x[0] > 0)]
         if not fits:
@@ -312,7 +290,7 @@ class _Fit:
         """Rows, then priors: solution less measurement, in sigmas."""
         camera = self._camera(parameters)
         rows_px = camera.horizon_row_px + camera.row_scale_m_px / (self._distances_m + camera.pole_m)
-        rows = (rows_px - self._rows_px) / self._row_sigmas_px
+        rows = (rows_px - self._rows_px) / self._row_sigma_px
         priors = self._priors
         beliefs = (
             (priors.field_of_view_rad, 2 * math.atan2(self._size.width, 2 * camera.focal_y_px)),
@@ -326,7 +304,7 @@ class _Fit:
         camera = self._camera(parameters)
         tangent, focal_px = parameters[0], camera.focal_y_px
         half_width = self._size.width / 2
-        rows = row_jacobian(camera, self._distances_m) / self._row_sigmas_px[:, None]
+        rows = row_jacobian(camera, self._distances_m) / self._row_sigma_px
         priors = self._priors
         gradients = (
             (

@@ -35,7 +35,7 @@ class CalibrateCommand:
     row_sigma: float = 1.0
     """Standard deviation of a clicked row in pixels."""
     tape_error: float = TAPE_ERROR
-    """Standard deviation of the taped distances, as a part of them."""
+    """Standard deviation of the taped distances, all together, as a part of them."""
     exact: bool = False
     """With --points: the paper's closed solution of three free points and nothing else."""
     field_of_view: Annotated[str | None, tyro.conf.arg(metavar="DEG[:SIGMA]")] = None
