@@ -91,9 +91,13 @@ class Calibration:
         support_distances_m: three distances from the reference, ascending.
         covariance: (3, 3), of the rows at the support distances, in pixels squared.
         reference_offset_m: from the camera forward to the reference, at least 0.
-        priors: what else took part.
+        priors: what else was said and took part.
         residuals_px: clicked row less row of the solution, for each point; three points without priors
             are met exactly, so that their zeros say nothing of the quality.
+        assumed: what took part because every lens has it, where nothing was said of this one; none in the
+            exact solution of three points.
+        tape_error: standard deviation of the points' distances, all together, as a part of them; the
+            covariance has it.
     """
 
     camera: GroundPlaneCamera
@@ -105,6 +109,8 @@ class Calibration:
     reference_offset_m: float = 0.0
     priors: Priors = Priors()
     residuals_px: tuple[float, ...] = ()
+    assumed: Priors = Priors()
+    tape_error: float = 0.0
     _row_map: UncertainRowMap = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -204,6 +210,13 @@ class Calibration:
         def scaled_prior(prior: Gaussian | None) -> Gaussian | None:
             return None if prior is None else Gaussian(scaled(prior.value), prior.sigma * scale)
 
+        def scaled_priors(priors: Priors) -> Priors:
+            return Priors(
+                priors.field_of_view_rad,
+                scaled_prior(priors.principal_row_px),
+                scaled_prior(priors.horizon_row_px),
+            )
+
         column_scale = size.width / self.image_size.width
         camera = replace(
             self.camera,
@@ -226,11 +239,8 @@ class Calibration:
             points=points,
             row_sigma_px=self.row_sigma_px * scale,
             covariance=matrix3(np.array(self.covariance) * scale**2),
-            priors=Priors(
-                self.priors.field_of_view_rad,
-                scaled_prior(self.priors.principal_row_px),
-                scaled_prior(self.priors.horizon_row_px),
-            ),
+            priors=scaled_priors(self.priors),
+            assumed=scaled_priors(self.assumed),
             residuals_px=tuple(residual * scale for residual in self.residuals_px),
         )
 

@@ -14,8 +14,11 @@ from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+READABLE_VERSIONS = (1, 2)
+"""1 knew neither an error of the tape nor what every lens has; its calibrations stay as they were."""
 VERSION_FIELD = "fcw_calibration_version"
+PRIOR_FIELDS = ("field_of_view_rad", "principal_row_px", "horizon_row_px")
 RESIDUAL_TOLERANCE_PX = 1e-6
 """Points, camera and residuals of one calibration agree far better; a file edited by hand does not."""
 
@@ -52,19 +55,14 @@ def calibration_text(calibration: Calibration) -> str:
         "height_m": camera.height_m,
         "reference_offset_m": calibration.reference_offset_m,
         "row_sigma_px": calibration.row_sigma_px,
+        "tape_error": calibration.tape_error,
         "points": [
             {"distance_m": point.distance_m, "row_px": point.row_px, "column_px": point.column_px}
             for point in calibration.points
         ],
         "residuals_px": list(calibration.residuals_px),
-        "priors": {
-            name: None if prior is None else {"value": prior.value, "sigma": prior.sigma}
-            for name, prior in (
-                ("field_of_view_rad", calibration.priors.field_of_view_rad),
-                ("principal_row_px", calibration.priors.principal_row_px),
-                ("horizon_row_px", calibration.priors.horizon_row_px),
-            )
-        },
+        "priors": _priors_section(calibration.priors),
+        "assumed": _priors_section(calibration.assumed),
         "camera": {
             "pitch_rad": camera.pitch_rad,
             "focal_y_px": camera.focal_y_px,
@@ -77,6 +75,14 @@ def calibration_text(calibration: Calibration) -> str:
         },
     }
     return comment + yaml.dump(document, Dumper=_Dumper, sort_keys=False, default_flow_style=None)
+
+
+def _priors_section(priors: Priors) -> dict[str, dict[str, float] | None]:
+    return {
+        name: None if prior is None else {"value": prior.value, "sigma": prior.sigma}
+        for name in PRIOR_FIELDS
+        for prior in (getattr(priors, name),)
+    }
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
@@ -124,9 +130,11 @@ def parse_calibration(text: str, name: str) -> Calibration:
             f"{name}: not a calibration of fcw: the field {VERSION_FIELD} is missing; "
             "make one with `fcw calibrate`"
         )
-    if document[VERSION_FIELD] != FORMAT_VERSION:
+    version = document[VERSION_FIELD]
+    if version not in READABLE_VERSIONS:
+        readable = " and ".join(map(str, READABLE_VERSIONS))
         raise UserError(
-            f"{name}: {VERSION_FIELD} is {document[VERSION_FIELD]!r}, this program reads {FORMAT_VERSION}; "
+            f"{name}: {VERSION_FIELD} is {version!r}, this program reads {readable}; "
             "calibrate again with `fcw calibrate`, or use the program that wrote the file"
         )
     fields = _Fields(name, "", document)
@@ -148,11 +156,11 @@ def parse_calibration(text: str, name: str) -> Calibration:
         )
         item.finish()
     residuals = fields.numbers("residuals_px", len(points))
-    priors_section = fields.section("priors")
-    priors = Priors(
-        *(priors_section.gaussian(f) for f in ("field_of_view_rad", "principal_row_px", "horizon_row_px"))
-    )
-    priors_section.finish()
+    priors = fields.priors("priors")
+    assumed, tape_error = Priors(), 0.0
+    if version > 1:
+        assumed = fields.priors("assumed")
+        tape_error = fields.number("tape_error", at_least=0.0)
     section = fields.section("camera")
     camera = GroundPlaneCamera(
         section.number("pitch_rad", above=-math.pi / 2, below=math.pi / 2),
@@ -176,7 +184,17 @@ def parse_calibration(text: str, name: str) -> Calibration:
                 "run `fcw calibrate` again with the points"
             )
     return Calibration(
-        camera, image_size, tuple(points), row_sigma_px, support, covariance, offset_m, priors, residuals
+        camera,
+        image_size,
+        tuple(points),
+        row_sigma_px,
+        support,
+        covariance,
+        offset_m,
+        priors,
+        residuals,
+        assumed,
+        tape_error,
     )
 
 
@@ -264,6 +282,12 @@ class _Fields:
         gaussian = Gaussian(section.number("value"), section.number("sigma", positive=True))
         section.finish()
         return gaussian
+
+    def priors(self, field: str) -> Priors:
+        section = self.section(field)
+        priors = Priors(*(section.gaussian(name) for name in PRIOR_FIELDS))
+        section.finish()
+        return priors
 
     def support_distances(self, field: str, pole_m: float) -> Vector3:
         near, middle, far = self.numbers(field, 3)

@@ -107,6 +107,10 @@ class GroundPlaneCamera:
         distances = np.full(below.shape, math.inf)
         return np.divide(scale, below, out=distances, where=below > 0) - pole
 
+    def row_slope_at(self, distances_m: FloatArray) -> FloatArray:
+        """By how many rows the road falls for each metre nearer, at distances in front of the camera."""
+        return self.row_scale_m_px / (distances_m + self.pole_m) ** 2
+
     @overload
     def lateral_at(self, column_px: float, row_px: float) -> float: ...
     @overload

@@ -1,6 +1,6 @@
 """Whether a calibration can be that of a camera behind a windscreen; if not, what likely went wrong.
 
-The row map's distances hold for whatever camera it is split into, so nothing here is an error.
+What went wrong is the verdict of `fcw.camera.verdicts`. Nothing here is an error: a person may know better.
 """
 
 import math
@@ -10,12 +10,17 @@ from enum import Enum
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
+from fcw.camera.points import PARAMETER_COUNT
+from fcw.camera.solve import exact_solution
+from fcw.camera.uncertainty import camera_sigmas
+from fcw.camera.verdicts.hypotheses import BUMPER_M, BUMPER_SIGMA_M, Fault
+from fcw.camera.verdicts.judgement import Judgement, Suspicion, judge
+from fcw.camera.verdicts.words import cause_text, unclear_text
 from fcw.frame import ImageSize
 
 MAXIMUM_PITCH_RAD = math.radians(20.0)
 """A dash camera has the horizon near its middle; this is half of an ordinary vertical field of view."""
-FIELD_OF_VIEW_RANGE_RAD = (math.radians(20.0), math.radians(130.0))
+FIELD_OF_VIEW_RANGE_RAD = (math.radians(33.0), math.radians(130.0))
 """Horizontal; below is a tele lens, above no picture is rectilinear any more."""
 PRINCIPAL_ROW_TOLERANCE = 0.25
 """Distance of the principal row from the picture's middle, in heights; an uncropped lens stays within 0.05,
@@ -24,8 +29,6 @@ MAXIMUM_OFFSET_M = 4.0
 """No lens on a windscreen is farther behind the bumper."""
 OUTLIER_SIGMAS = 3.0
 """A residual beyond this is a mistake about that point rather than noise."""
-NOISE_SIGMAS = 2.0
-"""An implausible value this near to a plausible one is explained by the noise of the clicks."""
 
 
 class FindingKind(Enum):
@@ -66,6 +69,7 @@ class Finding:
         offset: the reference offset that would explain it, where one does.
         point: the point it is about, where it is about one.
         prior: the field of `Priors` it is about, where it is about one.
+        suspicion: the mistake that it names, where it names one.
     """
 
     kind: FindingKind
@@ -73,29 +77,38 @@ class Finding:
     offset: OffsetProposal | None = None
     point: GroundPoint | None = None
     prior: str | None = None
+    suspicion: Suspicion | None = None
 
 
-def plausibility(calibration: Calibration) -> tuple[Finding, ...]:
-    """Everything that speaks against a calibration, with the likely cause; empty when all is well."""
+def plausibility(calibration: Calibration, imperial: bool = False) -> tuple[Finding, ...]:
+    """Everything that speaks against a calibration, with the likely cause; empty when all is well.
+
+    Args:
+        calibration: what followed from what was said.
+        imperial: the distances were typed in feet.
+    """
     findings = list(_camera_findings(calibration.camera, calibration.image_size))
-    if findings:
-        findings.append(_cause(calibration))
-    return (*findings, *_point_findings(calibration), *_prior_findings(calibration))
+    judgement = judge(calibration, imperial) if len(calibration.points) >= PARAMETER_COUNT else None
+    if findings or (judgement is not None and judgement.is_suspect):
+        findings.append(_cause(calibration, judgement))
+    if judgement is None or not judgement.is_suspect:
+        findings.extend(_residual_finding(calibration))
+    return (*findings, *_outside_findings(calibration), *_prior_findings(calibration))
 
 
 def offset_proposal(calibration: Calibration) -> OffsetProposal | None:
-    """The reference offset that would put the principal row at the picture's middle.
+    """The reference offset that would put the principal row of an exact solution at the picture's middle.
 
     The row map counted from the reference stays as it is, and with it every distance; the offset only moves
     the camera behind the reference: C = C_reference - offset. With v0 - B = (K / 2 h) sin(2 a) the offset for
     a given v0 is closed form.
 
+    Args:
+        calibration: the exact solution of three points.
+
     Returns:
-        None where no offset from 0 to `MAXIMUM_OFFSET_M` gives a plausible camera with v0 at the middle, or
-        priors took part, which an offset would pull elsewhere.
+        None where no offset from 0 to `MAXIMUM_OFFSET_M` gives a plausible camera with v0 at the middle.
     """
-    if calibration.priors.count:
-        return None
     camera, size = calibration.camera, calibration.image_size
     scale, height_m = camera.row_scale_m_px, camera.height_m
     sine = 2 * height_m * (_middle_row(size) - camera.horizon_row_px) / scale
@@ -158,57 +171,47 @@ def _camera_findings(camera: GroundPlaneCamera, size: ImageSize) -> Iterator[Fin
         )
 
 
-def _cause(calibration: Calibration) -> Finding:
-    distances_hold = (
-        "The distances of the rows are the same whatever the parameters; "
-        "pitch, focal length, lateral positions and box sizes are not."
-    )
-    sigmas = camera_sigmas(calibration)
-    noise = noise_explains(calibration, sigmas)
-    # Whoever measured an offset is not told another one that only the noise of the clicks speaks for.
-    proposal = None if noise and calibration.reference_offset_m else offset_proposal(calibration)
-    if proposal is not None:
-        measured_from = (
-            "the reference offset is not what was given"
-            if calibration.reference_offset_m
-            else "the distances were measured from the front bumper and the camera is some way behind it"
-        )
-        return Finding(
-            FindingKind.CAUSE,
-            f"likely cause: {measured_from}. A reference offset of {proposal.offset_m:.2f} m would put the "
-            f"optical axis at the picture's middle, and {proposal.low_m:.1f} to {proposal.high_m:.1f} m are "
-            "plausible: measure from the camera forward to where the distances start, and calibrate again "
-            f"with that reference offset. {distances_hold}",
-            proposal,
-        )
-    if noise:
+def _cause(calibration: Calibration, judgement: Judgement | None) -> Finding:
+    named = judgement and judgement.named
+    if named:
+        proposal = _bumper(calibration, named) if named.fault is Fault.BUMPER else None
+        words = ""
+        if proposal is not None:
+            words = (
+                f"A reference offset of {proposal.offset_m:.2f} m would put the optical axis near the "
+                f"picture's middle ({proposal.low_m:.1f} to {proposal.high_m:.1f} m are plausible)"
+            )
+        text = cause_text(named, calibration.points, calibration.reference_offset_m, words)
+        text = f"no camera behind a windscreen fits these points well; likely cause: {text}."
+        point = calibration.points[named.points[0]] if named.fault is Fault.POINT else None
+        return Finding(FindingKind.CAUSE, text, proposal, point, suspicion=named)
+    if judgement is not None and judgement.is_suspect:
+        reason = unclear_text(judgement)
+    elif judgement is not None:
+        sigmas = camera_sigmas(calibration)
         reason = (
             f"the clicks leave the parameters open, the principal row by {sigmas.principal_row_px:.0f} px; "
             "add a point far away, or say the lens's field of view"
         )
     else:
-        reason = (
-            "a wrong distance or camera height, another unit than metres, an image size other than that of "
-            "the picture clicked in, or a road that is not flat; measure again"
-        )
-    return Finding(FindingKind.CAUSE, f"likely cause: {reason}. {distances_hold}")
+        reason = "a wrong camera, or an image size other than that of its pictures; calibrate with points"
+    return Finding(FindingKind.CAUSE, f"likely cause: {reason}.")
 
 
-def noise_explains(calibration: Calibration, sigmas: CameraSigmas) -> bool:
-    """Whether every implausible value is within the noise of the clicks of a plausible one."""
-    camera, size = calibration.camera, calibration.image_size
-    longest_px, shortest_px = (size.width / 2 / math.tan(angle / 2) for angle in FIELD_OF_VIEW_RANGE_RAD)
-    tolerance_px = PRINCIPAL_ROW_TOLERANCE * size.height
-    excesses = (
-        (abs(camera.pitch_rad) - MAXIMUM_PITCH_RAD, sigmas.pitch_rad),
-        (max(camera.focal_y_px - longest_px, shortest_px - camera.focal_y_px), sigmas.focal_y_px),
-        (abs(camera.principal_row_px - _middle_row(size)) - tolerance_px, sigmas.principal_row_px),
-        (abs(camera.horizon_row_px - _middle_row(size)) - size.height / 2, sigmas.horizon_row_px),
+def _bumper(calibration: Calibration, named: Suspicion) -> OffsetProposal:
+    """Where the bumper is: of three points in closed form, where that is a car's, else by the verdict."""
+    low_m, high_m = (BUMPER_M + sign * 2 * BUMPER_SIGMA_M for sign in (-1, 1))
+    if len(calibration.points) == PARAMETER_COUNT and not calibration.priors.count:
+        exact = exact_solution(calibration)
+        proposal = offset_proposal(exact) if exact is not None else None
+        if proposal is not None and low_m <= proposal.offset_m <= high_m:
+            return proposal
+    return OffsetProposal(
+        named.offset_m, max(named.offset_m - BUMPER_SIGMA_M, 0.0), named.offset_m + BUMPER_SIGMA_M
     )
-    return all(excess <= max(NOISE_SIGMAS * sigma, 0.0) for excess, sigma in excesses)
 
 
-def _point_findings(calibration: Calibration) -> Iterator[Finding]:
+def _outside_findings(calibration: Calibration) -> Iterator[Finding]:
     size = calibration.image_size
     for point in calibration.points:
         column_px = 0.0 if point.column_px is None else point.column_px
@@ -218,18 +221,22 @@ def _point_findings(calibration: Calibration) -> Iterator[Finding]:
                 f"the point {point} lies outside the picture of {size}",
                 point=point,
             )
+
+
+def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
     # A wrong point pulls its neighbours off the curve too: the worst is the one to mend first.
+    sigma_px = calibration.row_sigma_px
     residual_px, worst = max(
         zip(calibration.residuals_px, calibration.points, strict=True),
         key=lambda pair: abs(pair[0]),
         default=(0.0, None),
     )
-    if abs(residual_px) > OUTLIER_SIGMAS * calibration.row_sigma_px:
+    if abs(residual_px) > OUTLIER_SIGMAS * sigma_px:
         yield Finding(
             FindingKind.RESIDUAL,
             f"the point {worst} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} "
             "the row that all points and priors together give it, "
-            f"{abs(residual_px) / calibration.row_sigma_px:.1f} times the error of a click; "
+            f"{abs(residual_px) / sigma_px:.1f} times the error of a click; "
             "check its distance and click it again",
             point=worst,
         )

@@ -11,6 +11,8 @@ from fcw.frame import ImageSize
 
 PARAMETER_COUNT = 3
 """Pitch, focal length and principal row; as many independent facts are needed."""
+LARGEST_TAPE_ERROR = 0.5
+"""Of its distance; more than that is no measurement."""
 OUTSIDE_LIMIT = 1.0
 """How far outside the picture a point may lie, in pictures: an extrapolated mark may be just below it, but a
 row further off belongs to another picture or is a slip of the pen."""
@@ -49,6 +51,10 @@ class PointsError(UserError):
         self.fault = fault
         self.points = tuple(points)
 
+    def with_cause(self, text: str) -> "PointsError":
+        """The same, with the likely cause in its message."""
+        return PointsError(f"{self}; likely cause: {text}", self.fault, self.points)
+
 
 def check_setup(
     image_size: ImageSize, height_m: float, reference_offset_m: float, row_sigma_px: float
@@ -73,6 +79,33 @@ def check_setup(
     if not (math.isfinite(row_sigma_px) and row_sigma_px > 0):
         raise UserError(
             f"row sigma {row_sigma_px:g} px: expected a number above 0, the error of a click in pixels"
+        )
+
+
+def check_tape_error(tape_error: float) -> None:
+    """Refuse errors of a tape without meaning.
+
+    Raises:
+        UserError: naming the value and what was expected.
+    """
+    if not 0 <= tape_error < LARGEST_TAPE_ERROR:
+        raise UserError(
+            f"tape error {tape_error:g}: expected a part of the distance from 0 to "
+            f"{LARGEST_TAPE_ERROR:g}, for example 0.01 for 1 %"
+        )
+
+
+def check_exact(points: Sequence[GroundPoint], priors: Priors) -> None:
+    """Refuse the exact solution of anything but three points.
+
+    Raises:
+        UserError: naming what is too much or too little.
+    """
+    if len(points) != PARAMETER_COUNT or priors.count:
+        besides = " and nothing else of the camera" if priors.count else f", not {len(points)}"
+        raise UserError(
+            f"the exact solution takes {PARAMETER_COUNT} points{besides}; leave exact out for the best fit "
+            "of all that is known"
         )
 
 
@@ -220,7 +253,7 @@ def check_order(points: Sequence[GroundPoint]) -> None:
             )
         raise PointsError(
             f"point {far} is farther than {near} but lower in the picture (rows count downwards); "
-            "swap their distances or click them again",
+            "correct their distances or click them again",
             PointsFault.ORDER,
             (near, far),
         )

@@ -1,4 +1,9 @@
-"""From clicked points to a calibration: the exact three-point solution, and least squares with priors."""
+"""From clicked points to a calibration: least squares with priors, and the exact three-point solution.
+
+Three free points let pitch, focal length and principal row trade off against each other, so that a click one
+pixel off makes an impossible camera. What every lens has (its axis near the picture's middle, a plausible
+field of view) is weak knowledge and takes part unless something better is said.
+"""
 
 import math
 from collections.abc import Sequence
@@ -17,13 +22,16 @@ from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.interval import Vector3
 from fcw.camera.points import (
     PARAMETER_COUNT,
+    check_exact,
     check_order,
     check_points,
     check_priors,
     check_setup,
+    check_tape_error,
     distinct_distances,
     horizon_below_road,
 )
+from fcw.camera.prior_sigmas import TAPE_ERROR, usual_lens
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -50,11 +58,14 @@ def calibrate(
     field_of_view: Gaussian | None = None,
     principal_row: Gaussian | None = None,
     horizon_row: Gaussian | None = None,
+    *,
+    tape_error: float = TAPE_ERROR,
+    exact: bool = False,
 ) -> Calibration:
     """Calibrate from points of the road at known distances.
 
-    Three points without priors are solved exactly. Otherwise the rows are fitted by least squares, each prior
-    counting as one more measurement; with priors fewer points are enough.
+    The rows are fitted by least squares, each prior counting as one more measurement; with priors that are
+    said fewer points are enough. What nothing is said of is assumed to be as in every lens (`usual_lens`).
 
     Args:
         points: distances from the reference, rows in a picture of `image_size`.
@@ -65,6 +76,9 @@ def calibrate(
         field_of_view: horizontal, of the whole picture, in radians; square pixels make it a focal length.
         principal_row: row of the optical axis.
         horizon_row: row of the horizon, a point at infinity.
+        tape_error: standard deviation of all distances together, as a part of them: a tape that is too long,
+            sags or lies askew is so for every mark. It scales every distance, and no residual shows it.
+        exact: the closed solution of three points (eq. 3 and 13) and nothing else.
 
     Raises:
         UserError: the input determines no camera; the message names the points and the mend.
@@ -80,26 +94,28 @@ def calibrate(
     priors = Priors(field_of_view, principal_row, horizon_row)
     check_setup(image_size, height_m, reference_offset_m, row_sigma_px)
     check_priors(priors)
+    check_tape_error(tape_error)
+    if exact:
+        check_exact(points, priors)
     check_points(points, image_size, row_sigma_px, priors.count)
 
     reference_m = np.array([point.distance_m for point in points])
     distances_m = reference_m + reference_offset_m
     rows_px = np.array([point.row_px for point in points])
     support_m = _support_distances(reference_m)
-    if len(points) == PARAMETER_COUNT and priors.count == 0:
+    assumed = Priors() if exact else usual_lens(image_size, priors)
+    if exact:
         camera = exact_camera(distances_m, rows_px, height_m, (image_size.width - 1) / 2)
         covariance = row_sigma_px**2 * np.eye(3)
     else:
-        fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, priors)
-        camera = fit.solve()
-        if camera is None or camera.pitch_rad > STEEPEST_PITCH_RAD:
-            check_order(points)
-            raise horizon_below_road(points, "a straight line fits them better than a road")
+        fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, _together(priors, assumed))
+        camera = _check_road(fit.solve(), points)
         covariance = fit.covariance(camera, np.array(support_m) + reference_offset_m)
+    support = np.array(support_m)
+    taped_px = tape_error * support * camera.row_slope_at(support + reference_offset_m)
+    covariance = covariance + np.outer(taped_px, taped_px)
     residuals = tuple(point.row_px - camera.row_at(point.distance_m + reference_offset_m) for point in points)
-    if any(abs(residual) > OUTLIER_SIGMAS * row_sigma_px for residual in residuals):
-        check_order(points)
-    return Calibration(
+    calibration = Calibration(
         camera,
         image_size,
         points,
@@ -109,7 +125,53 @@ def calibrate(
         float(reference_offset_m),
         priors,
         residuals,
+        assumed,
+        float(tape_error),
     )
+    if any(abs(residual) > OUTLIER_SIGMAS * row_sigma_px for residual in residuals):
+        check_order(points)
+        if not priors.count and not exact:
+            free = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, priors).solve()
+            _check_road(free, points)
+    return calibration
+
+
+def _together(stated: Priors, assumed: Priors) -> Priors:
+    return Priors(
+        stated.field_of_view_rad or assumed.field_of_view_rad,
+        stated.principal_row_px or assumed.principal_row_px,
+        stated.horizon_row_px,
+    )
+
+
+def _check_road(camera: GroundPlaneCamera | None, points: Sequence[GroundPoint]) -> GroundPlaneCamera:
+    """The camera, where the points lie on a road below its horizon.
+
+    Raises:
+        PointsError: they do not.
+    """
+    if camera is None or camera.pitch_rad > STEEPEST_PITCH_RAD:
+        check_order(points)
+        raise horizon_below_road(points, "a straight line fits them better than a road")
+    return camera
+
+
+def exact_solution(calibration: Calibration) -> Calibration | None:
+    """The closed solution of a calibration's points; None where they are not three that have one."""
+    if len(calibration.points) != PARAMETER_COUNT:
+        return None
+    try:
+        return calibrate(
+            calibration.points,
+            calibration.image_size,
+            calibration.camera.height_m,
+            calibration.reference_offset_m,
+            calibration.row_sigma_px,
+            tape_error=calibration.tape_error,
+            exact=True,
+        )
+    except UserError:  # with priors fewer distances are enough
+        return None
 
 
 def exact_camera(

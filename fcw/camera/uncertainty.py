@@ -78,9 +78,13 @@ def best_next_click(
     Returns:
         None where no distance between the two is inside the picture, or nothing is uncertain.
     """
-    covariance = np.array(calibration.covariance)
     targets_m = np.array(TARGET_DISTANCES_M)
     before = relative_errors(calibration, targets_m)
+    # What the tape has wrong, one more mark of the same tape has wrong too.
+    support_m = np.array(calibration.support_distances_m)
+    slopes = calibration.camera.row_slope_at(support_m + calibration.reference_offset_m)
+    taped_px = calibration.tape_error * support_m * slopes
+    covariance = np.array(calibration.covariance) - np.outer(taped_px, taped_px)
     candidates_m = np.geomspace(nearest_m, farthest_m, CANDIDATE_COUNT)
     rows_px = calibration.row_at(candidates_m)
     candidates_m = candidates_m[(rows_px >= -0.5) & (rows_px <= calibration.image_size.height - 0.5)]

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -10,8 +11,9 @@ import av
 import cv2
 import numpy as np
 
-from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.file import write_calibration
+from fcw.camera.prior_sigmas import PRINCIPAL_ROW_SIGMA_HEIGHTS, USUAL_FIELD_OF_VIEW_SIGMA_DEG
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.files import whole_file, write_whole
@@ -36,13 +38,28 @@ MARK_ROW_SIGMA_PX = 0.5
 
 
 def true_calibration(scenario: Scenario) -> Calibration:
-    """The camera of a scenario, calibrated by the marks on its road as if clicked without any error."""
+    """The camera of a scenario, calibrated by the marks on its road as if clicked without any error.
+
+    The lens is believed no better than any other, but in the right place: so the camera is the true one.
+    """
     camera = scenario.camera.camera()
     offset_m = scenario.camera.reference_offset_m
     points = tuple(
         GroundPoint(d, camera.row_at(d + offset_m), camera.principal_column_px) for d in scenario.road.marks_m
     )
-    return calibrate(points, IMAGE_SIZE, camera.height_m, offset_m, row_sigma_px=MARK_ROW_SIGMA_PX)
+    axis = Gaussian(camera.principal_row_px, PRINCIPAL_ROW_SIGMA_HEIGHTS * IMAGE_SIZE.height)
+    width_rad = 2 * math.atan(IMAGE_SIZE.width / 2 / camera.focal_y_px)
+    lens = Gaussian(width_rad, math.radians(USUAL_FIELD_OF_VIEW_SIGMA_DEG))
+    return calibrate(
+        points,
+        IMAGE_SIZE,
+        camera.height_m,
+        offset_m,
+        MARK_ROW_SIGMA_PX,
+        lens,
+        axis,
+        tape_error=0.0,
+    )
 
 
 def render_drive(scenario: Scenario, seed: int = 0) -> Iterator[tuple[Frame, FrameTruth]]:

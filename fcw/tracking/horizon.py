@@ -1,4 +1,4 @@
-"""The camera's own part of ranging: what is known of every lens, and whether the mount has moved."""
+"""The camera's own part of ranging: whether the mount has moved."""
 
 import math
 from collections.abc import Sequence
@@ -7,49 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.ground_plane import FloatArray
-from fcw.camera.solve import calibrate
-from fcw.errors import UserError
-
-CONTRADICTION_SIGMAS = 3.0
-"""Clicks that contradict the lens's prior by more than this stand alone."""
-
-
-def with_principal_row(calibration: Calibration, sigma: float) -> Calibration:
-    """The calibration made again with what is known of every lens: its axis is near the picture's middle.
-
-    Three free points let pitch, focal length and principal row trade off against each other, and say little
-    of the horizon and of sizes; this weak prior halves the error of far distances (notes of
-    `fcw.camera.solve`). A calibration that has such a prior, or has no points, stays as it is, and so does
-    one whose points contradict the middle.
-
-    Args:
-        calibration: from clicked points.
-        sigma: of the principal row, as a part of the picture's height.
-    """
-    if not calibration.points or calibration.priors.principal_row_px is not None:
-        return calibration
-    size, priors = calibration.image_size, calibration.priors
-    middle = Gaussian((size.height - 1) / 2, sigma * size.height)
-    try:
-        again = calibrate(
-            calibration.points,
-            size,
-            calibration.camera.height_m,
-            calibration.reference_offset_m,
-            calibration.row_sigma_px,
-            priors.field_of_view_rad,
-            middle,
-            priors.horizon_row_px,
-        )
-    except UserError:
-        return calibration
-    off_px = abs(again.camera.principal_row_px - middle.value)
-    contradicted = off_px > CONTRADICTION_SIGMAS * middle.sigma or any(
-        abs(residual) > CONTRADICTION_SIGMAS * calibration.row_sigma_px for residual in again.residuals_px
-    )
-    return calibration if contradicted else again
 
 
 class RulerReading(NamedTuple):

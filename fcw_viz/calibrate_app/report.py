@@ -160,7 +160,7 @@ def _signed(value: float) -> str:
 def _exact_words(result: Result) -> Iterator[str]:
     if result.exact:
         yield (
-            '<p class="dim">Three facts are met exactly, whatever they are: residuals of zero say nothing '
+            '<p class="dim">Three facts are met nearly, whatever they are: small residuals say nothing '
             "here. A fourth point would show an error.</p>"
         )
 

@@ -1,6 +1,7 @@
 """Predicted uncertainty against sampled clicks."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -27,6 +28,10 @@ def percentiles(samples) -> tuple[float, float]:
     return low, high
 
 
+exact = partial(calibrate, exact=True, tape_error=0.0)
+"""Three free points, whose distances are known."""
+
+
 def sampled_distances(clicked_m, sigma_px, distance_m, draws, seed) -> np.ndarray:
     """Distances that noisy three-click calibrations give the row of a distance; inf past the horizon."""
     rng = np.random.default_rng(seed)
@@ -42,7 +47,7 @@ def sampled_distances(clicked_m, sigma_px, distance_m, draws, seed) -> np.ndarra
 
 @pytest.mark.parametrize("distance_m", [10.0, 20.0, 40.0])
 def test_interval_of_three_clicks_agrees_with_4000_draws_within_a_tenth(distance_m):
-    calibration = calibrate(points_at((6, 15, 40)), SIZE, 1.225, row_sigma_px=1.0)
+    calibration = exact(points_at((6, 15, 40)), SIZE, 1.225, row_sigma_px=1.0)
     low_m, high_m = calibration.distance_interval(TRUTH.row_at(distance_m))
     sampled_low_m, sampled_high_m = percentiles(sampled_distances((6, 15, 40), 1.0, distance_m, 4000, seed=1))
     assert distance_m - low_m == pytest.approx(distance_m - sampled_low_m, rel=0.1)
@@ -62,7 +67,7 @@ def test_intervals_follow_the_sampled_table_also_where_clicks_are_ill_conditione
     clicked_m, sigma_px, intervals
 ):
     """The table of 20,000 draws in the calibration notes, printed to a decimal; its own error is 1 to 2 %."""
-    calibration = calibrate(points_at(clicked_m), SIZE, 1.225, row_sigma_px=sigma_px)
+    calibration = exact(points_at(clicked_m), SIZE, 1.225, row_sigma_px=sigma_px)
     for distance_m, expected_m in intervals.items():
         assert calibration.distance_interval(TRUTH.row_at(float(distance_m))) == pytest.approx(
             expected_m, rel=0.012, abs=0.05
@@ -70,7 +75,7 @@ def test_intervals_follow_the_sampled_table_also_where_clicks_are_ill_conditione
 
 
 def test_interval_of_near_clicks_reaches_hundreds_of_metres_at_80_m():
-    low_m, high_m = calibrate(points_at((4, 5, 7)), SIZE, 1.225).distance_interval(TRUTH.row_at(80.0))
+    low_m, high_m = exact(points_at((4, 5, 7)), SIZE, 1.225).distance_interval(TRUTH.row_at(80.0))
     assert low_m == pytest.approx(45, abs=0.5)
     assert 400 < high_m < 1000
 
@@ -80,7 +85,7 @@ def test_interval_covers_the_truth_in_68_of_100_calibrations_of_a_row_with_noise
     rng = np.random.default_rng(3)
     draws, inside = 1500, 0
     for _ in range(draws):
-        calibration = calibrate(points_at((6, 15, 40), rng.normal(0, 1, 3)), SIZE, 1.225)
+        calibration = exact(points_at((6, 15, 40), rng.normal(0, 1, 3)), SIZE, 1.225)
         low_m, high_m = calibration.distance_interval(TRUTH.row_at(25.0) + rng.normal(0, 1.5), 1.5)
         inside += low_m <= 25.0 <= high_m
     # Three binomial sigmas of 1500 draws are 0.036.
@@ -88,7 +93,7 @@ def test_interval_covers_the_truth_in_68_of_100_calibrations_of_a_row_with_noise
 
 
 def test_interval_is_unbounded_at_the_horizon_and_infinite_well_above_it():
-    calibration = calibrate(points_at((6, 15, 40)), SIZE, 1.225)
+    calibration = exact(points_at((6, 15, 40)), SIZE, 1.225)
     low_m, high_m = calibration.distance_interval(calibration.horizon_row_px)
     assert 100 < low_m < math.inf
     assert high_m == math.inf
@@ -109,7 +114,7 @@ def test_interval_holds_the_distance_itself(
 ):
     truth = GroundPlaneCamera(pitch_rad, focal_px, 359.5, 1.3, 639.5)
     points = [GroundPoint(nearest_m * ratio**k, truth.row_at(nearest_m * ratio**k)) for k in range(3)]
-    calibration = calibrate(points, ImageSize(1280, 1440), 1.3, row_sigma_px=sigma_px)
+    calibration = exact(points, ImageSize(1280, 1440), 1.3, row_sigma_px=sigma_px)
     low_m, high_m = calibration.distance_interval(row_px, row_sigma_px)
     distance_m = calibration.distance_at(row_px)
     assert low_m <= distance_m * (1 + 1e-9) + 1e-9
@@ -130,7 +135,7 @@ def test_known_camera_has_an_interval_of_no_width_but_for_the_rows_own_noise():
 def test_row_gradient_is_the_derivative_of_the_exact_solution():
     clicked = np.array([6.0, 15.0, 40.0])
     rows = TRUTH.row_at(clicked)
-    calibration = calibrate(points_at(clicked), SIZE, 1.225)
+    calibration = exact(points_at(clicked), SIZE, 1.225)
     distances_m = np.array([5.0, 10.0, 30.0, 80.0])
     for distance_m, gradient in zip(distances_m, calibration.row_gradients(distances_m), strict=True):
         step_px = 1e-3
@@ -161,17 +166,18 @@ def test_fit_of_five_points_and_priors_has_the_sampled_covariance():
             field_of_view=Gaussian(field_of_view + noise * rng.normal(0, 0.05), 0.05),
             principal_row=Gaussian(359.5 + noise * rng.normal(0, 15), 15),
             horizon_row=Gaussian(TRUTH.horizon_row_px + noise * rng.normal(0, 3), 3),
+            tape_error=0.0,
         )
 
-    exact = drawn(0.0)
+    true = drawn(0.0)
     draws = [drawn(1.0) for _ in range(300)]
     for distance_m in (10.0, 25.0, 60.0):
         row_px = TRUTH.row_at(distance_m)
-        low_m, high_m = exact.distance_interval(row_px)
+        low_m, high_m = true.distance_interval(row_px)
         sampled_low_m, sampled_high_m = percentiles([draw.distance_at(row_px) for draw in draws])
         # A percentile of 300 draws has a standard error of 9 % of the sigma.
         assert high_m - low_m == pytest.approx(sampled_high_m - sampled_low_m, rel=0.25)
-    sigmas = camera_sigmas(exact)
+    sigmas = camera_sigmas(true)
     for name in ("pitch_rad", "focal_y_px", "principal_row_px", "horizon_row_px"):
         owner = "camera" if name != "horizon_row_px" else None
         values = [getattr(getattr(draw, owner) if owner else draw, name) for draw in draws]
@@ -180,17 +186,21 @@ def test_fit_of_five_points_and_priors_has_the_sampled_covariance():
 
 def test_next_click_is_far_for_near_clicks_and_its_promise_is_kept():
     near_clicks = points_at((4, 5, 7))
-    calibration = calibrate(near_clicks, SIZE, 1.225)
+    # A lens believed no better than usual, but in the right place: so noiseless clicks give the truth.
+    lens = Gaussian(2 * math.atan(640 / 1100), math.radians(20))
+    calibration = calibrate(near_clicks, SIZE, 1.225, field_of_view=lens)
     advice = best_next_click(calibration)
     assert advice is not None
     assert advice.distance_m > 25
     assert advice.row_px == pytest.approx(TRUTH.row_at(advice.distance_m))
-    with_it = calibrate([*near_clicks, *points_at((advice.distance_m,))], SIZE, 1.225)
+    with_it = calibrate([*near_clicks, *points_at((advice.distance_m,))], SIZE, 1.225, field_of_view=lens)
     again = best_next_click(with_it)
     assert again is not None
     assert again.error_before == pytest.approx(advice.error_after, rel=1e-6)
     for other_m in (4.0, 10.0, 20.0):
-        other = best_next_click(calibrate([*near_clicks, *points_at((other_m,))], SIZE, 1.225))
+        other = best_next_click(
+            calibrate([*near_clicks, *points_at((other_m,))], SIZE, 1.225, field_of_view=lens)
+        )
         assert other is not None
         assert other.error_before > advice.error_after
 

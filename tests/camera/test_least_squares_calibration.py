@@ -33,7 +33,9 @@ def points_at(*distances_m: float) -> list[GroundPoint]:
 def test_exact_rows_of_many_points_give_the_camera_back(pitch_rad, focal_px, height_m, count):
     truth = GroundPlaneCamera(pitch_rad, focal_px, 359.5, height_m, 639.5)
     points = [GroundPoint(float(d), truth.row_at(float(d))) for d in np.geomspace(6, 45, count)]
-    calibration = calibrate(points, ImageSize(1280, 1440), height_m)
+    # Clicks of a hundredth of a pixel leave nothing to what is believed of every lens.
+    size = ImageSize(1280, 1440)
+    calibration = calibrate(points, size, height_m, row_sigma_px=1e-5, tape_error=0.0)
     for distance_m in (5.0, 20.0, 50.0):
         assert calibration.distance_at(truth.row_at(distance_m)) == pytest.approx(distance_m, rel=1e-6)
     assert calibration.residuals_px == pytest.approx([0] * count, abs=1e-6)
@@ -50,7 +52,7 @@ def test_exact_rows_of_many_points_give_the_camera_back(pitch_rad, focal_px, hei
     ],
 )
 def test_priors_replace_points(points, priors):
-    calibration = calibrate(points, SIZE, 1.3, **priors)
+    calibration = calibrate(points, SIZE, 1.3, **({"field_of_view": FIELD_OF_VIEW} | priors))
     assert calibration.camera.pitch_rad == pytest.approx(0.06, abs=1e-5)
     assert calibration.camera.focal_y_px == pytest.approx(1000, rel=1e-4)
     low_m, high_m = calibration.distance_interval(TRUTH.row_at(20.0))
@@ -63,7 +65,11 @@ def test_prior_of_the_principal_row_halves_the_far_error_of_three_clicks():
     points = [GroundPoint(d, truth.row_at(d)) for d in (5.0, 10.0, 20.0)]
 
     def relative_error(principal_row: Gaussian | None = None) -> float:
-        calibration = calibrate(points, SIZE, 1.225, principal_row=principal_row)
+        if principal_row is None:
+            calibration = calibrate(points, SIZE, 1.225, tape_error=0.0, exact=True)
+        else:
+            lens = Gaussian(2 * math.atan(640 / 1100), 10.0)
+            calibration = calibrate(points, SIZE, 1.225, 0.0, 1.0, lens, principal_row, tape_error=0.0)
         low_m, high_m = calibration.distance_interval(truth.row_at(50.0))
         return (high_m - low_m) / 2 / 50
 
@@ -75,7 +81,9 @@ def test_prior_pulls_by_its_sigma():
     points = points_at(5, 9, 20)
     believed = TRUTH.horizon_row_px + 6
     horizons = [
-        calibrate(points, SIZE, 1.3, horizon_row=Gaussian(believed, sigma)).horizon_row_px
+        calibrate(
+            points, SIZE, 1.3, 0.0, 1.0, FIELD_OF_VIEW, PRINCIPAL_ROW, Gaussian(believed, sigma)
+        ).horizon_row_px
         for sigma in (1e-3, 2.0, 1e3)
     ]
     assert horizons[0] == pytest.approx(believed, abs=1e-3)
@@ -137,10 +145,43 @@ def test_jacobian_of_the_fit_agrees_with_finite_differences():
     assert fit.jacobian(at) == pytest.approx(expected, rel=1e-5, abs=1e-4)
 
 
-def test_points_that_leave_the_camera_open_are_refused_for_all_their_number():
-    """Two marks and a lens: with f = 1000 px and h = 1.3 m, 5 and 30 m are at least 211 rows apart.
+def test_what_every_lens_has_makes_up_for_near_clicks():
+    """Without it three clicks at 4, 5, 7 m leave 40 m open: 29.9 to 64.1 m (notes)."""
+    near = [GroundPoint(d, TRUTH.row_at(d)) for d in (4.0, 5.0, 7.0)]
+    free = calibrate(near, SIZE, 1.3, tape_error=0.0, exact=True)
+    usual = calibrate(near, SIZE, 1.3, tape_error=0.0)
+    widths = []
+    for calibration in (free, usual):
+        low_m, high_m = calibration.distance_interval(TRUTH.row_at(40.0))
+        widths.append(high_m - low_m)
+    assert widths[1] < widths[0] / 3
+    assert usual.assumed.count == 2
+    assert free.assumed.count == 0
 
-    Rows 200 apart pull the fit to the pitch of that least difference, where the rows do not feel the pitch.
-    """
-    with pytest.raises(UserError, match="undetermined; add a point at another distance"):
-        calibrate([GroundPoint(5, 600), GroundPoint(30, 400)], SIZE, 1.3, field_of_view=FIELD_OF_VIEW)
+
+def test_a_tape_that_errs_widens_every_interval_of_the_clicked_distances():
+    points = points_at(6, 15, 40)
+    for distance_m in (6.0, 15.0, 40.0):
+        widths = [
+            high_m - low_m
+            for tape_error in (0.0, 0.01, 0.05)
+            for low_m, high_m in (
+                calibrate(points, SIZE, 1.3, tape_error=tape_error).distance_interval(
+                    TRUTH.row_at(distance_m)
+                ),
+            )
+        ]
+        assert widths[0] < widths[1] < widths[2]
+
+
+@pytest.mark.parametrize("tape_error", [-0.01, 0.5, math.nan])
+def test_an_error_of_the_tape_without_meaning_is_refused(tape_error):
+    with pytest.raises(UserError, match=r"tape error .*: expected a part of the distance from 0 to 0\.5"):
+        calibrate(points_at(6, 15, 40), SIZE, 1.3, tape_error=tape_error)
+
+
+def test_the_exact_solution_takes_three_points_and_nothing_else():
+    with pytest.raises(UserError, match="takes 3 points, not 4"):
+        calibrate(points_at(6, 9, 15, 40), SIZE, 1.3, exact=True)
+    with pytest.raises(UserError, match="takes 3 points and nothing else of the camera"):
+        calibrate(points_at(6, 15, 40), SIZE, 1.3, principal_row=PRINCIPAL_ROW, exact=True)

@@ -4,7 +4,7 @@ import pytest
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.plausibility import plausibility
-from fcw.camera.solve import calibrate
+from fcw.camera.solve import calibrate, exact_solution
 from fcw.frame import ImageSize
 
 
@@ -32,7 +32,9 @@ def test_every_real_drive_has_a_plausible_camera(data_dir):
 
 def test_kitti_comes_out_with_its_published_intrinsics(data_dir):
     """P2 of the tracking benchmark: f = 721.5 px, v0 = 172.9, the camera level within half a degree."""
-    camera = real_calibrations(data_dir)["kitti_sfnd3d"].camera
+    exact = exact_solution(real_calibrations(data_dir)["kitti_sfnd3d"])
+    assert exact is not None
+    camera = exact.camera
     assert camera.focal_y_px == pytest.approx(721.5, rel=0.01)
     assert camera.principal_row_px == pytest.approx(172.9, abs=1.5)
     assert abs(camera.pitch_rad) < 0.01

@@ -17,7 +17,7 @@ PAPER_POINTS = (GroundPoint(4, 461), GroundPoint(5, 428), GroundPoint(7, 383))
 
 
 def test_papers_points_have_the_exact_but_implausible_solution():
-    calibration = calibrate(PAPER_POINTS, SIZE, 1.225)
+    calibration = calibrate(PAPER_POINTS, SIZE, 1.225, exact=True)
     assert calibration.camera.pitch_rad == pytest.approx(1.10363, abs=5e-6)
     assert calibration.camera.focal_y_px == pytest.approx(260.928, abs=5e-4)
     assert calibration.camera.principal_row_px == pytest.approx(733.149, abs=5e-4)
@@ -30,7 +30,7 @@ def test_papers_points_have_the_exact_but_implausible_solution():
     [(2.1, 0.262, 1200, 538), (2.28, 0.1207, 1267.8, 369.6), (2.4, 0.023, 1286, 246)],
 )
 def test_papers_points_form_a_family_over_the_bumper_offset(offset_m, pitch_rad, focal_px, principal_row_px):
-    camera = calibrate(PAPER_POINTS, SIZE, 1.225, reference_offset_m=offset_m).camera
+    camera = calibrate(PAPER_POINTS, SIZE, 1.225, reference_offset_m=offset_m, exact=True).camera
     assert camera.pitch_rad == pytest.approx(pitch_rad, abs=5e-4)
     assert camera.focal_y_px == pytest.approx(focal_px, abs=0.5)
     assert camera.principal_row_px == pytest.approx(principal_row_px, abs=0.5)
@@ -61,7 +61,7 @@ def test_random_plausible_cameras_come_back(
     rows = [truth.row_at(d + offset_m) for d in (near, middle, far)]
     assume(all(-700 < row < 1400 for row in rows))
     points = [GroundPoint((near, middle, far)[k], rows[k]) for k in order]
-    calibration = calibrate(points, SIZE, height_m, reference_offset_m=offset_m)
+    calibration = calibrate(points, SIZE, height_m, reference_offset_m=offset_m, exact=True)
 
     # a of 0 has no relative error: tan(a) enters as h tan(a) beside the distances.
     assert calibration.camera.pitch_rad == pytest.approx(pitch_rad, rel=1e-6, abs=1e-7)
@@ -75,13 +75,15 @@ def test_random_plausible_cameras_come_back(
 @given(st.floats(0.5, 4.0), st.floats(0.5, 4.0))
 def test_camera_height_cancels_out_of_every_distance(one_m, other_m):
     rows = np.linspace(250, 700, 10)
-    one, other = (calibrate(PAPER_POINTS, SIZE, height_m) for height_m in (one_m, other_m))
+    one, other = (calibrate(PAPER_POINTS, SIZE, height_m, exact=True) for height_m in (one_m, other_m))
     assert one.distance_at(rows) == pytest.approx(other.distance_at(rows), rel=1e-9)
 
 
 def test_distances_count_from_the_reference_and_the_camera_behind_it_sees_the_same_rows():
-    from_camera = calibrate([GroundPoint(p.distance_m + 2.0, p.row_px) for p in PAPER_POINTS], SIZE, 1.225)
-    from_bumper = calibrate(PAPER_POINTS, SIZE, 1.225, reference_offset_m=2.0)
+    points = [GroundPoint(p.distance_m + 2.0, p.row_px) for p in PAPER_POINTS]
+    # The tape's error is a part of what was taped, and here nothing was.
+    from_camera = calibrate(points, SIZE, 1.225, tape_error=0.0, exact=True)
+    from_bumper = calibrate(PAPER_POINTS, SIZE, 1.225, 2.0, tape_error=0.0, exact=True)
     assert from_bumper.camera == from_camera.camera
     assert from_bumper.distance_at(300.0) == pytest.approx(from_camera.distance_at(300.0) - 2.0)
     assert from_bumper.row_at(10.0) == pytest.approx(from_camera.row_at(12.0))

@@ -27,24 +27,28 @@ def result_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> dict:
 
 def test_papers_example_as_json(capsys):
     result = result_of(PAPER, capsys)
-    assert result["pitch_rad"] == pytest.approx(1.10363, abs=5e-6)
-    assert result["focal_y_px"] == pytest.approx(260.928, abs=5e-4)
-    assert result["principal_row_px"] == pytest.approx(733.149, abs=5e-4)
-    assert result["horizon_row_px"] == pytest.approx(215.857, abs=5e-4)
-    assert result["residuals_px"] == pytest.approx([0, 0, 0], abs=1e-9)
-    assert any("2.29 m" in text and "2.1 to 2.4 m" in text for text in result["warnings"])
-    assert result["proposed_reference_offset"]["offset_m"] == pytest.approx(2.29, abs=0.005)
-    rows = result["rows"]
+    free = result_of([*PAPER, "--exact"], capsys)
+    for exact in (result["exact"], free["exact"], free):
+        assert exact["pitch_rad"] == pytest.approx(1.10363, abs=5e-6)
+        assert exact["focal_y_px"] == pytest.approx(260.928, abs=5e-4)
+        assert exact["principal_row_px"] == pytest.approx(733.149, abs=5e-4)
+        assert exact["horizon_row_px"] == pytest.approx(215.857, abs=5e-4)
+    assert free["residuals_px"] == pytest.approx([0, 0, 0], abs=1e-9)
+    assert math.degrees(abs(result["pitch_rad"])) < 20
+    for answer in (result, free):
+        assert any("2.29 m" in text and "2.1 to 2.4 m" in text for text in answer["warnings"])
+        assert answer["proposed_reference_offset"]["offset_m"] == pytest.approx(2.29, abs=0.005)
+    rows = free["rows"]
     assert [row["distance_m"] for row in rows] == [5, 10, 15, 20, 30, 40, 50, 80]
     assert rows[0]["row_px"] == pytest.approx(428)
     assert rows[-1]["high_m"] is None
     assert all(row["low_m"] <= row["distance_m"] for row in rows)
-    assert result["saved"] is None
+    assert free["saved"] is None
 
 
 def test_rows_and_intervals_of_good_clicks(capsys):
     """The notes' table for clicks at 6, 15, 40 m: 38.9-41.3 m at 40 m, 73.8-88.0 m at 80 m."""
-    result = result_of(GOOD, capsys)
+    result = result_of([*GOOD, "--exact", "--tape-error", "0"], capsys)
     rows = {row["distance_m"]: row for row in result["rows"]}
     assert rows[40]["row_px"] == pytest.approx(TRUTH.row_at(40.0))
     assert (rows[40]["low_m"], rows[40]["high_m"]) == pytest.approx((38.9, 41.3), abs=0.1)
@@ -52,11 +56,21 @@ def test_rows_and_intervals_of_good_clicks(capsys):
     assert result["warnings"] == []
 
 
+def test_a_worse_tape_widens_the_intervals(capsys):
+    widths = []
+    for tape_error in ("0", "0.01", "0.03"):
+        rows = {
+            row["distance_m"]: row for row in result_of([*GOOD, "--tape-error", tape_error], capsys)["rows"]
+        }
+        widths.append(rows[40]["high_m"] - rows[40]["low_m"])
+    assert widths[0] < widths[1] < widths[2]
+
+
 def test_implausible_is_a_warning_and_saved(tmp_path, capsys):
     file = tmp_path / "out.yaml"
-    assert main([*PAPER, "--save", str(file)]) == 0
+    assert main([*PAPER, "--exact", "--save", str(file)]) == 0
     captured = capsys.readouterr()
-    assert "warning: likely cause: the distances were measured from the front bumper" in captured.err
+    assert "likely cause: the distances were measured from the front bumper" in captured.err
     assert "2.29 m" in captured.err
     assert "1.10363 rad" in captured.out
     assert "733.149" in captured.out
@@ -66,7 +80,7 @@ def test_implausible_is_a_warning_and_saved(tmp_path, capsys):
 
 
 def test_three_points_are_not_praised_for_their_residuals_and_four_show_them(capsys):
-    assert main(GOOD) == 0
+    assert main([*GOOD, "--exact"]) == 0
     three = capsys.readouterr().out
     assert "says nothing of its quality" in three
     assert "residuals" not in three
@@ -75,8 +89,24 @@ def test_three_points_are_not_praised_for_their_residuals_and_four_show_them(cap
     assert "residuals in px" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (("6", "166", "40"), "likely cause: 166 m should be 16.6 m, a slip of the decimal point"),
+        (("6", "40", "16.6"), "likely cause: the distances of 40:{} and 16.6:{} are swapped"),
+    ],
+)
+def test_points_out_of_order_are_told_with_the_mistake_that_explains_them(wrong, words, capsys):
+    rows = [f"{TRUTH.row_at(d):.1f}" for d in (6.0, 16.6, 40.0)]
+    points = [f"{said}:{row}" for said, row in zip(wrong, rows, strict=True)]
+    assert main(["calibrate", "--points", *points, "--image-size", "1280x720", "--height", "1.225"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert words.format(*rows[1:]) in " ".join(captured.err.split())
+
+
 def test_reference_offset_moves_the_camera_behind_the_points(capsys):
-    result = result_of([*PAPER, "--reference-offset", "2.28"], capsys)
+    result = result_of([*PAPER, "--exact", "--reference-offset", "2.28"], capsys)
     assert result["pitch_rad"] == pytest.approx(0.1207, abs=5e-5)
     assert result["focal_y_px"] == pytest.approx(1267.8, abs=0.05)
     assert result["principal_row_px"] == pytest.approx(369.6, abs=0.05)

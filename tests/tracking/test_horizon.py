@@ -5,11 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from fcw.camera.calibration import Calibration, GroundPoint
-from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
-from fcw.tracking.horizon import MountWatch, RulerReading, with_principal_row
+from fcw.tracking.horizon import MountWatch, RulerReading
 
 SIZE = ImageSize(1280, 720)
 STEP_S = 1.0
@@ -95,31 +92,3 @@ def test_frames_without_vehicles_say_nothing():
     watch, said = watched([[]] * 1000)
     assert not any(said)
     assert watch.note is None
-
-
-CLICKED = GroundPlaneCamera(0.02, 740.0, 359.5, 1.4, 639.5)
-
-
-def test_the_middle_of_the_picture_mends_clicks_that_let_the_horizon_slip():
-    rng = np.random.default_rng(4)
-    free_errors, mended_errors = [], []
-    for _ in range(40):
-        points = [GroundPoint(d, CLICKED.row_at(d) + rng.standard_normal()) for d in (8.0, 15.0, 30.0)]
-        free = calibrate(points, SIZE, 1.4)
-        mended = with_principal_row(free, 0.05)
-        free_errors.append(abs(free.horizon_row_px - CLICKED.horizon_row_px))
-        mended_errors.append(abs(mended.horizon_row_px - CLICKED.horizon_row_px))
-    assert np.median(mended_errors) < np.median(free_errors) / 2
-
-
-def test_points_that_contradict_the_middle_stand_alone():
-    # A picture cut out of a larger one: its axis is below it, and clicks of a tenth of a pixel show that.
-    cut = GroundPlaneCamera(0.4, 740.0, 800.0, 1.4, 639.5)
-    points = [GroundPoint(d, cut.row_at(d)) for d in (4.0, 8.0, 20.0)]
-    clicked = calibrate(points, SIZE, 1.4, row_sigma_px=0.1)
-    assert with_principal_row(clicked, 0.05) is clicked
-
-
-def test_a_calibration_without_points_stays_as_it_is():
-    exact = Calibration.from_camera(CLICKED, SIZE)
-    assert with_principal_row(exact, 0.05) is exact

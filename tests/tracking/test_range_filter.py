@@ -205,14 +205,6 @@ def test_many_vehicles_do_not_average_away_what_is_common_to_their_widths():
     assert sigma_of_the_far_one(0.06) > 1.03 * sigma_of_the_far_one(0.0)
 
 
-def test_a_lens_whose_axis_is_in_the_middle_makes_the_far_field_better_known():
-    clicks = [GroundPoint(d, CAMERA_MODEL.row_at(d)) for d in (8.0, 15.0, 30.0)]
-    clicked = calibrate(clicks, SIZE, CAMERA_MODEL.height_m, row_sigma_px=1.0)
-    free = RangeFilter(clicked, NOISE, RangeModel(principal_row_sigma=100.0))
-    known = RangeFilter(clicked, NOISE, RangeModel())
-    assert known.calibration_sigma_rad < 0.6 * free.calibration_sigma_rad
-
-
 def test_vehicles_that_are_forgotten_leave_the_others_as_they_were():
     range_filter = RangeFilter(EXACT, NOISE, RangeModel())
     for distance_m, lateral_m in ((10.0, 0.0), (20.0, 3.5), (30.0, -3.5)):

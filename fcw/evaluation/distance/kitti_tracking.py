@@ -107,7 +107,8 @@ class KittiSequence:
             angle_rad = math.atan((self.ground_row_px(distance_m) - axis_px) / focal_px) - pitch_error_rad
             row_px = axis_px + focal_px * math.tan(angle_rad)
             points.append(GroundPoint(distance_m, row_px + row_sigma_px * rng.standard_normal()))
-        return calibrate(points, self.image_size, CAMERA_HEIGHT_M, row_sigma_px=row_sigma_px)
+        # Their distances are the lidar's, not a tape's.
+        return calibrate(points, self.image_size, CAMERA_HEIGHT_M, row_sigma_px=row_sigma_px, tape_error=0.0)
 
 
 def time_ns(frame: int) -> int:

@@ -106,7 +106,7 @@ def first_said_s(
 
     clicked = rows(np.array(CLICKED_M), 0.0, 0.0) + road.click_sigma_px * rng.standard_normal(len(CLICKED_M))
     points = [GroundPoint(d, float(row)) for d, row in zip(CLICKED_M, clicked, strict=True)]
-    calibration = calibrate(points, size, road.height_m, row_sigma_px=road.click_sigma_px)
+    calibration = calibrate(points, size, road.height_m, row_sigma_px=road.click_sigma_px, tape_error=0.0)
     common_rad = _wandering(rng, road.slow_pitch_rad, count) + _wandering(rng, road.fast_pitch_rad, count)
     common_rad -= np.where(times_s >= turned_at_s, turned_rad, 0.0)
     noise = np.array([1.0, 1.0, 1.0, BOTTOM_NOISE_RATIO]) * box_noise_px

@@ -149,7 +149,7 @@ def _follow_one(
     ]
     try:
         calibration: Calibration = calibrate(
-            clicks, IMAGE_SIZE, road.height_m, row_sigma_px=road.click_sigma_px
+            clicks, IMAGE_SIZE, road.height_m, row_sigma_px=road.click_sigma_px, tape_error=0.0
         )
     except UserError:  # clicks that no camera could see: the person would click again
         return None

@@ -67,7 +67,9 @@ class BoxLevel:
         for distance_m in CALIBRATION_POINTS_M:
             row_px = CAMERA.row_at(distance_m + REFERENCE_OFFSET_M) + CLICK_SIGMA_PX * rng.standard_normal()
             points.append(GroundPoint(distance_m, row_px))
-        return calibrate(points, IMAGE_SIZE, CAMERA.height_m, REFERENCE_OFFSET_M, CLICK_SIGMA_PX)
+        return calibrate(
+            points, IMAGE_SIZE, CAMERA.height_m, REFERENCE_OFFSET_M, CLICK_SIGMA_PX, tape_error=0.0
+        )
 
     def tracker(self, rng: np.random.Generator) -> Tracker:
         """A tracker told of the noise, with a calibration of its own."""

@@ -65,7 +65,6 @@ from fcw.tracking.box_measurement import (
     Sighting,
     View,
 )
-from fcw.tracking.horizon import with_principal_row
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.range.state import RangeState
 from fcw.tracking.ranging import BoxNoise
@@ -91,11 +90,8 @@ class RangeFilter:
     """
 
     def __init__(self, calibration: Calibration, box_noise: BoxNoise, model: RangeModel) -> None:
-        # Angles of the mount are against the camera that was given; of the lens's prior it has another pitch,
-        # with another principal row, for nearly the same horizon.
-        self._given = calibration.camera
-        calibration = with_principal_row(calibration, model.principal_row_sigma)
         camera = calibration.camera
+        self._calibrated = camera
         self._model, self._focal_px = model, camera.focal_y_px
         self._geometry = BoxGeometry(camera, calibration.image_size, box_noise, model)
         self._prior = self._geometry.prior
@@ -136,13 +132,10 @@ class RangeFilter:
 
     @property
     def mount(self) -> Mount:
-        """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs.
-
-        It is off by what the clicks and the lens together have wrong: what the lens alone mends is no news.
-        """
+        """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs."""
         off_px = self._calibrated_row_px - float(self._x[HORIZON])
         return Mount(
-            pitch_rad=self._given.pitch_rad + off_px / self._focal_px,
+            pitch_rad=self._calibrated.pitch_rad + off_px / self._focal_px,
             pitch_sigma_rad=math.sqrt(max(float(self._p[HORIZON, HORIZON]), 0.0)) / self._focal_px,
         )
 
@@ -264,7 +257,7 @@ class RangeFilter:
         """
         if dt_s <= 0:
             return
-        row_px = self._given.horizon_row_px - self._focal_px * (pitch_rad - self._given.pitch_rad)
+        row_px = self._calibrated.horizon_row_px - self._focal_px * (pitch_rad - self._calibrated.pitch_rad)
         sigma_rad = math.hypot(sigma_rad, self._model.mount_sigma_rad)
         variance = (self._focal_px * sigma_rad) ** 2 * max(self._model.mount_lasts_s / dt_s, 1.0)
         by_state = np.zeros((1, len(self._x)))

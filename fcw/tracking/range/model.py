@@ -92,8 +92,6 @@ class RangeModel:
             roads are built with 2 to 3 %.
         common_path_m: vehicles farther aside than the next lane say nothing of the camera: what they stand on
             is another road, and of many of them that are parked we see a corner.
-        principal_row_sigma: the lens's axis is this near the middle of the picture, as a part of its height:
-            off by 4 % in KITTI's cameras, 2 % in TuSimple's, 4 % in Udacity's.
     """
 
     rears: tuple[VehicleKind, ...] = REARS
@@ -123,7 +121,6 @@ class RangeModel:
     looks_correlation_s: float = 0.1
     cross_slope: float = 0.03
     common_path_m: float = 4.0
-    principal_row_sigma: float = 0.05
 
     @property
     def single_picture_pitch_sigma_rad(self) -> float:

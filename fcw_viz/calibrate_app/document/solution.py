@@ -175,7 +175,7 @@ def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, .
 
 
 def _result(document: Document, facts: _Facts, calibration: Calibration) -> Result:
-    findings = plausibility(calibration)
+    findings = plausibility(calibration, document.imperial)
     residuals = {
         mark.id: MarkResidual(residual_px, calibration.distance_at(mark.row_px) - (mark.distance_m or 0.0))
         for mark, residual_px in zip(facts.marks, calibration.residuals_px, strict=True)

@@ -96,7 +96,7 @@ class Result:
         quality: one plain sentence, e.g. "At 40 m this camera is good for 38.8 to 41.2 m."
         next_click: where one more point helps most, if anywhere.
         residuals: by the id of the mark; only of marks that took part.
-        exact: whether the points are met exactly, so that residuals say nothing.
+        exact: whether any points would be met nearly, so that residuals say nothing.
         findings: what speaks against it, empty when all is well.
     """
 

@@ -2,15 +2,18 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from fcw.camera.calibration import Calibration, Gaussian
-from fcw.camera.plausibility import FindingKind, noise_explains, plausibility
+from fcw.camera.plausibility import FindingKind, plausibility
 from fcw.camera.points import PARAMETER_COUNT, PointsError, PointsFault
+from fcw.camera.verdicts.hypotheses import Fault
+from fcw.camera.verdicts.judgement import Suspicion, judge_points
+from fcw.camera.verdicts.words import JUDGED
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document import words
-from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
+from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import (
     Edit,
     EnableLaneLines,
@@ -39,13 +42,9 @@ CAMERA_FINDINGS = frozenset(
 )
 OFFSET_DECIMALS = 2
 """Nobody measures a car more finely than to a centimetre."""
-NARROWEST_USUAL_RAD = math.radians(40.0)
-"""Horizontal; dash cameras see more than this, if not by far."""
 HEIGHT_RANGE_M = (0.6, 3.5)
 """Of a lens behind a windscreen, from a low sports car to a lorry."""
 UNITS_M = {"metres": 1.0, "feet": 1 / FEET_PER_METRE, "centimetres": 0.01, "inches": 0.0254}
-PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
-"""How far lens and sensor are off centre in ordinary cameras, in picture heights."""
 
 
 def degenerate_troubles(
@@ -62,9 +61,30 @@ def degenerate_troubles(
     if not isinstance(error, PointsError):
         return (Trouble(_sentence(str(error))),)
     marks = _marks_of(document, error)
-    mend = _point_mend(document, error, marks, calibrate) if thorough else None
     text = words.degenerate(error, marks, document.imperial)
-    return (Trouble(text, tuple(mark.id for mark in marks), mend),)
+    ids = tuple(mark.id for mark in marks)
+    if thorough and (verdict := _verdict(document, error)):
+        told = [mark for mark in document.marks if mark.ground_point is not None]
+        mend = _mend(document, told, verdict, verdict.offset_m)
+        if mend and _makes_plausible(document, mend, calibrate):
+            return (Trouble(f"{text} {words.verdict_cause(document, told, verdict)}", ids, mend),)
+    mend = _point_mend(document, error, marks, calibrate) if thorough else None
+    return (Trouble(text, ids, mend),)
+
+
+def _verdict(document: Document, error: PointsError) -> Suspicion | None:
+    """The mistake that explains points without a camera, where one does."""
+    points = [mark.ground_point for mark in document.marks if mark.ground_point is not None]
+    if error.fault not in JUDGED or len(points) < PARAMETER_COUNT or document.height_m is None:
+        return None
+    return judge_points(
+        points,
+        document.image_size,
+        document.height_m,
+        document.reference_offset_m or 0.0,
+        document.row_sigma_px,
+        imperial=document.imperial,
+    ).named
 
 
 def implausible_troubles(
@@ -82,9 +102,11 @@ def implausible_troubles(
     troubles: list[Trouble] = list(_height_troubles(document))
     calibration = result.calibration
     if any(finding.kind in CAMERA_FINDINGS for finding in result.findings):
-        troubles.append(_camera_trouble(document, result, calibrate, thorough))
+        troubles.append(_camera_trouble(document, marks, result))
     by_point = dict(zip(calibration.points, marks, strict=True))
     for finding in result.findings:
+        if finding.kind is FindingKind.CAUSE:
+            continue
         if finding.point is not None:
             mark = by_point[finding.point]
             if finding.kind is FindingKind.RESIDUAL:
@@ -100,53 +122,48 @@ def implausible_troubles(
     return tuple(troubles)
 
 
-@dataclass(frozen=True, slots=True)
-class _Cause:
-    """Why a camera may have come out implausible, and what would mend it."""
-
-    text: str
-    mend: Mend
-    mark_ids: tuple[int, ...] = ()
-
-
-def _camera_trouble(document: Document, result: Result, calibrate: Calibrate, thorough: bool) -> Trouble:
+def _camera_trouble(document: Document, marks: Sequence[Mark], result: Result) -> Trouble:
+    """What cannot be true of the camera, and the verdict on why, with the mend that it names."""
     text = words.camera_trouble(result.calibration, result.findings)
+    cause = next((finding for finding in result.findings if finding.kind is FindingKind.CAUSE), None)
+    named = cause and cause.suspicion
+    if cause is None or named is None:
+        likely = "" if cause is None else _sentence(cause.text)
+        return Trouble(f"{text} {likely or words.UNKNOWN_CAUSE}".strip())
+    wrong = [marks[k] for k in named.points]
+    offset_m = named.offset_m if cause.offset is None else cause.offset.offset_m
+    mend = _mend(document, marks, named, offset_m)
+    if named.fault is Fault.BUMPER and cause.offset is not None:
+        likely = words.offset_cause(document, cause.offset)
+    elif named.fault is Fault.FEET:
+        likely = words.unit_cause("the distances", document.imperial)
+    elif named.fault is Fault.POINT:
+        likely = words.lone_cause(wrong[0])
+    else:
+        likely = words.verdict_cause(document, marks, named)
+    return Trouble(f"{text} {likely}".strip(), tuple(mark.id for mark in wrong), mend)
 
-    def is_unusual(cause: _Cause) -> bool:
-        calibration = _mended(document, cause.mend, calibrate)
-        return calibration is None or calibration.field_of_view_rad < NARROWEST_USUAL_RAD
 
-    causes = list(_causes(document, result, calibrate, thorough))
-    if thorough:
-        # Several may explain it; feet, for one, also look like a tele lens with this or that besides.
-        causes.sort(key=is_unusual)
-    if causes:
-        cause = causes[0]
-        return Trouble(f"{text} {cause.text}", cause.mark_ids, cause.mend)
-    return Trouble(f"{text} {words.UNKNOWN_CAUSE}")
-
-
-def _causes(document: Document, result: Result, calibrate: Calibrate, thorough: bool) -> Iterator[_Cause]:
-    """What makes a plausible camera of it, the likeliest first."""
-    proposal = next((finding.offset for finding in result.findings if finding.offset), None)
-    if proposal is not None:
-        offset_m = round(proposal.offset_m, OFFSET_DECIMALS)
-        mend = Mend(words.offset_label(document, offset_m), (SetReference(True, offset_m),))
-        yield _Cause(words.offset_cause(document, proposal), mend)
-    if not thorough:
-        return
-    if noise_explains(result.calibration, result.sigmas):
-        middle_px = (document.image_size.height - 1) / 2
-        prior = Gaussian(middle_px, PRINCIPAL_ROW_SIGMA_HEIGHTS * document.image_size.height)
-        mend = Mend(words.MIDDLE_LABEL, (SetPrincipalRow(Belief(prior)),))
-        if _makes_plausible(document, mend, calibrate):
-            yield _Cause(words.noise_cause(result.sigmas.principal_row_px), mend)
-    for cause, mend in _unit_mends(document):
-        if _makes_plausible(document, mend, calibrate):
-            yield _Cause(cause, mend)
-    if lone := _leave_one_out(document, calibrate):
-        mark, mend = lone
-        yield _Cause(words.lone_cause(mark), mend, (mark.id,))
+def _mend(document: Document, marks: Sequence[Mark], named: Suspicion, offset_m: float) -> Mend | None:
+    """The edits that make what was said what the verdict takes it for; None where a person must measure."""
+    wrong = [marks[k] for k in named.points]
+    match named.fault:
+        case Fault.BUMPER:
+            offset_m = round(offset_m, OFFSET_DECIMALS)
+            return Mend(words.offset_label(document, offset_m), (SetReference(True, offset_m),))
+        case Fault.SWAPPED:
+            first, second = wrong
+            return Mend(words.swap_label(first, second), _exchanged((first, second), (second, first)))
+        case Fault.SLIP_OF_TEN:
+            meant_m = named.distances_m[named.points[0]]
+            edit = SetDistance(wrong[0].id, meant_m)
+            return Mend(words.distance_label(wrong[0], meant_m, document.imperial), (edit,))
+        case Fault.FEET:
+            return _unit_mend(document)
+        case Fault.POINT if len(marks) > PARAMETER_COUNT:
+            return _leave_out(wrong[0])
+        case _:
+            return None
 
 
 def _height_troubles(document: Document) -> Iterator[Trouble]:
@@ -162,30 +179,16 @@ def _height_troubles(document: Document) -> Iterator[Trouble]:
     yield Trouble(words.height_trouble(document, height_m), mend=mend or None)
 
 
-def _unit_mends(document: Document) -> list[tuple[str, Mend]]:
-    """What was typed in the other unit: the distances, or everything; of the height alone its range tells."""
+def _unit_mend(document: Document) -> Mend:
+    """The distances taken for the other unit; of the height its range tells."""
     scale = FEET_PER_METRE if document.imperial else 1 / FEET_PER_METRE
     distances: tuple[Edit, ...] = tuple(
         SetDistance(mark.id, mark.distance_m * scale)
         for mark in document.marks
         if mark.distance_m is not None
     )
-    units = SetUnits(not document.imperial)
-    height: tuple[Edit, ...] = ()
-    if document.height_m is not None:
-        height = (SetHeight(document.height_m * scale),)
-    offset: tuple[Edit, ...] = ()
-    if document.from_bumper and document.bumper_offset_m:
-        offset = (SetReference(True, document.bumper_offset_m * scale),)
-    proposals = [
-        ("the distances", (*distances, units)),
-        ("all lengths", (*distances, *height, *offset, units)),
-    ]
-    return [
-        (words.unit_cause(what, document.imperial), Mend(words.unit_label(what, document.imperial), edits))
-        for what, edits in proposals
-        if edits
-    ]
+    edits = (*distances, SetUnits(not document.imperial))
+    return Mend(words.unit_label("the distances", document.imperial), edits)
 
 
 def _prior_trouble(document: Document, calibration: Calibration, field: str) -> Trouble:

@@ -7,6 +7,9 @@ from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.plausibility import Finding, FindingKind, OffsetProposal
 from fcw.camera.points import PointsError, PointsFault
 from fcw.camera.uncertainty import NextClick
+from fcw.camera.verdicts.hypotheses import Fault
+from fcw.camera.verdicts.judgement import Suspicion
+from fcw.camera.verdicts.words import cause_text
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.numbers_text import (
     about_text,
@@ -134,6 +137,8 @@ def camera_trouble(calibration: Calibration, findings: Sequence[Finding]) -> str
     }
     kinds = {finding.kind for finding in findings}
     found = [fact for kind, fact in facts.items() if kind in kinds]
+    if not found:
+        return "These points do not fit a camera behind a windscreen well."
     text = found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
     return f"No camera behind a windscreen is like this one: it {text}. {POINTS_KEEP_DISTANCES}"
 
@@ -198,17 +203,30 @@ def horizons_disagree(dragged: Gaussian, lanes: Gaussian) -> str:
 
 
 CONTRADICTION = "What was said contradicts itself, so no interval here can be trusted."
-MIDDLE_LABEL = "Take the lens's axis to be at the picture's middle"
 SORT_LABEL = "Give the distances by row, the lowest point the nearest"
 UNKNOWN_CAUSE = "Likely cause: a wrong distance or camera height, or a road that is not flat. Measure again."
 
 
-def noise_cause(principal_row_sigma_px: float) -> str:
-    """Where noise alone explains an implausible camera."""
-    return (
-        f"Likely cause: these clicks leave the lens's axis open by {principal_row_sigma_px:.0f} px. "
-        "Add a far point, or say what you know of the lens."
-    )
+def verdict_cause(document: Document, marks: Sequence[Mark], named: Suspicion) -> str:
+    """Why a camera came out badly, the points by their letters."""
+    imperial = document.imperial
+    wrong = [marks[k] for k in named.points]
+    match named.fault:
+        case Fault.SWAPPED:
+            return f"Likely cause: the distances of {names(wrong)} are swapped."
+        case Fault.SLIP_OF_TEN:
+            meant = typed_text(named.distances_m[named.points[0]], imperial)
+            said = typed_text(wrong[0].distance_m or 0.0, imperial)
+            return f"Likely cause: {wrong[0].name} is {meant} away, not {said}: a slip of the decimal point."
+        case _:
+            offset_m = document.reference_offset_m or 0.0
+            points = [mark.ground_point for mark in marks if mark.ground_point is not None]
+            return f"Likely cause: {cause_text(named, points, offset_m)}."
+
+
+def distance_label(mark: Mark, distance_m: float, imperial: bool) -> str:
+    """The button that corrects one distance."""
+    return f"Set the distance of {mark.name} to {typed_text(distance_m, imperial)}"
 
 
 def unit_cause(what: str, imperial: bool) -> str:

@@ -6,13 +6,15 @@ from typing import Annotated, Literal
 
 import tyro
 
+from fcw.camera.prior_sigmas import TAPE_ERROR
+
 
 @dataclass(frozen=True, slots=True)
 class CalibrateCommand:
     """Calibrate the camera from points of the road at known distances.
 
-    With a source alone it opens a page in the browser, where the points are clicked. Three points are solved
-    exactly; more points, and what else is known of the camera, make it better. One point should be far away:
+    With a source alone it opens a page in the browser, where the points are clicked. Three points are
+    enough; more points, and what else is known of the camera, make it better. One point should be far away:
     three near ones leave the far distances open.
     """
 
@@ -32,10 +34,14 @@ class CalibrateCommand:
     """Metres from the camera forward to where the distances start (front bumper); 0 is the camera itself."""
     row_sigma: float = 1.0
     """Standard deviation of a clicked row in pixels."""
+    tape_error: float = TAPE_ERROR
+    """Standard deviation of the taped distances, all together, as a part of them."""
+    exact: bool = False
+    """With --points: the paper's closed solution of three free points and nothing else."""
     field_of_view: Annotated[str | None, tyro.conf.arg(metavar="DEG[:SIGMA]")] = None
     """Horizontal field of view of the whole picture in degrees, known this well (3 degrees unless said)."""
     principal_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
-    """Row of the lens's axis, mostly the picture's middle (known to 3 % of its height unless said)."""
+    """Row of the lens's axis; unless said the picture's middle, to 3 % of its height."""
     horizon_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
     """Row of the horizon, e.g. where straight lane lines meet (known to 2 pixels unless said)."""
     save: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None

@@ -38,6 +38,8 @@ def run_calibrate_page(command: CalibrateCommand, source: Path) -> int:
     for option, given in (("--json", command.json), ("--export", command.export is not None)):
         if given:
             raise UserError(f"{option}: only with --points; the page has a button for it")
+    if command.exact:
+        raise UserError("--exact: only with --points; the page uses what every lens has, too")
     page = CalibrationPage(
         source, command.save or default_path(source), command.port, command.dark, command.topic
     )

@@ -7,7 +7,9 @@ from rich.text import Text
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.export import export_text
 from fcw.camera.file import default_path, write_calibration
+from fcw.camera.points import PointsError
 from fcw.camera.solve import calibrate
+from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
@@ -66,16 +68,31 @@ def _calibration(command: CalibrateCommand) -> Calibration:
     points = tuple(_ground_point(text) for text in command.points)
     size = _image_size(command)
     priors = stated_priors(command, size)
-    return calibrate(
-        points,
-        size,
-        command.height,
-        command.reference_offset,
-        command.row_sigma,
-        priors.field_of_view_rad,
-        priors.principal_row_px,
-        priors.horizon_row_px,
-    )
+    try:
+        return calibrate(
+            points,
+            size,
+            command.height,
+            command.reference_offset,
+            command.row_sigma,
+            priors.field_of_view_rad,
+            priors.principal_row_px,
+            priors.horizon_row_px,
+            tape_error=command.tape_error,
+            exact=command.exact,
+        )
+    except PointsError as error:
+        cause = cause_of(
+            error,
+            points,
+            size,
+            command.height,
+            command.reference_offset,
+            command.row_sigma,
+            priors,
+            command.tape_error,
+        )
+        raise (error if cause is None else error.with_cause(cause)) from None
 
 
 def _image_size(command: CalibrateCommand) -> ImageSize:

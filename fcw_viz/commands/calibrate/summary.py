@@ -11,6 +11,7 @@ from rich.table import Table
 from fcw.camera.calibration import Calibration
 from fcw.camera.plausibility import plausibility
 from fcw.camera.points import PARAMETER_COUNT
+from fcw.camera.solve import exact_solution
 from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
 from fcw.units import FEET_PER_METRE, distance_text
 
@@ -54,8 +55,24 @@ def calibration_summary(calibration: Calibration) -> dict[str, Any]:
         "points": [asdict(point) for point in calibration.points],
         "residuals_px": list(calibration.residuals_px),
         "warnings": [finding.text for finding in findings],
+        "exact": _exact(calibration),
+        "tape_error": calibration.tape_error,
         "next_click": next_click and asdict(next_click),
         "proposed_reference_offset": asdict(proposals[0]) if proposals else None,
+    }
+
+
+def _exact(calibration: Calibration) -> dict[str, float] | None:
+    """The paper's closed solution of three points; None of more or fewer."""
+    exact = exact_solution(calibration)
+    if exact is None:
+        return None
+    camera = exact.camera
+    return {
+        "pitch_rad": camera.pitch_rad,
+        "focal_y_px": camera.focal_y_px,
+        "principal_row_px": camera.principal_row_px,
+        "horizon_row_px": camera.horizon_row_px,
     }
 
 
@@ -95,7 +112,7 @@ def print_report(calibration: Calibration, saved: Path | None, console: Console,
         )
     console.print(table)
 
-    if len(calibration.points) + calibration.priors.count > PARAMETER_COUNT:
+    if len(calibration.points) + calibration.priors.count + calibration.assumed.count > PARAMETER_COUNT:
         residuals = ", ".join(
             f"{point} {residual:+.2f}"
             for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)

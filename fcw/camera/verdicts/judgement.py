@@ -1,0 +1,201 @@
+"""The verdict on what was said of a camera: which mistake, if any, explains it clearly better than noise."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR, usual_lens
+from fcw.camera.verdicts.evidence import OFFSET, Beliefs, Fits, Rows, fit, log_sum
+from fcw.camera.verdicts.hypotheses import (
+    POINT_SIGMA_HEIGHTS,
+    SHARES,
+    Fault,
+    Hypothesis,
+    hypotheses,
+)
+from fcw.frame import ImageSize
+
+USUAL_TANGENT, USUAL_TANGENT_SIGMA = 0.05, 0.09
+"""Of a dash camera's pitch: 3 degrees down, give or take 5."""
+TAPE_SCALES = {0.05: 0.4, 0.2: 0.3, 1.0: 0.3}
+"""Each mark is laid with an error of its own, too: to the centimetre, or by pacing. Nobody says which, so it
+is one of these parts of the stated error of the tape, with these shares. Without the careful people the paper's
+own example, whose middle row is 3 px off, would pass for bad taping."""
+PROPOSED_ODDS = 1.5
+"""A mistake is spoken of when it is this much likelier than what was said."""
+NAMED_SHARE = 0.75
+"""It is named when it is this sure among all mistakes; the points may show that something is wrong,
+and not what."""
+
+WORST_SIGMAS = 4.0
+"""A mistake that leaves a row farther off than this is not all that is wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class Suspicion:
+    """One mistake that may have been made.
+
+    Attributes:
+        fault: its kind.
+        probability: of it, all hypotheses taken together.
+        points: the places, in the order of the points, of those that are wrong.
+        distances_m: of all points, as they were meant.
+        offset_m: from the camera forward to the reference, as it comes out.
+        period_m: of the dashes, where they have another one than was said.
+        worst_sigmas: misfit of the row that it explains worst.
+    """
+
+    fault: Fault
+    probability: float
+    points: tuple[int, ...]
+    distances_m: tuple[float, ...]
+    offset_m: float
+    period_m: float | None
+    worst_sigmas: float
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What is likely of what was said.
+
+    Attributes:
+        as_said: probability that nothing is wrong but noise.
+        suspicions: all mistakes, the likeliest first; one for each kind.
+    """
+
+    as_said: float
+    suspicions: tuple[Suspicion, ...]
+
+    @property
+    def is_suspect(self) -> bool:
+        """Whether a mistake is clearly likelier than noise."""
+        return sum(s.probability for s in self.suspicions) > PROPOSED_ODDS * self.as_said
+
+    @property
+    def named(self) -> Suspicion | None:
+        """The mistake that explains it, where one stands out."""
+        if not self.is_suspect:
+            return None
+        first = self.suspicions[0]
+        stands_out = first.probability > NAMED_SHARE * (1 - self.as_said)
+        return first if stands_out and first.worst_sigmas < WORST_SIGMAS else None
+
+
+def judge(calibration: Calibration, imperial: bool = False) -> Judgement:
+    """Judge the points of a calibration."""
+    return judge_points(
+        calibration.points,
+        calibration.image_size,
+        calibration.camera.height_m,
+        calibration.reference_offset_m,
+        calibration.row_sigma_px,
+        calibration.priors,
+        calibration.tape_error,
+        imperial,
+    )
+
+
+def judge_points(
+    points: Sequence[GroundPoint],
+    image_size: ImageSize,
+    height_m: float,
+    reference_offset_m: float = 0.0,
+    row_sigma_px: float = 1.0,
+    priors: Priors = Priors(),  # noqa: B008 - immutable
+    tape_error: float = TAPE_ERROR,
+    imperial: bool = False,
+) -> Judgement:
+    """Judge points that need not determine a camera; arguments as those of `fcw.camera.solve.calibrate`.
+
+    Args:
+        imperial: the distances were typed in feet, so that metres are what may have been meant.
+    """
+    supposed = hypotheses(points, reference_offset_m, imperial)
+    tapes = [tape_error * scale for scale in TAPE_SCALES] if tape_error else [0.0]
+    tape_shares = np.log(list(TAPE_SCALES.values()) if tape_error else [1.0])
+    rows = Rows(
+        np.array([point.row_px for point in points]),
+        np.array([(point.column_px or 0.0) - (image_size.width - 1) / 2 for point in points])
+        if all(point.column_px is not None for point in points)
+        else np.zeros(len(points)),
+        height_m,
+        image_size.width / 2,
+    )
+    beliefs = _beliefs(supposed, tapes, image_size, row_sigma_px, priors)
+    fits = fit(rows, beliefs)
+    shape = (len(supposed), len(tapes))
+    log_evidence = fits.log_evidence.reshape(shape) + tape_shares
+    shares = np.log([h.share for h in supposed])
+    log_posterior = log_sum(log_evidence, axis=1) + shares
+    posterior = np.exp(log_posterior - log_sum(log_posterior))
+    best_tape = np.argmax(log_evidence, axis=1)
+    suspicions = []
+    for fault in SHARES.keys() | {Fault.DASHES}:
+        places = [k for k, h in enumerate(supposed) if h.fault is fault]
+        if fault is Fault.NONE or not places:
+            continue
+        best = max(places, key=lambda k: posterior[k])
+        suspicions.append(
+            _suspicion(
+                supposed[best], float(posterior[places].sum()), fits, best * len(tapes) + best_tape[best]
+            )
+        )
+    suspicions.sort(key=lambda s: -s.probability)
+    return Judgement(float(posterior[0]), tuple(suspicions))
+
+
+def _suspicion(hypothesis: Hypothesis, probability: float, fits: Fits, place: int) -> Suspicion:
+    return Suspicion(
+        hypothesis.fault,
+        probability,
+        hypothesis.points,
+        hypothesis.distances_m,
+        float(fits.unknowns[place, OFFSET]),
+        hypothesis.period_m,
+        float(np.abs(fits.misfits[place]).max()),
+    )
+
+
+def _beliefs(
+    supposed: Sequence[Hypothesis],
+    tapes: Sequence[float],
+    size: ImageSize,
+    row_sigma_px: float,
+    priors: Priors,
+) -> Beliefs:
+    """Each hypothesis with each tape, the tapes of one beside each other."""
+    usual = usual_lens(size, priors)
+    view = priors.field_of_view_rad or usual.field_of_view_rad
+    axis = priors.principal_row_px or usual.principal_row_px
+    assert view is not None
+    assert axis is not None
+    horizon = priors.horizon_row_px
+    means, sigmas, distances, row_sigmas, tape_m = [], [], [], [], []
+    for hypothesis in supposed:
+        offset_m, offset_sigma_m = hypothesis.offset_m
+        loose = hypothesis.axis_sigma_heights
+        axis_sigma = axis.sigma if loose is None else loose * size.height
+        rows = np.full(len(hypothesis.distances_m), row_sigma_px)
+        if hypothesis.loose is not None:
+            rows[hypothesis.loose] = math.hypot(row_sigma_px, POINT_SIGMA_HEIGHTS * size.height)
+        for tape in tapes:
+            means.append((USUAL_TANGENT, view.value, axis.value, offset_m, 0.0))
+            sigmas.append((USUAL_TANGENT_SIGMA, view.sigma, axis_sigma, offset_sigma_m, ROLL_SIGMA_RAD))
+            distances.append(hypothesis.distances_m)
+            row_sigmas.append(rows)
+            tape_m.append(tape * np.array(hypothesis.distances_m))
+    return Beliefs(
+        np.array(distances),
+        np.array(row_sigmas),
+        np.array(tape_m),
+        np.array(means),
+        np.array(sigmas),
+        _pair(horizon),
+    )
+
+
+def _pair(belief: Gaussian | None) -> tuple[float, float] | None:
+    return None if belief is None else (belief.value, belief.sigma)
