@@ -16,6 +16,7 @@ from fcw.frame import Frame, Source, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.motion.ego import Ego, EgoEstimator
+from fcw.motion.turn import turn_of
 from fcw.threads import one_opencv_thread
 from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
@@ -79,13 +80,20 @@ def run_pipeline(
 
 
 def _follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: Stages) -> FrameResult:
-    own_mps = ego.motion.speed_mps
+    own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
     tracks = stages.tracker.update(
-        frame.time_ns, detections, own_mps, image=frame.image, path=ego.path, mount=ego.motion.mount
+        frame.time_ns,
+        detections,
+        own_mps,
+        image=frame.image,
+        path=ego.path,
+        mount=ego.motion.mount,
+        ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+        turn=turn,
     )
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
-    threats = threats_of(stages.tracker, tracks, own_mps, path=ego.path)
+    threats = threats_of(stages.tracker, tracks, own_mps, path=ego.path, turn=turn)
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,

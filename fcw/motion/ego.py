@@ -12,7 +12,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.lanes import Lane, LaneTracker
-from fcw.motion.path import SLOWEST_TURN_MPS, own_path
+from fcw.motion.path import SLOWEST_TURN_MPS, PathAhead
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import OwnMotion, OwnPath, SpeedSource
 
@@ -45,6 +45,7 @@ class EgoEstimator:
     ) -> None:
         self._estimator = None if calibration is None else MotionEstimator(calibration, settings)
         self._lanes = LaneTracker()
+        self._path = PathAhead()
         self._time_ns: int | None = None
 
     def update(
@@ -73,7 +74,7 @@ class EgoEstimator:
             motion = replace(motion, yaw_rate_radps=given_yaw_radps, yaw_rate_sigma_radps=None)
         if self._estimator is not None:
             lane = self._see_lane(self._estimator, motion)
-        return Ego(motion, own_path(motion, lane))
+        return Ego(motion, self._path.update(time_ns, motion, lane))
 
     def _see_lane(self, estimator: MotionEstimator, motion: OwnMotion) -> Lane | None:
         """The lane by the latest picture that own motion used."""

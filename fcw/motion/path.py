@@ -7,6 +7,7 @@ import numpy as np
 from fcw.camera.ground_plane import FloatArray
 from fcw.motion.lanes import Lane
 from fcw.motion.state import OwnMotion, OwnPath
+from fcw.motion.turning import Turning
 
 SLOWEST_TURN_MPS = 3.0
 """Below this a small yaw rate would be any curvature."""
@@ -15,19 +16,41 @@ OFFSET_SIGMA_M = 0.35
 STRAY_RAD = math.radians(0.4)
 """And point along it this well; and a mount's yaw that nobody measured is worse (see `Mount`)."""
 BEND_SIGMA_PER_M = 5e-4
-"""The road ahead bends otherwise than where we are: 0.2 m at 30 m, 0.9 m at 60 m."""
+"""The road ahead bends otherwise than where we are: 0.2 m at 30 m, 0.9 m at 60 m;"""
+BEND_SIGMA_MPS2 = 0.15
+"""and in town more: 1-sigma of how the acceleration across the road changes on the way."""
+GROWTH_SIGMA = 0.5
+"""A bend that grows goes on growing, by so much more or less."""
 UNKNOWN_BEND_SIGMA_PER_M = 2e-3
 GIVEN_YAW_RATE_SIGMA_RADPS = math.radians(0.3)
 
 
-def own_path(motion: OwnMotion, lane: Lane | None) -> OwnPath:
+class PathAhead:
+    """The own path of one drive, frame by frame."""
+
+    def __init__(self) -> None:
+        self._turning = Turning()
+
+    def update(self, time_ns: int, motion: OwnMotion, lane: Lane | None) -> OwnPath:
+        """The path at a frame; see `own_path`."""
+        sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
+        change_radps = self._turning.update(
+            time_ns, motion.speed_mps, motion.yaw_rate_radps, sigma_radps
+        )
+        return own_path(motion, lane, change_radps)
+
+
+def own_path(
+    motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0
+) -> OwnPath:
     """The path by what is known of it: the mean of two Gaussians.
 
     Args:
         motion: own motion; the mount turns the path against the camera's axis.
         lane: as its lines show it, in the same coordinates; None where none are seen.
+        change_radps: by how much the yaw rate will have changed on the way; see `Turning`.
     """
-    mean, sigmas = _by_motion(motion)
+    mean, sigmas = _by_motion(motion, change_radps)
     if lane is None:
         return _path(mean, sigmas, None)
     precision, by_lane = np.diag(sigmas**-2), np.linalg.inv(lane.covariance[:3, :3])
@@ -36,7 +59,7 @@ def own_path(motion: OwnMotion, lane: Lane | None) -> OwnPath:
     return _path(mean, np.sqrt(covariance.diagonal()), float(lane.mean[3]))
 
 
-def _by_motion(motion: OwnMotion) -> tuple[FloatArray, FloatArray]:
+def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, FloatArray]:
     """Mean and 1-sigma of offset, heading and curvature by mount and yaw rate."""
     heading_rad, heading_sigma_rad = 0.0, STRAY_RAD
     if motion.mount is not None:
@@ -46,8 +69,13 @@ def _by_motion(motion: OwnMotion) -> tuple[FloatArray, FloatArray]:
     speed_mps, yaw_rate_radps = motion.speed_mps, motion.yaw_rate_radps
     if speed_mps is not None and yaw_rate_radps is not None and speed_mps >= SLOWEST_TURN_MPS:
         sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
-        bend_per_m = yaw_rate_radps / speed_mps
-        bend_sigma_per_m = math.hypot(BEND_SIGMA_PER_M, sigma_radps / speed_mps)
+        bend_per_m = (yaw_rate_radps + change_radps) / speed_mps
+        bend_sigma_per_m = math.hypot(
+            BEND_SIGMA_PER_M,
+            BEND_SIGMA_MPS2 / speed_mps**2,
+            sigma_radps / speed_mps,
+            GROWTH_SIGMA * change_radps / speed_mps,
+        )
     return (
         np.array([0.0, heading_rad, bend_per_m]),
         np.array([OFFSET_SIGMA_M, heading_sigma_rad, bend_sigma_per_m]),

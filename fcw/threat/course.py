@@ -8,7 +8,9 @@ Each has a prior, all is linear, and one scalar update (Kalman) gives the place 
     rate = u - (heading + curvature x) v
     place at contact = y - offset - heading x - curvature x^2 / 2 + u t
 
-with x and y the vehicle's place now, v the closing speed and t the time to contact. Where u is the likeliest
+with x and y the vehicle's place now, v the closing speed and t the time to contact. Where our turning now was
+measured it is that which sweeps, whatever the path will do (`fcw.motion.turn`): of what stands the rate then
+says nothing of the bend ahead. Where u is the likeliest
 cause, that is the straight extrapolation of the rate, and where the bend is, half of it: the way of a thing
 that stands beside a road that bends. An error of the heading alone does not matter: what is on a collision
 course keeps its bearing, wherever the camera looks.
@@ -18,6 +20,7 @@ import math
 from dataclasses import dataclass
 
 from fcw.motion.state import OwnPath
+from fcw.motion.turn import Turn, sweep_mps
 from fcw.tracking.types import Track
 
 ACROSS_SIGMA_MPS = 1.0
@@ -47,7 +50,7 @@ class PlaceAtContact:
 
 
 def place_at_contact(
-    track: Track, path: OwnPath, reference_offset_m: float, contact_s: float
+    track: Track, path: OwnPath, reference_offset_m: float, contact_s: float, turn: Turn | None = None
 ) -> PlaceAtContact:
     """Where a vehicle will be when we reach it.
 
@@ -56,17 +59,23 @@ def place_at_contact(
         path: our own.
         reference_offset_m: how far the reference of distances is ahead of the camera.
         contact_s: time until then.
+        turn: our turning now; None takes the path to bend as we turn.
     """
     x_m = track.distance_m + reference_offset_m
     time_s = min(contact_s, LONGEST_S)
     # What is not extrapolated does not sweep either.
     speed_mps = track.distance_m / contact_s if contact_s > 0 else 0.0
     now_m = track.lateral_m - path.lateral_at(x_m)
-    across_mps = track.lateral_speed_mps + path.slope_at(x_m) * speed_mps
+    across_mps = track.lateral_speed_mps - sweep_mps(path, turn, x_m, speed_mps)
     heading_variance = path.heading_sigma_rad**2
     bend_variance = path.curvature_sigma_per_m**2
+    # How place and rate hang on the bend: what stands ahead of a known turning does not show it.
     bend_m, sweep_m2ps = x_m**2 / 2, x_m * speed_mps
-    swept = speed_mps**2 * heading_variance + sweep_m2ps**2 * bend_variance + track.lateral_speed_sigma_mps**2
+    swept = speed_mps**2 * heading_variance + track.lateral_speed_sigma_mps**2
+    if turn is not None:
+        sweep_m2ps = -x_m * max(turn.own_mps - speed_mps, 0.0)
+        swept += (x_m * turn.sigma_radps) ** 2
+    swept += sweep_m2ps**2 * bend_variance
     # Beyond two sigma it is no change of lane: a car that crosses, or our own turning.
     own_mps = max(ACROSS_SIGMA_MPS, abs(across_mps) / 2)
     seen = own_mps**2 + swept

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from fcw.motion.state import OwnPath
+from fcw.motion.turn import Turn
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import Threat, assess
 from fcw.tracking.tracker import Tracker
@@ -15,6 +16,7 @@ def threats_of(
     own_mps: float | None,
     yaw_rate_radps: float | None = None,
     path: OwnPath | None = None,
+    turn: Turn | None = None,
 ) -> tuple[Threat, ...]:
     """The threats of a frame's vehicles, the most urgent first.
 
@@ -24,6 +26,7 @@ def threats_of(
         own_mps: own speed; None when unknown.
         yaw_rate_radps: how fast we turn, positive to the left; None when unknown.
         path: our own where it was measured; None for what speed and yaw rate say of it.
+        turn: our turning now where it was measured; None takes the path to bend as we turn.
     """
     path = path or assumed_path(own_mps, yaw_rate_radps)
-    return assess(tracks, tracker.lead_id, path, own_mps, tracker.reference_offset_m)
+    return assess(tracks, tracker.lead_id, path, own_mps, tracker.reference_offset_m, turn)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fcw.motion.state import OwnPath
+from fcw.motion.turn import Turn
 from fcw.threat.course import place_at_contact
 from fcw.threat.own_path import USUAL_MPS
 from fcw.tracking.lead import is_oncoming
@@ -85,6 +86,7 @@ def assess(
     path: OwnPath,
     own_mps: float | None,
     reference_offset_m: float = 0.0,
+    turn: Turn | None = None,
 ) -> tuple[Threat, ...]:
     """The threats of all vehicles that are believed, the most urgent first.
 
@@ -94,9 +96,10 @@ def assess(
         path: our own.
         own_mps: own speed; None when unknown.
         reference_offset_m: how far the reference of distances is ahead of the camera.
+        turn: our turning now; None takes the path to bend as we turn.
     """
     threats = [
-        _assess_one(track, track.track_id == lead_id, path, own_mps, reference_offset_m)
+        _assess_one(track, track.track_id == lead_id, path, own_mps, reference_offset_m, turn)
         for track in tracks
         if not track.doubtful
     ]
@@ -126,7 +129,12 @@ def required_deceleration_mps2(distance_m: float, closing_speed_mps: float) -> f
 
 
 def _assess_one(
-    track: Track, is_lead: bool, path: OwnPath, own_mps: float | None, reference_offset_m: float
+    track: Track,
+    is_lead: bool,
+    path: OwnPath,
+    own_mps: float | None,
+    reference_offset_m: float,
+    turn: Turn | None,
 ) -> Threat:
     closing_mps, sigma_mps = track.closing_speed_mps, track.closing_speed_sigma_mps
     growth_mps2 = track.closing_acceleration_mps2
@@ -138,7 +146,7 @@ def _assess_one(
         slow_s = reach_s(track.distance_m, closing_mps - sigma_mps, growth_mps2)
         high_s = math.inf if slow_s is None else slow_s
     place = place_at_contact(
-        track, path, reference_offset_m, HORIZON_S if time_s is None else min(time_s, HORIZON_S)
+        track, path, reference_offset_m, HORIZON_S if time_s is None else min(time_s, HORIZON_S), turn
     )
     bend_known = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2 <= KNOWN_BEND_MPS2
     is_tall = track.box.h > LORRY_ASPECT * track.box.w

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.frame import ImageSize
+from fcw.motion.state import STRAIGHT
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.vehicle_sizes import SizePrior
@@ -29,7 +30,7 @@ DISTANCE, RATE, GROWTH, WIDTH, HEIGHT, ASPECT, BUMP, LOOKS, VEHICLE = 0, 1, 2, 3
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """How a vehicle stands to us: sigmas of aspect and bump, and the lateral distance of its middle."""
+    """How a vehicle stands to us: sigmas of aspect and bump, and how far its middle is from our path."""
 
     aspect_sigma: float
     bump_sigma_px: float
@@ -71,6 +72,9 @@ class Measurements(NamedTuple):
 class BoxGeometry:
     """How vehicles show in the picture.
 
+    Attributes:
+        path: our own, along which vehicles stand: in a bend one straight ahead shows its side as well.
+
     Args:
         camera: as calibrated.
         image_size: of the pictures.
@@ -82,6 +86,7 @@ class BoxGeometry:
         self, camera: GroundPlaneCamera, image_size: ImageSize, noise: BoxNoise, model: RangeModel
     ) -> None:
         self.prior = SizePrior(model, noise.free_height)
+        self.path = STRAIGHT
         self._noise, self._model, self._image_size = noise, model, image_size
         self.height_m, self._focal_px = camera.height_m, camera.focal_y_px
         self._axis_px = camera.principal_column_px
@@ -116,10 +121,14 @@ class BoxGeometry:
     def _side_m(self, box: Box, distance_m: float, width_m: float) -> float:
         """How much of its side a vehicle beside our path shows, as width at its rear.
 
-        The far end of its inner side stands at the same lateral distance, but farther away.
+        The far end of its inner side stands as far from the line along its own middle that runs through
+        the camera when it is seen straight from behind, but farther away.
         """
-        left, right = abs(box.x - self._axis_px), abs(box.right - self._axis_px)
-        outer_m = max(left, right) * distance_m / self._focal_px
+        behind_m = self.path.slope_at(distance_m) * distance_m
+        outer_m = max(
+            abs((self._axis_px - edge_px) * distance_m / self._focal_px - behind_m)
+            for edge_px in (box.x, box.right)
+        )
         length_m = self._model.vehicle_length_m
         return max(outer_m - width_m, 0.0) * length_m / (distance_m + length_m)
 
@@ -127,8 +136,12 @@ class BoxGeometry:
         """How a vehicle of this distance and width stands to us."""
         model = self._model
         side_m = self._side_m(box, distance_m, width_m)
-        left, right = abs(box.x - self._axis_px), abs(box.right - self._axis_px)
-        lateral_m = max(left, right) * distance_m / self._focal_px - width_m / 2
+        path_m = self.path.lateral_at(distance_m)
+        outer_m = max(
+            abs((self._axis_px - edge_px) * distance_m / self._focal_px - path_m)
+            for edge_px in (box.x, box.right)
+        )
+        lateral_m = outer_m - width_m / 2
         return View(
             math.hypot(model.aspect_sigma, model.side_sigma * side_m / (width_m + side_m)),
             self._focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),

@@ -7,6 +7,7 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.motion.state import OwnPath
+from fcw.motion.turn import Turn, sweep_mps
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
 from fcw.tracking.range.state import RangeState
@@ -42,6 +43,7 @@ class Followed:
         calibration: Calibration,
         settings: TrackerSettings,
         focal_px: float,
+        path: OwnPath,
     ) -> None:
         self.box = detection.box
         self.last_ns = self.detected_ns = time_ns
@@ -64,8 +66,10 @@ class Followed:
         self.doubtful = False
         self._seen: Box | None = None
         """The box of this frame, until its lateral position is taken."""
+        self._next_m = state.distance_m
+        """Where its rear would be now by what was believed at the frame before."""
         first = settings.box_noise.edge_sigma_px(detection.box) * state.distance_m
-        self._across = LateralFilter(self._lateral_m(detection.box, focal_px), first / focal_px)
+        self._across = LateralFilter(self._lateral_m(detection.box, focal_px, path), first / focal_px)
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 
@@ -80,6 +84,7 @@ class Followed:
         self._misses += 1
         self._dt_s = dt_s
         self._across.predict(dt_s)
+        self._next_m = self.state.distance_m - self.state.closing_speed_mps * dt_s
         self.seen_by = SeenBy.COASTING
 
     def carry(self, time_ns: int, moved: Moved, we_drive: bool) -> bool:
@@ -166,7 +171,7 @@ class Followed:
         inside = 0 <= self.box.center_x < width and self.box.y < height
         return inside and self.state.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
 
-    def track(self, time_ns: int, path: OwnPath) -> Track:
+    def track(self, time_ns: int, path: OwnPath, turn: Turn | None) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
         state = self.state
         distance_m, low_m, high_m = state.distance_with_interval(self._calibration.reference_offset_m)
@@ -176,7 +181,7 @@ class Followed:
             # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
             # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
             from_path_m = lateral_m - path.lateral_at(state.distance_m)
-            from_path_mps = lateral_mps + path.slope_at(state.distance_m) * state.closing_speed_mps
+            from_path_mps = lateral_mps - sweep_mps(path, turn, state.distance_m, state.closing_speed_mps)
             self._in_path = self._settings.corridor.holds(from_path_m, from_path_mps, self._in_path)
         return Track(
             track_id=self.track_id,
@@ -197,21 +202,25 @@ class Followed:
             lateral_speed_mps=lateral_mps,
             width_m=state.width_m,
             lateral_sigma_m=math.hypot(across.sigma_m, lateral_m * state.log_distance_sigma),
-            lateral_speed_sigma_mps=across.rate_sigma_mps,
+            # What keeps its bearing comes nearer across the road as it does along it.
+            lateral_speed_sigma_mps=math.hypot(
+                across.rate_sigma_mps, lateral_m / state.distance_m * state.closing_speed_sigma_mps
+            ),
             doubtful=self.doubtful,
         )
 
-    def place_across(self, focal_px: float) -> None:
+    def place_across(self, focal_px: float, path: OwnPath) -> None:
         """Take where the box of this frame is across the road; called once its distance is known."""
+        self._across.scale(self.state.distance_m / max(self._next_m, NEAREST_M))
         if self._seen is not None:
             noise = self._settings.box_noise
             sigma_px = noise.edge_sigma_px(self._seen) / math.sqrt(2)
             sigma_px *= math.sqrt(noise.white(max(self._dt_s, SHORTEST_STEP_S)))
             sigma_m = sigma_px * self.state.distance_m / focal_px
-            self._across.correct(self._lateral_m(self._seen, focal_px), sigma_m)
+            self._across.correct(self._lateral_m(self._seen, focal_px, path), sigma_m)
             self._seen = None
 
-    def _lateral_m(self, box: Box, focal_px: float) -> float:
+    def _lateral_m(self, box: Box, focal_px: float, path: OwnPath) -> float:
         """Lateral position of the middle of the rear by a box, positive to the left."""
         camera, distance_m = self._calibration.camera, self.state.distance_m
         metres_per_px = distance_m / focal_px
@@ -226,7 +235,8 @@ class Followed:
         elif self._settings.box_noise.shows_side:
             # What shows beyond the rear's own width is the side that is turned to us.
             side_m = max(box.w * metres_per_px - self.state.width_m, 0.0)
-            lateral_m += math.copysign(min(side_m / 2, abs(lateral_m)), lateral_m)
+            turned_m = lateral_m - path.slope_at(distance_m) * distance_m
+            lateral_m += math.copysign(min(side_m / 2, abs(turned_m)), turned_m)
         return lateral_m
 
 

@@ -47,6 +47,13 @@ class LateralFilter:
         self._shared += dt_s * self._rate_variance + JERKINESS_M2PS3 * dt_s**2 / 2
         self._rate_variance += JERKINESS_M2PS3 * dt_s
 
+    def scale(self, factor: float) -> None:
+        """The distance turns out to be so many times what was thought, and the place across with it.
+
+        That is no motion: what errs in the distance would else be taken for one.
+        """
+        self.lateral_m *= factor
+
     def correct(self, lateral_m: float, sigma_m: float) -> None:
         """Take a measured position and its 1-sigma."""
         total = self._place_variance + sigma_m**2

@@ -28,14 +28,18 @@ class SpeedPrior:
     travelling_sigma_mps: float = 8.0
 
 
-def with_own_speed(state: RangeState, own_mps: float, prior: SpeedPrior) -> RangeState:
+def with_own_speed(
+    state: RangeState, own_mps: float, prior: SpeedPrior, own_sigma_mps: float = 0.0
+) -> RangeState:
     """The state with the closing speed that follows from the own one and the prior.
 
     Args:
         state: by the filter, whose belief in the closing speed started wide.
         own_mps: own speed.
         prior: see `SpeedPrior`.
+        own_sigma_mps: 1-sigma of the own speed.
     """
+    # The prior is one of closing speeds: what the own speed is off, all of them are.
     measured_mps = own_mps - state.closing_speed_mps
     variance = state.closing_speed_sigma_mps**2
     parts = []
@@ -43,8 +47,9 @@ def with_own_speed(state: RangeState, own_mps: float, prior: SpeedPrior) -> Rang
         (prior.standing_share, 0.0, prior.standing_sigma_mps),
         (1 - prior.standing_share, own_mps, prior.travelling_sigma_mps),
     ):
-        spread = variance + sigma_mps**2
-        gain = sigma_mps**2 / spread
+        prior_variance = sigma_mps**2 + own_sigma_mps**2
+        spread = variance + prior_variance
+        gain = prior_variance / spread
         log_weight = math.log(share) - 0.5 * (math.log(spread) + (measured_mps - mean_mps) ** 2 / spread)
         parts.append((log_weight, mean_mps + gain * (measured_mps - mean_mps), gain * variance))
     likeliest = max(log_weight for log_weight, _, _ in parts)

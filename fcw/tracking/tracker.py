@@ -13,11 +13,13 @@ from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount, OwnPath
+from fcw.motion.turn import Turn
 from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
 from fcw.tracking.lead_speed import with_own_speed
+from fcw.tracking.own_speed import OwnSpeed
 from fcw.tracking.picture.follower import Moved
 from fcw.tracking.range.filter import RangeFilter
 from fcw.tracking.range.state import RangeState
@@ -47,7 +49,7 @@ class Tracker:
         self._doubts = Doubts(self._settings.belief, calibration.image_size.width)
         self._followed: list[Followed] = []
         self._time_ns: int | None = None
-        self._ego_speed_mps: float | None = None
+        self._own = OwnSpeed()
         self._next_id = 1
         self._lead_id: int | None = None
 
@@ -81,6 +83,8 @@ class Tracker:
         image: NDArray[np.uint8] | None = None,
         path: OwnPath | None = None,
         mount: Mount | None = None,
+        ego_speed_sigma_mps: float | None = None,
+        turn: Turn | None = None,
     ) -> tuple[Track, ...]:
         """Take one frame's detections.
 
@@ -94,6 +98,8 @@ class Tracker:
                 vehicles the detector misses are carried by their looks.
             path: our own, which is taken for that of speed and yaw rate; None where these are all there is.
             mount: of the camera as the picture tells it, which ranging goes by; None where it tells nothing.
+            ego_speed_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
+            turn: our turning now, beside the path ahead; None takes the path to bend as we turn.
 
         Returns:
             The confirmed tracks in the order of their ids, coasting ones among them.
@@ -107,10 +113,11 @@ class Tracker:
         self._time_ns = time_ns
         oldest_ns = time_ns - round(self._settings.coast_s * 1e9)
         self._keep([followed.last_ns >= oldest_ns for followed in self._followed])
-        own_gain_mps = 0.0
-        if ego_speed_mps is not None and self._ego_speed_mps is not None:
-            own_gain_mps = ego_speed_mps - self._ego_speed_mps
-        self._ego_speed_mps = ego_speed_mps
+        own_gain_mps = self._own.update(dt_s, ego_speed_mps, ego_speed_sigma_mps or 0.0)
+        ego_speed_mps = self._own.speed_mps
+        if path is None:
+            path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
+        self._range.take_path(path)
         before = [followed.box for followed in self._followed]
         growths = self._range.predict(dt_s, own_gain_mps)
         if mount is not None:
@@ -133,14 +140,12 @@ class Tracker:
             self._remember(time_ns, image)
         for slot, followed in enumerate(self._followed):
             followed.state = self._state(slot)
-            followed.place_across(self._range.focal_px)
+            followed.place_across(self._range.focal_px, path)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
-            self._start(time_ns, detections[index], ego_speed_mps)
+            self._start(time_ns, detections[index], ego_speed_mps, path)
         self._doubts.update(time_ns, self._followed, image)
-        if path is None:
-            path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
-        tracks = tuple(followed.track(time_ns, path) for followed in self._followed if followed.confirmed)
+        tracks = tuple(followed.track(time_ns, path, turn) for followed in self._followed if followed.confirmed)
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
@@ -148,7 +153,7 @@ class Tracker:
     def _carry(self, time_ns: int, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
         """Find the vehicles in the picture, by slot, and move their boxes there."""
         moved = {}
-        own_mps, slowest_mps = self._ego_speed_mps, self._settings.following.driving_mps
+        own_mps, slowest_mps = self._own.speed_mps, self._settings.following.driving_mps
         we_drive = own_mps is not None and own_mps >= slowest_mps
         for slot, followed in enumerate(self._followed):
             one = followed.looks.follow(image, before[slot], followed.box)
@@ -233,11 +238,13 @@ class Tracker:
     def _state(self, slot: int) -> RangeState:
         """What is believed of a vehicle, with what the own speed says of it."""
         state, prior = self._range.state(slot), self._settings.speed_prior
-        if self._ego_speed_mps is None:
+        if self._own.speed_mps is None:
             return state
-        return with_own_speed(state, self._ego_speed_mps, prior)
+        return with_own_speed(state, self._own.speed_mps, prior, self._own.sigma_mps)
 
-    def _start(self, time_ns: int, detection: Detection, ego_speed_mps: float | None) -> None:
+    def _start(
+        self, time_ns: int, detection: Detection, ego_speed_mps: float | None, path: OwnPath
+    ) -> None:
         """Begin a track, where the box gives a first distance."""
         if self._range.add(detection.box, ego_speed_mps):
             state = self._state(self._range.count - 1)
@@ -250,6 +257,7 @@ class Tracker:
                     self._calibration,
                     self._settings,
                     self._range.focal_px,
+                    path,
                 )
             )
             self._next_id += 1

@@ -103,7 +103,7 @@ class Evidence:
         if threat.is_lead:
             return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
         is_beside = threat.overlap_now_m < -self.beside_m
-        if is_beside and not threat.bend_known:
+        if is_beside and not threat.comes_in and not holding:
             return False
         least = self.crossing_probability if is_beside else self.overlap_probability
         least = self.held_probability if holding else least

@@ -16,8 +16,11 @@ import numpy as np
 from fcw.box import Box
 from fcw.detection.detector import Detection, Detector
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
+from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.simulated import vehicle_at
 from fcw.frame import Frame
+from fcw.motion.ego import Ego, EgoEstimator
+from fcw.motion.turn import turn_of
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
@@ -31,6 +34,8 @@ from fcw.warning.types import WarningLevel, WarningPolicy
 
 SEEN_FRACTION = 0.5
 """A detector finds a vehicle of which so much is visible."""
+ACROSS_RATIO = 2.0
+"""A body that is so many times as wide as its near face stands across the road."""
 SIGHT_M = 80.0
 """And so near."""
 EARLIEST_TTC_S = 4.5
@@ -77,8 +82,8 @@ class ThreatTrial:
         return self.warned_s is not None and self.warned_s <= self.window.latest_s and not self.false_s
 
 
-Seen = tuple[Frame | None, FrameTruth, tuple[Detection, ...], float]
-"""The picture, the truth, what was detected, and the yaw rate."""
+Seen = tuple[Frame | None, FrameTruth, tuple[Detection, ...], Ego]
+"""The picture, the truth, what was detected, and own motion and path as the picture tells them."""
 
 
 def run_threat_trial(
@@ -87,30 +92,39 @@ def run_threat_trial(
     policy: WarningPolicy,
     detector: Detector | None = None,
     ghost: bool = False,
-    with_yaw_rate: bool = True,
 ) -> ThreatTrial:
-    """Run one scenario.
+    """Run one scenario, with own motion by the picture; nobody gives the own speed.
 
     Args:
         scenario: what happens.
         seed: of everything that varies.
         policy: a fresh one.
-        detector: finds the vehicles in rendered pictures; without one their true boxes have 2 px of noise.
-        with_yaw_rate: whether tracker and threats are told how fast we turn.
+        detector: finds the vehicles in rendered pictures; without one their true boxes have 2 px of noise,
+            and own motion the errors it was measured to have.
         ghost: whether a box 3 m ahead is there for three seconds that is none.
     """
     calibration = true_calibration(scenario)
     tracker = Tracker(calibration) if detector else Tracker(calibration, tracker_settings(2.0))
     truths: list[FrameTruth] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
-    for frame, truth, detections, yaw_rate_radps in _seen(scenario, seed, detector):
+    for frame, truth, detections, ego in _seen(scenario, seed, detector):
         time_s = truth.time_ns / 1e9
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
-        image = None if frame is None else frame.image
-        own_mps, yaw = truth.ego_speed_mps, yaw_rate_radps if with_yaw_rate else None
-        tracks = tracker.update(truth.time_ns, detections, own_mps, yaw, image)
-        state = policy.update(truth.time_ns, threats_of(tracker, tracks, own_mps, yaw), own_mps)
+        image, own_mps = None if frame is None else frame.image, ego.motion.speed_mps
+        turn = turn_of(ego.motion)
+        tracks = tracker.update(
+            truth.time_ns,
+            detections,
+            own_mps,
+            image=image,
+            path=ego.path,
+            mount=ego.motion.mount,
+            ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+            turn=turn,
+        )
+        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn)
+        state = policy.update(truth.time_ns, threats, own_mps)
         truths.append(truth)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
@@ -185,15 +199,19 @@ def _judge(
 
 
 def _seen(scenario: Scenario, seed: int, detector: Detector | None) -> Iterator[Seen]:
-    states = World(scenario, seed).states()
     if detector is not None:
-        for state, (frame, truth) in zip(states, render_drive(scenario, seed), strict=True):
-            yield frame, truth, detector.detect(frame.image), _yaw_rate_radps(state)
+        estimator = EgoEstimator(true_calibration(scenario))
+        for frame, truth in render_drive(scenario, seed):
+            detections = detector.detect(frame.image)
+            boxes = [found.box for found in detections]
+            yield frame, truth, detections, estimator.update(frame.time_ns, frame.image, boxes)
         return
     camera, rng = scenario.camera.camera(), np.random.default_rng(seed)
-    for state in states:
+    measured = MeasuredMotion(camera.pitch_rad, 0.0, np.random.default_rng([seed, 1]))
+    for state in World(scenario, seed).states():
         truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
-        yield None, truth, tuple(_noisy_boxes(truth, rng)), _yaw_rate_radps(state)
+        ego = measured.at(truth.time_ns, truth.ego_speed_mps, _yaw_rate_radps(state))
+        yield None, truth, tuple(_noisy_boxes(truth, rng)), ego
 
 
 def _yaw_rate_radps(state: WorldState) -> float:
@@ -206,15 +224,24 @@ def _noisy_boxes(truth: FrameTruth, rng: np.random.Generator) -> Iterator[Detect
     """The whole bodies as a detector draws them, cut at the picture's border."""
     for vehicle in truth.vehicles:
         noise_px = 2.0 * np.array([1.0, 1.0, 1.0, BOTTOM_NOISE_RATIO]) * rng.standard_normal(4)
-        if vehicle.visible_fraction < SEEN_FRACTION or vehicle.distance_m > SIGHT_M:
-            continue
         body = vehicle.body_box
+        seen = vehicle.visible_fraction
+        if body.w > ACROSS_RATIO * vehicle.box.w:
+            # It stands across: its near face is an end of it, and what is seen is its side.
+            seen = max(seen, _part_in_picture(body))
+        if seen < SEEN_FRACTION or vehicle.distance_m > SIGHT_M:
+            continue
         # The lower edge is that of the near face.
         edges = np.array([body.x, body.y, body.right, vehicle.box.bottom]) + noise_px
         left, right = np.clip(edges[[0, 2]], 0, IMAGE_SIZE.width - 1).tolist()
         top, bottom = np.clip(edges[[1, 3]], 0, IMAGE_SIZE.height - 1).tolist()
         if min(right - left, bottom - top) >= SMALLEST_PX:
             yield Detection(Box(left, top, right - left, bottom - top), 1.0)
+
+
+def _part_in_picture(box: Box) -> float:
+    width = min(box.right, IMAGE_SIZE.width) - max(box.x, 0.0)
+    return max(width, 0.0) / box.w
 
 
 def _vehicle(box: Box, truth: FrameTruth) -> VehicleTruth | None:

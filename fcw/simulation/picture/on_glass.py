@@ -31,13 +31,8 @@ def paint_on_glass(image: NDArray[np.float32], things: Sequence[str]) -> None:
         left, top, w, h = (
             round(part * size) for part, size in zip(LOGO_PARTS, (width, height) * 2, strict=True)
         )
-        cv2.rectangle(image, (left, top), (left + w, top + h), LOGO_GROUND_BGR, -1)
-        cv2.putText(
-            image,
-            "CAM 1",
-            (left + w // 12, top + round(0.7 * h)),
-            cv2.FONT_HERSHEY_SIMPLEX,
-            h / 45,
-            LOGO_BGR,
-            max(h // 18, 1),
-        )
+        # Text is drawn into pictures of bytes only.
+        plate = np.full((h, w, 3), LOGO_GROUND_BGR, np.uint8)
+        place, size, thickness = (w // 12, round(0.7 * h)), h / 45, max(h // 18, 1)
+        cv2.putText(plate, "CAM 1", place, cv2.FONT_HERSHEY_SIMPLEX, size, LOGO_BGR, thickness)
+        image[top : top + h, left : left + w] = plate

@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
-from fcw.motion.state import Mount
+from fcw.motion.state import Mount, OwnPath
 from fcw.tracking.box_measurement import (
     ASPECT,
     BUMP,
@@ -244,6 +244,10 @@ class RangeFilter:
         self._p = moved @ self._p @ moved.T
         self._p.flat[:: n + 1] += added
         return (1 / shrink).tolist()
+
+    def take_path(self, path: OwnPath) -> None:
+        """Take our own path, along which vehicles stand."""
+        self._geometry.path = path
 
     def take_mount(self, pitch_rad: float, sigma_rad: float, dt_s: float) -> None:
         """Take the mount's pitch as own motion believes it.

@@ -1,0 +1,59 @@
+"""How we turn now, and how what goes along our path moves across it, seen from a car that turns.
+
+The path ahead may bend otherwise than where we are. What is seen of a vehicle sweeps by our turning now; that
+it drives along the path, where it is, makes it move on across it. With r the yaw rate, v and w our speed and
+its, h the heading of the path at the camera and k its curvature there ahead, and x the distance,
+
+    rate across = (h + k x) w - h v - r x
+
+which is -(h + k x) (v - w) where the path bends as we turn.
+"""
+
+from dataclasses import dataclass
+
+from fcw.motion.state import OwnMotion, OwnPath
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turn:
+    """Our turning now.
+
+    Attributes:
+        own_mps: own speed.
+        yaw_rate_radps: positive to the left.
+        sigma_radps: 1-sigma.
+    """
+
+    own_mps: float
+    yaw_rate_radps: float
+    sigma_radps: float = 0.0
+
+
+def turn_of(motion: OwnMotion) -> Turn | None:
+    """The turning of own motion; None where it is not known."""
+    if motion.speed_mps is None or motion.yaw_rate_radps is None:
+        return None
+    return Turn(
+        own_mps=motion.speed_mps,
+        yaw_rate_radps=motion.yaw_rate_radps,
+        sigma_radps=motion.yaw_rate_sigma_radps or 0.0,
+    )
+
+
+def sweep_mps(path: OwnPath, turn: Turn | None, distance_m: float, closing_mps: float) -> float:
+    """Rate at which a vehicle that keeps its place beside the path moves to the left, as seen from us.
+
+    Args:
+        path: our own.
+        turn: None takes the path to bend as we turn.
+        distance_m: of the vehicle from the camera.
+        closing_mps: rate at which that shrinks.
+    """
+    if turn is None:
+        return -path.slope_at(distance_m) * closing_mps
+    its_mps = max(turn.own_mps - closing_mps, 0.0)
+    return (
+        path.slope_at(distance_m) * its_mps
+        - path.heading_rad * turn.own_mps
+        - turn.yaw_rate_radps * distance_m
+    )
