@@ -19,7 +19,7 @@ def review_in_page(command: ReviewCommand) -> int:
     """
     path: Path = command.path
     drives = find_drives([path])
-    port = command.port or DEFAULT_PORT
+    port = DEFAULT_PORT if command.port is None else command.port
     title = next(iter(drives)) if len(drives) == 1 else path.resolve().name
     page = ReviewPage(drives, title, command.reviewer or login_name(), port, command.dark)
     try:
