@@ -1,10 +1,17 @@
 """Shared by all tests: which of them are slow, where the real drives are, and how hypothesis searches."""
 
+import atexit
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+# What the program keeps for its user goes away with the tests, also what the programs they start keep.
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
+atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 # No test is timed: the machine may be busy. Repeatable in CI, searching anew everywhere else.
 settings.register_profile(

@@ -7,6 +7,7 @@ import viser
 from fcw.sources import open_source
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
+from fcw_viz.page.guard.guard import bare_address
 from fcw_viz.page.pictures import Pictures
 from fcw_viz.page.server import DEFAULT_PORT, PageServer, check_port
 
@@ -37,7 +38,7 @@ class CalibrationPage(PageServer):
         self.pictures = Pictures(open_source(source, topic=topic))
         self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
         super().__init__(port, f"fcw calibrate · {self.pictures.name}", dark)
-        self.session.announce(self.url)
+        self.session.announce(bare_address(self.port))
 
     def open_tab(self, client: viser.ClientHandle) -> Tab:
         """A tab on the session."""

@@ -1,7 +1,6 @@
-"""A page's server with the program's manners: on this machine only, quiet, and at the next free port."""
+"""A page's server with the program's manners: for its own person only, quiet, and at the next free port."""
 
-import contextlib
-import io
+import socket
 import threading
 import time
 import warnings
@@ -12,11 +11,13 @@ import viser
 from rich.console import Console
 
 from fcw.errors import UserError
+from fcw_viz.page.guard.guard import HOST, Guard
+from fcw_viz.page.guard.viser_server import guarded_viser_server, quiet
 from fcw_viz.page.link import say_goodbye
 from fcw_viz.page.style import set_colours
 from fcw_viz.page.tab import PageTab
+from fcw_viz.page.tidying import Tidying
 
-HOST = "127.0.0.1"
 DEFAULT_PORT = 8080
 LAST_PORT = 65535
 GOODBYE = "The program has ended. Start it again, and this page comes back."
@@ -28,7 +29,7 @@ class PageServer(ABC):
     """A running page; every browser that comes has a tab until it goes.
 
     Attributes:
-        url: where it is.
+        url: where it is, with the secret that lets a browser in (see `fcw_viz.page.guard`).
         port: the one it got.
         goodbye: what every page says when this has ended.
     """
@@ -44,7 +45,7 @@ class PageServer(ABC):
             dark: colours at the beginning.
 
         Raises:
-            UserError: the port is none.
+            UserError: the port is none, or neither it nor one after it is free.
         """
         check_port(port)
         self._wished_port = port
@@ -52,12 +53,13 @@ class PageServer(ABC):
         self._lock = threading.Lock()
         # A tab that is closed while it plays or draws is nothing to tell anybody.
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-        with _viser_quiet():
-            self._server = viser.ViserServer(host=HOST, port=port, verbose=False)
+        self._tidying = Tidying()
+        self._guard = Guard()
+        self._server = guarded_viser_server(_free_port(port), self._guard)
         self._server.gui.set_panel_label(label)
         set_colours(self._server.gui, dark)
         self.port = self._server.get_port()
-        self.url = f"http://{HOST}:{self.port}"
+        self.url = self._guard.url(self.port)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
 
@@ -86,7 +88,7 @@ class PageServer(ABC):
             )
         console.print(f"{title} at {self.url} ({words})", soft_wrap=True)
         if browser:
-            webbrowser.open(self.url)
+            webbrowser.open(self._guard.ticket_url(self.port))
 
     def wait(self) -> None:
         """Wait for ever; Ctrl-C raises KeyboardInterrupt."""
@@ -103,18 +105,23 @@ class PageServer(ABC):
             tabs, self._tabs = self._tabs, {}
         for tab in tabs.values():
             tab.close()
-        with _viser_quiet():
+        with quiet():
             self._server.stop()
+        self._tidying.stop()
 
     async def _connected(self, client: viser.ClientHandle) -> None:
         with self._lock:
             self._tabs[client.client_id] = self.open_tab(client)
+        # A browser that was gone before its tab was made is not told of again.
+        if client.client_id not in self._server._websock_server._live_connections:
+            await self._disconnected(client)
 
     async def _disconnected(self, client: viser.ClientHandle) -> None:
         with self._lock:
             tab = self._tabs.pop(client.client_id, None)
         if tab is not None:
             tab.close()
+            self._tidying.tell()
 
 
 def check_port(port: int) -> None:
@@ -127,6 +134,14 @@ def check_port(port: int) -> None:
         raise UserError(f"--port {port}: expected a number from 1 to {LAST_PORT}")
 
 
-def _viser_quiet() -> contextlib.redirect_stdout[io.StringIO]:
-    """viser greets and says goodbye on standard output in its own words; the command has its own."""
-    return contextlib.redirect_stdout(io.StringIO())
+def _free_port(wished: int) -> int:
+    """The next one that nobody listens on; viser would wait for ever where there is none."""
+    for port in range(wished, LAST_PORT + 1):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((HOST, port))
+            except OSError:
+                continue
+            return port
+    raise UserError(f"--port {wished}: neither this port nor one after it is free; name a lower one")

@@ -12,17 +12,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
-from urllib.parse import quote
 
 from fcw.errors import UserError
+from fcw_viz.page.guard.guard import HOST
+from fcw_viz.rerun.page import RerunPage
 
-HOST = "127.0.0.1"
 START_TIMEOUT_S = 60.0
 """The program is large: a cold disk takes seconds to read it."""
 END_TIMEOUT_S = 5.0
 POLL_S = 0.05
-SPARE_MEMORY_BYTES = 1 << 30
-"""Room of the viewer's server beside the recording; where it is short, rerun drops the beginning."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,10 +30,12 @@ class Viewer:
     Attributes:
         process: its first process, which leads a group of its own.
         url: where a browser finds it; None for a window of its own.
+        ticket_url: the same, once, for a browser's command line.
     """
 
     process: subprocess.Popen[bytes]
-    url: str | None
+    url: str | None = None
+    ticket_url: str | None = None
 
 
 def has_display(environment: Mapping[str, str] = os.environ) -> bool:
@@ -49,12 +49,12 @@ def has_display(environment: Mapping[str, str] = os.environ) -> bool:
 def native_viewer(recording: Path) -> Iterator[Viewer]:
     """The viewer in a window of its own; it ends with the context, or when the window is closed."""
     with _started(["--new", "--bind", HOST, str(recording)]) as (process, _):
-        yield Viewer(process, None)
+        yield Viewer(process)
 
 
 @contextmanager
 def web_viewer(recording: Path, port: int | None = None) -> Iterator[Viewer]:
-    """The viewer for a browser, on the loopback interface only.
+    """The viewer for a browser, for this user on this machine only; see `fcw_viz.rerun.page`.
 
     Args:
         recording: the `.rrd` file.
@@ -65,14 +65,17 @@ def web_viewer(recording: Path, port: int | None = None) -> Iterator[Viewer]:
     """
     if port is not None and not _is_free(port):
         raise UserError(f"--port {port}: taken by another program; name another port")
-    page_port, data_port = port or _free_port(), _free_port()
-    memory_mb = (recording.stat().st_size + SPARE_MEMORY_BYTES) // 1_000_000
-    arguments = ["--serve-web", "--bind", HOST, "--port", str(data_port), "--web-viewer-port", str(page_port)]
-    arguments += ["--server-memory-limit", f"{memory_mb}MB", str(recording)]
+    viewer_port = _free_port()
+    # Told to view something that is elsewhere, rerun serves its viewer's files and no data.
+    nowhere = f"http://{HOST}:{viewer_port}/nothing.rrd"
+    arguments = ["--serve-web", "--bind", HOST, "--web-viewer-port", str(viewer_port), nowhere]
     with _started(arguments) as (process, output):
-        _await_ports((page_port, data_port), process, output)
-        data = quote(f"rerun+http://{HOST}:{data_port}/proxy", safe="")
-        yield Viewer(process, f"http://{HOST}:{page_port}/?url={data}")
+        _await_port(viewer_port, process, output)
+        page = RerunPage(port or 0, recording, viewer_port)
+        try:
+            yield Viewer(process, page.url, page.ticket_url)
+        finally:
+            page.close()
 
 
 @contextmanager
@@ -122,9 +125,9 @@ def _group_ends(process: subprocess.Popen[bytes]) -> bool:
     return False
 
 
-def _await_ports(ports: tuple[int, ...], process: subprocess.Popen[bytes], output: IO[bytes]) -> None:
+def _await_port(port: int, process: subprocess.Popen[bytes], output: IO[bytes]) -> None:
     deadline = time.monotonic() + START_TIMEOUT_S
-    while not all(_answers(port) for port in ports):
+    while not _answers(port):
         if process.poll() is not None or time.monotonic() > deadline:
             output.seek(0)
             words = output.read().decode(errors="replace").strip().splitlines()

@@ -8,11 +8,13 @@ import socket
 import subprocess
 import sys
 import time
-import urllib.request
+from http import HTTPStatus
 from pathlib import Path
+from urllib.parse import unquote
 
 import cv2
 import pytest
+from strangers.bare_client import get
 
 from fcw.sources import open_source
 from fcw_viz.cli import main
@@ -50,13 +52,13 @@ def start(path: Path, *more: str) -> subprocess.Popen[str]:
     )
 
 
-def address(process: subprocess.Popen[str]) -> tuple[str, int, int]:
-    """The URL it says, and the ports of the page and of the data."""
+def address(process: subprocess.Popen[str]) -> tuple[str, int]:
+    """The URL it says, and its port."""
     assert process.stdout is not None
     for line in process.stdout:
-        found = re.search(r"http://127\.0\.0\.1:(\d+)/\?url=rerun%2Bhttp%3A%2F%2F127\.0\.0\.1%3A(\d+)", line)
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/\S+/\?url=\S+", line)
         if found:
-            return found[0], int(found[1]), int(found[2])
+            return found[0], int(found[1])
     raise AssertionError(process.communicate()[1])
 
 
@@ -112,13 +114,22 @@ def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
         probe.bind(("127.0.0.1", 0))
         named_port = probe.getsockname()[1]
     process = start(drive, "--port", str(named_port))
-    url, page_port, data_port = address(process)
+    url, page_port = address(process)
     assert page_port == named_port
-    with urllib.request.urlopen(url, timeout=PATIENCE_S) as page:
-        assert b"rerun" in page.read().lower()
-    assert listens(data_port)
+    status, _, page = get(url)
+    assert status == 200
+    assert b"rerun" in page.lower()
+    recording = unquote(url.partition("?url=")[2])
+    assert get(recording)[2] == (drive / "drive.rrd").read_bytes()
+    for stranger in (
+        {"Host": "attacker.example"},
+        {"Origin": "https://evil.example"},
+        {"path": "/drive.rrd"},
+        {"path": "/"},
+    ):
+        assert get(recording, **stranger)[0] == HTTPStatus.FORBIDDEN
     if Path("/proc/net/tcp").exists():
-        assert listening_addresses(page_port) == listening_addresses(data_port) == {LOOPBACK}
+        assert listening_addresses(page_port) == {LOOPBACK}
     children = descendants(process.pid)
     assert len(children) >= 2  # rerun's wrapper, and the viewer below it
     end(process, number)
@@ -128,7 +139,6 @@ def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
         time.sleep(0.05)
     assert not any(map(alive, children))
     assert not listens(page_port)
-    assert not listens(data_port)
 
 
 @pytest.mark.slow
@@ -136,7 +146,7 @@ def test_a_drive_without_a_recording_is_shown_from_its_log(drive: Path, tmp_path
     shutil.copy(drive / "drive.mcap", tmp_path)
     process = start(tmp_path / "drive.mcap")
     try:
-        _, page_port, _ = address(process)
+        _, page_port = address(process)
         assert listens(page_port)
     finally:
         end(process, signal.SIGINT)

@@ -19,6 +19,7 @@ from fcw_viz.calibrate_app.document.document import Document
 from fcw_viz.calibrate_app.document.edit_form import edit_from_json, edit_to_json
 from fcw_viz.calibrate_app.document.edits import Edit
 from fcw_viz.calibrate_app.document.history import Action, Event, History
+from fcw_viz.page.guard.guard import whole_address
 
 FORMAT_VERSION = 1
 VERSION_FIELD = "fcw_calibration_journal_version"
@@ -245,7 +246,7 @@ def _in_use(path: Path) -> UserError:
     content = None
     with suppress(UserError):
         content = read_journal(path)
-    where = f" at {content.page}" if content is not None and content.page is not None else ""
+    where = f" at {whole_address(content.page)}" if content is not None and content.page is not None else ""
     return UserError(
         f"{path}: a calibration page{where} is already working on this; use that one, "
         "stop it first, or name another file with `--save FILE`"

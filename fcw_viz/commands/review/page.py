@@ -20,7 +20,7 @@ def review_in_page(command: ReviewCommand) -> int:
     """
     path: Path = command.path
     drives = find_drives([path])
-    port = command.port or DEFAULT_PORT
+    port = DEFAULT_PORT if command.port is None else command.port
     title = next(iter(drives)) if len(drives) == 1 else path.resolve().name
     # A folder of drives, not that of one drive.
     root = path if path.is_dir() and not (path / MCAP_NAME).is_file() else None

@@ -41,8 +41,8 @@ def _announce(viewer: Viewer, recording: Path, no_open: bool) -> None:
         RESULTS.print(f"{recording} in the rerun viewer (Ctrl-C ends)", soft_wrap=True)
         return
     RESULTS.print(f"{recording} in the rerun viewer at {viewer.url} (Ctrl-C ends)", soft_wrap=True)
-    if not no_open:
-        webbrowser.open(viewer.url)
+    if not no_open and viewer.ticket_url is not None:
+        webbrowser.open(viewer.ticket_url)
 
 
 @contextmanager

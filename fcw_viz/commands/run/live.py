@@ -1,6 +1,5 @@
 """`fcw run --live`: the pipeline on a camera, or on a file at its own rate, with a page that shows it."""
 
-import getpass
 import threading
 from datetime import datetime
 from pathlib import Path
@@ -13,6 +12,7 @@ from fcw.logs.names import MCAP_NAME
 from fcw.sources import is_mcap, open_source
 from fcw.sources.camera import CameraSource, camera_name, is_camera
 from fcw.sources.live import LiveSource
+from fcw_viz.commands.review.page import login_name
 from fcw_viz.commands.run.options import RECORDINGS, RunCommand, job_of
 from fcw_viz.commands.run.report import report_drive
 from fcw_viz.console import MESSAGES, RESULTS, note, print_json
@@ -53,7 +53,7 @@ def run_live(command: RunCommand) -> int:
         if outcome.interrupted or not outcome.summary["frames"]:
             page.say_ended(f"The drive was ended by hand. Look at it with: fcw review {job.out}")
             return 130
-        page.review(job.out / MCAP_NAME, getpass.getuser())
+        page.review(job.out / MCAP_NAME, login_name())
         MESSAGES.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; every word is kept)")
         page.wait()
     finally:

@@ -215,4 +215,4 @@ def test_a_taken_port_is_left_alone(tmp_path: Path, serve: Serve):
     first = serve(copy_of_demo_drive(tmp_path / "one"))
     second = serve(copy_of_demo_drive(tmp_path / "two"))
     assert second.port > first.port >= FIRST_PORT
-    assert second.url == f"http://127.0.0.1:{second.port}"
+    assert second.url.startswith(f"http://127.0.0.1:{second.port}/")

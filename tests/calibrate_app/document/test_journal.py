@@ -147,7 +147,7 @@ def test_a_file_that_is_no_journal_is_left_alone(tmp_path):
 def test_two_pages_on_one_journal_are_kept_apart_and_the_second_is_told_where_the_first_is(tmp_path):
     session = open_session(tmp_path)
     session.announce("http://127.0.0.1:8080")
-    with pytest.raises(UserError, match=r"page at http://127\.0\.0\.1:8080 is already working") as error:
+    with pytest.raises(UserError, match=r"page at http://127\.0\.0\.1:8080/\S+ is already working") as error:
         open_session(tmp_path)
     assert "--save FILE" in str(error.value)
     session.close()

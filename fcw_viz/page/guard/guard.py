@@ -1,0 +1,131 @@
+"""The rules: a request has to come from the page's own address, and its path has to begin with the secret.
+
+Any web page in the person's browser can send requests to this machine's servers, and read the answers of one
+that its own domain's name was made to point to (DNS rebinding); other users of this machine can too. So
+
+- the Host must be this machine's loopback, by its name or number (any port: an ssh tunnel has another one);
+- an Origin must be that Host; a web socket must have one, as every browser sends it;
+- the path must begin with the token of `fcw_viz.page.guard.token`. viser's and rerun's pages ask for all they
+  need relative to their address, so it goes with every request, also after a reload, and needs no cookie,
+  which browsers would show to all servers on this machine.
+
+The command line of a browser that is started can be seen by other users: it gets a ticket, good once.
+"""
+
+import re
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from urllib.parse import urlsplit
+
+from fcw_viz.page.guard.token import page_token
+
+HOST = "127.0.0.1"
+LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
+TICKET_S = 60.0
+LARGEST_MESSAGE_BYTES = 1 << 20
+"""Of a web socket: notes and clicks are far smaller."""
+MOST_CLIENTS = 256
+"""Web sockets at once: a person has a few tabs, and what connects without end is refused."""
+SAFE_HEADERS = {
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+"""No other page shows this one in a frame, or learns its address from a link."""
+
+_BARE_ADDRESS = re.compile(r"http://127\.0\.0\.1:\d{1,5}")
+
+Header = Callable[[str], str | None]
+"""The value of a header, by its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Admitted:
+    """A request that is answered.
+
+    Attributes:
+        path: below the token, with its query, e.g. `/?at=drive@8`.
+    """
+
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Redirected:
+    """A ticket was shown: the browser goes on to the page's address."""
+
+    location: str
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A request that is not answered, and why, in words."""
+
+    status: HTTPStatus
+    words: str
+
+
+@dataclass(slots=True)
+class Guard:
+    """The rules of one server."""
+
+    token: str = field(default_factory=page_token)
+    _tickets: dict[str, float] = field(default_factory=dict)
+
+    def url(self, port: int) -> str:
+        """The page's address."""
+        return f"{bare_address(port)}/{self.token}"
+
+    def ticket_url(self, port: int) -> str:
+        """An address that leads to the page once, within a minute."""
+        ticket = secrets.token_urlsafe(16)
+        self._tickets[ticket] = time.monotonic() + TICKET_S
+        return f"{bare_address(port)}/ticket-{ticket}"
+
+    def judge(self, path: str, header: Header, web_socket: bool) -> Admitted | Redirected | Refused:
+        """What becomes of a request.
+
+        Args:
+            path: with its query, as it was sent.
+            header: its headers.
+            web_socket: whether it opens a web socket.
+        """
+        host, origin = header("Host") or "", header("Origin")
+        if _name(host) not in LOOPBACK_NAMES:
+            return Refused(HTTPStatus.FORBIDDEN, "this page is for its own computer alone")
+        if origin not in ({f"http://{host}"} if web_socket else {None, f"http://{host}"}):
+            return Refused(HTTPStatus.FORBIDDEN, "another page may not speak with this one")
+        first, slash, rest = path.lstrip("/").partition("/")
+        first, question, query = first.partition("?")
+        if self._has_ticket(first):
+            return Redirected(f"/{self.token}/")
+        if not secrets.compare_digest(first.encode(errors="replace"), self.token.encode()):
+            words = "the address lacks its secret: open the one that the program has printed"
+            return Refused(HTTPStatus.FORBIDDEN, words)
+        return Admitted(f"/{rest}" if slash else f"/{question}{query}")
+
+    def _has_ticket(self, text: str) -> bool:
+        valid_until_s = self._tickets.pop(text.removeprefix("ticket-"), None)
+        return valid_until_s is not None and time.monotonic() < valid_until_s
+
+
+def bare_address(port: int) -> str:
+    """Where a page is, without the secret: for a file that others may read."""
+    return f"http://{HOST}:{port}"
+
+
+def whole_address(bare: str) -> str:
+    """The address of a page of this user's, with the secret; any other text as it is."""
+    return f"{bare}/{page_token()}" if _BARE_ADDRESS.fullmatch(bare) else bare
+
+
+def _name(host: str) -> str | None:
+    """The name in a Host header, without its port; None where it is no such header."""
+    try:
+        parts = urlsplit(f"//{host}")
+        return parts.hostname if parts.netloc == host and parts.username is None else None
+    except ValueError:
+        return None
