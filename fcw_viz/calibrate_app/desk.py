@@ -12,9 +12,11 @@ from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
+from fcw_viz.calibrate_app.drive_look import DriveLook
 from fcw_viz.calibrate_app.fields import NumberFields
 from fcw_viz.calibrate_app.session import CalibrationSession, Person
 from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.channel import PageChannel
 from fcw_viz.page.pictures import Pictures
 from fcw_viz.page.tab import PageTab
 
@@ -44,6 +46,8 @@ class Desk:
         source: the path that the pictures come from.
         session: what all tabs share.
         pictures: of the source.
+        look: at the drive, for its horizon.
+        channel: from the page's own HTML.
         view: the picture of this tab.
         run: does something in this tab's thread, after everything that came before.
         notify: tells the person something.
@@ -66,19 +70,22 @@ class Desk:
         pictures: Pictures,
         source: Path,
         display: Display,
+        look: DriveLook,
     ) -> None:
         self.client, self.view = tab.client, tab.view
         self.run, self.notify, self._refuse = tab.run, tab.notify, tab.refuse
         self.source = source
         self.session = session
         self.pictures = pictures
+        self.look = look
+        self.channel = PageChannel(tab.client, tab.run)
         self.selected: int | None = None
         self.tool = Tool.POINTS
         self.tool_words = ""
         self.frame_index = 0
         self.state: SessionState = session.state
         self.overlay = PictureOverlay(tab.view, tab.client)
-        self.fields = NumberFields(tab.run, tab.refuse)
+        self.fields = NumberFields(tab.run)
         self._display = display
         self._newest = self.state
         self._refresh_waits = True  # what is heard while joining is shown once it is known who this is
@@ -87,6 +94,8 @@ class Desk:
 
     def sit_down(self) -> None:
         """Join the session, and show it: the display is ready."""
+        self.channel.open()
+        self._forget_look = self.look.listen(lambda: self.run(self.refresh))
         self.view.on_click(self._clicked)
         self.person = self.session.join(self._hear)
         self.run(self.refresh)
@@ -95,8 +104,17 @@ class Desk:
 
     def leave(self) -> None:
         """The tab is gone: keep what was being typed, and leave the session."""
+        self._forget_look()
         self.fields.flush()
         self.session.leave(self.person)
+
+    def offer(self, *edits: Edit) -> None:
+        """Do one step for a field, which itself says why it was refused.
+
+        Raises:
+            UserError: it was refused.
+        """
+        self.session.apply(self.person, *edits)
 
     def apply(self, *edits: Edit) -> bool:
         """Do one step; False where it was refused, and the person was told why."""
@@ -115,8 +133,11 @@ class Desk:
         self._try(lambda: self.session.redo(self.person))
 
     def save(self) -> None:
-        """Write the calibration file."""
-        self._try(self.session.save)
+        """Write the calibration file, and say so."""
+        already = self.session.state.saved
+        if self._try(self.session.save):
+            name = self.session.state.save_path.name
+            self.notify(f"{name} is saved already" if already else f"Saved {name}")
 
     def start_anew(self) -> None:
         """Empty everything; undo brings it back."""

@@ -106,11 +106,9 @@ class PictureHandles:
 
     def _horizon_wish(self, state: SessionState) -> _Wish:
         left_px, _, right_px, _ = self._desk.view.window_px
-        belief = state.document.horizon
 
         def edit(_: float, row_px: float) -> Edit:
-            sigma_px = HORIZON_ROW_SIGMA_PX if belief is None else belief.prior.sigma
-            return SetHorizon(Belief(Gaussian(row_px, sigma_px)))
+            return SetHorizon(Belief(Gaussian(row_px, HORIZON_ROW_SIGMA_PX)))
 
         column_px = (left_px + right_px) / 2
         return _Wish(column_px, self._horizon_row_px(state), HORIZON_COLOR, edit, lambda: None)

@@ -125,7 +125,7 @@ def _reading(calibration: Calibration, imperial: bool) -> str:
     reference = f"the reference (the front bumper), {ahead}" if offset_m else "the camera"
     return (
         f'<p class="dim">Along the road, from {reference}. With clicks of this error the true distance lies '
-        "within the interval (16th to 84th percentile) in 68 of 100 calibrations.</p>"
+        "within the interval in 68 of 100 calibrations.</p>"
     )
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import viser
 
 from fcw.sources import open_source
+from fcw_viz.calibrate_app.drive_look import DriveLook
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
 from fcw_viz.page.guard.guard import bare_address
@@ -18,6 +19,7 @@ class CalibrationPage(PageServer):
     Attributes:
         session: what its tabs share.
         pictures: of the source.
+        look: at the drive, for its horizon.
     """
 
     def __init__(
@@ -36,15 +38,17 @@ class CalibrationPage(PageServer):
         check_port(port)
         self._source, self._dark = source, dark
         self.pictures = Pictures(open_source(source, topic=topic))
+        self.look = DriveLook(self.pictures)
         self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
         super().__init__(port, f"fcw calibrate · {self.pictures.name}", dark)
         self.session.announce(bare_address(self.port))
 
     def open_tab(self, client: viser.ClientHandle) -> Tab:
         """A tab on the session."""
-        return Tab(client, self.session, self.pictures, self._source, self._dark)
+        return Tab(client, self.session, self.pictures, self._source, self._dark, self.look)
 
     def stop(self) -> None:
         """End it; what is being typed in a tab is kept."""
+        self.look.close()
         super().stop()
         self.session.close()

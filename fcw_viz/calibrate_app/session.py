@@ -147,12 +147,17 @@ class CalibrationSession:
         self._publish()
 
     def undo(self, person: Person) -> None:
-        """Take back the last step, whoever made it.
+        """Take back the last step, whoever made it; of somebody else's everybody is told.
 
         Raises:
             UserError: there is none, or this cannot be kept.
         """
-        self._do(person, Action.UNDO)
+        with self._lock:
+            position = self._history.position
+            maker = self._history.people[position - 1] if position else person.name
+            others = maker != person.name and maker in self._others(person)
+            told = f"{person.name} took back a step of {maker}; redo brings it back." if others else ""
+            self._do(person, Action.UNDO, notice=told)
 
     def redo(self, person: Person) -> None:
         """Make the last undone step again.
@@ -210,7 +215,16 @@ class CalibrationSession:
         with self._lock:
             self._journal.close()
 
-    def _do(self, person: Person, action: Action, edits: Callable[[], tuple[Edit, ...]] = tuple) -> None:
+    def _others(self, person: Person) -> set[str]:
+        return {other.name for other in self._people if other != person}
+
+    def _do(
+        self,
+        person: Person,
+        action: Action,
+        edits: Callable[[], tuple[Edit, ...]] = tuple,
+        notice: str = "",
+    ) -> None:
         try:
             with self._lock:
                 ended = self._previews.pop(person, None)
@@ -223,7 +237,7 @@ class CalibrationSession:
                         self._change()
                     raise
                 self._history = history
-                self._notice = ""
+                self._notice = notice
                 self._change()
         finally:
             self._publish()

@@ -5,6 +5,7 @@ from pathlib import Path
 import viser
 
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.drive_look import DriveLook
 from fcw_viz.calibrate_app.handles import PictureHandles
 from fcw_viz.calibrate_app.keys import all_keys
 from fcw_viz.calibrate_app.panels.layout import Panels
@@ -28,9 +29,10 @@ class Tab(PageTab):
         pictures: Pictures,
         source: Path,
         dark: bool,
+        look: DriveLook,
     ) -> None:
         super().__init__(client, f"{pictures.name} · fcw calibrate", pictures.image_size)
-        desk = self.desk = Desk(self, session, pictures, source, self)
+        desk = self.desk = Desk(self, session, pictures, source, self, look)
         self._handles = PictureHandles(desk)
         self._panels = Panels(client.gui, desk, dark)
         add_keys(client.gui, self.run, all_keys(desk))

@@ -65,6 +65,16 @@ def says(message: str) -> str:
     return f'data-fcw="{escape(message)}"'
 
 
+def leads_to(tab: str, place: str) -> str:
+    """The attribute of an element on which a click shows a place of the page, see `is_place`."""
+    return f'data-fcw-goto="{escape(f"{tab}/{place}")}"'
+
+
+def is_place(place: str) -> str:
+    """The attribute of an element that `leads_to` leads to."""
+    return f'data-fcw-place="{escape(place)}"'
+
+
 def chooses(name: str) -> str:
     """The attribute of a `select` whose chosen value is a message of that name."""
     return f'data-fcw-choice="{escape(name)}"'

@@ -8,20 +8,14 @@ from viser import _messages  # RunJavascriptMessage is how viser itself loads pl
 
 _SCRIPT = """
 document.title = %(title)s;
-if (!window.fcwFocus) {
-  window.fcwFocus = (uuid, tries) => {
-    const label = document.querySelector(`label[for="${uuid}"]`);
-    let node = label;
-    while (node && !node.querySelector('input')) node = node.parentElement;
-    if (node) node.querySelector('input').focus();
-    else if (tries > 0) setTimeout(() => window.fcwFocus(uuid, tries - 1), 30);
-  };
+if (!window.fcwManners) {
+  window.fcwManners = true;
   document.addEventListener('keydown', event => {
     const leaves = event.key === 'Enter' || event.key === 'Escape';
     if (leaves && event.target.matches('input[type=text], input:not([type])')) event.target.blur();
   });
   document.addEventListener('click', event => {
-    const row = event.target.closest?.('tr[data-key]');
+    const row = event.target.closest?.('[data-key]');
     if (row) document.documentElement.dispatchEvent(
       new KeyboardEvent('keydown', {key: row.dataset.key, code: `Digit${row.dataset.key}`, bubbles: true}));
   });
@@ -35,6 +29,7 @@ if (!window.fcwFocus) {
 """Enter and Escape leave a field, and a button or a slider let go of is left: keys are the page's again. A
 click on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
 _LAYOUT = Path(__file__).with_name("layout.js").read_text()
+_FIELDS = Path(__file__).with_name("fields.js").read_text()
 FOCUS_TRIES = 20
 """The browser builds a new field a moment after it was told to."""
 
@@ -43,11 +38,17 @@ def install(client: viser.ClientHandle, title: str) -> None:
     """Give the page its title, and its fields their manners."""
     run_script(client, _SCRIPT % {"title": json.dumps(title)})
     run_script(client, _LAYOUT)
+    run_script(client, _FIELDS)
 
 
 def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
     """Put the cursor in a labelled field, also in one that was added just now."""
     run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)}, {FOCUS_TRIES});")
+
+
+def expect_typing(client: viser.ClientHandle, expected: bool) -> None:
+    """Whether a click on the picture asks for a number: digits typed after it wait for the field."""
+    run_script(client, f"window.fcwExpectsTyping = {json.dumps(expected)};")
 
 
 def focus_element(client: viser.ClientHandle, element_id: str) -> None:

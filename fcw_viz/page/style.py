@@ -6,6 +6,10 @@ from pathlib import Path
 import viser
 
 STYLE = f"<style>{Path(__file__).with_suffix('.css').read_text()}</style>"
+SHEET_STYLE = f"<style>{Path(__file__).with_name('sheet.css').read_text()}</style>"
+"""The picture first and the panel as a sheet below it, in small windows that are higher than wide."""
+CROSSHAIR_STYLE = "<style>div:has(> canvas) { cursor: crosshair; }</style>"
+"""For pages on whose picture a click is a measurement."""
 
 
 def text_block(html: str) -> str:
@@ -18,6 +22,12 @@ def step_heading(number: int, title: str, mark: str = "", note: str = "") -> str
     sign = "✓" if mark == "done" else str(number)
     side = f"<span>{escape(note)}</span>" if note else ""
     return text_block(f'<div class="fcw-step"><i class="{mark}">{sign}</i>{escape(title)}{side}</div>')
+
+
+def heading(title: str, note: str = "") -> str:
+    """The head of something that is no step."""
+    side = f"<span>{escape(note)}</span>" if note else ""
+    return text_block(f'<div class="fcw-step">{escape(title)}{side}</div>')
 
 
 def card(html: str, kind: str = "") -> str:

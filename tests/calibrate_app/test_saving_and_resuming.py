@@ -76,7 +76,7 @@ def test_an_implausible_calibration_can_be_saved(session):
 @pytest.mark.parametrize(
     ("points", "height_m", "message"),
     [
-        ((), 1.2, "not saved: something is still missing. Click a mark"),
+        ((), 1.2, "not saved: something is still missing. Choose what you have"),
         (PAPER_POINTS, None, "not saved: something is still missing. Type the camera's height"),
         (((4, 461), (5, 440), (7, 383)), 1.2, "not saved: Going away, the rows of A, B and C"),
     ],

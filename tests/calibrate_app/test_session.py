@@ -66,7 +66,7 @@ def test_a_step_of_which_one_edit_fails_changes_nothing(session, tmp_path):
     anna = session.join(nobody)
     session.apply(anna, AddMark(600, 461, 0, 4))
     before = session.state
-    with pytest.raises(UserError, match="point B is gone"):
+    with pytest.raises(UserError, match="that point is gone"):
         session.apply(anna, SetHeight(1.2), DeleteMark(2))
     assert session.state == before
     assert kept(tmp_path) == before.document

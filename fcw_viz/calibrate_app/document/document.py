@@ -13,6 +13,7 @@ class Mark:
 
     Attributes:
         id: its number in this document, counted from 1; that of a deleted mark is not given again.
+        number: of its letter, counted from 1; that of a deleted mark is given again. 0 where it is the id's.
         column_px: where it is.
         row_px: where it is.
         distance_m: from the reference, as typed; None until somebody says it.
@@ -26,11 +27,12 @@ class Mark:
     distance_m: float | None = None
     enabled: bool = True
     frame: int | None = None
+    number: int = 0
 
     @property
     def name(self) -> str:
         """What a person calls it: A, B, ... Z, AA, ..."""
-        letters, number = "", self.id
+        letters, number = "", self.number or self.id
         while number > 0:
             number, letter = divmod(number - 1, 26)
             letters = chr(ord("A") + letter) + letters
@@ -69,7 +71,9 @@ class Document:
         marks: in the order of their ids.
         next_id: the id of the next mark.
         planned_m: distances that marks to come will have, in the order of clicking (a preset).
+        way: key of the chosen way to calibrate (`ways.WAYS`); empty until one is chosen.
         height_m: of the camera above the road; None until said.
+        height_sigma_m: standard deviation of the height where it counts; None where it was not said.
         from_bumper: whether distances were measured from the front bumper instead of the camera.
         bumper_offset_m: from the camera forward to the bumper; None until said.
         row_sigma_px: standard deviation of a click.
@@ -95,6 +99,8 @@ class Document:
     lane_lines: tuple[Line | None, Line | None] = (None, None)
     lane_lines_enabled: bool = True
     imperial: bool = False
+    way: str = ""
+    height_sigma_m: float | None = None
 
     def mark(self, mark_id: int) -> Mark:
         """The mark of that id.
@@ -105,7 +111,13 @@ class Document:
         for mark in self.marks:
             if mark.id == mark_id:
                 return mark
-        raise UserError(f"point {Mark(mark_id, 0, 0).name} is gone; it was deleted in the meantime")
+        raise UserError("that point is gone; it was deleted in the meantime")
+
+    @property
+    def free_number(self) -> int:
+        """Of the first letter that no mark has."""
+        taken = {mark.number or mark.id for mark in self.marks}
+        return next(number for number in range(1, len(taken) + 2) if number not in taken)
 
     @property
     def reference_offset_m(self) -> float | None:

@@ -39,7 +39,10 @@ class AddMark:
         if self.distance_m is not None:
             _check_positive("distance", self.distance_m, "metres along the road to the mark")
         distance_m = document.next_planned_m if self.distance_m is None else self.distance_m
-        mark = Mark(document.next_id, self.column_px, self.row_px, distance_m, frame=self.frame)
+        number = document.free_number
+        mark = Mark(
+            document.next_id, self.column_px, self.row_px, distance_m, frame=self.frame, number=number
+        )
         return replace(document, marks=(*document.marks, mark), next_id=document.next_id + 1)
 
 
@@ -127,19 +130,33 @@ class PlanDistances:
 
 @dataclass(frozen=True, slots=True)
 class SetHeight:
-    """The camera's height above the road."""
+    """The camera's height above the road, and where it counts its standard deviation."""
 
     height_m: float | None
+    sigma_m: float | None = None
 
     def apply(self, document: Document) -> Document:
         """The document with that height.
 
         Raises:
-            UserError: it is not a height.
+            UserError: it is not a height, or its standard deviation is none.
         """
         if self.height_m is not None:
             _check_positive("camera height", self.height_m, "metres from the road up to the lens")
-        return replace(document, height_m=self.height_m)
+        if self.sigma_m is not None:
+            _check_positive("error of the height", self.sigma_m, "metres, standard deviation")
+        return replace(document, height_m=self.height_m, height_sigma_m=self.sigma_m)
+
+
+@dataclass(frozen=True, slots=True)
+class ChooseWay:
+    """A way to calibrate chosen, by its key; empty goes back to the choice."""
+
+    way: str
+
+    def apply(self, document: Document) -> Document:
+        """The document with that way."""
+        return replace(document, way=self.way)
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,6 +316,7 @@ Edit = (
     | EnableMark
     | DeleteMark
     | PlanDistances
+    | ChooseWay
     | SetHeight
     | SetReference
     | SetRowSigma

@@ -1,6 +1,6 @@
 """What happened to a document: steps of edits, and undo and redo over the steps of everybody."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from fcw.errors import UserError
@@ -38,10 +38,16 @@ class History:
     """The documents from the first one to the last undone one, and which of them counts now.
 
     Immutable: the next history is made, kept on disk and only then put in place of this one.
+
+    Attributes:
+        documents: before the first step, and after each.
+        position: of the one that counts.
+        people: who did each step, the first one being that from `documents[0]` to `documents[1]`.
     """
 
     documents: tuple[Document, ...]
     position: int = 0
+    people: tuple[str, ...] = ()
 
     @property
     def document(self) -> Document:
@@ -67,12 +73,16 @@ class History:
         if event.action is Action.UNDO:
             if not self.can_undo:
                 raise UserError("there is nothing to undo")
-            return History(self.documents, self.position - 1)
+            return replace(self, position=self.position - 1)
         if event.action is Action.REDO:
             if not self.can_redo:
                 raise UserError("there is nothing to redo")
-            return History(self.documents, self.position + 1)
+            return replace(self, position=self.position + 1)
         document = self.document
         for edit in event.edits:
             document = edit.apply(document)
-        return History((*self.documents[: self.position + 1], document), self.position + 1)
+        return History(
+            (*self.documents[: self.position + 1], document),
+            self.position + 1,
+            (*self.people[: self.position], event.person),
+        )

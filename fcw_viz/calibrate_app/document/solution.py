@@ -22,6 +22,7 @@ from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document import words
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetHorizon
+from fcw_viz.calibrate_app.document.sky import sky_troubles
 from fcw_viz.calibrate_app.document.state import (
     BeliefEffect,
     DistanceRow,
@@ -33,6 +34,7 @@ from fcw_viz.calibrate_app.document.state import (
     Trouble,
 )
 from fcw_viz.calibrate_app.document.troubles import degenerate_troubles, implausible_troubles
+from fcw_viz.calibrate_app.document.ways.height import with_height_error
 
 ASSUMED_HEIGHT_M = 1.3
 """A lens at the mirror of an ordinary car, for the preview until somebody says the height."""
@@ -71,6 +73,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
     """
     lane_horizon, lane_troubles = _lane_horizon(document)
     facts = _facts(document, lane_horizon)
+    sky = sky_troubles(document, calibration_of) if effects and not lane_troubles else ()
     height_assumed = document.height_m is None
     assumed = height_assumed or document.reference_offset_m is None
     told = _effects(document, lane_horizon) if effects and not assumed else {}
@@ -78,7 +81,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
         Status.INCOMPLETE,
         None,
         words.hint_incomplete(document, facts.missing),
-        lane_troubles,
+        (*sky, *lane_troubles),
         lane_horizon,
         height_assumed,
         told,
@@ -86,7 +89,8 @@ def solve(document: Document, effects: bool = True) -> Solution:
     try:
         calibration = _calibration(document, facts)
     except UserError as error:
-        troubles = degenerate_troubles(document, error, calibration_of, thorough=effects)
+        # What is in the sky explains it: nobody else is to blame.
+        troubles = sky or degenerate_troubles(document, error, calibration_of, thorough=effects)
         return replace(
             incomplete,
             status=Status.DEGENERATE,
@@ -100,7 +104,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
         # Without priors the points' misfit is the same for any height and offset; all else follows from them.
         kept = () if facts.priors.count else tuple(f for f in result.findings if f.point is not None)
         result = replace(result, findings=kept)
-    troubles = implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
+    troubles = sky or implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
     solution = replace(incomplete, result=result, troubles=(*lane_troubles, *troubles))
     if assumed:
         return solution
@@ -140,16 +144,23 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
         check_order(points)
         return None
     offset_m = document.reference_offset_m
-    return calibrate(
-        points,
-        document.image_size,
-        ASSUMED_HEIGHT_M if document.height_m is None else document.height_m,
-        ASSUMED_OFFSET_M if offset_m is None else offset_m,
-        document.row_sigma_px,
-        facts.priors.field_of_view_rad,
-        facts.priors.principal_row_px,
-        facts.priors.horizon_row_px,
-    )
+
+    def with_height(height_m: float) -> Calibration:
+        return calibrate(
+            points,
+            document.image_size,
+            height_m,
+            ASSUMED_OFFSET_M if offset_m is None else offset_m,
+            document.row_sigma_px,
+            facts.priors.field_of_view_rad,
+            facts.priors.principal_row_px,
+            facts.priors.horizon_row_px,
+        )
+
+    calibration = with_height(ASSUMED_HEIGHT_M if document.height_m is None else document.height_m)
+    if document.height_m is None or document.height_sigma_m is None:
+        return calibration
+    return with_height_error(calibration, document.height_sigma_m, with_height)
 
 
 def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, ...]]:

@@ -18,6 +18,7 @@ from fcw_viz.calibrate_app.document.numbers_text import (
     interval_text,
     typed_text,
 )
+from fcw_viz.calibrate_app.document.ways.ways import CLIP
 
 NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
@@ -29,6 +30,10 @@ BELIEF_NAMES = {
 }
 
 
+ROUGH_ERROR = 0.12
+"""An error of more than this part at the distance of the quality sentence is called rough."""
+
+
 def names(marks: Sequence[Mark]) -> str:
     """`A`, `A and B`, `A, B and C`."""
     letters = [mark.name for mark in marks]
@@ -38,6 +43,10 @@ def names(marks: Sequence[Mark]) -> str:
 def hint_incomplete(document: Document, missing: int) -> str:
     """What to do next while something has still to be said; `missing` is the number of facts still needed."""
     if not document.marks and not document.planned_m:
+        if document.way == "":
+            return "Choose what you have to calibrate with, or click a mark whose distance you know."
+        if document.way == CLIP:
+            return hint_clip(document)
         return "Click a mark on the road whose distance you know."
     untold = [mark for mark in document.marks if mark.enabled and mark.distance_m is None]
     if untold:
@@ -51,6 +60,17 @@ def hint_incomplete(document: Document, missing: int) -> str:
     if document.reference_offset_m is None:
         return "Type how far the front bumper is ahead of the camera."
     return "Type the camera's height above the road."
+
+
+def hint_clip(document: Document) -> str:
+    """What to do next without points."""
+    if document.height_m is None:
+        return "Say how high the camera is above the road, or choose your kind of vehicle."
+    if document.field_of_view is None:
+        return "Say how much the lens sees from side to side, or choose your kind of camera."
+    if document.horizon is None:
+        return "Take the horizon that the drive shows, or drag it to where the road ends."
+    return "Switch the lens, its axis and the horizon on: all three are needed without points."
 
 
 def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:
@@ -80,7 +100,12 @@ def quality(distance_m: float, low_m: float, high_m: float, imperial: bool) -> s
     if not math.isfinite(high_m):
         low = f"{max(in_units(low_m, imperial), 0.0):.0f} {unit}"
         return f"At {at} only this is sure: it is farther than {low}. Add a far point."
-    return f"At {at} this camera is good for {interval_text(low_m, high_m, imperial, ' to ')} {unit}."
+    rough = (
+        ""
+        if (high_m - low_m) / 2 <= ROUGH_ERROR * distance_m
+        else " Rough: to rank moments by, not to measure."
+    )
+    return f"At {at} this camera is good for {interval_text(low_m, high_m, imperial, ' to ')} {unit}.{rough}"
 
 
 def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool) -> str:
@@ -179,6 +204,16 @@ def residual_trouble(mark: Mark, residual_px: float, sigma_px: float) -> str:
         f"all else gives it, {abs(residual_px) / sigma_px:.0f} times the error of a click. "
         "Check its distance, or click it again."
     )
+
+
+def sky_trouble(mark: Mark) -> str:
+    """A point above the horizon."""
+    return f"{mark.name} lies above the horizon, in the sky. Click a mark on the road."
+
+
+def delete_label(mark: Mark) -> str:
+    """The button that deletes a mark."""
+    return f"Delete {mark.name}"
 
 
 def outside_trouble(mark: Mark) -> str:

@@ -85,7 +85,7 @@ def interval_plot(result: Result, imperial: bool) -> str:
             parts.append(
                 element("circle", **place, r=3.5, fill=AMBER, stroke="currentColor", stroke_width=0.8)
             )
-    parts.append(words(left, 12, "error of the distance, 16th to 84th percentile"))
+    parts.append(words(left, 12, "error of the distance, two times in three"))
     axis = f"distance in {unit_name(imperial)}, and its interval"
     parts.append(words(left, height - 20, axis, opacity=0.75))
     if unbounded:

@@ -8,7 +8,9 @@ from fcw_viz.calibrate_app.drawing.figures import interval_plot
 from fcw_viz.page.style import set_html, text_block
 
 FIRST_WORDS = '<p class="dim">Comes with the first result.</p>'
-PLOT_WORDS = '<p class="dim">Two times out of three the true distance lies in the band.</p>'
+PLOT_WORDS = (
+    '<p class="dim">Two times in three the true distance lies in the band; the dots are your points.</p>'
+)
 
 
 class IntervalPanel:

@@ -7,10 +7,16 @@ import viser
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.document.state import SessionState, Status
-from fcw_viz.page.style import STYLE, set_html, text_block
+from fcw_viz.page.channel import leads_to, says
+from fcw_viz.page.style import CROSSHAIR_STYLE, SHEET_STYLE, STYLE, set_html, text_block
 
 GOOD_ERROR = 0.1
 """An error of a tenth at the distance of the quality sentence may be called good."""
+
+
+WAY_TO_TROUBLE = f'<button class="fcw-link" {leads_to("Calibrate", "trouble")}>Show it</button>'
+
+SAVE = f'<button class="fcw-link" {says("save")}>Save</button>'
 
 
 class Guide:
@@ -19,7 +25,9 @@ class Guide:
     def __init__(self, gui: viser.GuiApi, desk: Desk, docked_px: int) -> None:
         self._desk = desk
         # The colours of a page are those of its root: the docked panel's width is told there, too.
-        gui.add_html(f"{STYLE}<style>:root {{ --fcw-docked: {docked_px}px; }}</style>")
+        docked = f"<style>:root {{ --fcw-docked: {docked_px}px; }}</style>"
+        gui.add_html(f"{STYLE}{docked}{SHEET_STYLE}{CROSSHAIR_STYLE}")
+        desk.channel.on("save", lambda _: desk.save())
         self._banner = gui.add_html("")
         self._notices = gui.add_html("")
 
@@ -27,7 +35,9 @@ class Guide:
         """Say what to do next at a moment of the session."""
         words = self._desk.tool_words or _words(state)
         kind = "" if self._desk.tool_words else _kind(state)
-        set_html(self._banner, f'<div class="fcw-banner {kind}">{escape(words)}</div>')
+        way = "" if self._desk.tool_words else _way_on(state)
+        banner = f'<div class="fcw-banner {kind}" role="status">{escape(words)} {way}</div>'
+        set_html(self._banner, banner)
         notices = [state.notice] if state.notice else []
         if len(state.people) > 1:
             own = self._desk.person.name
@@ -37,8 +47,17 @@ class Guide:
         set_html(self._notices, text_block(html) if html else "")
 
 
+def _way_on(state: SessionState) -> str:
+    """What does at once what the line says."""
+    if state.solution.troubles:
+        return WAY_TO_TROUBLE
+    return SAVE if state.solution.can_save and not state.saved else ""
+
+
 def _words(state: SessionState) -> str:
     """The next step, and with a result how good it is."""
+    if state.saved and state.shown is not None:
+        return f"{state.shown.quality} Saved."
     if state.current and state.shown is not None and not state.solution.height_assumed:
         return f"{state.shown.quality} {state.solution.hint}"
     return state.solution.hint

@@ -1,11 +1,11 @@
-"""Step 1 of the job: which picture of the drive is clicked in."""
+"""Which picture of the drive is clicked in."""
 
 import viser
 
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.page.controls import on_choice, on_press
-from fcw_viz.page.style import set_html, step_heading
+from fcw_viz.page.style import heading, set_html
 
 PREVIOUS, NEXT, FIT = "◀ Previous", "Next ▶", "Fit"
 
@@ -33,11 +33,10 @@ class PicturePanel:
             },
         )
 
-    def show(self, state: SessionState) -> None:
+    def show(self, _: SessionState) -> None:
         """Show which picture is seen."""
         pictures, index = self._desk.pictures, self._desk.frame_index
         seconds = index / pictures.frame_rate_hz
         note = f"{seconds:.1f} s" if pictures.count > 1 else str(pictures.image_size)
-        mark = "done" if state.document.marks else ""
-        set_html(self._heading, step_heading(1, pictures.name, mark, note))
+        set_html(self._heading, heading(pictures.name, note))
         self._slider.value = index + 1

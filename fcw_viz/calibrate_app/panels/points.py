@@ -8,14 +8,16 @@ import viser
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.document import Mark
-from fcw_viz.calibrate_app.document.edits import SetDistance
+from fcw_viz.calibrate_app.document.edits import SetDistance, SetRowSigma
 from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.document.state import MarkResidual, SessionState
+from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
 from fcw_viz.calibrate_app.drawing.figures import residual_bar
 from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.keys import NUMBER_KEYS
 from fcw_viz.calibrate_app.panels.preset import PresetPanel
 from fcw_viz.calibrate_app.panels.result import rounded
+from fcw_viz.calibrate_app.quantities import DISTANCE, ROW_ERROR
 from fcw_viz.page.controls import on_press
 from fcw_viz.page.script import focus
 from fcw_viz.page.style import set_html, step_heading, text_block
@@ -45,6 +47,13 @@ class PointsPanel:
             GO_TO: desk.go_to_selected,
         }
         self._actions = gui.add_button_group("", tuple(actions), visible=False)
+        self._sigma = desk.fields.add(
+            gui,
+            "Click error, px",
+            ROW_ERROR,
+            lambda sigma_px: sigma_px is not None and desk.offer(SetRowSigma(sigma_px)),
+            hint="Standard deviation of a click in rows: about 1 at fit, 0.3 where you zoomed in",
+        )
         on_press(self._actions, desk.run, actions)
 
     def show(self, state: SessionState) -> None:
@@ -52,7 +61,14 @@ class PointsPanel:
         document = state.document
         counted = sum(mark.ground_point is not None for mark in document.marks)
         done = "done" if counted >= MINIMUM_POINTS else "now"
-        set_html(self._heading, step_heading(2, "Points on the road", done, f"{counted} of at least 3"))
+        way = chosen_way(document)
+        needed = way is None or Part.POINTS in way.parts
+        note = f"{counted} of at least {MINIMUM_POINTS}" if counted < MINIMUM_POINTS else f"{counted} points"
+        if not needed:
+            done, note = ("done", note) if counted else ("", "none needed")
+        set_html(self._heading, step_heading(2, "Points on the road", done, note))
+        self._sigma.visible = counted > 0
+        self._sigma.show(document.row_sigma_px)
         self._preset.show(state)
         set_html(self._table, text_block(self._table_html(state)) if document.marks else "")
         self._actions.visible = bool(document.marks) or state.can_undo or state.can_redo
@@ -74,16 +90,15 @@ class PointsPanel:
                     self._fields[mark.id] = self._new_field(mark)
             field = self._fields[mark.id]
             field.handle.label = f"{mark.name}, {'feet' if imperial else 'metres'}"
-            field.handle.order = mark.id
+            field.place(mark.id)
             field.show(mark.distance_m, 1 / FEET_PER_METRE if imperial else 1.0)
 
     def _new_field(self, mark: Mark) -> NumberField:
         def commit(distance_m: float | None) -> None:
-            self._desk.apply(SetDistance(mark.id, distance_m))
+            self._desk.offer(SetDistance(mark.id, distance_m))
 
-        return self._desk.fields.add(
-            self._gui, mark.name, commit, hint=f"Distance of {mark.name} along the road; empty: not said yet"
-        )
+        hint = f"Distance of {mark.name} along the road; empty: not said yet"
+        return self._desk.fields.add(self._gui, mark.name, DISTANCE, commit, hint)
 
     def _table_html(self, state: SessionState) -> str:
         troubled = {mark_id for trouble in state.solution.troubles for mark_id in trouble.mark_ids}
@@ -91,10 +106,7 @@ class PointsPanel:
         residuals = {} if result is None else result.residuals
         exact = result is not None and result.exact
         unit = unit_name(state.document.imperial)
-        lines = [
-            f"<tr><th></th><th>{unit}</th><th>row</th><th>column</th>"
-            f"<th colspan=3>error, px and {unit}</th></tr>"
-        ]
+        lines = [f"<tr><th></th><th>row</th><th>column</th><th colspan=3>error, px and {unit}</th></tr>"]
         for number, mark in enumerate(state.document.marks, 1):
             classes = {
                 "selected": mark.id == self._desk.selected,
@@ -105,7 +117,6 @@ class PointsPanel:
             lines.append(
                 f'<tr class="{" ".join(name for name, holds in classes.items() if holds)}"{_key(number)}>'
                 f"<td>{'⚠ ' if mark.id in troubled else ''}{escape(mark.name)}</td>"
-                f"<td>{_length(mark.distance_m, state.document.imperial)}</td>"
                 f"<td>{mark.row_px:.1f}</td><td>{mark.column_px:.1f}</td>"
                 + _residual_cells(residual, state.document.row_sigma_px, state.document.imperial)
                 + "</tr>"
@@ -117,13 +128,6 @@ class PointsPanel:
 def _key(number: int) -> str:
     """What makes a click on a point's row the key that selects the point."""
     return f' data-key="{number}"' if number <= NUMBER_KEYS else ""
-
-
-def _length(distance_m: float | None, imperial: bool) -> str:
-    """A distance in the table, without its unit."""
-    if distance_m is None:
-        return "?"
-    return f"{in_units(distance_m, imperial):.5g}"
 
 
 def _residual_cells(residual: MarkResidual | None, row_sigma_px: float, imperial: bool) -> str:

@@ -1,18 +1,26 @@
-"""Step 4 of the job: how far to trust the camera that comes out, what is wrong with it, and its numbers."""
+"""Step 5 of the job: how far to trust the camera that comes out, what is wrong with it, and its numbers."""
 
 import math
 from html import escape
 
 import viser
 
+from fcw.logs.overlay import OWN_CAR_SIZE_M
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.numbers_text import row_distance_text
 from fcw_viz.calibrate_app.document.state import Result, SessionState, Status
 from fcw_viz.calibrate_app.panels.trouble import TroublePanel
 from fcw_viz.page.style import card, set_html, step_heading, text_block
 
-FIRST_WORDS = '<p class="dim">Comes as soon as three points have their distances.</p>'
+FIRST_WORDS = '<p class="dim">Comes as soon as enough was said.</p>'
 STALE_WORDS = "Not current: the last result that could be calculated."
-ASSUMED_WORDS = '<p class="dim">The height is still to be said; one was assumed for the pitch.</p>'
+UNTOLD_WORDS = (
+    '<p class="dim">Pitch and lens come with the height of the camera; distances do not need it.</p>'
+)
+BANDS_WORDS = (
+    "On the picture: each line is where the road is so far away, its band is where that row may lie two "
+    "times in three, and the strip is the path of a car {width} wide that drives straight ahead."
+)
 TRADE_OFF_WORDS = "These trade off against each other: judge by the distances."
 
 
@@ -28,7 +36,7 @@ class ResultPanel:
     def show(self, state: SessionState) -> None:
         """Show the result of a moment of the session, or the last good one."""
         marks = {Status.GOOD: "done", Status.IMPLAUSIBLE: "now"}
-        set_html(self._heading, step_heading(4, "Result", marks.get(state.solution.status, "")))
+        set_html(self._heading, step_heading(5, "Result", marks.get(state.solution.status, "")))
         set_html(self._quality, text_block(_quality_html(state)))
         self._troubles.show(state)
         set_html(self._numbers, text_block("" if state.shown is None else _numbers_html(state, state.shown)))
@@ -54,13 +62,18 @@ def _numbers_html(state: SessionState, result: Result) -> str:
         ("Lens axis, row", camera.principal_row_px, sigmas.principal_row_px, ""),
         ("Horizon, row", camera.horizon_row_px, sigmas.horizon_row_px, ""),
     )
+    if state.current and state.solution.height_assumed:
+        # The others are those of the height that was assumed, which nobody said.
+        numbers = numbers[-1:]
     cells = "".join(
         f"<div><span>{name}</span>{plus_minus(value, sigma)}{unit}</div>"
         for name, value, sigma, unit in numbers
     )
     stale = "" if state.current else " fcw-stale"
-    assumed = ASSUMED_WORDS if state.current and state.solution.height_assumed else ""
-    return f'<div class="fcw-numbers{stale}">{cells}</div><p class="dim">{TRADE_OFF_WORDS}</p>{assumed}'
+    words = f'<p class="dim">{TRADE_OFF_WORDS}</p>' if len(numbers) > 1 else UNTOLD_WORDS
+    width = row_distance_text(OWN_CAR_SIZE_M[1], state.document.imperial)
+    bands = f'<p class="dim">{BANDS_WORDS.format(width=width)}</p>'
+    return f'<div class="fcw-numbers{stale}">{cells}</div>{words}{bands}'
 
 
 def plus_minus(value: float, sigma: float) -> str:

@@ -1,4 +1,4 @@
-"""Step 5 of the job: the calibration file, what to type next, and the other forms of it."""
+"""Step 6 of the job: the calibration file, what to type next, and the other forms of it."""
 
 from datetime import datetime
 from functools import partial
@@ -13,7 +13,7 @@ from fcw.camera.file import calibration_text, default_path
 from fcw.errors import UserError
 from fcw.versions import versions
 from fcw_viz.calibrate_app.desk import Desk
-from fcw_viz.calibrate_app.document.state import SessionState, Status
+from fcw_viz.calibrate_app.document.state import Result, SessionState, Status
 from fcw_viz.calibrate_app.report import report_html
 from fcw_viz.page.controls import on_button, on_press
 from fcw_viz.page.style import card, set_html, step_heading, text_block
@@ -22,6 +22,8 @@ SAVE_COLOR = (47, 158, 68)
 FILE, REPORT, ROS, KALIBR = "↓ YAML", "↓ Report", "↓ camera_info", "↓ Kalibr"
 EXPORT_FORMATS: dict[str, ExportFormat] = {ROS: "camera_info", KALIBR: "kalibr"}
 ANEW = "Start anew"
+EXACT_HEIGHTS, EXACT_PART = 0.05, 0.05
+"""An axis known to so many picture heights and a focal length to such a part may be handed on as they are."""
 
 
 class SavePanel:
@@ -33,6 +35,7 @@ class SavePanel:
         self._button = gui.add_button("Save", color=SAVE_COLOR, icon=viser.Icon.DEVICE_FLOPPY, disabled=True)
         self._words = gui.add_html("")
         self._downloads = gui.add_button_group("", (FILE, REPORT, ROS, KALIBR), visible=False)
+        self._export_words = gui.add_html("")
         self._anew = gui.add_button_group("", (ANEW,))
 
         on_button(self._button, desk.run, desk.save)
@@ -48,10 +51,13 @@ class SavePanel:
         can_save = state.solution.can_save
         mark = "done" if state.saved else "now" if can_save else ""
         note = "saved" if state.saved else "not saved yet"
-        set_html(self._heading, step_heading(5, "Save", mark, note))
+        set_html(self._heading, step_heading(6, "Save", mark, note))
         self._button.label = "Saved" if state.saved else f"Save {state.save_path.name}"
         self._button.disabled = state.saved or not can_save
         self._downloads.visible = can_save
+        result = state.solution.result
+        doubt = "" if result is None or not can_save else export_doubt(result)
+        set_html(self._export_words, text_block(f'<p class="dim">{doubt}</p>') if doubt else "")
         set_html(self._words, text_block(self._words_html(state)))
 
     def _words_html(self, state: SessionState) -> str:
@@ -63,7 +69,7 @@ class SavePanel:
         if not state.solution.can_save:
             return f'<p class="dim">Not yet: {escape(state.solution.hint)}</p>'
         warning = "It will carry the warning above." if state.solution.status is Status.IMPLAUSIBLE else ""
-        return f'<p class="dim">Your points are kept all the while, saved or not. {warning}</p>'
+        return f'<p class="dim">What you say is kept all the while, saved or not. {warning}</p>'
 
     def _download(self, kind: str) -> None:
         desk = self._desk
@@ -86,6 +92,19 @@ class SavePanel:
         image = desk.pictures.read(desk.frame_index).image
         today = datetime.now().astimezone().date()
         return report_html(desk.state, image, desk.frame_index, str(desk.source), today, versions())
+
+
+def export_doubt(result: Result) -> str:
+    """What the formats of others cannot say of a lens that the points leave open; empty where it is known."""
+    calibration, sigmas = result.calibration, result.sigmas
+    focal_part = sigmas.focal_y_px / calibration.camera.focal_y_px
+    if sigmas.principal_row_px < EXACT_HEIGHTS * calibration.image_size.height and focal_part < EXACT_PART:
+        return ""
+    return (
+        "camera_info and Kalibr have no place for uncertainty, and would state as exact a lens known to "
+        f"± {sigmas.focal_y_px:.0f} px in focal length and ± {sigmas.principal_row_px:.0f} rows in its axis: "
+        "say what you know of the lens first, or calibrate it with a chessboard."
+    )
 
 
 def _flag(source: Path, save_path: Path) -> str:

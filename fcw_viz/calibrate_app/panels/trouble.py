@@ -5,8 +5,8 @@ from html import escape
 import viser
 
 from fcw_viz.calibrate_app.desk import Desk
-from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.state import Mend, SessionState, Trouble
+from fcw_viz.page.channel import is_place
 from fcw_viz.page.controls import on_button
 from fcw_viz.page.style import card, text_block
 
@@ -37,9 +37,11 @@ class TroublePanel:
                 self._add(trouble)
 
     def _add(self, trouble: Trouble) -> None:
-        names = ", ".join(Mark(mark_id, 0.0, 0.0).name for mark_id in trouble.mark_ids)
+        document = self._desk.state.document
+        names = ", ".join(mark.name for mark in document.marks if mark.id in trouble.mark_ids)
         subject = f"<b>⚠ {escape(names)}:</b> " if names else ""
-        self._parts.append(self._gui.add_html(text_block(card(f"{subject}{escape(trouble.text)}"))))
+        html = f"<div {is_place('trouble')}>{card(f'{subject}{escape(trouble.text)}')}</div>"
+        self._parts.append(self._gui.add_html(text_block(html)))
         if trouble.mend is not None:
             self._parts.append(self._mend_button(trouble.mend))
 

@@ -61,3 +61,8 @@ viewer.sendMessage = (message) => {
   );
 };
 viewer.sendCamera();
+// Its place may change without the window: the picture is fitted anew.
+if (!viewer.watchesSize) {
+  viewer.watchesSize = true;
+  new ResizeObserver(() => viewer.sendCamera()).observe(canvas);
+}

@@ -44,7 +44,7 @@ def test_a_newcomer_calibrates_in_three_clicks_three_numbers_one_height_and_one_
     source = pictures_of_demo_drive(tmp_path)
     page = serve(source)
     person = Person(open_page(page.url))
-    assert "Click a mark on the road" in person.banner
+    assert "Choose what you have" in person.banner
     assert person.button("Save drive.calibration.yaml").is_disabled()
     for name, place, distance in zip("ABC", DEMO_MARKS_PX, ("7.6", "16,6", "31.6"), strict=True):
         person.browser.click(*place)
@@ -201,8 +201,10 @@ def test_keys(tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitF
     person.browser.page.keyboard.press("Control+a")
     person.type("2on.5p1")
     person.press("Delete", "ArrowUp")
-    wait_for(lambda: person.browser.page.locator(".mantine-Notification-root").count() > 0)
-    assert "'2on.5p1' is not a number" in person.words(".mantine-Notification-root")
+    wait_for(lambda: person.browser.page.locator(".fcw-wrong").count() > 0)
+    assert "'2on.5p1' is not a distance along the road: type 15, 4.5 m or 50 ft" in person.words(".fcw-wrong")
+    wait_for(lambda: person.field("A, metres").get_attribute("aria-invalid") == "true")
+    assert person.field("A, metres").input_value() == "2on.5p1"
     assert marks() == [first, third]
     assert person.browser.camera() == pytest.approx(camera, abs=1e-3)
     person.press("Escape", "Escape")

@@ -98,7 +98,9 @@ def test_a_tape_measure_over_two_pictures_needs_no_typing(
     def marks() -> list[tuple[float | None, int | None]]:
         return [(mark.distance_m, mark.frame) for mark in page.session.state.document.marks]
 
-    choose(person, "You have", "Tape measure: 5, 10, 20 m")
+    person.button("Points at distances I taped").click()
+    wait_for(lambda: person.field("Distances").count() > 0)
+    choose(person, "Distances", "Tape measure: 5, 10, 20 m")
     wait_for(lambda: page.session.state.document.planned_m == TAPE_M)
     for clicked, distance_m in enumerate(TAPE_M[:2], 1):
         person.browser.click(*seen(distance_m))
@@ -116,7 +118,11 @@ def test_a_tape_measure_over_two_pictures_needs_no_typing(
     person.field("Camera height, ft").fill("4.25")
     wait_for(lambda: page.session.state.document.height_m == pytest.approx(4.25 * 0.3048))
     wait_for(lambda: marks()[0][0] == pytest.approx(16.5 * 0.3048))
-    wait_for(lambda: [row[1] for row in person.table] == ["16.5", "32.808", "65.617"])
+    wait_for(
+        lambda: (
+            [person.field(f"{name}, feet").input_value() for name in "ABC"] == ["16.5", "32.808", "65.617"]
+        )
+    )
     wait_for(lambda: person.banner.count(" ft") > 0)
 
     person.browser.page.locator(".fcw tr[data-key]").nth(1).click()
@@ -161,7 +167,7 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
 
     person = Person(open_page(page.url))
     expect(None)
-    side_tab(person, "Know more")
+    checkbox(person, "Say more").click()
     person.button("Draw two lane lines").click()
     for side, name in ((1, "left"), (-1, "right")):
         for place, end in zip(lane_line(side), ("bottom", "far away"), strict=True):
@@ -222,11 +228,10 @@ def test_an_old_calibration_is_shown_again_and_handed_out(
     person = Person(open_page(page.url))
     wait_for(lambda: person.button("Saved").count() == 1)
     assert "The points of road.calibration.yaml were loaded" in person.words(".fcw:has-text('loaded')")
-    expected_rows = [
-        [name, f"{p.distance_m:g}", f"{p.row_px:.1f}", "600.0"]
-        for name, p in zip("ABC", old_points, strict=True)
-    ]
-    assert [row[:4] for row in person.table] == expected_rows
+    expected_rows = [[name, f"{p.row_px:.1f}", "600.0"] for name, p in zip("ABC", old_points, strict=True)]
+    assert [row[:3] for row in person.table] == expected_rows
+    fields = [person.field(f"{name}, metres").input_value() for name in "ABC"]
+    assert fields == [f"{point.distance_m:g}" for point in old_points]
     assert person.field("Camera height").input_value() == f"{HEIGHT_M:g}"
 
     def download(words: str) -> tuple[str, str]:

@@ -10,7 +10,7 @@ from session_helpers import CAMERA, PAPER_POINTS, SIZE, mended, only_trouble, sa
 from fcw.camera.calibration import Gaussian
 from fcw.camera.solve import calibrate
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
-from fcw_viz.calibrate_app.document.edits import EnableMark, SetDistance
+from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetDistance
 from fcw_viz.calibrate_app.document.solution import solve
 from fcw_viz.calibrate_app.document.state import Status
 
@@ -20,7 +20,7 @@ from fcw_viz.calibrate_app.document.state import Status
 @pytest.mark.parametrize(
     ("document", "hint"),
     [
-        (Document(SIZE), "Click a mark on the road whose distance you know."),
+        (Document(SIZE), "Choose what you have to calibrate with, or click a mark whose distance you know."),
         (Document(SIZE, planned_m=(4, 5, 7)), "Click the mark at 4 m."),
         (Document(SIZE, planned_m=(3.048, 5, 7), imperial=True), "Click the mark at 10 ft."),
         (untold(461), "Type the distance of A."),
@@ -226,3 +226,19 @@ def test_every_click_noise_is_counted_in_the_next_click():
 def test_a_distance_taken_back_is_asked_for_again():
     document = SetDistance(2, None).apply(said(*PAPER_POINTS, height_m=1.2))
     assert solve(document).hint == "Type the distance of B."
+
+
+def test_a_point_in_the_sky_is_said_of_that_point_at_once_and_of_no_other():
+    document = said(*seen(6, 15, 40), height_m=1.3)
+    row_px = solve(document).result.calibration.horizon_row_px - 60
+    clicked = AddMark(600.0, row_px).apply(document)
+    (trouble,) = solve(clicked).troubles
+    assert trouble.mark_ids == (4,)
+    assert "D lies above the horizon, in the sky" in trouble.text
+    # Its distance makes the points contradict each other; the others are still not accused.
+    typed = SetDistance(4, 60.0).apply(clicked)
+    (trouble,) = solve(typed).troubles
+    assert trouble.mark_ids == (4,)
+    for edit in trouble.mend.edits:
+        typed = edit.apply(typed)
+    assert solve(typed).troubles == ()

@@ -90,25 +90,30 @@ def _dashes(where: str, period_m: float) -> SpacedPreset:
     count = math.floor(FARTHEST_DASH_M / period_m + 1e-9) + 1
     return SpacedPreset(
         f"Lane dashes, {where}: every {period_m:.4g} m",
-        "Stop on a straight road and measure to the near end of the first dash you see. "
+        "Where you may stop beside such dashes (a lay-by, a closed road, a car park with the same paint), "
+        "measure to the near end of the first dash you see. "
         f"Click the near ends of {count} dashes beside your lane, the nearest first.",
         period_m,
         count,
     )
 
 
-PRESETS = (
+TAPE_PRESETS = (
     _tape(4.0, 5.0, 7.0, advice="Far distances stay uncertain: add a far mark if you can."),
     _tape(5.0, 10.0, 20.0, advice="Good to about 40 m."),
     _tape_feet(15.0, 30.0, 65.0),
 )
 """Marks whose distances are known."""
 
-SPACED_PRESETS = (
+DASH_PRESETS = (
     _dashes("USA", 40 / FEET_PER_METRE),
     _dashes("California motorways", 48 / FEET_PER_METRE),
     _dashes("Germany, motorways", 18.0),
     _dashes("United Kingdom, above 40 mph", 9.0),
+)
+"""Marks a known way apart, the first of which has to be measured."""
+
+BAY_PRESETS = (
     SpacedPreset(
         "Parking bay, 5.0 m deep",
         "Stop square in front of an empty bay and measure to its near line. Click its near and its far line, "
@@ -118,4 +123,4 @@ SPACED_PRESETS = (
         2,
     ),
 )
-"""Marks a known way apart, the first of which has to be measured."""
+"""The same of a parking bay."""

@@ -10,9 +10,9 @@ from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document.document import Document
 from fcw_viz.calibrate_app.document.edits import PlanDistances
-from fcw_viz.calibrate_app.document.presets import PRESETS, SPACED_PRESETS
+from fcw_viz.calibrate_app.document.ways.presets import BAY_PRESETS, DASH_PRESETS, TAPE_PRESETS
 
-BY_PLACE = {preset.name: preset for preset in SPACED_PRESETS}
+BY_PLACE = {preset.name: preset for preset in DASH_PRESETS}
 
 
 def dashes(place):
@@ -20,10 +20,10 @@ def dashes(place):
 
 
 def test_the_papers_tape_measure_comes_first():
-    assert PRESETS[0].distances_m == (4.0, 5.0, 7.0)
+    assert TAPE_PRESETS[0].distances_m == (4.0, 5.0, 7.0)
 
 
-@pytest.mark.parametrize("preset", PRESETS, ids=lambda preset: preset.name)
+@pytest.mark.parametrize("preset", TAPE_PRESETS, ids=lambda preset: preset.name)
 def test_known_distances_determine_a_camera_and_are_in_the_order_of_clicking(preset):
     assert len(preset.distances_m) >= PARAMETER_COUNT
     assert list(preset.distances_m) == sorted(set(preset.distances_m))
@@ -50,7 +50,7 @@ def test_lane_dashes_repeat_after_a_line_and_a_gap(place, line_and_gap_m):
 
 
 def test_the_parking_bay_is_five_metres_deep_and_asks_for_one_more_fact():
-    bay = SPACED_PRESETS[-1].starting_at(3.2)
+    bay = BAY_PRESETS[0].starting_at(3.2)
     assert bay.distances_m == (3.2, 8.2)
     assert "one more mark or say the lens's field of view" in bay.instruction
 
@@ -58,4 +58,4 @@ def test_the_parking_bay_is_five_metres_deep_and_asks_for_one_more_fact():
 @pytest.mark.parametrize("first_m", [0.0, -3.0, math.nan, math.inf])
 def test_a_first_distance_that_is_none_is_refused(first_m):
     with pytest.raises(UserError, match="distance of the first mark"):
-        SPACED_PRESETS[0].starting_at(first_m)
+        DASH_PRESETS[0].starting_at(first_m)

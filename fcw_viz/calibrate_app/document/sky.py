@@ -1,0 +1,48 @@
+"""Points in the sky: said of the point itself, as soon as the others tell where the horizon is."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.uncertainty import camera_sigmas
+from fcw.errors import UserError
+from fcw_viz.calibrate_app.document import words
+from fcw_viz.calibrate_app.document.document import Document, Mark
+from fcw_viz.calibrate_app.document.edits import DeleteMark
+from fcw_viz.calibrate_app.document.state import Mend, Trouble
+
+SURE_SIGMAS = 3.0
+"""So far above the horizon a point is in the sky, and no far point of the road clicked badly."""
+
+
+def sky_troubles(
+    document: Document, calibrate: Callable[[Document], Calibration | None]
+) -> tuple[Trouble, ...]:
+    """One for each mark that lies above the horizon which everything but that mark gives.
+
+    Args:
+        document: what was said.
+        calibrate: the calibration of a document; None where something is missing; raises UserError where none
+            follows.
+    """
+    return tuple(
+        Trouble(words.sky_trouble(mark), (mark.id,), Mend(words.delete_label(mark), (DeleteMark(mark.id),)))
+        for mark in document.marks
+        if mark.enabled and _in_sky(document, mark, calibrate)
+    )
+
+
+def _in_sky(document: Document, mark: Mark, calibrate: Callable[[Document], Calibration | None]) -> bool:
+    others = replace(document, marks=tuple(other for other in document.marks if other is not mark))
+    belief = document.horizon
+    if belief is not None and belief.enabled:
+        row_px, sigma_px = belief.prior.value, belief.prior.sigma
+    else:
+        try:
+            calibration = calibrate(others)
+        except UserError:
+            return False
+        if calibration is None:
+            return False
+        row_px, sigma_px = calibration.horizon_row_px, camera_sigmas(calibration).horizon_row_px
+    return mark.row_px < row_px - SURE_SIGMAS * (sigma_px + document.row_sigma_px)

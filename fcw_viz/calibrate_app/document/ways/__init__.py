@@ -1,0 +1,1 @@
+"""The ways to calibrate, and what each brings along."""

@@ -1,0 +1,182 @@
+"""The ways to calibrate that the first screen offers: each one is an entry of `WAYS`.
+
+A way says what it needs, what choosing it does to the document, and which parts of the page it uses. How good
+it gets is not written down: it is what the calibration itself says of a typical camera (`Way.example`).
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from fcw.camera.calibration import Gaussian
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX, PRINCIPAL_ROW_SIGMA_HEIGHTS
+from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
+from fcw_viz.calibrate_app.document.edits import ChooseWay, Edit, PlanDistances, SetPrincipalRow
+from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
+from fcw_viz.calibrate_app.document.ways.presets import (
+    BAY_PRESETS,
+    DASH_PRESETS,
+    TAPE_PRESETS,
+    Preset,
+    SpacedPreset,
+)
+
+TYPICAL_VIEW_RAD, TYPICAL_PITCH_RAD, TYPICAL_HEIGHT_M = math.radians(65.0), math.radians(2.0), 1.3
+"""The camera of the examples."""
+
+
+class Part(Enum):
+    """A part of the page that a way may need."""
+
+    POINTS = "points"
+    LENS = "lens and horizon"
+
+
+@dataclass(frozen=True, slots=True)
+class TypicalLens:
+    """What a kind of camera sees from side to side, for those who have no data sheet.
+
+    Attributes:
+        name: of the kind.
+        view_rad: horizontal field of view.
+        sigma_rad: standard deviation over cameras of the kind.
+    """
+
+    name: str
+    view_rad: float
+    sigma_rad: float
+
+
+TYPICAL_LENSES = (
+    TypicalLens("Phone, main camera", math.radians(63), math.radians(6)),
+    TypicalLens("Dash camera", math.radians(85), math.radians(15)),
+    TypicalLens("I do not know", math.radians(75), math.radians(15)),
+)
+"""Beliefs: phones' main cameras are near 26 mm of 35 mm film, 69 degrees, of which video crops some."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A way to calibrate.
+
+    Attributes:
+        key: in the journal; never changed.
+        name: what a person has.
+        needs: what it takes, in one sentence.
+        recorded: whether it can be done with a clip of yesterday.
+        parts: of the page that it needs, the first one being where its work is done.
+        presets: distances that come with it.
+        example: what somebody with a typical camera would have said at the end.
+    """
+
+    key: str
+    name: str
+    needs: str
+    recorded: bool
+    parts: tuple[Part, ...]
+    example: Callable[[ImageSize], Document]
+    presets: tuple[Preset | SpacedPreset, ...] = ()
+
+    def start(self, document: Document) -> tuple[Edit, ...]:
+        """The edits that choosing it does."""
+        edits: list[Edit] = [ChooseWay(self.key)]
+        if document.planned_m:
+            edits.append(PlanDistances(()))
+        if Part.LENS in self.parts and document.principal_row is None:
+            edits.append(SetPrincipalRow(middle_row(document.image_size)))
+        return tuple(edits)
+
+
+def middle_row(size: ImageSize) -> Belief:
+    """The optical axis near the picture's middle, as in every lens of a picture that was not cropped."""
+    return Belief(Gaussian((size.height - 1) / 2, PRINCIPAL_ROW_SIGMA_HEIGHTS * size.height))
+
+
+def chosen_way(document: Document) -> Way | None:
+    """The way of a document; one with points and none chosen is that of the taped points."""
+    key = document.way or (TAPE if document.marks else "")
+    return next((way for way in WAYS if way.key == key), None)
+
+
+def _typical(size: ImageSize) -> GroundPlaneCamera:
+    focal_px = size.width / 2 / math.tan(TYPICAL_VIEW_RAD / 2)
+    return GroundPlaneCamera(
+        TYPICAL_PITCH_RAD, focal_px, (size.height - 1) / 2, TYPICAL_HEIGHT_M, (size.width - 1) / 2
+    )
+
+
+def _with_marks(*distances_m: float) -> Callable[[ImageSize], Document]:
+    def example(size: ImageSize) -> Document:
+        camera = _typical(size)
+        marks = tuple(
+            Mark(number, camera.principal_column_px, camera.row_at(distance_m), distance_m)
+            for number, distance_m in enumerate(distances_m, 1)
+        )
+        return Document(size, marks, len(marks) + 1, height_m=TYPICAL_HEIGHT_M)
+
+    return example
+
+
+def _with_marks_and_lens(*distances_m: float) -> Callable[[ImageSize], Document]:
+    def example(size: ImageSize) -> Document:
+        lens, points = _without_marks(size), _with_marks(*distances_m)(size)
+        return replace(lens, marks=points.marks, next_id=points.next_id, horizon=None)
+
+    return example
+
+
+def _without_marks(size: ImageSize) -> Document:
+    camera = _typical(size)
+    lens = TYPICAL_LENSES[0]
+    return Document(
+        size,
+        height_m=TYPICAL_HEIGHT_M,
+        height_sigma_m=MEASURED_SIGMA_M,
+        field_of_view=Belief(Gaussian(TYPICAL_VIEW_RAD, lens.sigma_rad)),
+        principal_row=middle_row(size),
+        horizon=Belief(Gaussian(camera.horizon_row_px, HORIZON_ROW_SIGMA_PX)),
+    )
+
+
+TAPE, CLIP, DASHES, BAY = "tape", "clip", "dashes", "bay"
+WAYS = (
+    Way(
+        CLIP,
+        "A recorded clip, no tape measure",
+        "The height of the camera, what kind of camera it is, and a stretch of straight road in the clip.",
+        True,
+        (Part.LENS,),
+        _without_marks,
+    ),
+    Way(
+        TAPE,
+        "Points at distances I taped",
+        "Parked on a level street: three marks on the road ahead, one of them 20 m away or more.",
+        False,
+        (Part.POINTS,),
+        _with_marks(5.0, 10.0, 20.0),
+        TAPE_PRESETS,
+    ),
+    Way(
+        DASHES,
+        "Lane dashes",
+        "Stopped where lane dashes are: the country's rule, and the way to the first dash by tape or paces.",
+        False,
+        (Part.POINTS,),
+        _with_marks(6.0, 15.0, 24.0, 33.0),
+        DASH_PRESETS,
+    ),
+    Way(
+        BAY,
+        "A parking bay",
+        "Stopped square before an empty bay: its depth, the way to its near line, and the kind of camera.",
+        False,
+        (Part.POINTS, Part.LENS),
+        _with_marks_and_lens(4.0, 9.0),
+        BAY_PRESETS,
+    ),
+)
+"""In the order of the first screen."""

@@ -1,0 +1,154 @@
+"""What a drive shows of its camera without any calibration: where the horizon is.
+
+While a car drives, everything that stands streams out of one point of the picture, which lies on the horizon
+of a flat road (`fcw.motion` finds it together with speed and turning). That row hardly depends on the height
+and the lens that are taken for granted here.
+"""
+
+import logging
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from fcw.camera.calibration import Calibration, Gaussian
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+from fcw.motion.estimator import MotionEstimator
+from fcw.motion.settings import MotionSettings
+from fcw_viz.page.pictures import Pictures
+
+LOGGER = logging.getLogger(__name__)
+
+ASSUMED_HEIGHT_M, ASSUMED_VIEW_RAD = 1.3, math.radians(65.0)
+SETTINGS = replace(
+    MotionSettings(),
+    calibration_pitch_sigma_rad=math.radians(4.0),
+    calibration_yaw_sigma_rad=math.radians(4.0),
+    calibration_roll_sigma_rad=math.radians(2.0),
+)
+"""Nothing has been calibrated yet: only that somebody put the camera up to look ahead."""
+LONGEST_LOOK_S, ENOUGH_S = 90.0, 10.0
+"""So much of the drive is looked at, or until so much of it had a known speed."""
+LEAST_KNOWN_S = 1.0
+LEAST_KNOWN_PART = 0.5
+"""Of the time since the speed was first known: where it comes and goes, the motion was not understood."""
+LARGEST_SIGMA_HEIGHTS = 0.012
+ROAD_SIGMA_HEIGHTS = 0.004
+"""In picture heights: root mean square of what ten clips of eight cameras missed (`tests/calibrate_app/
+test_drive_look.py`); roads are not level with the travel, and the truth of most of them is a rough one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What came of it.
+
+    Attributes:
+        horizon: row, with its standard deviation; None where the drive does not show it.
+        words: what to tell, either way.
+    """
+
+    horizon: Gaussian | None
+    words: str
+
+
+def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:
+    """Go through the drive's pictures until they have told enough.
+
+    Args:
+        pictures: of the drive.
+        going_on: whether somebody still wants to know.
+
+    Raises:
+        UserError: the pictures cannot be read.
+    """
+    if pictures.count < 2:
+        return Look(None, "One picture shows no motion: drag the horizon, or draw two lane lines.")
+    size = pictures.image_size
+    camera = _assumed(size)
+    estimator = MotionEstimator(Calibration.from_camera(camera, size), SETTINGS)
+    first_s = last_s = None
+    known_s = since_s = 0.0
+    for frame in pictures.source.frames():
+        now_s = frame.time_ns / 1e9
+        first_s = now_s if first_s is None else first_s
+        motion = estimator.update(frame.time_ns, frame.image)
+        step_s = 0.0 if last_s is None else now_s - last_s
+        last_s = now_s
+        known_s += step_s if motion.picture_speed_mps else 0.0
+        since_s += step_s if known_s else 0.0
+        if known_s >= ENOUGH_S or now_s - first_s >= LONGEST_LOOK_S or not going_on():
+            break
+    mount = estimator.state.mount
+    sigma_px = math.inf if mount is None else camera.focal_y_px * mount.pitch_sigma_rad
+    understood = known_s >= LEAST_KNOWN_S and known_s >= LEAST_KNOWN_PART * since_s
+    if mount is None or not understood or sigma_px > LARGEST_SIGMA_HEIGHTS * size.height:
+        return Look(None, "The drive does not show it (too dark, too short, or it stands): drag the horizon.")
+    row_px = camera.principal_row_px - camera.focal_y_px * math.tan(mount.pitch_rad)
+    sigma_px = math.hypot(sigma_px, ROAD_SIGMA_HEIGHTS * size.height)
+    words = f"Over {known_s:.0f} s of driving the horizon is at row {row_px:.0f} ± {sigma_px:.0f}."
+    return Look(Gaussian(row_px, sigma_px), words)
+
+
+class DriveLook:
+    """One look at a drive, in a thread of its own, for all tabs.
+
+    Attributes:
+        running: whether it is under way.
+        look: what came of it; None before.
+    """
+
+    def __init__(self, pictures: Pictures) -> None:
+        self._pictures = pictures
+        self._listeners: list[Callable[[], None]] = []
+        self._closed = threading.Event()
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+        self.running = False
+        self.look: Look | None = None
+
+    def listen(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call `listener` when there is something new; returns what ends that."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def start(self) -> None:
+        """Look, unless that was done or is under way."""
+        with self._lock:
+            if self.running or self.look is not None:
+                return
+            self.running = True
+        self._tell()
+        self._thread = threading.Thread(target=self._run, name="drive look", daemon=True)
+        self._thread.start()
+
+    def wait(self) -> None:
+        """Until it is done, where it was started."""
+        if self._thread is not None:
+            self._thread.join()
+
+    def close(self) -> None:
+        """Nobody wants to know any more."""
+        self._closed.set()
+
+    def _run(self) -> None:
+        try:
+            look = look_at(self._pictures, lambda: not self._closed.is_set())
+        except UserError as error:
+            look = Look(None, f"{error}. Drag the horizon instead.")
+        except Exception:
+            LOGGER.exception("the look at the drive failed")
+            look = Look(None, "That failed by a fault of the program; drag the horizon instead.")
+        self.look, self.running = look, False
+        if not self._closed.is_set():
+            self._tell()
+
+    def _tell(self) -> None:
+        for listener in list(self._listeners):
+            listener()
+
+
+def _assumed(size: ImageSize) -> GroundPlaneCamera:
+    focal_px = size.width / 2 / math.tan(ASSUMED_VIEW_RAD / 2)
+    return GroundPlaneCamera(0.0, focal_px, (size.height - 1) / 2, ASSUMED_HEIGHT_M, (size.width - 1) / 2)

@@ -1,0 +1,1 @@
+"""What is said of the camera: height, lens, horizon."""

@@ -1,0 +1,106 @@
+"""The horizon: proposed by the drive, dragged, or where two lane lines meet."""
+
+from functools import partial
+from html import escape
+
+import viser
+
+from fcw.camera.calibration import Gaussian
+from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
+from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.document import Belief, Line
+from fcw_viz.calibrate_app.document.edits import EnableLaneLines, SetHorizon, SetLaneLine
+from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
+from fcw_viz.calibrate_app.panels.camera.belief import effect_words
+from fcw_viz.calibrate_app.tools import Tool
+from fcw_viz.page.controls import on_button, on_choice, on_press
+from fcw_viz.page.style import set_html, text_block
+
+LOOK, TAKE = "Find the horizon in the drive", "Take this horizon"
+LOOKING_WORDS = "Looking at the drive; some seconds."
+DRAG_HORIZON, DRAW_LINES, CLEAR = "Drag the horizon", "Draw two lane lines", "Remove them"
+HORIZON_WORDS = "Drag the horizon to where a flat, straight road would end, or click there. Esc when done."
+LINE_WORDS = (
+    "Click a point of the left lane marking, near the bottom of the picture.",
+    "Click the left marking again, far away.",
+    "Click a point of the right lane marking, near the bottom of the picture.",
+    "Click the right marking again, far away.",
+)
+
+
+class HorizonPanel:
+    """The buttons and words; the row itself is a belief beside it."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        drive = desk.pictures.count > 1
+        self._look = gui.add_button(LOOK, icon=viser.Icon.SEARCH, visible=drive)
+        self._words = gui.add_html("")
+        self._horizon = gui.add_button_group("", (DRAG_HORIZON,))
+        self._lines = gui.add_button_group("", (DRAW_LINES, CLEAR))
+        self._lines_used = gui.add_checkbox("Use them", False, visible=False)
+        self._lines_words = gui.add_html("")
+        self._line_start: tuple[float, float] | None = None
+
+        on_button(self._look, desk.run, self._pressed)
+        on_press(
+            self._horizon,
+            desk.run,
+            {DRAG_HORIZON: lambda: desk.use(Tool.HORIZON, self._horizon_clicked, HORIZON_WORDS)},
+        )
+        on_choice(self._lines_used, desk.run, lambda enabled: desk.apply(EnableLaneLines(enabled)))
+        on_press(self._lines, desk.run, {DRAW_LINES: self._draw_lines, CLEAR: self._clear_lines})
+
+    def show(self, state: SessionState) -> None:
+        """Bring it to a moment of the session, and to what is known of the drive."""
+        way = chosen_way(state.document)
+        if way is not None and Part.LENS in way.parts:
+            self._desk.look.start()
+        look, belief = self._desk.look.look, state.document.horizon
+        taken = look is not None and belief is not None and belief.prior == look.horizon
+        self._look.visible = (
+            self._desk.pictures.count > 1 and not taken and (look is None or bool(look.horizon))
+        )
+        self._look.disabled = self._desk.look.running
+        self._look.label = LOOK if look is None else TAKE
+        words = LOOKING_WORDS if self._desk.look.running else "" if look is None else look.words
+        set_html(self._words, text_block(f'<p class="dim">{escape(words)}</p>') if words else "")
+        drawn = any(line is not None for line in state.document.lane_lines)
+        self._lines_used.visible = drawn
+        self._lines_used.value = state.document.lane_lines_enabled
+        horizon = state.solution.lane_horizon
+        words = "" if horizon is None else f"They meet at row {horizon.value:.1f} ± {horizon.sigma:.1f}. "
+        effect = effect_words(state.solution.effects.get("lane_lines"), state.document)
+        set_html(self._lines_words, text_block(f'<p class="dim">{words}{effect}</p>') if words else "")
+
+    def _pressed(self) -> None:
+        look = self._desk.look.look
+        if look is None:
+            self._desk.look.start()
+        elif look.horizon is not None:
+            self._desk.apply(SetHorizon(Belief(look.horizon)))
+
+    def _horizon_clicked(self, _: float, row_px: float) -> None:
+        self._desk.apply(SetHorizon(Belief(Gaussian(row_px, HORIZON_ROW_SIGMA_PX))))
+
+    def _draw_lines(self) -> None:
+        self._line_start = None
+        self._desk.use(Tool.LANE_LINES, partial(self._line_clicked, 0), LINE_WORDS[0])
+
+    def _line_clicked(self, step: int, column_px: float, row_px: float) -> None:
+        """The clicks of the tool in turn: start and end of the left line, start and end of the right one."""
+        index, is_end = divmod(step, 2)
+        if not is_end:
+            self._line_start = (column_px, row_px)
+        elif self._line_start is not None:
+            line = Line(self._line_start, (column_px, row_px))
+            if not self._desk.apply(SetLaneLine(index, line)):
+                return
+        if step + 1 < len(LINE_WORDS):
+            self._desk.use(Tool.LANE_LINES, partial(self._line_clicked, step + 1), LINE_WORDS[step + 1])
+        else:
+            self._desk.use(Tool.POINTS)
+
+    def _clear_lines(self) -> None:
+        self._desk.apply(SetLaneLine(0, None), SetLaneLine(1, None))

@@ -1,0 +1,126 @@
+"""Step 4 of the job: what is known of the lens, and where the horizon is."""
+
+import math
+
+import viser
+
+from fcw.camera.calibration import Gaussian
+from fcw.camera.prior_sigmas import (
+    FIELD_OF_VIEW_SIGMA_DEG,
+    HORIZON_ROW_SIGMA_PX,
+    PRINCIPAL_ROW_SIGMA_HEIGHTS,
+)
+from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.document import Belief, Document
+from fcw_viz.calibrate_app.document.edits import SetFieldOfView, SetHorizon, SetPrincipalRow
+from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.document.ways.ways import TYPICAL_LENSES, Part, chosen_way
+from fcw_viz.calibrate_app.panels.camera.belief import BeliefControls, BeliefKind
+from fcw_viz.calibrate_app.panels.camera.horizon import HorizonPanel
+from fcw_viz.calibrate_app.quantities import ANGLE_ERROR, FIELD_OF_VIEW, ROW, ROW_ERROR
+from fcw_viz.page.controls import on_choice
+from fcw_viz.page.style import set_html, step_heading, text_block
+
+FIRST_WORDS = '<p class="dim">Each of these makes far distances better, or stands in for a point.</p>'
+DATA_SHEET = "By its data sheet"
+
+
+class LensPanel:
+    """The field of view, the horizon and the lens's axis; folded where the way does not need them."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        height_px = desk.pictures.image_size.height
+        self._heading = gui.add_html("")
+        self._more = gui.add_checkbox("Say more", False, hint="The lens, the horizon, two lane lines")
+        self._opened: bool | None = None
+        self._folder = gui.add_folder(None)
+        with self._folder:
+            self._words = gui.add_html("")
+            self._typical = gui.add_dropdown(
+                "Kind of camera",
+                (DATA_SHEET, *(typical.name for typical in TYPICAL_LENSES)),
+                hint="Where you have no data sheet: what cameras of that kind see, with a wider interval",
+            )
+            self._view = BeliefControls(
+                gui,
+                desk,
+                BeliefKind(
+                    "field_of_view",
+                    "Field of view, °",
+                    "Of the whole picture from left to right, as the lens's data sheet has it",
+                    FIELD_OF_VIEW,
+                    ANGLE_ERROR,
+                    math.radians(1),
+                    math.radians(FIELD_OF_VIEW_SIGMA_DEG),
+                    SetFieldOfView,
+                ),
+            )
+            self._horizon = HorizonPanel(gui, desk)
+            self._beliefs = [
+                BeliefControls(gui, desk, kind)
+                for kind in (
+                    BeliefKind(
+                        "horizon",
+                        "Horizon, row",
+                        "Where a flat road would end",
+                        ROW,
+                        ROW_ERROR,
+                        1.0,
+                        HORIZON_ROW_SIGMA_PX,
+                        SetHorizon,
+                    ),
+                    BeliefKind(
+                        "principal_row",
+                        "Lens axis, row",
+                        f"Where the lens looks: {(height_px - 1) / 2:g}, unless the picture was cropped",
+                        ROW,
+                        ROW_ERROR,
+                        1.0,
+                        PRINCIPAL_ROW_SIGMA_HEIGHTS * height_px,
+                        SetPrincipalRow,
+                    ),
+                )
+            ]
+        on_choice(self._typical, desk.run, self._take_typical)
+        on_choice(self._more, desk.run, self._open)
+
+    def show(self, state: SessionState) -> None:
+        """Bring the step to a moment of the session."""
+        document = state.document
+        way = chosen_way(document)
+        needed = way is not None and Part.LENS in way.parts
+        said = document.field_of_view is not None and (
+            document.horizon is not None or state.solution.lane_horizon is not None
+        )
+        note = "" if needed else "if you like"
+        mark = "done" if said else "now" if needed and document.height_m is not None else ""
+        set_html(self._heading, step_heading(4, "Lens and horizon", mark, note))
+        opened = needed or _anything_said(document) if self._opened is None else self._opened
+        self._more.visible = not needed
+        self._more.value = opened
+        self._folder.visible = opened or needed
+        set_html(self._words, "" if needed else text_block(FIRST_WORDS))
+        view = None if document.field_of_view is None else document.field_of_view.prior
+        self._typical.value = next(
+            (lens.name for lens in TYPICAL_LENSES if view == Gaussian(lens.view_rad, lens.sigma_rad)),
+            DATA_SHEET,
+        )
+        self._view.show(state)
+        self._horizon.show(state)
+        for controls in self._beliefs:
+            controls.show(state)
+
+    def _open(self, opened: bool) -> None:
+        self._opened = opened
+        self._desk.refresh()
+
+    def _take_typical(self, name: str) -> None:
+        lens = next((lens for lens in TYPICAL_LENSES if lens.name == name), None)
+        belief = None if lens is None else Belief(Gaussian(lens.view_rad, lens.sigma_rad))
+        self._desk.apply(SetFieldOfView(belief))
+
+
+def _anything_said(document: Document) -> bool:
+    beliefs = (document.field_of_view, document.principal_row, document.horizon, *document.lane_lines)
+    return any(belief is not None for belief in beliefs)

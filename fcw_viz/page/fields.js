@@ -1,0 +1,116 @@
+// Runs once in each tab: manners of viser's fields that it has no call for.
+(() => {
+  if (window.fcwFocus) return;
+  const inputOf = (uuid) => {
+    let node = document.querySelector(`label[for="${uuid}"]`);
+    while (node && !node.querySelector("input")) node = node.parentElement;
+    return node?.querySelector("input") ?? null;
+  };
+
+  // The largest part of the page around the picture that holds no field.
+  const onPicture = (target) => {
+    let pane = window.__viserMutable?.canvas;
+    while (pane?.parentElement && !pane.parentElement.querySelector("label[for]")) pane = pane.parentElement;
+    return pane?.contains(target) ?? false;
+  };
+
+  // What is typed right after a click that asks for a number waits for its field.
+  const WAIT_MS = 2500;
+  let waiting = null;
+  const insert = (input, text) => {
+    const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
+    set.call(input, input.value + text);
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  const stopWaiting = () => {
+    const { keys } = waiting;
+    clearTimeout(waiting.timer);
+    waiting = null;
+    return keys;
+  };
+  window.fcwExpectsTyping = false;
+  document.addEventListener("pointerup", (event) => {
+    if (!window.fcwExpectsTyping || event.button !== 0 || !onPicture(event.target)) return;
+    if (waiting) stopWaiting();
+    waiting = { keys: [], timer: setTimeout(() => {
+      // No field came: the keys mean what they always mean.
+      for (const key of stopWaiting())
+        document.documentElement.dispatchEvent(
+          new KeyboardEvent("keydown", { key, code: /\d/.test(key) ? `Digit${key}` : "", bubbles: true }));
+    }, WAIT_MS) };
+  });
+  window.addEventListener("keydown", (event) => {
+    if (!waiting || event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input")) return;
+    if (!/^[\d.,]$/.test(event.key)) return;
+    waiting.keys.push(event.key);
+    event.preventDefault();
+    event.stopImmediatePropagation();
+  }, { capture: true });
+
+  window.fcwFocus = (uuid, tries) => {
+    const input = inputOf(uuid);
+    if (input) {
+      input.focus();
+      const keys = waiting ? stopWaiting() : [];
+      if (keys.length) insert(input, keys.join(""));
+    } else if (tries > 0) setTimeout(() => window.fcwFocus(uuid, tries - 1), 30);
+  };
+
+  // Saving is saving everywhere, also while a number is typed; never the browser's own "save page".
+  const TYPED_MS = 150; // until the server has heard what was typed last
+  window.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || event.key.toLowerCase() !== "s") return;
+    event.preventDefault();
+    if (!event.target.matches?.("input, textarea, select")) return;
+    event.stopImmediatePropagation();
+    event.target.blur();
+    const { ctrlKey, metaKey, shiftKey } = event;
+    setTimeout(() => document.documentElement.dispatchEvent(
+      new KeyboardEvent("keydown", { key: "s", code: "KeyS", ctrlKey, metaKey, shiftKey, bubbles: true })), TYPED_MS);
+  }, { capture: true });
+
+  // A way to what a sentence names: in its tab, in sight, and marked for a moment.
+  document.addEventListener("click", (event) => {
+    const { fcwGoto } = event.target.closest?.("[data-fcw-goto]")?.dataset ?? {};
+    if (fcwGoto === undefined) return;
+    const [tab, place] = fcwGoto.split("/");
+    [...document.querySelectorAll("[role=tab], [data-pane-tab]")].find((node) => node.textContent.trim() === tab)?.click();
+    setTimeout(() => {
+      const target = document.querySelector(`[data-fcw-place="${place}"]`);
+      target?.scrollIntoView({ block: "center", behavior: "smooth" });
+      target?.animate([{ outline: "3px solid #d9480f" }, { outline: "3px solid transparent" }], 2000);
+    }, 60);
+  });
+
+  // viser's labels and inputs do not know each other: a screen reader is told, as is what is wrong with a field.
+  const describe = () => {
+    for (const label of document.querySelectorAll("label[for]")) {
+      const uuid = label.htmlFor;
+      const wrong = document.querySelector(`[data-fcw-wrong="${uuid}"]`);
+      if (wrong) wrong.id = `wrong-${uuid}`;
+      let node = label;
+      while (node && !node.querySelector("input, [role=slider]")) node = node.parentElement;
+      for (const input of node?.querySelectorAll("input, [role=slider]") ?? []) {
+        if (input.type === "hidden") continue;
+        const words = label.textContent.trim();
+        if (words && input.getAttribute("aria-label") !== words) input.setAttribute("aria-label", words);
+        if (wrong) {
+          input.setAttribute("aria-invalid", "true");
+          input.setAttribute("aria-describedby", wrong.id);
+        } else if (input.getAttribute("aria-describedby")?.startsWith("wrong-")) {
+          input.removeAttribute("aria-invalid");
+          input.removeAttribute("aria-describedby");
+        }
+      }
+    }
+    window.__viserMutable?.canvas?.setAttribute("aria-label", "The picture of the drive");
+    window.__viserMutable?.canvas?.setAttribute("role", "img");
+  };
+  let planned = false;
+  new MutationObserver(() => {
+    if (planned) return;
+    planned = true;
+    setTimeout(() => { planned = false; describe(); }, 100);
+  }).observe(document.body, { childList: true, subtree: true });
+  describe();
+})();

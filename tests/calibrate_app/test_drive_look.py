@@ -1,0 +1,78 @@
+"""The horizon that a drive shows is the true one, within its own interval, whatever the camera."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from fcw.camera.calibration import GroundPoint
+from fcw.camera.file import default_path, read_calibration
+from fcw.camera.solve import calibrate
+from fcw.sources import open_source
+from fcw_viz.calibrate_app.drive_look import DriveLook, look_at
+from fcw_viz.page.pictures import Pictures
+
+DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
+KITTI_HORIZON_ROW_PX = 172.854 + 721.538 * np.tan(np.radians(0.3))
+"""Of `kitti-odometry-03`: the axis is 0.3 degrees above the direction of travel."""
+CLIPS = {
+    "udacity_test_video": (8, 593.75, 15, 512.67, 40, 454.75),
+    "udacity_test_small1": (8, 592.62, 15, 511.83, 40, 454.12),
+    "udacity_project_video_cut": (8, 597.88, 15, 516.50, 40, 458.38),
+    "solidWhiteRight": (8, 480.38, 15, 397.83, 40, 338.88),
+    "muchlisin_driving": (8, 323.00, 15, 271.67, 40, 235.00),
+    "tmo_seattlestreet2": (8, 266.75, 15, 232.33, 40, 207.75),
+    "tmo_countryroad": (8, 273.12, 15, 231.53, 40, 201.82),
+}
+"""Distances and rows of `calibrations.txt`: from vanishing points of lane lines."""
+
+
+@pytest.mark.slow
+def test_the_shipped_drive_shows_its_horizon_to_half_a_percent_of_the_height():
+    look = look_at(Pictures(open_source(DEMO)))
+    true_row_px = read_calibration(default_path(DEMO)).horizon_row_px
+    assert look.horizon is not None
+    assert abs(look.horizon.value - true_row_px) < min(2 * look.horizon.sigma, 0.005 * 720)
+    assert f"row {look.horizon.value:.0f}" in look.words
+
+
+def test_kitti_shows_its_horizon_though_the_lens_is_another_than_assumed(data_dir: Path):
+    look = look_at(Pictures(open_source(data_dir / "kitti-odometry-03" / "drive.mp4")))
+    assert look.horizon is not None
+    assert abs(look.horizon.value - KITTI_HORIZON_ROW_PX) < 2 * look.horizon.sigma
+
+
+@pytest.mark.parametrize("clip", CLIPS)
+def test_clips_show_the_horizon_of_their_lane_lines(data_dir: Path, clip: str):
+    pictures = Pictures(open_source(data_dir / "clips" / f"{clip}.mp4"))
+    numbers = CLIPS[clip]
+    points = [GroundPoint(d, row) for d, row in zip(numbers[::2], numbers[1::2], strict=True)]
+    true_row_px = calibrate(points, pictures.image_size, 1.3).horizon_row_px
+    look = look_at(pictures)
+    assert look.horizon is not None
+    assert abs(look.horizon.value - true_row_px) < 2 * look.horizon.sigma
+
+
+def test_a_picture_and_a_standing_drive_show_none_and_say_what_to_do(tmp_path: Path):
+    image = np.random.default_rng(3).integers(0, 255, (180, 320, 3), np.uint8)
+    for number in range(12):
+        cv2.imwrite(str(tmp_path / f"{number:02}.png"), image)
+    for source in (tmp_path / "00.png", tmp_path):
+        look = look_at(Pictures(open_source(source)))
+        assert look.horizon is None
+        assert "drag the horizon" in look.words
+
+
+def test_a_look_is_done_once_and_its_listeners_are_told(tmp_path: Path):
+    cv2.imwrite(str(tmp_path / "one.png"), np.zeros((90, 160, 3), np.uint8))
+    look = DriveLook(Pictures(open_source(tmp_path / "one.png")))
+    heard: list[bool] = []
+    forget = look.listen(lambda: heard.append(look.running))
+    look.start()
+    look.wait()
+    assert heard == [True, False]
+    assert look.look is not None
+    look.start()
+    forget()
+    assert heard == [True, False]
