@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from fcw.sources import open_source
+
 ROOT = Path(__file__).parents[1]
 RUN = """
 import json, runpy, sys
@@ -18,26 +20,38 @@ json.dump(sorted(sys.modules), sys.stderr)
 """
 
 
-@pytest.mark.slow
-def test_a_drive_is_run_and_read_back_without_the_application(tmp_path):
-    example = ROOT / "examples" / "01_run_a_drive.py"
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+def run(name: str, *arguments: object, code: str = "") -> subprocess.CompletedProcess[str]:
+    """An example as a person runs it; by `code` where that is given."""
+    path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    program = ["-c", code] if code else []
     done = subprocess.run(
-        [sys.executable, "-c", RUN, str(example), str(tmp_path / "out")],
+        [sys.executable, *program, str(ROOT / "examples" / f"{name}.py"), *map(str, arguments)],
         capture_output=True,
         text=True,
         check=False,
-        cwd=tmp_path,
-        env=environment,
+        env=os.environ | {"PYTHONPATH": path},
     )
     assert done.returncode == 0, done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess[str]]:
+    """The folder that the first example writes, and what it says."""
+    out = tmp_path_factory.mktemp("examples") / "out"
+    return out, run("01_run_a_drive", out, code=RUN)
+
+
+@pytest.mark.slow
+def test_a_drive_is_run_and_read_back_without_the_application(first):
+    out, done = first
     packages = {module.split(".")[0] for module in json.loads(done.stderr)}
     assert "fcw" in packages
     assert packages.isdisjoint({"fcw_viz", "viser", "rerun", "rich", "tyro"})
 
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    first, *warnings = done.stdout.splitlines()
-    assert first == f"{summary['frames']} frames, a lead vehicle in {summary['frames_with_lead']}"
+    summary = json.loads((out / "summary.json").read_text())
+    counts, *warnings = done.stdout.splitlines()
+    assert counts == f"{summary['frames']} frames, a lead vehicle in {summary['frames_with_lead']}"
     # A line for each change of level; an event of the summary lasts from the first of them to the last.
     changes = [re.fullmatch(r"(.+) s: (\w+) about vehicle (\d+) \(.+\)", line) for line in warnings]
     assert summary["warnings"]
@@ -51,4 +65,48 @@ def test_a_drive_is_run_and_read_back_without_the_application(tmp_path):
         ]
         assert span["level"] in within
     assert all(changes)
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["drive.mcap", "summary.json"]
+    assert sorted(path.name for path in out.iterdir()) == ["drive.mcap", "summary.json"]
+
+
+def test_a_calibration_is_asked_for_rows_and_intervals():
+    lines = run("02_calibrate_and_ask").stdout.splitlines()
+    # The axis is at row 359.5 and looks 1.7 degrees down, f_y is 1000; the rows are given to 0.1.
+    assert float(lines[0].removeprefix("horizon at row ")) == pytest.approx(359.5 - 1000 * 0.02968, abs=0.5)
+    assert len(lines) == 6
+
+
+@pytest.mark.slow
+def test_a_detector_of_ones_own_runs_the_drive(first, tmp_path):
+    told = run("03_your_own_detector", first[0], tmp_path / "out").stdout
+    assert re.fullmatch(r"1200 frames, \d+ warnings\n", told)
+
+
+@pytest.mark.slow
+def test_a_policy_of_ones_own_warns_of_the_braking_lead(tmp_path):
+    told = run("04_your_own_policy", tmp_path / "out").stdout.splitlines()
+    starts = [float(line.split()[0]) for line in told]
+    assert any(28 < start < 34 for start in starts)  # a warning is due at 32.23 s
+
+
+@pytest.mark.slow
+def test_a_log_is_read_into_pandas(first):
+    told = run("05_a_log_in_pandas", first[0]).stdout
+    assert "(10, 20]" in told
+    assert "median" in told
+
+
+@pytest.mark.slow
+def test_the_worst_moment_becomes_a_video(first, tmp_path):
+    video = tmp_path / "worst.mp4"
+    told = run("06_an_overlay_video", first[0], video).stdout
+    assert "around warning" in told
+    source = open_source(video)
+    assert source.frame_count is not None
+    assert 280 <= source.frame_count <= 302  # ten seconds
+
+
+@pytest.mark.slow
+def test_a_simulated_danger_is_warned_of(tmp_path):
+    told = run("07_a_simulated_danger", tmp_path / "out").stdout.splitlines()
+    assert re.fullmatch(r"\d+% of \d+ vehicles found", told[0])
+    assert re.fullmatch(r"lead: a warning was due at \S+ s and came at [\d.]+", told[1])

@@ -145,7 +145,7 @@ def test_a_person_reads_a_table_and_only_leaves_the_others_out(drive, capsys):
     [
         (("--report", __file__), r"--report .*: this is a file; expected a folder"),
         (("--only", "colour=red"), r"--only colour=red: no annotation has the attribute colour"),
-        (("--detector", "yolo"), r"--detector yolo: no such detector; expected one of acf, acf-full"),
+        (("--detector", "yolo"), r"--detector yolo: no such detector; expected one of net, acf, acf-full"),
         (("--at-fppi", "-1"), r"--at-fppi -1\.0: expected numbers of at least 0"),
         (("--model", "none.npz"), r"none\.npz: no such model file"),
         (("--calibration", "nowhere.yaml"), r"--calibration nowhere\.yaml: no such file or folder"),
