@@ -107,7 +107,7 @@ def ask_the_questions_of_the_docs(out: Path) -> None:
     questions = [line for line in block.splitlines() if not line.startswith("--")]
     assert len(questions) == 10
     with contextlib.chdir(out):
-        answers = [duckdb.sql(question).fetchall() for question in questions]
+        answers = [duckdb.execute(question).fetchall() for question in questions]
     assert answers[6] == [(1.0,)]
     assert {row[:2] for row in answers[-1]} == {
         ("bare", "no calibration"),
