@@ -57,6 +57,7 @@ class DriveJob:
         imperial: distances shown to a person in feet.
         frame_rate_hz: for folders of pictures without time stamps.
         own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
+        detection_threads: so many frames are searched at once.
     """
 
     source: Path
@@ -71,6 +72,7 @@ class DriveJob:
     imperial: bool = False
     frame_rate_hz: float | None = None
     own_motion: bool = True
+    detection_threads: int = DETECTION_THREADS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,7 +225,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     if isinstance(detector, str):
         assert model is not None
         sha256 = model_sha256(model_path(detector))
-        detectors = [make_detector(detector, model, calibration) for _ in range(DETECTION_THREADS)]
+        detectors = [make_detector(detector, model, calibration) for _ in range(job.detection_threads)]
     else:
         sha256, detectors = "", [detector]
     header = DriveHeader(

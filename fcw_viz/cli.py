@@ -11,6 +11,7 @@ from typing import Annotated
 import tyro
 
 from fcw.errors import UserError
+from fcw_viz.commands.batch import BatchCommand, run_batch
 from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate.command import run_calibrate
 from fcw_viz.commands.calibrate.options import CalibrateCommand
@@ -33,6 +34,7 @@ Command = (
     Annotated[DemoCommand, tyro.conf.subcommand("demo")]
     | Annotated[CalibrateCommand, tyro.conf.subcommand("calibrate")]
     | Annotated[RunCommand, tyro.conf.subcommand("run")]
+    | Annotated[BatchCommand, tyro.conf.subcommand("batch")]
     | Annotated[ReviewCommand, tyro.conf.subcommand("review")]
     | Annotated[ExportCommand, tyro.conf.subcommand("export")]
     | Annotated[RecoverCommand, tyro.conf.subcommand("recover")]
@@ -47,6 +49,7 @@ RUNNERS = {
     DemoCommand: run_demo,
     CalibrateCommand: run_calibrate,
     RunCommand: run_run,
+    BatchCommand: run_batch,
     ReviewCommand: run_review,
     ExportCommand: run_export,
     RecoverCommand: run_recover,

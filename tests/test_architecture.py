@@ -23,6 +23,7 @@ LAYERS = (
     "simulation",
     "evaluation",
     "annotation",
+    "batch",
 )
 """The rooms of `fcw` from the bottom up; each may use those of its own line and of the lines above it."""
 LARGEST_ROOM = 14

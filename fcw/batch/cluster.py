@@ -1,0 +1,112 @@
+"""Drives as tasks of a Dask cluster: on this machine, or one that is there already."""
+
+import logging
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from fcw.batch.ledger import Record, State
+from fcw.batch.work import Task, run_task
+from fcw.errors import UserError
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+TOPIC = "fcw-progress"
+CONNECT_S = 10
+
+OnProgress = Callable[[str, int, int | None], None]
+"""Name of a drive, frames done, and how many there are."""
+
+
+@contextmanager
+def connected(scheduler: str | None = None, workers: int | None = None) -> "Iterator[Client]":
+    """A client of a cluster, which ends with the context where it was made for it.
+
+    Args:
+        scheduler: address of one that runs, whose workers see the same files by the same paths; None makes
+            one on this machine alone.
+        workers: processes of the latter, each of one thread; by default one for each core.
+
+    Raises:
+        UserError: Dask is not installed, or no scheduler answers there.
+    """
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise UserError(
+            "fcw batch: needs Dask, which is not installed; install it with `pip install 'fcw[batch]'`"
+        ) from None
+    if scheduler is not None:
+        try:
+            client = Client(scheduler, timeout=CONNECT_S)
+        except (OSError, ValueError) as error:
+            raise UserError(
+                f"--scheduler {scheduler}: nothing answers there ({error}); expected the address that "
+                "`dask scheduler` prints, e.g. tcp://127.0.0.1:8786"
+            ) from error
+        with client:
+            yield client
+        return
+    with (
+        LocalCluster(
+            n_workers=workers or os.cpu_count() or 1,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def run_tasks(client: "Client", tasks: Sequence[Task], on_progress: OnProgress) -> Iterator[Record]:
+    """Run drives, as many at once as there are workers, and give each record as soon as it is there.
+
+    A worker that dies takes no drive with it: another one runs it, up to the times that Dask allows
+    (`distributed.scheduler.allowed-failures`).
+
+    Args:
+        client: of the cluster.
+        tasks: the drives.
+        on_progress: told about once a second of each drive under way, in a thread of the client's.
+    """
+    from distributed import as_completed
+
+    client.subscribe_topic(TOPIC, lambda event: on_progress(*event[1]))
+    futures: dict[Future, Task] = {
+        client.submit(_on_worker, task, key=f"fcw-{task.identity}", pure=False): task for task in tasks
+    }
+    try:
+        for future in as_completed(list(futures), raise_errors=False):
+            yield _record(futures[future], future)
+    finally:
+        client.unsubscribe_topic(TOPIC)
+        client.cancel(list(futures))
+
+
+def _on_worker(task: Task) -> Record:
+    from distributed import get_worker
+
+    worker = get_worker()
+    worker.log_event(TOPIC, (task.drive.name, 0, None))
+    return run_task(task, lambda done, total: worker.log_event(TOPIC, (task.drive.name, done, total)))
+
+
+def _record(task: Task, future: "Future") -> Record:
+    if future.status == "finished":
+        return future.result()
+    drive = task.drive
+    if future.status == "error":
+        from distributed.scheduler import KilledWorker
+
+        error = future.exception()
+        if isinstance(error, KilledWorker):
+            reason = "its worker died again and again (killed, or out of memory); run the batch again"
+            return Record(drive.name, str(drive.source), drive.camera, State.LOST, reason)
+        reason = f"a fault of this program: {type(error).__name__}: {error}"
+        return Record(drive.name, str(drive.source), drive.camera, State.FAILED, reason)
+    reason = "the scheduler went away; run the batch again"
+    return Record(drive.name, str(drive.source), drive.camera, State.LOST, reason)

@@ -1,0 +1,82 @@
+"""What a worker does: one drive from its file to its log, and its record at the end."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fcw.batch.drives import BatchDrive
+from fcw.batch.identity import BatchOptions
+from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
+from fcw.errors import UserError
+from fcw.job import DriveJob, prepare_drive
+from fcw.logs.records import FrameResult
+
+TELL_EVERY_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A drive for a worker.
+
+    Attributes:
+        drive: which.
+        identity: key of what is run.
+        options: how.
+        folder: where its log goes.
+    """
+
+    drive: BatchDrive
+    identity: str
+    options: BatchOptions
+    folder: Path
+
+
+def run_task(task: Task, tell: Callable[[int, int | None], None] = lambda done, total: None) -> Record:
+    """Run a drive to its end; what is wrong with it is in its record, and stops nobody else.
+
+    Args:
+        task: which and how.
+        tell: called about once a second with the frames done, and how many there are if that is known.
+    """
+    drive, options = task.drive, task.options
+    begun = Record(drive.name, str(drive.source), drive.camera, State.LOST, identity=task.identity)
+    start_s = told_s = time.perf_counter()
+    # An earlier run's record says nothing of the log that is written now.
+    (task.folder / RECORD_NAME).unlink(missing_ok=True)
+    try:
+        prepared = prepare_drive(
+            DriveJob(
+                source=drive.source,
+                out=task.folder,
+                calibration=drive.calibration,
+                detector=options.detector,
+                warning_policy=options.warning_policy,
+                warning_timing=options.warning_timing,
+                own_motion=options.own_motion,
+                detection_threads=1,
+            )
+        )
+        total = prepared.source.frame_count
+
+        def on_result(result: FrameResult) -> None:
+            nonlocal told_s
+            if (now_s := time.perf_counter()) - told_s >= TELL_EVERY_S:
+                told_s = now_s
+                tell(result.index + 1, total)
+
+        summary = prepared.run(on_result=on_result).summary
+    except UserError as error:
+        failed = replace(begun, state=State.FAILED, reason=str(error))
+        write_record(failed, task.folder)
+        return failed
+    done = replace(
+        begun,
+        state=State.DONE,
+        frames=summary["frames"],
+        seconds=time.perf_counter() - start_s,
+        duration_s=summary["duration_s"],
+        warnings=sum(span["level"] == "warning" for span in summary["warnings"]),
+    )
+    write_record(done, task.folder)
+    return done

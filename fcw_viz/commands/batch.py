@@ -1,0 +1,191 @@
+"""`fcw batch`: many drives on many cores, one table of their events, and what came of each drive."""
+
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import TaskID
+    from rich.table import Table
+
+    from fcw.batch.ledger import Record
+
+SHOWN_RUNNING = 16
+"""Drives under way that the live table has lines for."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatchCommand:
+    """Run many drives, as many at once as there are cores, and gather their events in one table.
+
+    Run again it does only what is left: a drive that is done is known by its content, calibration, model and
+    options. One that fails stops no other. Exit code 2 says that some drive is not done; each is named with
+    its reason and what to do.
+    """
+
+    sources: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE ...")]
+    """Video and MCAP files, and folders, which are searched with all folders below."""
+    out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
+    """Folder of the batch: a folder for each drive, events.parquet, drives.parquet and manifest.json."""
+    calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE|TABLE.csv")] = None
+    """For drives with none beside them and no calibration.yaml in their folder: one file for all, or a table
+    with the columns camera (name of the folder that holds the drive) and calibration."""
+    workers: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
+    """Processes on this machine; by default one for each core."""
+    scheduler: Annotated[str | None, tyro.conf.arg(metavar="tcp://HOST:PORT")] = None
+    """A Dask scheduler that runs already; its workers must see the same files by the same paths."""
+    retry: bool = False
+    """Run only the drives that failed."""
+    detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
+    """As of `fcw run`."""
+    warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
+    """As of `fcw run`."""
+    warning_timing: Literal["early", "normal", "late"] = "normal"
+    """As of `fcw run`."""
+    no_own_motion: bool = False
+    """As of `fcw run`."""
+    json: bool = False
+    """Print what came of each drive as JSON on stdout, alone."""
+
+
+def run_batch(command: BatchCommand) -> int:
+    """Run `fcw batch`; returns the exit code."""
+    from fcw.batch.cluster import connected, run_tasks
+    from fcw.batch.drives import find_batch_drives
+    from fcw.batch.identity import BatchOptions
+    from fcw.batch.ledger import Ledger, Record, State, as_json
+    from fcw.batch.plan import plan_batch
+    from fcw.batch.tables import EVENTS_NAME, write_tables
+    from fcw.detection.choice import model_path
+    from fcw.errors import UserError
+    from fcw.warning.policies import make_policy
+    from fcw_viz.console import MESSAGES, RESULTS, print_json, progress
+
+    if not command.sources:
+        raise UserError("fcw batch: no drive given; name videos, MCAP files, or folders of them")
+    if command.workers is not None and (command.workers < 1 or command.scheduler is not None):
+        raise UserError(
+            f"--workers {command.workers}: expected at least 1, and not with --scheduler, which has its own"
+        )
+    model_path(command.detector)
+    make_policy(command.warning_policy, command.warning_timing)
+    options = BatchOptions(
+        command.detector, command.warning_policy, command.warning_timing, not command.no_own_motion
+    )
+    drives = find_batch_drives(command.sources, command.calibration)
+    ledger = Ledger(command.out)
+    with progress("looking at the drives", len(drives), MESSAGES) as bar:
+        plan = plan_batch(drives, options, ledger, command.retry, bar.advance)
+    records = {record.name: record for record in plan.records}
+    records |= {
+        task.drive.name: Record(
+            task.drive.name, str(task.drive.source), task.drive.camera, State.LOST, "the batch was stopped"
+        )
+        for task in plan.tasks
+    }
+    interrupted = False
+    try:
+        if plan.tasks:
+            with connected(command.scheduler, command.workers) as client:
+                if client.dashboard_link:
+                    MESSAGES.print(f"Dask's dashboard: {client.dashboard_link}")
+                with _live_table(len(plan.tasks), MESSAGES) as shown:
+                    for record in run_tasks(client, plan.tasks, shown.advance):
+                        records[record.name] = record
+                        shown.finish(record)
+    except KeyboardInterrupt:
+        interrupted = True
+    finally:
+        ordered = [records[name] for name in sorted(records)]
+        ledger.write_manifest(ordered, plan.identities)
+    events = write_tables(command.out, ordered)
+    if command.json:
+        print_json([as_json(record) for record in ordered])
+    else:
+        RESULTS.print(_result_table(ordered))
+        done = sum(record.state is State.DONE for record in ordered)
+        RESULTS.print(
+            f"{done} of {len(ordered)} drives done, {events} events in {command.out / EVENTS_NAME}",
+            soft_wrap=True,
+            markup=False,
+        )
+        RESULTS.print(f"look at them: fcw review {command.out}", soft_wrap=True, markup=False)
+    if interrupted:
+        return 130
+    return 0 if all(record.state in (State.DONE, State.DUPLICATE) for record in ordered) else 2
+
+
+class _Shown:
+    """The table of drives under way, drawn anew as they tell of themselves."""
+
+    def __init__(self, count: int, console: "Console") -> None:
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeRemainingColumn,
+        )
+
+        self._lock = threading.Lock()
+        self._console = console
+        name = TextColumn("{task.description}", markup=False)
+        self.bars = Progress(
+            name,
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TimeRemainingColumn(),
+            console=console,
+            disable=console.quiet or not console.is_terminal,
+            transient=True,
+        )
+        self._all = self.bars.add_task("drives", total=count, rate="")
+        self._tasks: dict[str, TaskID] = {}
+
+    def advance(self, name: str, done: int, total: int | None) -> None:
+        """A drive is so far."""
+        with self._lock:
+            if name not in self._tasks and len(self._tasks) < SHOWN_RUNNING:
+                self._tasks[name] = self.bars.add_task(name, total=total, rate="starting")
+            if name in self._tasks:
+                task = self._tasks[name]
+                speed = self.bars.tasks[self.bars.task_ids.index(task)].speed
+                rate = f"{speed:.0f} frames/s" if speed else ""
+                self.bars.update(task, completed=done, total=total, rate=rate)
+
+    def finish(self, record: "Record") -> None:
+        """A drive is at its end."""
+        with self._lock:
+            if record.name in self._tasks:
+                self.bars.remove_task(self._tasks.pop(record.name))
+            self.bars.advance(self._all)
+        text = f"{record.name}: {record.state.value}"
+        if record.frames:
+            text += f", {record.frames_per_second:.0f} frames/s, {record.warnings} warnings"
+        self._console.print(text + (f": {record.reason}" if record.reason else ""))
+
+
+@contextmanager
+def _live_table(count: int, console: "Console") -> Iterator[_Shown]:
+    shown = _Shown(count, console)
+    with shown.bars:
+        yield shown
+
+
+def _result_table(records: Sequence["Record"]) -> "Table":
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table("drive", "state", "frames/s", "warnings", "why not, and what to do", box=None)
+    for record in records:
+        rate = f"{record.frames_per_second:.0f}" if record.frames else ""
+        warnings = str(record.warnings) if record.frames else ""
+        table.add_row(*map(Text, (record.name, record.state.value, rate, warnings, record.reason)))
+    return table
