@@ -14,14 +14,10 @@ import time
 PATIENCE_S = 5.0
 
 
-def main() -> int:
-    """Run it to its end, or to that of the standard input; returns the exit code."""
+def main() -> None:
+    """Run it to its end, whose exit code is this one's, or to that of the standard input."""
     rerun = subprocess.Popen([sys.executable, "-m", "rerun_cli", *sys.argv[1:]], stdin=subprocess.DEVNULL)
-    threading.Thread(target=_end_with_input, args=(rerun,), daemon=True).start()
-    return rerun.wait()
-
-
-def _end_with_input(rerun: "subprocess.Popen[bytes]") -> None:
+    threading.Thread(target=lambda: os._exit(rerun.wait()), daemon=True).start()
     sys.stdin.buffer.read()
     if sys.platform == "win32":
         command = ["taskkill", "/T", "/F", "/PID", str(rerun.pid)]
@@ -35,4 +31,4 @@ def _end_with_input(rerun: "subprocess.Popen[bytes]") -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
