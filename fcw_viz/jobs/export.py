@@ -15,7 +15,7 @@ from fcw.errors import UserError
 from fcw.logs.events import find_events
 from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
 from fcw.logs.export.coco import PICTURES_NAME, FrameBoxes, track_frames, write_coco
-from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, track_rows
+from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, TrackRow, track_rows
 from fcw.logs.export.mp4 import write_overlay_mp4, write_relayed_mp4
 from fcw.logs.export.replay import replay, with_its_keyframe
 from fcw.logs.export.table import write_csv, write_parquet
@@ -224,8 +224,18 @@ def _write_gathered(
 
         count = write_coco(target, clips, frames_of, with_pictures=job.pictures)
         return f"{target}: {_counted(count, 'box', 'boxes')} of {_counted(len(clips), 'drive')}"
-    count = TABLES[job.format](target, TRACK_COLUMNS, track_rows(clips, on_frame))
-    return f"{target}: {_counted(count, 'row')} of {_counted(len(clips), 'drive')}"
+    empty = 0
+
+    def rows() -> Iterator[TrackRow]:
+        nonlocal empty
+        for row in track_rows(clips, on_frame):
+            empty += row.track is None
+            yield row
+
+    count = TABLES[job.format](target, TRACK_COLUMNS, rows())
+    boxes = _counted(count - empty, "box", "boxes")
+    frames = f" and {_counted(empty, 'frame')} without one" if empty else ""
+    return f"{target}: {_counted(count, 'row')} of {_counted(len(clips), 'drive')}, {boxes}{frames}"
 
 
 def _write_one(

@@ -6,9 +6,11 @@
 //   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
 //   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, which stays
 //                                           until the server has taken it
+//   data-fcw-typed="search"                 of a field: what stands in it while it is typed, "search:ab"
 //   data-fcw-scroll="list"                  drawn anew, it is scrolled to where it was
 //   data-fcw-size="strip"                   its size in CSS pixels, "size:strip 1040x315", now and when it changes
 const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
+const TYPED_MS = 80; // after the last letter
 
 const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {}, scrolled: {} });
 channel.uuid = uuid;
@@ -86,6 +88,12 @@ if (!channel.listens) {
   });
   for (const end of ["pointerup", "pointercancel"])
     document.addEventListener(end, () => (slid = null));
+  let typed = null;
+  document.addEventListener("input", ({ target }) => {
+    if (target.dataset?.fcwTyped === undefined) return;
+    clearTimeout(typed);
+    typed = setTimeout(() => channel.tell(`${target.dataset.fcwTyped}:${target.value}`), TYPED_MS);
+  });
   document.addEventListener("scroll", ({ target }) => {
     const name = target.dataset?.fcwScroll;
     if (name) channel.scrolled[name] = target.scrollTop;

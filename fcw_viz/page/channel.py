@@ -90,6 +90,16 @@ def enters(field: str, name: str) -> str:
     return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"'
 
 
+def tells_typed(field: str, name: str) -> str:
+    """Attributes of an input whose text is a message of that name while it is typed.
+
+    Args:
+        field: its id.
+        name: of the message.
+    """
+    return f'id="{escape(field)}" data-fcw-typed="{escape(name)}"'
+
+
 def keeps_scroll(name: str) -> str:
     """The attribute of an element that, drawn anew, stays scrolled to where it was under that name."""
     return f'data-fcw-scroll="{escape(name)}"'

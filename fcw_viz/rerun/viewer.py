@@ -17,6 +17,8 @@ from fcw.errors import UserError
 from fcw_viz.page.guard.guard import HOST
 from fcw_viz.rerun.page import RerunPage
 
+FOREIGN_WORDS = "rerun's page is not fcw's: opening it, it asks servers of the rerun project on the internet"
+"""What a person should know before."""
 START_TIMEOUT_S = 60.0
 """The program is large: a cold disk takes seconds to read it."""
 END_TIMEOUT_S = 5.0
@@ -83,8 +85,8 @@ def _started(arguments: list[str]) -> Iterator[tuple[subprocess.Popen[bytes], IO
     """rerun's command line in a session of its own: Ctrl-C reaches us alone, and we end the whole group."""
     with tempfile.TemporaryFile() as output:
         process = subprocess.Popen(
-            [sys.executable, "-m", "rerun_cli", *arguments],
-            stdin=subprocess.DEVNULL,
+            [sys.executable, "-m", "fcw_viz.rerun.supervisor", *arguments],
+            stdin=subprocess.PIPE,  # by whose end it knows that we are gone, even killed
             stdout=output,
             stderr=subprocess.STDOUT,
             start_new_session=True,
@@ -93,6 +95,8 @@ def _started(arguments: list[str]) -> Iterator[tuple[subprocess.Popen[bytes], IO
         try:
             yield process, output
         finally:
+            if process.stdin is not None:
+                process.stdin.close()
             _end(process)
 
 

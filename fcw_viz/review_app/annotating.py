@@ -39,7 +39,6 @@ class Annotating:
     def messages(self) -> Mapping[str, Callable[[str], object]]:
         """What the page's elements say, and what is done then."""
         return {
-            "verdict": lambda about: self.judge(Judgement[about]),
             "reason": lambda about: self.give_reason(Reason[about] if about else None),
             "takeback": self.take_back,
             "explain": self.explain,
@@ -137,6 +136,11 @@ class Annotating:
     def take_back(self, entry_id: str) -> None:
         """Take back one of the reviewer's own words."""
         self._take_back(_Words(self._place.opened.name, (entry_id,)))
+
+    @property
+    def last_drive(self) -> str | None:
+        """Of which drive something was said last in this tab; None where nothing can be taken back."""
+        return self._said[-1].drive if self._said else None
 
     def undo(self) -> None:
         """Take back what was said last in this tab of this drive."""

@@ -3,6 +3,8 @@
 import json
 from collections.abc import Callable
 
+from fcw.annotation.records import Judgement
+from fcw.errors import UserError
 from fcw_viz.page.script import empty_element, focus_element, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
@@ -11,6 +13,7 @@ from fcw_viz.review_app.place import Place, parse_place
 from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.time.playing import Playing
+from fcw_viz.review_app.triage.drive_filter import DriveFilter
 
 NOTE_ID = "fcw-note"
 """Of the field for a note."""
@@ -142,6 +145,51 @@ class Desk:
         """List the events in another order."""
         self.place.by_time = by_time
         self.refresh()
+
+    # From one unjudged event to the next
+
+    def ask(self, asked: DriveFilter) -> None:
+        """List other drives and events."""
+        self.place.asked = asked
+        self.refresh()
+
+    def next_unjudged(self) -> None:
+        """Show the next event, of what is asked for, that nobody has judged; in this drive or another one.
+
+        Raises:
+            UserError: there is none.
+        """
+        place = self.place
+        name = None if place.drive is None else place.drive.name
+        found = place.asked.next_unjudged(self._session.cards, name, place.selected)
+        if found is None:
+            unread = self._session.unread
+            more = f"; {unread} drives are still being read" if unread else ""
+            raise UserError(f"every event that is asked for is judged{more}")
+        if found[0] == name:
+            self.select_event(found[1])
+        else:
+            self.open_at(f"{found[0]}#{found[1]}")
+
+    def switch_goes_on(self) -> None:
+        """Have a verdict lead to the next unjudged event, or not."""
+        self.place.goes_on = not self.place.goes_on
+        self.refresh()
+
+    def judge(self, judgement: Judgement) -> None:
+        """Give a verdict on the selected event, and go on where that is wished."""
+        self.annotating.judge(judgement)
+        if self.place.goes_on and self.annotating.own_verdict is not None:
+            self.next_unjudged()
+
+    def undo(self) -> None:
+        """Take back what was said last in this tab, in the drive of which it was said."""
+        name = self.annotating.last_drive
+        if name is not None and self.place.drive is not None and name != self.place.drive.name:
+            self.open_at(name)
+        self.annotating.undo()
+
+    # Words
 
     def keep_note(self, text: str) -> None:
         """Keep a note on the moment; its field is emptied only then."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cv2
 
-from fcw.annotation.review import Review
+from fcw.annotation.review import JudgedEvent, Review, judged_events
 from fcw.annotation.store import read_review
 from fcw.errors import UserError
 from fcw.logs.events import DriveEvent
@@ -30,6 +30,7 @@ class DriveCard:
         complete: False where the program that wrote it was killed.
         imperial: units of its words.
         review: what people said of it.
+        judged: the events with their verdicts.
         thumbnail: its worst moment, a JPEG in base 64; empty before it was read.
         trouble: why it cannot be read; empty where it can.
         read: False before it was looked at.
@@ -42,6 +43,7 @@ class DriveCard:
     complete: bool = True
     imperial: bool = False
     review: Review = field(default_factory=Review)
+    judged: tuple[JudgedEvent, ...] = ()
     thumbnail: str = ""
     trouble: str = ""
     read: bool = True
@@ -89,6 +91,7 @@ def card_of(drive: Drive, review: Review, thumbnail: str) -> DriveCard:
         drive.complete,
         drive.header.imperial,
         review,
+        judged_events(review, drive.events)[0],
         thumbnail,
     )
 

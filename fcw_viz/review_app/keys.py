@@ -1,5 +1,6 @@
 """The keys of the page: each does what some button does, and stands in the command palette."""
 
+from collections.abc import Callable
 from functools import partial
 
 from fcw_viz.page.keys import Key, picture_keys
@@ -9,8 +10,13 @@ from fcw_viz.review_app.words import JUDGEMENT_KEYS
 SKIP_S = 1.0
 
 
-def all_keys(desk: Desk) -> list[Key]:
-    """Every key of the page, at one desk."""
+def all_keys(desk: Desk, switch_goes_on: Callable[[], object]) -> list[Key]:
+    """Every key of the page, at one desk.
+
+    Args:
+        desk: what they work on.
+        switch_goes_on: has a verdict lead to the next event, or not.
+    """
     return [
         Key("Play or stop", "space", None, desk.playing.toggle),
         Key("Play the event", "space", "shift", desk.playing.play_event),
@@ -26,6 +32,8 @@ def all_keys(desk: Desk) -> list[Key]:
         Key("Previous event", "P", None, lambda: desk.next_event(False)),
         Key("Next event of the list", "arrowdown", None, lambda: desk.next_listed(True)),
         Key("Previous event of the list", "arrowup", None, lambda: desk.next_listed(False)),
+        Key("Next unjudged event of all drives", "U", None, desk.next_unjudged),
+        Key("After a verdict go on by itself, or not", "G", None, switch_goes_on),
         Key("Faster", "]", None, lambda: desk.playing.change_speed(True)),
         Key("Slower", "[", None, lambda: desk.playing.change_speed(False)),
         Key("Wider plots", "W", None, lambda: desk.screen.next_window(True)),
@@ -36,7 +44,7 @@ def all_keys(desk: Desk) -> list[Key]:
         Key("All boxes of the frame are right", "C", None, desk.boxes.confirm),
         Key("Delete the selected box", "delete", None, desk.boxes.delete),
         Key("Delete the selected box", "backspace", None, desk.boxes.delete),
-        Key("Take back what you said last", "Z", "cmd/ctrl", desk.annotating.undo),
+        Key("Take back what you said last", "Z", "cmd/ctrl", desk.undo),
         Key("Say it again", "Y", "cmd/ctrl", desk.annotating.redo),
         Key("Say it again", "Z", "cmd/ctrl+shift", desk.annotating.redo),
         Key("Picture with or without overlay", "O", None, desk.screen.switch_overlay),
@@ -45,7 +53,7 @@ def all_keys(desk: Desk) -> list[Key]:
         Key("All drives", "L", None, desk.show_list),
         Key("Put the tool away", "escape", None, desk.escape),
         *(
-            Key(f"Verdict: {judgement.value}", key, None, partial(desk.annotating.judge, judgement))
+            Key(f"Verdict: {judgement.value}", key, None, partial(desk.judge, judgement))
             for judgement, key in JUDGEMENT_KEYS.items()
         ),
     ]
@@ -56,6 +64,8 @@ HELP_ROWS = (
     ("← →, . ,", "frame back, on; with Shift a second"),
     ("N P", "next, previous event"),
     ("↑ ↓", "the same, as the list is sorted"),
+    ("U", "next unjudged event, in all drives"),
+    ("G", "after a verdict go on by itself"),
     ("[ ]", "slower, faster"),
     ("W", "wider plots; with Shift narrower"),
     ("1 2 3 4", "right, too early, too late, false"),

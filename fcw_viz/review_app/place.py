@@ -6,6 +6,7 @@ from fcw.annotation.review import JudgedEvent, find_event, reference_to
 from fcw.errors import UserError
 from fcw_viz.review_app.drive import Drive, by_severity
 from fcw_viz.review_app.session import DriveReview, ReviewSession
+from fcw_viz.review_app.triage.drive_filter import DriveFilter
 
 LEAD_IN_S = 2.0
 """An event is played from so long before it, and whoever is so near to it is still at it."""
@@ -22,6 +23,8 @@ class Place:
         row: the frame that is shown.
         selected: number of the event that is judged; None for none.
         by_time: the order of the event list.
+        asked: which drives and events they want to see.
+        goes_on: whether a verdict leads to the next unjudged event.
     """
 
     def __init__(self, session: ReviewSession) -> None:
@@ -30,6 +33,8 @@ class Place:
         self.row = 0
         self.selected: int | None = None
         self.by_time = False
+        self.asked = DriveFilter()
+        self.goes_on = False
 
     @property
     def opened(self) -> Drive:

@@ -2,6 +2,7 @@
 
 import viser
 
+from fcw.annotation.records import Judgement
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.page.channel import PageChannel
@@ -11,6 +12,7 @@ from fcw_viz.review_app.desk import Desk
 from fcw_viz.review_app.keys import all_keys
 from fcw_viz.review_app.panels.layout import Panels
 from fcw_viz.review_app.session import ReviewSession
+from fcw_viz.review_app.triage.filter_bar import filter_messages
 
 FIRST_SIZE = ImageSize(1280, 720)
 """Of the picture before a drive is opened."""
@@ -33,7 +35,7 @@ class Tab(PageTab):
         self._refresh_waits = False
         self._desk = Desk(self, session, self._show_panels)
         self._panels = Panels(self, self._desk, folder, dark)
-        add_keys(client.gui, self.run, all_keys(self._desk))
+        add_keys(client.gui, self.run, all_keys(self._desk, self._switch_goes_on))
         session.join(self._desk.place, self._hear)
         self._open_channel()
         self.view.tell_drawn()
@@ -64,7 +66,12 @@ class Tab(PageTab):
             "hover": desk.screen.hover.move,
             "birdseye": lambda _: desk.screen.switch_birds_eye(),
             **desk.annotating.messages,
+            "verdict": lambda about: desk.judge(Judgement[about]),
             "note": desk.keep_note,
+            "unjudged": lambda _: desk.next_unjudged(),
+            "goeson": self._switch_goes_on,
+            "more": lambda _: self._panels.show_more(),
+            **filter_messages(lambda: desk.place.asked, desk.ask),
         }.items():
             channel.on(name, callback)
         channel.open()
@@ -94,6 +101,10 @@ class Tab(PageTab):
             self._desk.next_event(about == "next")
         elif about.isdigit() and int(about) < len(self._desk.place.opened.events):
             self._desk.select_event(int(about))
+
+    def _switch_goes_on(self, _: str = "") -> None:
+        self._desk.switch_goes_on()
+        self._panels.show_filter()
 
     def _show_panels(self) -> None:
         self._panels.show()

@@ -5,6 +5,8 @@ import threading
 from contextlib import ExitStack
 from pathlib import Path
 
+from fcw.logs.export.clip import DriveClip
+from fcw.logs.export.replay import with_its_keyframe
 from fcw_viz.console import SILENT
 from fcw_viz.jobs.export import ExportJob, run_export_job
 from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer
@@ -30,6 +32,16 @@ def exported_file(log: Path, export_format: str, between: tuple[float, float]) -
         file = Path(folder) / f"clip.{export_format}"
         run_export_job(ExportJob((log,), export_format, file, between=between), SILENT)
         return file.read_bytes()
+
+
+def held_range(log: Path, between: tuple[float, float]) -> tuple[float, float]:
+    """The part of a drive that a clip with its packets holds: it begins at a keyframe, not later than wished.
+
+    Raises:
+        UserError: the drive cannot be read.
+    """
+    clip, _ = with_its_keyframe(DriveClip.open(log, between=between))
+    return clip.time_s(int(clip.times_ns[0])), clip.time_s(int(clip.times_ns[-1]))
 
 
 def event_table(log: Path) -> bytes:

@@ -106,7 +106,7 @@ LOOPBACK = f"{int.from_bytes(socket.inet_aton('127.0.0.1'), sys.byteorder):08X}"
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
     drive: Path, number: signal.Signals
 ) -> None:
@@ -133,7 +133,7 @@ def test_the_viewer_is_served_to_this_computer_and_ends_with_all_its_children(
     children = descendants(process.pid)
     assert len(children) >= 2  # rerun's wrapper, and the viewer below it
     end(process, number)
-    assert process.returncode == 0
+    assert process.returncode == (-number if number is signal.SIGKILL else 0)
     deadline = time.monotonic() + PATIENCE_S
     while any(map(alive, children)) and time.monotonic() < deadline:
         time.sleep(0.05)

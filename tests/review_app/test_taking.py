@@ -10,7 +10,7 @@ from review_drives import CAUTION_S, RATE_HZ, WARNING_END_S
 
 from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.taking import AROUND_S, clip_around, event_table, exported_file
+from fcw_viz.review_app.taking import AROUND_S, clip_around, event_table, exported_file, held_range
 
 
 def test_a_clip_reaches_around_its_event_and_not_beyond_the_drive():
@@ -26,6 +26,16 @@ def test_the_clip_as_mcap_holds_the_event(drive: Drive, tmp_path: Path):
     assert clip.events[0].kind == "warning"
     assert clip.duration_s == pytest.approx(between[1] - between[0], abs=1.1)  # from a keyframe on
     assert DriveLog(file).complete
+
+
+def test_what_a_clip_is_said_to_hold_is_what_it_holds(drive: Drive, tmp_path: Path):
+    between = clip_around(CAUTION_S + 0.36, WARNING_END_S, drive.duration_s)
+    file = tmp_path / "clip.mcap"
+    file.write_bytes(exported_file(drive.log.path, "mcap", between))
+    clip, held = Drive.open("clip", file), held_range(drive.log.path, between)
+    assert held[0] <= between[0]
+    assert (clip.first_ns - drive.first_ns) / 1e9 == pytest.approx(held[0])
+    assert held[0] + clip.duration_s == pytest.approx(held[1])
 
 
 def test_the_clip_as_mp4_plays_as_long(drive: Drive):

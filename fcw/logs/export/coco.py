@@ -131,6 +131,9 @@ def _annotations(
             "image_id": image_id,
             "category_id": VEHICLE["id"],
             "bbox": [box.x, box.y, box.w, box.h],
+            "segmentation": [
+                [box.x, box.y, box.right, box.y, box.right, box.bottom, box.x, box.bottom]
+            ],  # the box again: readers make masks of it
             "area": box.w * box.h,
             "iscrowd": 0,
             **fields,

@@ -1,5 +1,6 @@
 """The project's own messages (`schemas/drive.proto`) from records and back, bit for bit."""
 
+import math
 from dataclasses import fields
 from typing import Any
 
@@ -7,6 +8,7 @@ from fcw.box import Box
 from fcw.detection.detector import Detection
 from fcw.logs.records import FrameResult
 from fcw.logs.schemas import drive_pb2
+from fcw.logs.series import NO_TRACK
 from fcw.motion.state import Mount, OwnMotion, OwnPath, SpeedSource
 from fcw.tracking.types import USUAL_WIDTH_M, SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
@@ -52,6 +54,15 @@ def track_message(track: Track) -> drive_pb2.Track:
         doubtful=track.doubtful,
         seen_by=track.seen_by.name,
     )
+
+
+def no_track_message() -> drive_pb2.Track:
+    """That there is no track any more: every figure NaN, so that a plot breaks its line there."""
+    message = drive_pb2.Track(track_id=NO_TRACK, seen_by="UNSAID")
+    for field in message.DESCRIPTOR.fields:
+        if field.cpp_type == field.CPPTYPE_DOUBLE:
+            setattr(message, field.name, math.nan)
+    return message
 
 
 def warning_message(warning: WarningState) -> drive_pb2.WarningState:

@@ -288,10 +288,10 @@ class DriveLog:
                     break
         except DAMAGED as error:
             if mcap.CALIBRATION_NAME not in attachments:
-                raise UserError(
-                    f"{self.path}: not a drive log, or one cut off at its start ({error}); "
-                    "expected a drive.mcap of `fcw run`"
-                ) from error
+                what = f"not a drive log, or one cut off at its start ({str(error) or type(error).__name__})"
+                if file.seek(0, 2) == 0:
+                    what = "an empty file"
+                raise UserError(f"{self.path}: {what}; expected a drive.mcap of `fcw run`") from error
         try:
             drive = metadata[mcap.DRIVE_METADATA]
             if drive["format_version"] != mcap.FORMAT_VERSION:

@@ -23,7 +23,7 @@ from fcw.frame import VideoPacket
 from fcw.logs.disk_sync import DiskSync
 from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap import foxglove_messages as foxglove
-from fcw.logs.mcap.messages import result_message, track_message, warning_message
+from fcw.logs.mcap.messages import no_track_message, result_message, track_message, warning_message
 from fcw.logs.overlay import overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
@@ -81,6 +81,7 @@ class McapSink:
         self._rows = overlay_rows(header.calibration, header.imperial)
         self._last_ns: int | None = None
         self._level = WarningLevel.NONE
+        self._had_lead = False
         self._signals_ns: int | None = None
         self._pictures: list[_Picture] = []
         self._sequences: defaultdict[str, int] = defaultdict(int)
@@ -182,8 +183,10 @@ class McapSink:
         if result.warning.level != self._level:
             self._level = result.warning.level
             self._signal(mcap.LOG_TOPIC, log_ns, foxglove.log_message(result, header.imperial, stamp))
-        if result.lead is not None:
-            self._signal(mcap.LEAD_TOPIC, log_ns, track_message(result.lead))
+        lead = result.lead
+        if lead is not None or self._had_lead:
+            self._signal(mcap.LEAD_TOPIC, log_ns, no_track_message() if lead is None else track_message(lead))
+        self._had_lead = lead is not None
         self._signal(mcap.WARNING_TOPIC, log_ns, warning_message(result.warning))
         self._signal(mcap.RESULT_TOPIC, log_ns, result_message(result))
 

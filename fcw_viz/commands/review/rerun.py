@@ -10,10 +10,10 @@ from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME, RRD_NAME
 from fcw_viz.commands.review.options import ReviewCommand
-from fcw_viz.console import RESULTS
+from fcw_viz.console import RESULTS, note
 from fcw_viz.jobs.drive import stop_on_interrupt
 from fcw_viz.rerun.log import RerunSink
-from fcw_viz.rerun.viewer import Viewer, has_display, native_viewer, web_viewer
+from fcw_viz.rerun.viewer import FOREIGN_WORDS, Viewer, has_display, native_viewer, web_viewer
 
 LOOK_S = 0.2
 """How often to look whether the window was closed."""
@@ -41,6 +41,7 @@ def _announce(viewer: Viewer, recording: Path, no_open: bool) -> None:
         RESULTS.print(f"{recording} in the rerun viewer (Ctrl-C ends)", soft_wrap=True)
         return
     RESULTS.print(f"{recording} in the rerun viewer at {viewer.url} (Ctrl-C ends)", soft_wrap=True)
+    note(FOREIGN_WORDS)
     if not no_open and viewer.ticket_url is not None:
         webbrowser.open(viewer.ticket_url)
 

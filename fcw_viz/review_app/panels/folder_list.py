@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from html import escape
 
-from fcw.annotation.review import judged_events
 from fcw_viz.page.channel import says
 from fcw_viz.review_app.drive import by_severity, duration_text, time_text
 from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.timeline import HEIGHT_PX, MISSED_COLOR, NOTE_COLOR, kind_color, timeline_svg
+from fcw_viz.review_app.triage.drive_filter import DriveFilter
 from fcw_viz.review_app.words import (
     DISAGREEMENT,
     DISAGREEMENT_SIGN,
@@ -27,18 +27,36 @@ NARROW_PX = 672.0
 """A list of less stands in one column, as review_page.css has it."""
 
 
-def folder_html(title: str, cards: Sequence[DriveCard], unread: int, width_px: float) -> str:
+MOST_LISTED = 60
+"""Drives that are drawn at once; of more the first ones, for a list of hundreds takes a browser seconds."""
+
+
+def folder_html(
+    title: str,
+    cards: Sequence[DriveCard],
+    unread: int,
+    width_px: float,
+    asked: DriveFilter | None = None,
+    most: int = MOST_LISTED,
+) -> str:
     """The list; a click on a drive or on one of its marks is `open:<its name>` or `open:<its name>#<event>`.
 
     Args:
         title: of the folder.
-        cards: in the order of the list.
+        cards: all drives.
         unread: how many have still to be read.
         width_px: of the page's place for it.
+        asked: which of them are listed, and in which order; by default all, the worst first.
+        most: so many are listed; `more:` asks for the others.
     """
     axis_px = width_px - (AROUND_PX if width_px < NARROW_PX else BESIDE_PX)
-    rows = "".join(_row(card, axis_px) for card in cards)
-    return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{rows}"
+    asked = asked or DriveFilter()
+    listed = asked.drives(cards)
+    rows = "".join(_row(card, axis_px, asked) for card in listed[:most])
+    if len(listed) > most:
+        rows += f"<button {says('more:')}>{len(listed) - most} more drives</button>"
+    found = f"<p>{len(listed)} of them are as asked for.</p>" if len(listed) < len(cards) else ""
+    return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{found}{rows}"
 
 
 def legend_html() -> str:
@@ -64,12 +82,7 @@ def legend_html() -> str:
 
 def _summary(cards: Sequence[DriveCard], unread: int) -> str:
     hours = sum(card.duration_s for card in cards) / 3600
-    warnings = [
-        judged
-        for card in cards
-        for judged in judged_events(card.review, card.events)[0]
-        if judged.event.kind == "warning"
-    ]
+    warnings = [judged for card in cards for judged in card.judged if judged.event.kind == "warning"]
     count = len(cards)
     parts = [
         f"{count} drive{'s' * (count != 1)}",
@@ -81,10 +94,10 @@ def _summary(cards: Sequence[DriveCard], unread: int) -> str:
         parts.append(counts)
     if unread:
         parts.append(f"reading {unread} more")
-    return " · ".join(parts) + ". The worst first; a click opens its worst moment."
+    return " · ".join(parts) + ". A click opens a drive at its worst moment."
 
 
-def _row(card: DriveCard, axis_px: float) -> str:
+def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     if card.trouble:
         return (
             f'<div class="fcw-row still"><div class="fcw-thumb">?</div><header><b>{escape(card.name)}</b>'
@@ -95,14 +108,14 @@ def _row(card: DriveCard, axis_px: float) -> str:
             f'<div class="fcw-row" {says(f"open:{card.name}")}><div class="fcw-thumb">…</div>'
             f"<div><header><b>{escape(card.name)}</b><span>to be read</span></header></div></div>"
         )
-    judged, _ = judged_events(card.review, card.events)
+    judged = card.judged
     axis = TimeAxis(0.0, max(card.duration_s, 0.04), axis_px)
     counts = _counts(card)
-    worst, thumbnail = "", ""
+    worst, thumbnail, number = "", "", 0
     if card.thumbnail:
         thumbnail = f' style="background-image: url(data:image/jpeg;base64,{card.thumbnail})"'
     if card.events:
-        number = by_severity(card.events)[0]
+        number = next(iter(asked.numbers(card)), by_severity(card.events)[0])
         event = card.events[number]
         said = "".join(
             f"<span>{JUDGEMENT_SIGNS[entry.said.judgement]} {escape(verdict_words(entry))}</span>"
@@ -115,13 +128,14 @@ def _row(card: DriveCard, axis_px: float) -> str:
         )
     else:
         worst = '<div class="fcw-worst"><span>Nothing happened.</span></div>'
+    opens = f"open:{card.name}" if not card.events else f"open:{card.name}#{number}"
     calm = not (card.events or card.review.entries)
     # A mark of the time line opens the drive there: its message names the drive, too.
     svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")
     notice = "" if card.complete else "<span>not finished: read as far as it goes</span>"
     return (
         f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
-        f"{says(f'open:{card.name}')}>"
+        f"{says(opens)}>"
         f'<div class="fcw-thumb"{thumbnail}></div>'
         f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"

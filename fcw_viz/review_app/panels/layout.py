@@ -1,5 +1,6 @@
 """The panel at the right of a tab, and the list of drives over the rest."""
 
+import sys
 from html import escape
 from pathlib import Path
 
@@ -12,9 +13,10 @@ from fcw_viz.review_app.drive import duration_text
 from fcw_viz.review_app.keys import HELP_ROWS
 from fcw_viz.review_app.panels.boxes import BoxesPanel
 from fcw_viz.review_app.panels.event import EventPanel
-from fcw_viz.review_app.panels.folder_list import folder_html, legend_html
+from fcw_viz.review_app.panels.folder_list import MOST_LISTED, folder_html, legend_html
 from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
+from fcw_viz.review_app.triage.filter_bar import filter_html, goes_on_html
 
 PANEL_WIDTH_PX = 350
 FIRST_FOLDER_PX = 1040.0
@@ -44,7 +46,9 @@ class Panels:
         gui.main_panel.set_width(PANEL_WIDTH_PX)
         gui.add_html(f"{STYLE}<style>{OWN_STYLE}</style>")
         self._sizes = gui.add_html("")
-        self._folder = gui.add_html("")
+        self._filter, self._folder = gui.add_html(""), gui.add_html("")
+        self._people: tuple[str, ...] | None = None
+        self._most = MOST_LISTED
         self._head = gui.add_html("")
         self._note = gui.add_html(text_block(NOTE_FIELD), visible=False)
         self._tabs = gui.add_tab_group(visible=False)
@@ -76,6 +80,16 @@ class Panels:
             self._boxes.show()
             self._take.show()
 
+    def show_more(self) -> None:
+        """List all drives."""
+        self._most = sys.maxsize
+        self._show_folder()
+
+    def show_filter(self) -> None:
+        """Draw the line over the list anew, as something else than typing has changed it."""
+        self._people = None
+        self._show_folder()
+
     def resized(self, about: str) -> None:
         """The browser has told an element's size."""
         name, _, size = about.partition(" ")
@@ -87,9 +101,17 @@ class Panels:
     def _show_folder(self) -> None:
         if self._place.drive is not None:
             set_html(self._folder, "")
+            set_html(self._filter, "")
+            self._people = None
             return
-        session = self._place.session
-        html = folder_html(self._title, session.cards, session.unread, self._folder_px)
+        session, asked = self._place.session, self._place.asked
+        cards = session.cards
+        people = tuple(sorted({person for card in cards for person in card.review.people}))
+        if people != self._people:
+            # Drawn anew only then: somebody may be typing in it.
+            self._people = people
+            set_html(self._filter, filter_html(asked, people, self._place.goes_on))
+        html = folder_html(self._title, cards, session.unread, self._folder_px, asked, self._most)
         set_html(
             self._folder,
             f'<div class="fcw-folder" {says_size("folder")} {keeps_scroll("folder")}>{html}</div>',
@@ -111,6 +133,8 @@ class Panels:
             f'<div class="fcw-drive"><b title="{escape(str(drive.log.path))}">'
             f"{escape(drive.name)}</b>"
             f"<span>{back}</span></div>"
+            f'<div class="fcw-triage"><button {says("unjudged:")} title="Next unjudged event (U)">'
+            f"Next unjudged</button>{goes_on_html(self._place.goes_on)}</div>"
             f'<p class="dim">{duration_text(drive.duration_s)} · {header.image_size} · '
             f"{escape(header.detector)}{torn} · reviewed as {escape(session.reviewer)}</p>"
         )

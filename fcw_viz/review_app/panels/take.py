@@ -11,9 +11,10 @@ from fcw.errors import UserError
 from fcw_viz.page.controls import on_button
 from fcw_viz.page.style import set_html, text_block
 from fcw_viz.page.tab import PageTab
+from fcw_viz.rerun.viewer import FOREIGN_WORDS
 from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.place import Place
-from fcw_viz.review_app.taking import clip_around, event_table, exported_file
+from fcw_viz.review_app.taking import clip_around, event_table, exported_file, held_range
 
 WAIT_WORDS = "One at a time: the last one is still being made."
 
@@ -67,13 +68,20 @@ class TakePanel:
 
     def _open_rerun(self) -> None:
         drive, between = self._place.opened, self._between()
-        self._do("Starting rerun", lambda: self._rerun(drive, between))
+        moment_s = self._place.time_s
+        self._do("Starting rerun", lambda: self._rerun(drive, between, moment_s))
 
-    def _rerun(self, drive: Drive, between: tuple[float, float]) -> str:
+    def _rerun(self, drive: Drive, between: tuple[float, float], moment_s: float) -> str:
         url = self._place.session.rerun.open(drive.log.path, between)
+        start_s, end_s = held_range(drive.log.path, between)
+        words = (
+            f"It holds {time_text(start_s)} to {time_text(end_s)} and opens at its start; this moment comes "
+            f"{moment_s - start_s:.1f} s later."
+        )
         if url is None:
-            return "<p>rerun has a window of its own.</p>"
-        return f'<p><a href="{escape(url)}" target="_blank">Open rerun on this clip</a></p>'
+            return f"<p>rerun has a window of its own. {words}</p>"
+        link = f'<a href="{escape(url)}" target="_blank">Open rerun on this clip</a>'
+        return f'<p>{link}. {words}</p><p class="dim">{FOREIGN_WORDS}.</p>'
 
     def _send(self, name: str, content: bytes) -> str:
         self._tab.client.send_file_download(name, content, save_immediately=True)

@@ -268,3 +268,36 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert err == "fcw: interrupted\n"
+
+
+def test_verdict_after_verdict_through_all_drives(
+    tmp_path: Path, drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    other = tmp_path / "other" / "drive.mcap"
+    other.parent.mkdir()
+    shutil.copy(drive_log, other)
+    quiet = write_drive(tmp_path / "quiet" / "drive.mcap", QUIET_S)
+    person = Reviewer(
+        open_page(review({"made": drive_log, "other": other, "quiet": quiet}).url, picture=False)
+    )
+    rows = person.browser.page.locator(".fcw-row")
+    wait_for(lambda: rows.count() == 3 and "reading" not in person.words(".fcw-folder > p"))
+    search = person.at("#fcw-search")
+    search.type("oth")
+    wait_for(lambda: rows.count() == 1)
+    assert search.input_value() == "oth"
+    search.fill("")
+    person.at("select[data-fcw-choice=filterkind]").select_option("near miss")
+    wait_for(lambda: rows.count() == 2)
+    person.at(".fcw-filter button:has-text('Go on')").click()
+    person.at(".fcw-filter button:has-text('Next unjudged')").click()
+    wait_for(lambda: person.sees(row_of(NEAR_MISS_S)) and person.words(".fcw-drive b") == "made")
+    person.press("1")
+    wait_for(lambda: person.words(".fcw-drive b") == "other" and person.sees(row_of(NEAR_MISS_S)))
+    person.press("4")
+    wait_for(lambda: "every event that is asked for is judged" in person.browser.page.content())
+    assert [entry.said.judgement for entry in said_of(drive_log).verdicts] == [Judgement.RIGHT]
+    assert [entry.said.judgement for entry in said_of(other).verdicts] == [Judgement.FALSE]
+    person.press("l")
+    person.at("select[data-fcw-choice=filterverdict]").select_option("false")
+    wait_for(lambda: rows.count() == 1 and person.words(".fcw-row").startswith("other"))

@@ -44,7 +44,10 @@ def test_a_drive_as_csv_has_a_row_for_each_frame(drives, tmp_path, capsys):
     assert table["time_s"].tolist() == [index / 25 for index in range(FRAMES)]
     assert table["track_id"].isna().sum() == 10
     assert (table["warning_level"] == "warning").sum() == 21
-    assert capsys.readouterr().out == f"{tmp_path / 't.csv'}: 60 rows of 1 drive\n"
+    assert (
+        capsys.readouterr().out
+        == f"{tmp_path / 't.csv'}: 60 rows of 1 drive, 50 boxes and 10 frames without one\n"
+    )
 
 
 @pytest.mark.parametrize(("form", "name"), [("csv", "tracks.csv"), ("parquet", "tracks.parquet")])

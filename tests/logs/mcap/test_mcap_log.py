@@ -219,13 +219,19 @@ def test_the_log_says_each_change_of_level_and_why(header, short_drive, tmp_path
     assert "vehicle 7 at 20 m" in said[1][2]
 
 
-def test_there_is_a_lead_message_only_where_there_is_a_lead(header, short_drive, tmp_path):
-    free = FrameResult(100, 10 * 10**9, (), (), None, WarningState(WarningLevel.NONE), None)
+def test_a_lead_that_is_gone_is_said_once_with_figures_that_break_a_plots_line(header, short_drive, tmp_path):
+    free = [
+        FrameResult(index, (index - 90) * 10**9, (), (), None, WarningState(WarningLevel.NONE), None)
+        for index in (100, 101)
+    ]
+    again = [replace(result, index=102, time_ns=12 * 10**9) for result, _ in short_drive[-1:]]
     path = tmp_path / "drive.mcap"
-    write_log(path, header, [*short_drive, (free, ())])
-    leads = foreign_read(path, "/fcw/lead")
-    assert len(leads) == 100
-    assert {message.track_id for *_, message in leads} == {7}
+    write_log(path, header, [*short_drive, *((result, ()) for result in (*free, *again))])
+    leads = [message for *_, message in foreign_read(path, "/fcw/lead")]
+    assert [message.track_id for message in leads] == [7] * 100 + [-1, 7]
+    gone = leads[100]
+    assert gone.HasField("ttc_s")
+    assert all(math.isnan(getattr(gone, name)) for name in ("distance_m", "ttc_s", "closing_speed_mps"))
 
 
 def test_a_new_log_replaces_a_longer_old_one(header, short_drive, tmp_path):

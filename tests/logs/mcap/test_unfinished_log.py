@@ -173,7 +173,9 @@ def test_a_missing_log(tmp_path):
 def test_a_file_that_is_no_log(tmp_path, content: bytes):
     path = tmp_path / "drive.mcap"
     path.write_bytes(content)
-    assert "not a drive log, or one cut off at its start" in refusal(path)
+    words = "not a drive log, or one cut off at its start (" if content else "an empty file; expected"
+    assert words in refusal(path)
+    assert "()" not in refusal(path)
 
 
 def test_the_mcap_of_others(tmp_path):

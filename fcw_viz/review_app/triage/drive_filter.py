@@ -1,0 +1,100 @@
+"""Which of the drives and events somebody wants to see, and in which order."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from fcw.annotation.records import Judgement
+from fcw.annotation.review import JudgedEvent
+from fcw_viz.review_app.drive import by_severity
+from fcw_viz.review_app.drive_card import DriveCard, list_key
+
+UNJUDGED, DISAGREED = "unjudged", "judged differently"
+VERDICTS = (UNJUDGED, *(one.value for one in Judgement), DISAGREED)
+"""What can be asked of an event's verdicts."""
+
+
+class Order(Enum):
+    """Of the drives; the value is for a person."""
+
+    WORST = "worst first"
+    UNJUDGED = "most unjudged first"
+    NAME = "by name"
+    LONGEST = "longest first"
+
+
+@dataclass(frozen=True, slots=True)
+class DriveFilter:
+    """What is asked for; an empty text asks for nothing.
+
+    Attributes:
+        text: in the drive's name, whatever its case.
+        kind: of an event.
+        verdict: of `VERDICTS`, on that event.
+        reviewer: who judged that event.
+        order: of the drives.
+    """
+
+    text: str = ""
+    kind: str = ""
+    verdict: str = ""
+    reviewer: str = ""
+    order: Order = Order.WORST
+
+    def passes(self, judged: JudgedEvent) -> bool:
+        """Whether an event is asked for."""
+        if self.kind and judged.event.kind != self.kind:
+            return False
+        if self.reviewer and self.reviewer not in {entry.person for entry in judged.verdicts}:
+            return False
+        if self.verdict == UNJUDGED:
+            return not judged.verdicts
+        if self.verdict == DISAGREED:
+            return judged.disagreement
+        return not self.verdict or (judged.judgement is not None and judged.judgement.value == self.verdict)
+
+    def numbers(self, card: DriveCard) -> list[int]:
+        """Numbers of the events of a drive that are asked for, the worst first."""
+        return [number for number in by_severity(card.events) if self.passes(card.judged[number])]
+
+    def drives(self, cards: Sequence[DriveCard]) -> list[DriveCard]:
+        """The drives that are asked for: where something is asked of events, those that have such a one."""
+        about_events = bool(self.kind or self.verdict or self.reviewer)
+        found = [
+            card
+            for card in cards
+            if self.text.casefold() in card.name.casefold()
+            and (not about_events or any(map(self.passes, card.judged)))
+        ]
+        keys = {
+            Order.WORST: list_key,
+            Order.UNJUDGED: lambda card: (-sum(not one.verdicts for one in card.judged), list_key(card)),
+            Order.NAME: lambda card: card.name.casefold(),
+            Order.LONGEST: lambda card: -card.duration_s,
+        }
+        return sorted(found, key=keys[self.order])
+
+    def next_unjudged(
+        self, cards: Sequence[DriveCard], name: str | None, after: int | None
+    ) -> tuple[str, int] | None:
+        """The next event that nobody has judged: in this drive, else in the next one of the list, around it.
+
+        Args:
+            cards: all drives.
+            name: of the drive somebody is in; None for none.
+            after: the event they are at, which comes last.
+        """
+        drives = [card for card in self.drives(cards) if card.read and not card.trouble]
+        places = [(card.name, number) for card in drives for number in self.numbers(card)]
+        unjudged = {
+            (card.name, number)
+            for card in drives
+            for number, one in enumerate(card.judged)
+            if not one.verdicts
+        }
+        here = next((k for k, place in enumerate(places) if place == (name, after)), None)
+        if here is None:
+            # Its verdict may have taken the event out of what is asked for: go on with this drive.
+            here = next((k for k, place in enumerate(places) if place[0] == name), 0) - 1
+        around = places[here + 1 :] + places[: here + 1]
+        return next((place for place in around if place in unjudged), None)
