@@ -41,6 +41,10 @@ class FindingKind(Enum):
     CAUSE = "cause"
 
 
+SMALLEST_SIGMA_PX = 0.01
+"""A file may call its points exact."""
+
+
 @dataclass(frozen=True, slots=True)
 class OffsetProposal:
     """The reference offset that would explain an implausible camera.
@@ -224,12 +228,13 @@ def _point_findings(calibration: Calibration) -> Iterator[Finding]:
         key=lambda pair: abs(pair[0]),
         default=(0.0, None),
     )
-    if abs(residual_px) > OUTLIER_SIGMAS * calibration.row_sigma_px:
+    sigma_px = max(calibration.row_sigma_px, SMALLEST_SIGMA_PX)
+    if abs(residual_px) > OUTLIER_SIGMAS * sigma_px:
         yield Finding(
             FindingKind.RESIDUAL,
             f"the point {worst} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} "
             "the row that all points and priors together give it, "
-            f"{abs(residual_px) / calibration.row_sigma_px:.1f} times the error of a click; "
+            f"{abs(residual_px) / sigma_px:.1f} times the error of a click; "
             "check its distance and click it again",
             point=worst,
         )

@@ -2,7 +2,6 @@
 
 import hashlib
 import shutil
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.arrays import npz_arrays
 from fcw.errors import UserError
 from fcw.files import whole_file
 
@@ -54,9 +54,8 @@ class Checkpoints:
         path = self._folder and self._folder / (name.replace(" ", "-") + ".npz")
         if path and path.is_file():
             try:
-                with np.load(path, allow_pickle=False) as archive:
-                    return {key: archive[key] for key in archive.files}
-            except (ValueError, EOFError, OSError, zipfile.BadZipFile):
+                return npz_arrays(path)
+            except (ValueError, OSError):
                 path.unlink()  # not as it was written: the stage is done again
         arrays = dict(compute())
         if path:
