@@ -37,6 +37,11 @@ class Checkpoints:
         digest = hashlib.sha256(identity.encode()).hexdigest()
         mark = folder / "identity"
         try:
+            if folder.is_symlink() or (folder.exists() and not _is_ours(folder, mark)):
+                raise UserError(
+                    f"{folder}: is there, and holds other things than a training's stages; move it away, or "
+                    "name another --out"
+                )
             if folder.exists() and (not mark.is_file() or mark.read_text() != digest):
                 shutil.rmtree(folder)
             folder.mkdir(exist_ok=True)
@@ -62,3 +67,10 @@ class Checkpoints:
             with whole_file(path) as partial, partial.open("wb") as file:
                 np.savez(file, allow_pickle=False, **arrays)
         return arrays
+
+
+def _is_ours(folder: Path, mark: Path) -> bool:
+    """Whether there is nothing in it but what a training keeps."""
+    if not folder.is_dir():
+        return False
+    return all(path == mark or path.suffix == ".npz" for path in folder.iterdir())
