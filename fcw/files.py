@@ -1,5 +1,6 @@
 """Files that are whole or not there."""
 
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -11,12 +12,13 @@ from fcw.errors import UserError
 def whole_file(path: Path) -> Iterator[Path]:
     """A partial name beside `path` to write to; it becomes `path` at the end, or goes away on failure.
 
-    The partial name keeps the suffix, by which some writers tell the format.
+    The partial name keeps the suffix, by which some writers tell the format; nobody can guess it, and put a
+    link there before.
 
     Raises:
         UserError: the file cannot be written there.
     """
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    partial = path.with_name(f".{path.stem[:40]}.{secrets.token_hex(8)}.partial{path.suffix}")
     try:
         yield partial
         partial.replace(path)

@@ -18,8 +18,10 @@ from fcw.detection.model import model_sha256
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import Source
+from fcw.logs.drive_folder import drive_folder
+from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
-from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
+from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
 from fcw.logs.records import DriveHeader, FrameResult, Sink
 from fcw.motion.ego import EgoEstimator
 from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
@@ -124,7 +126,19 @@ class PreparedDrive:
         summary = DriveSummary(
             self.source.name, self.header.versions, self.header.calibration.camera.pitch_rad
         )
-        self._clear_out()
+        with drive_folder(out, self._inputs()):
+            return self._run(summary, sinks, watchers, stop, on_result)
+
+    def _run(
+        self,
+        summary: DriveSummary,
+        sinks: Sequence[Sink],
+        watchers: Sequence[Sink],
+        stop: threading.Event,
+        on_result: Callable[[FrameResult], None],
+    ) -> DriveOutcome:
+        """Run it in a folder that is ready."""
+        out = self.job.out
         # The noise of the own detector's boxes holds for a plugged-in one's too: against the boxes drawn by
         # hand on the training pictures, edges of YOLOv5n's and YOLOX-nano's scatter by 3 to 6 % of the height
         # (the model says 1 px and 4 %), heights are measured, and a visible side is taken in. Lower edges are
@@ -148,24 +162,38 @@ class PreparedDrive:
         run_pipeline(self.source, stages, self.header, stop, add)
         if summary.frames == 0 and not stop.is_set():
             raise UserError(f"{self.job.source}: no frame could be read; " + "; ".join(self.source.notes))
+        check_log(out / MCAP_NAME, summary.frames)
         as_json = summary.as_json(time.perf_counter() - start)
         write_whole(out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
         return DriveOutcome(as_json, (*self.notes, *self.source.notes, *summary.all_notes), stop.is_set())
 
-    def _clear_out(self) -> None:
-        """Make the folder; an earlier run's files must not stand beside this run's."""
-        source, out = self.job.source, self.job.out
-        if source.resolve() == (out / MCAP_NAME).resolve():
-            raise UserError(f"--out {out}: the new log would replace {source}; name another folder")
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-            for name in (MCAP_NAME, RRD_NAME, SUMMARY_NAME):
-                (out / name).unlink(missing_ok=True)
-        except OSError as error:
-            raise UserError(
-                f"--out {out}: cannot be the folder of the logs ({error.strerror}); "
-                "name one that can be written"
-            ) from error
+    def _inputs(self) -> list[Path]:
+        """The files that the run reads."""
+        job = self.job
+        texts = [job.detector.removeprefix("onnx:")] if isinstance(job.detector, str) else []
+        texts += [job.ego_speed] if isinstance(job.ego_speed, str) else []
+        named = [job.calibration] if isinstance(job.calibration, Path) else [default_path(job.source)]
+        return [job.source, *named, *map(Path, texts)]
+
+
+def check_log(path: Path, frames: int) -> None:
+    """Look at a log that was just closed: that it is there, and holds what was written.
+
+    Raises:
+        UserError: it is not, or does not.
+    """
+    try:
+        log = DriveLog(path)
+        found = len(log.series())
+        if log.complete and found == frames:
+            return
+        trouble = f"it holds {found} of {frames} frames"
+    except UserError as error:
+        trouble = str(error)
+    raise UserError(
+        f"{path}: the log is not what was written ({trouble}); something removed or changed it "
+        "during the run: run again, into a folder that nothing else writes to"
+    )
 
 
 def run_drive(

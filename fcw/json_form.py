@@ -2,12 +2,13 @@
 
 import dataclasses
 import functools
-import json
 import math
 import types
 from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from fcw.bounded.formats import json_value
 
 T = TypeVar("T")
 
@@ -44,7 +45,7 @@ def without_non_finite(value: Any) -> Any:  # noqa: ANN401 - JSON has no type
 def object_of_line(line: bytes) -> dict[str, Any] | None:
     """The JSON object that a line of a file holds; None where it holds anything else."""
     try:
-        value = json.loads(line)
+        value = json_value(line.decode())
     except ValueError:
         return None
     return value if isinstance(value, dict) else None

@@ -25,6 +25,9 @@ from fcw_viz.commands.run.command import run_run
 from fcw_viz.commands.run.options import RunCommand
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
+from fcw_viz.console_text import printable
+from fcw_viz.outputs import check_outputs
+from fcw_viz.signals import signals_as_interrupts
 
 EXIT_WRONG_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -74,13 +77,31 @@ def main(arguments: list[str] | None = None) -> int:
         # takes a second thread, and where all cores are busy it waits for it, for up to 35 ms.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        return RUNNERS[type(command)](command)
+        with signals_as_interrupts():
+            check_outputs(command)
+            return RUNNERS[type(command)](command)
     except UserError as error:
-        sys.stderr.write(f"fcw: {error}\n")
+        sys.stderr.write(f"fcw: {printable(str(error))}\n")
+        return EXIT_WRONG_INPUT
+    except BrokenPipeError:  # whoever read the results wants no more
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - until the end of the process
+        return EXIT_WRONG_INPUT
+    except MemoryError:
+        sys.stderr.write("fcw: not enough memory; close other programs, or raise the limit (ulimit -v)\n")
+        return EXIT_WRONG_INPUT
+    except OSError as error:
+        sys.stderr.write(f"fcw: {printable(_of_system(error))}\n")
         return EXIT_WRONG_INPUT
     except KeyboardInterrupt:
         sys.stderr.write("fcw: interrupted\n")
         return EXIT_INTERRUPTED
+
+
+def _of_system(error: OSError) -> str:
+    """What the operating system refused, in its own words: a full disk, a name too long, no more files."""
+    place = f"{error.filename!s}: " if error.filename else ""
+    reason = error.strerror or str(error)
+    return f"{place}{reason}; mend that (room on the disk? leave to write? a shorter name?) and run again"
 
 
 if __name__ == "__main__":

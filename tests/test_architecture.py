@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 LAYERS = (
-    "errors units clock files json_form locked_file threads frame box versions charts",
+    "errors units bounded clock files json_form locked_file threads frame box versions charts",
     "kernels",
     "camera",
     "detection",

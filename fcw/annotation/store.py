@@ -16,6 +16,8 @@ from typing import Any
 
 from fcw.annotation.records import SAID_TYPES, Entry, Said, TakenBack
 from fcw.annotation.review import Review, fold
+from fcw.bounded.files import MalformedError, read_bytes
+from fcw.bounded.formats import json_value
 from fcw.camera.file import calibration_text
 from fcw.errors import UserError
 from fcw.json_form import from_json, object_of_line, tagged_from_json, tagged_to_json
@@ -24,6 +26,8 @@ from fcw.logs.mcap.format import drive_metadata
 from fcw.logs.mcap.reader import DriveLog
 
 FORMAT_VERSION = 1
+MOST_REVIEW_BYTES = 64 << 20
+"""Of one person's file: a hundred thousand words on one drive."""
 VERSION_FIELD = "fcw_review_version"
 SAID_FIELD = "said"
 SUFFIX = ".jsonl"
@@ -249,7 +253,9 @@ def _read_file(path: Path, digest: str) -> _Content:
     """
     try:
         stamp = _stamp(path)
-        data = path.read_bytes()
+        data = read_bytes(path, MOST_REVIEW_BYTES)
+    except MalformedError as error:
+        return _Content((), None, (f"{path}: {error}, left out",), None)
     except OSError as error:
         raise UserError(
             f"{path}: cannot read this review ({error.strerror}); make it readable, or move it away"
@@ -274,8 +280,8 @@ def _read_file(path: Path, digest: str) -> _Content:
         )
     for number, line in enumerate(lines[1:], 2):
         try:
-            entries.append(_entry(json.loads(line)))
-        except (KeyError, TypeError, ValueError, AttributeError, UserError) as error:
+            entries.append(_entry(json_value(line.decode())))
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError, UserError) as error:
             troubles.append(
                 f"{path}: line {number} is damaged and left out ({type(error).__name__}: {error})"
             )

@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 import yaml
 
+from fcw.bounded.files import MalformedError, read_text
+from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
+from fcw.bounded.pictures import LONGEST_SIDE_PX
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Matrix3, Priors, Vector3
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.plausibility import plausibility
@@ -101,10 +104,10 @@ def read_calibration(path: Path) -> Calibration:
         UserError: the file is missing, of another version, or a field of it is not as expected.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, MOST_YAML_BYTES)
     except FileNotFoundError:
         raise UserError(f"{path}: no such calibration file; make one with `fcw calibrate`") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, MalformedError) as error:
         raise UserError(f"{path}: cannot read the calibration ({error})") from error
     return parse_calibration(text, str(path))
 
@@ -120,11 +123,9 @@ def parse_calibration(text: str, name: str) -> Calibration:
         UserError: naming file, field, value and what was expected.
     """
     try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise UserError(
-            f"{name}: not a YAML file ({' '.join(str(error).split())}); make one with `fcw calibrate`"
-        ) from error
+        document = yaml_value(text)
+    except MalformedError as error:
+        raise UserError(f"{name}: not a YAML file ({error}); make one with `fcw calibrate`") from error
     if not isinstance(document, dict) or VERSION_FIELD not in document:
         raise UserError(
             f"{name}: not a calibration of fcw: the field {VERSION_FIELD} is missing; "
@@ -207,7 +208,9 @@ class _Fields:
         self._values = dict(values)
 
     def wrong(self, field: str, value: object, expected: str) -> UserError:
-        return UserError(f"{self._file_name}: {self._prefix}{field} is {value!r}, expected {expected}")
+        return UserError(
+            f"{self._file_name}: {self._prefix}{field} is {repr(value)[:80]}, expected {expected}"
+        )
 
     def take(self, field: str) -> Any:  # noqa: ANN401 - whatever YAML holds
         if field not in self._values:
@@ -264,8 +267,8 @@ class _Fields:
 
     def count(self, field: str) -> int:
         value = self.take(field)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise self.wrong(field, value, "a whole number of at least 1")
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LONGEST_SIDE_PX:
+            raise self.wrong(field, value, f"a whole number of at least 1, at most {LONGEST_SIDE_PX}")
         return value
 
     def numbers(self, field: str, count: int) -> tuple[float, ...]:

@@ -44,6 +44,10 @@ class FindingKind(Enum):
     CAUSE = "cause"
 
 
+SMALLEST_SIGMA_PX = 0.01
+"""A file may call its points exact."""
+
+
 @dataclass(frozen=True, slots=True)
 class OffsetProposal:
     """The reference offset that would explain an implausible camera.
@@ -225,7 +229,7 @@ def _outside_findings(calibration: Calibration) -> Iterator[Finding]:
 
 def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
     # A wrong point pulls its neighbours off the curve too: the worst is the one to mend first.
-    sigma_px = calibration.row_sigma_px
+    sigma_px = max(calibration.row_sigma_px, SMALLEST_SIGMA_PX)
     residual_px, worst = max(
         zip(calibration.residuals_px, calibration.points, strict=True),
         key=lambda pair: abs(pair[0]),

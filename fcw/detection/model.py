@@ -2,21 +2,25 @@
 
 import hashlib
 import json
-import zipfile
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.arrays import npz_arrays
+from fcw.bounded.formats import json_value
 from fcw.errors import UserError
 from fcw.files import whole_file
 
 FORMAT_VERSION = 2
 CELL_PX = 4
 CHANNEL_COUNT = 10
+LARGEST_WINDOW_PX = 512
 FILTER_CELLS = 5
 FILTERS_PER_CHANNEL = 4
 _FILTER_ARRAYS = ("weights", "means", "shifts")
@@ -190,23 +194,28 @@ class Model:
             UserError: the file is missing, is no model, or is of another format version.
         """
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                header = json.loads(archive["header"].tobytes())
-                version = header["format_version"]
-                arrays = {name: archive[name] for name in archive.files}
+            arrays = npz_arrays(path)
+            header = json_value(arrays["header"].tobytes().decode())
+            version = header["format_version"]
+            model = cls._of(header, arrays) if version == FORMAT_VERSION else None
         except FileNotFoundError:
             raise UserError(f"{path}: no such model file; train one with `fcw train`") from None
-        except (KeyError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+        except (KeyError, TypeError, AttributeError, ValueError, OverflowError, OSError) as error:
             raise UserError(
                 f"{path}: not a detector model of fcw ({error}); expected a file written by `fcw train`"
             ) from error
-        if version != FORMAT_VERSION:
+        if model is None:
             raise UserError(
                 f"{path}: model format version {version}, expected {FORMAT_VERSION}; "
                 "train it again with `fcw train`"
             )
+        return model
+
+    @classmethod
+    def _of(cls, header: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> "Model":
+        """The model that a file's parts make; what does not fit together raises ValueError."""
         statistics = header["statistics"]
-        return cls(
+        model = cls(
             Window(**header["window"]),
             trees_of(arrays, "first"),
             SecondStage(
@@ -230,6 +239,46 @@ class Model:
             header["score_threshold"],
             header["first_stage_threshold"],
         )
+        check_parts(model)
+        return model
+
+
+def check_parts(model: Model) -> None:
+    """That the parts of a model fit together: the loops over trees do not look where they reach.
+
+    Raises:
+        ValueError: they do not.
+    """
+    window, statistics = model.window, model.statistics
+    if not (CELL_PX <= window.size_px <= LARGEST_WINDOW_PX and window.size_px % CELL_PX == 0):
+        raise ValueError(f"a window of {window.size_px} pixels")
+    stages = [(model.trees, window.feature_count)]
+    if model.second is not None:
+        second = model.second
+        shapes = (CHANNEL_COUNT, FILTERS_PER_CHANNEL)
+        if (second.weights.shape, second.means.shape, second.shifts.shape) != (
+            (*shapes, FILTER_CELLS, FILTER_CELLS),
+            shapes,
+            shapes,
+        ):
+            raise ValueError("filters of other shapes")
+        stages.append((second.trees, window.feature_count * FILTERS_PER_CHANNEL))
+    for trees, features in stages:
+        kinds = (trees.feature.dtype, trees.threshold.dtype, trees.leaf.dtype)
+        if kinds != (np.uint16, np.uint8, np.float32):
+            raise ValueError(f"trees of the types {', '.join(map(str, kinds))}")
+        if len(trees) and int(trees.feature.max()) >= features:
+            raise ValueError(f"a tree asks for feature {int(trees.feature.max())} of {features}")
+    if model.regressor is not None and model.regressor.weights.shape != (window.feature_count, 3):
+        raise ValueError(f"a regressor of the shape {model.regressor.weights.shape}")
+    distances, ratios = statistics.aspect_distances_m, statistics.aspect_ratios
+    sizes = (statistics.size_low_m, statistics.size_median_m, statistics.size_high_m)
+    lengths = (window.vehicle_size_px, window.vehicle_bottom_px, *sizes, *distances, *ratios)
+    numbers = (model.rejection_threshold, model.score_threshold, model.first_stage_threshold)
+    if not (all(0 < value < math.inf for value in lengths) and all(map(math.isfinite, numbers))):
+        raise ValueError("a number that is none, or not above 0")
+    if not (0 < len(distances) == len(ratios) and all(a < b for a, b in pairwise(distances))):
+        raise ValueError("aspect ratios without their rising distances")
 
 
 def tree_arrays(trees: BoostedTrees, stage: str) -> dict[str, NDArray[Any]]:

@@ -5,16 +5,16 @@ A log keeps them beside its messages, so that an hour's plots, lists of events a
 
 import io
 import json
-import zlib
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.arrays import npz_arrays
+from fcw.bounded.formats import json_value
 from fcw.frame import VideoPacket
 from fcw.logs.records import FrameResult
 from fcw.threat.threat import required_deceleration_mps2
@@ -144,11 +144,11 @@ class DriveSeries:
             ValueError: the bytes are something else.
         """
         try:
-            with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-                columns: dict[str, Any] = {name: stored[name] for name in _COLUMNS}
-                texts = json.loads(stored["texts"].tobytes())
+            stored = npz_arrays(data)
+            columns: dict[str, Any] = {name: stored[name] for name in _COLUMNS}
+            texts = json_value(stored["texts"].tobytes().decode())
             columns |= {name: tuple(texts[name]) for name in _TEXTS}
-        except (ValueError, KeyError, OSError, EOFError, BadZipFile, zlib.error) as error:
+        except (ValueError, KeyError, TypeError, OSError) as error:
             raise ValueError(f"no columns of a drive: {error}") from error
         return DriveSeries(**columns)
 

@@ -1,15 +1,15 @@
 """Pictures as drives: a folder of them, or a single one."""
 
-import math
 import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.files import MalformedError, read_text
+from fcw.bounded.pictures import read_picture
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 
@@ -18,6 +18,7 @@ TIMES_NAME = "timestamps.txt"
 KITTI_FOLDER_NAME = "data"
 DEFAULT_FRAME_RATE_HZ = 10.0
 """The rate of KITTI, the most used pictures of drives."""
+SLOWEST_HZ, FASTEST_HZ = 0.001, 10_000.0
 NANOSECONDS = 1_000_000_000
 
 
@@ -50,9 +51,12 @@ class ImageFolderSource:
             raise UserError(
                 f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files"
             )
-        if frame_rate_hz is not None and not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0):
-            raise UserError(f"frame rate {frame_rate_hz}: expected a number of pictures a second above 0")
-        first = next((image for image in map(_read, self._pictures) if image is not None), None)
+        if frame_rate_hz is not None and not SLOWEST_HZ <= frame_rate_hz <= FASTEST_HZ:
+            raise UserError(
+                f"frame rate {frame_rate_hz}: expected a number of pictures a second above 0, "
+                f"from {SLOWEST_HZ:g} to {FASTEST_HZ:g}"
+            )
+        first = next((image for image in map(read_picture, self._pictures) if image is not None), None)
         if first is None:
             what = "this picture" if path.is_file() else f"none of its {len(self._pictures)} pictures"
             can = "cannot" if path.is_file() else "can"
@@ -108,7 +112,7 @@ class ImageFolderSource:
             if start_ns is not None and time_ns < start_ns:
                 index += 1
                 continue
-            image = _read(file)
+            image = read_picture(file)
             if image is None:
                 self._notes += (f"{file}: this picture cannot be read and is left out",)
                 continue
@@ -119,16 +123,6 @@ class ImageFolderSource:
                 )
             yield Frame(index, time_ns, image)
             index += 1
-
-
-def _read(file: Path) -> NDArray[np.uint8] | None:
-    """A picture as BGR, or None where it cannot be read."""
-    try:
-        data = np.frombuffer(file.read_bytes(), np.uint8)
-    except OSError:
-        return None
-    image = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
-    return None if image is None else np.asarray(image, np.uint8)
 
 
 def _listed(folder: Path) -> list[Path]:
@@ -147,13 +141,18 @@ def _times_file(path: Path) -> Path | None:
 
 def _natural_key(file: Path) -> list[tuple[int, int, str]]:
     """Sorts runs of digits as numbers and the rest as text."""
-    parts = re.split(r"(\d+)", file.name)
-    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in parts]
+    parts = re.split(r"([0-9]+)", file.name)
+    return [(0, int(part), "") if index % 2 else (1, 0, part) for index, part in enumerate(parts)]
 
 
 def _read_times(file: Path, count: int) -> list[int]:
     """Times in nanoseconds, ascending, one for each of `count` pictures."""
-    lines = [line.strip() for line in file.read_text().splitlines() if line.strip()]
+    try:
+        lines = [line.strip() for line in read_text(file).splitlines() if line.strip()]
+    except (OSError, MalformedError) as error:
+        raise UserError(
+            f"{file}: cannot read the times ({error}); expected a line for each picture"
+        ) from error
     if len(lines) != count:
         raise UserError(
             f"{file}: {len(lines)} times for {count} pictures; expected one line for each picture"
@@ -163,7 +162,7 @@ def _read_times(file: Path, count: int) -> list[int]:
         time_ns = _parse_time(line)
         if time_ns is None:
             raise UserError(
-                f"{file}, line {number}: {line!r}; expected seconds such as 0.1034 or a time such as "
+                f"{file}, line {number}: {line[:60]!r}; expected seconds such as 0.1034 or a time such as "
                 "2011-09-26 13:02:25.594360375"
             )
         if times_ns and time_ns <= times_ns[-1]:
@@ -178,10 +177,13 @@ def _read_times(file: Path, count: int) -> list[int]:
 
 def _parse_time(line: str) -> int | None:
     """A line of a file of times in nanoseconds, with no rounding through a float."""
-    seconds = re.fullmatch(r"(\d+)(?:\.(\d{1,9})\d*)?", line)
+    seconds = re.fullmatch(r"([0-9]{1,10})(?:\.([0-9]{1,9})[0-9]*)?", line)
     if seconds:
-        return int(seconds[1]) * NANOSECONDS + int((seconds[2] or "").ljust(9, "0"))
-    clock = re.fullmatch(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d)(?:\.(\d{1,9}))?", line)
+        time_ns = int(seconds[1]) * NANOSECONDS + int((seconds[2] or "").ljust(9, "0"))
+        return time_ns if time_ns < 2**63 else None
+    clock = re.fullmatch(
+        r"([0-9]{4}-[0-9]{2}-[0-9]{2}[ T][0-9]{2}:[0-9]{2}:[0-9]{2})(?:\.([0-9]{1,9}))?", line
+    )
     if clock is None:
         return None
     try:

@@ -1,11 +1,13 @@
 """The own speed over the time of a drive: a number, a GPX track, or a CSV file, also with the yaw rate."""
 
-import csv
 import math
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from fcw.bounded.files import MalformedError, read_text
+from fcw.bounded.formats import csv_rows
 from fcw.errors import UserError
 from fcw.warning.gpx import read_gpx
 
@@ -86,15 +88,15 @@ class EgoSpeed:
             UserError: the file cannot be read, lacks a column, or holds a line that is no sample.
         """
         try:
-            text = path.read_text(encoding="utf-8-sig")
+            text = read_text(path)
         except FileNotFoundError:
             raise UserError(
                 f"ego speed {path}: no such file; give metres per second or the path of a CSV or GPX file"
             ) from None
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, MalformedError) as error:
             raise UserError(f"ego speed {path}: cannot be read ({error}); {EXPECTED}") from error
-        rows = csv.reader(text.splitlines())
-        header = [name.strip() for name in next(rows, [])]
+        rows = _rows(path, text)
+        header = [name.strip() for name in next(rows, (0, []))[1]]
         for name in (TIME_COLUMN, SPEED_COLUMN):
             if name not in header:
                 raise UserError(f"ego speed {path}: no column {name} in the first line; {EXPECTED}")
@@ -103,10 +105,8 @@ class EgoSpeed:
         times_s: list[float] = []
         speeds_mps: list[float] = []
         yaw_rates_radps: list[float] = []
-        for row in rows:
-            if not row:
-                continue
-            line = f"ego speed {path}, line {rows.line_num}"
+        for line_number, row in rows:
+            line = f"ego speed {path}, line {line_number}"
             time_s = _number(row, time_index, TIME_COLUMN, line)
             speed_mps = _number(row, speed_index, SPEED_COLUMN, line)
             if not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
@@ -151,6 +151,13 @@ class EgoSpeed:
         t0, t1 = self.times_s[after - 1 : after + 1]
         v0, v1 = values[after - 1 : after + 1]
         return v0 + (v1 - v0) * (time_s - t0) / (t1 - t0)
+
+
+def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    try:
+        yield from csv_rows(text)
+    except MalformedError as error:
+        raise UserError(f"ego speed {path}, {error}; {EXPECTED}") from error
 
 
 def _number(row: list[str], index: int, name: str, line: str) -> float:

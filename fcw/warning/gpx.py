@@ -6,6 +6,8 @@ from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
+from fcw.bounded.files import MalformedError, read_bytes
+from fcw.bounded.formats import MOST_XML_BYTES, xml_root
 from fcw.errors import UserError
 
 EARTH_RADIUS_M = 6_371_000.0
@@ -25,12 +27,12 @@ def read_gpx(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
         UserError: the file cannot be read, has fewer than two points, or a point is not as expected.
     """
     try:
-        root = ElementTree.fromstring(path.read_bytes())
+        root = xml_root(read_bytes(path, MOST_XML_BYTES))
     except FileNotFoundError:
         raise UserError(
             f"ego speed {path}: no such file; give metres per second or the path of a CSV or GPX file"
         ) from None
-    except (OSError, ElementTree.ParseError) as error:
+    except (OSError, MalformedError) as error:
         raise UserError(f"ego speed {path}: cannot be read ({error}); {EXPECTED}") from error
     points = [element for element in root.iter() if _name(element) == "trkpt"]
     if len(points) < 2:
@@ -42,8 +44,8 @@ def read_gpx(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
         texts = {_name(element): (element.text or "").strip() for element in point.iter()}
         try:
             time_s = _seconds(texts["time"])
-            place = float(point.attrib["lat"]), float(point.attrib["lon"])
-        except (KeyError, ValueError) as error:
+            place = _degrees(point, "lat", 90.0), _degrees(point, "lon", 180.0)
+        except (KeyError, ValueError, OverflowError) as error:
             raise UserError(f"ego speed {path}, track point {number}: {error!s}; {EXPECTED}") from None
         if times_s and time_s <= times_s[-1]:
             raise UserError(
@@ -79,6 +81,13 @@ def _distance_m(a: tuple[float, float], b: tuple[float, float]) -> float:
         + math.cos(lat_a) * math.cos(lat_b) * math.sin((lon_b - lon_a) / 2) ** 2
     )
     return 2 * EARTH_RADIUS_M * math.asin(math.sqrt(min(square, 1.0)))
+
+
+def _degrees(point: ElementTree.Element, name: str, most: float) -> float:
+    degrees = float(point.attrib[name])
+    if not abs(degrees) <= 2 * most:  # longitudes beyond 180 are counted on
+        raise ValueError(f"{name} is {point.attrib[name]!r}, expected degrees")
+    return degrees
 
 
 def _seconds(text: str) -> float:

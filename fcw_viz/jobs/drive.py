@@ -1,6 +1,5 @@
 """A drive's job on the console, as `fcw run` and `fcw demo` do it: with the rerun log, a bar and Ctrl-C."""
 
-import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from fcw.logs.names import RRD_NAME
 from fcw.logs.records import FrameResult, Sink
 from fcw_viz.console import MESSAGES, progress
 from fcw_viz.rerun.log import RerunSink
+from fcw_viz.signals import handled
 
 
 def run_on_console(
@@ -47,7 +47,7 @@ def run_on_console(
 
 @contextmanager
 def stop_on_interrupt(event: threading.Event | None = None) -> Iterator[threading.Event]:
-    """An event that the first Ctrl-C (or SIGTERM) sets; a second one interrupts at once."""
+    """An event that the first Ctrl-C (or SIGTERM, or SIGHUP) sets; a second one interrupts at once."""
     stop = event or threading.Event()
 
     def on_signal(number: int, _stack: FrameType | None) -> None:
@@ -55,12 +55,5 @@ def stop_on_interrupt(event: threading.Event | None = None) -> Iterator[threadin
             raise KeyboardInterrupt
         stop.set()
 
-    if threading.current_thread() is not threading.main_thread():
+    with handled(on_signal):
         yield stop
-        return
-    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -112,9 +112,12 @@ class RerunSink:
                 self._disconnect(self._recording)
         finally:
             self._recording = None
-        if self._failed or not _has_footer(self._partial_path):
-            raise self._unwritten("it has no end")
-        self._partial_path.replace(self._path)
+        try:
+            if self._failed or not _has_footer(self._partial_path):
+                raise self._unwritten("it has no end")
+            self._partial_path.replace(self._path)
+        except OSError as error:
+            raise self._unwritten(f"{error.strerror}; something removed or moved it") from error
 
     def _send(self) -> None:
         results, packets = self._results, self._packets

@@ -1,7 +1,6 @@
 """What the detector learnt: the cascade that proposes, the nets of both looks, and their file."""
 
 import json
-import zipfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.model import Model, VehicleStatistics, Window, tree_arrays, trees_of
+from fcw.bounded.arrays import npz_arrays
+from fcw.bounded.formats import json_value
+from fcw.detection.model import Model, VehicleStatistics, Window, check_parts, tree_arrays, trees_of
 from fcw.errors import UserError
 from fcw.files import whole_file
 
@@ -61,16 +62,15 @@ class NetModel:
             UserError: the file is missing, or is no model of this kind.
         """
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                header = json.loads(archive["header"].tobytes())
-                if header["format"] != FORMAT:
-                    raise ValueError(f"format {header['format']}, expected {FORMAT}")
-                arrays = {name: archive[name] for name in archive.files}
+            arrays = npz_arrays(path)
+            header = json_value(arrays["header"].tobytes().decode())
+            if header["format"] != FORMAT:
+                raise ValueError(f"format {header['format']!r:.40}, expected {FORMAT}")
             statistics = header["statistics"]
             for name in ("aspect_distances_m", "aspect_ratios"):
                 statistics[name] = tuple(statistics[name])
             rejection = header["rejection_threshold"]
-            return cls(
+            model = cls(
                 Model(
                     Window(**header["window"]),
                     trees_of(arrays, "first"),
@@ -85,11 +85,13 @@ class NetModel:
                 arrays["second_look"].tobytes(),
                 header["score_threshold"],
             )
+            check_parts(model.cascade)
+            return model
         except FileNotFoundError:
             raise UserError(
                 f"{path}: no such model file; train one with `fcw train --detector net`"
             ) from None
-        except (KeyError, TypeError, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+        except (KeyError, TypeError, AttributeError, ValueError, OverflowError, OSError) as error:
             raise UserError(
                 f"{path}: not a model of the net ({error}); expected a file written by "
                 "`fcw train --detector net`"

@@ -47,6 +47,10 @@ LOWEST_SCORE = 0.001
 begin there.
 """
 
+LARGEST_SHOWN_PX = 4096
+MOST_CLASSES = 100_000
+LONGEST_NAMES = 1 << 20
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OnnxModel:
@@ -100,6 +104,10 @@ class OnnxModel:
             inputs = ", ".join(f"{i.name}: {i.type} {_times(i.shape)}" for i in session.get_inputs())
             raise UserError(
                 f"{path}: takes {inputs}; expected one picture, float or float16 of the shape 1x3xHxW"
+            )
+        if not (min(shown.width, shown.height) > 0 and max(shown.width, shown.height) <= LARGEST_SHOWN_PX):
+            raise UserError(
+                f"{path}: takes pictures of {shown}; expected sides from 1 to {LARGEST_SHOWN_PX} pixels"
             )
         grey = np.full((1, 3, shown.height, shown.width), PAD_VALUE / 255, INPUT_TYPES[entry.type])
         try:
@@ -205,7 +213,7 @@ def _shown_size(shape: Sequence[object], metadata: Mapping[str, str]) -> ImageSi
     height, width = shape[2:]
     if isinstance(height, int) and isinstance(width, int):
         return ImageSize(width, height)
-    trained = re.findall(r"\d+", metadata.get("imgsz", ""))  # "[height, width]"
+    trained = re.findall(r"[0-9]{1,9}", metadata.get("imgsz", "")[:80])  # "[height, width]"
     return ImageSize(int(trained[-1]), int(trained[0])) if trained else SHOWN_BY_DEFAULT
 
 
@@ -218,10 +226,15 @@ def _names(path: Path, metadata: Mapping[str, str]) -> dict[int, str]:
     if written is None:
         return {}
     try:
+        if len(written) > LONGEST_NAMES:
+            raise ValueError("too long")
         names = ast.literal_eval(written)
         pairs = names.items() if isinstance(names, dict) else enumerate(names)
-        return {int(number): str(name) for number, name in pairs}
-    except (ValueError, TypeError, SyntaxError):
+        by_number = {int(number): str(name) for number, name in pairs}
+        if not all(0 <= number < MOST_CLASSES for number in by_number):
+            raise ValueError("no number of a class")
+        return by_number
+    except (ValueError, TypeError, SyntaxError, OverflowError, RecursionError, MemoryError):
         raise UserError(
             f"{path}: the entry `names` of its metadata is {written[:80]!r}; expected class names by number, "
             "as {0: 'person', 1: 'car'}"
@@ -242,7 +255,7 @@ def _choose(
     end = count if count is not None else max(names, default=COCO_CLASS_COUNT - 1) + 1
     chosen = []
     for name in wanted:
-        number = int(name) if name.isdecimal() else known.get(name.strip().lower(), -1)
+        number = int(name) if re.fullmatch("[0-9]{1,9}", name) else known.get(name.strip().lower(), -1)
         if not 0 <= number < end:
             raise UserError(
                 f"--detector-classes {name}: {path} has no such class; expected "

@@ -2,7 +2,6 @@
 
 import hashlib
 import shutil
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.arrays import npz_arrays
 from fcw.errors import UserError
 from fcw.files import whole_file
 
@@ -37,6 +37,11 @@ class Checkpoints:
         digest = hashlib.sha256(identity.encode()).hexdigest()
         mark = folder / "identity"
         try:
+            if folder.is_symlink() or (folder.exists() and not _is_ours(folder, mark)):
+                raise UserError(
+                    f"{folder}: is there, and holds other things than a training's stages; move it away, or "
+                    "name another --out"
+                )
             if folder.exists() and (not mark.is_file() or mark.read_text() != digest):
                 shutil.rmtree(folder)
             folder.mkdir(exist_ok=True)
@@ -54,12 +59,18 @@ class Checkpoints:
         path = self._folder and self._folder / (name.replace(" ", "-") + ".npz")
         if path and path.is_file():
             try:
-                with np.load(path, allow_pickle=False) as archive:
-                    return {key: archive[key] for key in archive.files}
-            except (ValueError, EOFError, OSError, zipfile.BadZipFile):
+                return npz_arrays(path)
+            except (ValueError, OSError):
                 path.unlink()  # not as it was written: the stage is done again
         arrays = dict(compute())
         if path:
             with whole_file(path) as partial, partial.open("wb") as file:
                 np.savez(file, allow_pickle=False, **arrays)
         return arrays
+
+
+def _is_ours(folder: Path, mark: Path) -> bool:
+    """Whether there is nothing in it but what a training keeps."""
+    if not folder.is_dir():
+        return False
+    return all(path == mark or path.suffix == ".npz" for path in folder.iterdir())

@@ -5,16 +5,17 @@ The clip of a picture is the image's `clip` field or else the name of its folder
 that is seen from a corner: who finds that has found the vehicle too.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.files import read_text
+from fcw.bounded.formats import MOST_JSON_BYTES, json_value
+from fcw.bounded.pictures import read_picture
 from fcw.camera.calibration import Calibration
 from fcw.detection.boxes.overlap import intersection_areas, vehicle_overlap
 from fcw.detection.matching import LabelledDetections
@@ -28,6 +29,8 @@ NEGATIVE_MAX_IGNORED_PART = 0.3
 # ignored one of at least this part of the window's size: such a one may hold a vehicle in the right place.
 MISPLACED_MAX_IOU = 0.45
 
+MOST_BOXES = 2000
+"""In one picture: every box is compared with every other."""
 NO_BOX = (float("nan"),) * 4
 """The row of an array of boxes that stands for none."""
 
@@ -67,7 +70,7 @@ class LabelledImage:
         Raises:
             UserError: the file is missing, is no picture, or has another size than the labels say.
         """
-        image = cv2.imread(str(self.path), cv2.IMREAD_COLOR)
+        image = read_picture(self.path)
         if image is None:
             raise UserError(
                 f"{self.path}: cannot read this picture, which the labels name; expected a JPEG or PNG file"
@@ -78,7 +81,7 @@ class LabelledImage:
                 f"{self.path}: the picture is {size}, but the labels give it as {self.size}; "
                 "boxes and calibration would not fit: give the picture that was labelled"
             )
-        return np.asarray(image, np.uint8)
+        return image
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,6 +90,16 @@ class TrainingImage:
 
     labelled: LabelledImage
     calibration: Calibration
+
+
+def read_coco(labels: Path) -> Any:  # noqa: ANN401 - JSON has no type
+    """What a JSON file of labels holds.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no JSON, or larger than it may be.
+    """
+    return json_value(read_text(labels, MOST_JSON_BYTES))
 
 
 def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
@@ -100,7 +113,7 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
         UserError: the file is missing, is no COCO JSON, or holds a box without an image or without an area.
     """
     try:
-        content = json.loads(labels.read_text())
+        content = read_coco(labels)
         pictures = {image["id"]: image for image in content["images"]}
         annotations: dict[Any, list[dict[str, Any]]] = {identity: [] for identity in pictures}
         for annotation in content["annotations"]:
@@ -119,6 +132,11 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
                 )
             _check_rear_box(labels, annotation)
             annotations[annotation["image_id"]].append(annotation)
+            if len(annotations[annotation["image_id"]]) > MOST_BOXES:
+                raise UserError(
+                    f"{labels}: image {annotation['image_id']} has more than {MOST_BOXES} boxes; "
+                    "expected the vehicles of one picture"
+                )
         return tuple(
             _labelled(picture, annotations[identity], images) for identity, picture in pictures.items()
         )
@@ -126,7 +144,7 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
         raise UserError(
             f"{labels}: cannot read the labels ({error.strerror}); expected a COCO file"
         ) from None
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError) as error:
         raise UserError(
             f"{labels}: not COCO labels ({type(error).__name__}: {error}); expected JSON with `images` "
             "(id, file_name, width, height) and `annotations` (id, image_id, bbox)"

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fcw.bounded.files import MalformedError, read_text
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.solve import calibrate
 from fcw.detection.training.dataset import LabelledImage, read_labels
@@ -133,9 +134,9 @@ def read_calibration_table(path: Path) -> dict[str, Calibration]:
         UserError: the file is missing or a line is not of that form.
     """
     try:
-        lines = path.read_text().splitlines()
-    except OSError as error:
-        raise UserError(f"{path}: cannot read the calibrations ({error.strerror})") from None
+        lines = read_text(path).splitlines()
+    except (OSError, MalformedError) as error:
+        raise UserError(f"{path}: cannot read the calibrations ({error})") from None
     calibrations: dict[str, Calibration] = {}
     for number, line in enumerate(lines, start=1):
         if not line.strip() or line.startswith("#"):

@@ -12,6 +12,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.arrays import npz_arrays
 from fcw.camera.calibration import Calibration
 from fcw.detection.training.dataset import LabelledImage, TrainingImage
 from fcw.detection.training.own_data import FRAMES_PER_S, SOURCES, SPLITS, VALIDATION, own_calibrations
@@ -240,13 +241,13 @@ class Found:
             UserError: the file cannot be read, or holds something else.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
-                ends = np.cumsum(file["counts"])[:-1]
-                parts = zip(np.split(file["boxes"], ends), np.split(file["scores"], ends), strict=True)
-                frames = [FrameDetections(boxes, scores, float("nan"), None) for boxes, scores in parts]
-                pictures = dict(zip(file["pictures"].tolist(), frames, strict=True))
-                return cls(pictures, tuple(file["groups"].tolist()))
-        except (OSError, ValueError, KeyError) as error:
+            file = npz_arrays(path)
+            ends = np.cumsum(file["counts"])[:-1]
+            parts = zip(np.split(file["boxes"], ends), np.split(file["scores"], ends), strict=True)
+            frames = [FrameDetections(boxes, scores, float("nan"), None) for boxes, scores in parts]
+            pictures = dict(zip(file["pictures"].tolist(), frames, strict=True))
+            return cls(pictures, tuple(file["groups"].tolist()))
+        except (OSError, ValueError, KeyError, TypeError) as error:
             raise UserError(f"{path}: no detections that this program kept ({error})") from error
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
-from fcw.detection.training.dataset import LabelledImage, read_labels
+from fcw.detection.training.dataset import LabelledImage, read_coco, read_labels
 from fcw.detection.training.own_data import read_calibration_table
 from fcw.errors import UserError
 
@@ -60,7 +60,7 @@ def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
             + (f" (nor {len(missing) - 1} others)" if len(missing) > 1 else "")
             + "; give the folder that its file names are relative to with --images"
         )
-    content = json.loads(labels.read_text())
+    content = read_coco(labels)
     pictures = {picture["id"]: picture for picture in content["images"]}
     fields: dict[Any, list[Mapping[str, Any]]] = {identity: [] for identity in pictures}
     for annotation in content["annotations"]:
@@ -72,15 +72,28 @@ def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
         if len(fields[identity]) != len(image.boxes):
             raise AssertionError(f"{labels}: image {identity} was read in two ways")
         frame, fps = picture.get("frame"), picture.get("fps")
-        time_s = frame / fps if frame is not None and fps else None
+        time_s = _time_s(labels, frame, fps)
         annotated.append(AnnotatedImage(image, identity, time_s, tuple(fields[identity]), frame))
     return tuple(annotated)
 
 
+def _time_s(labels: Path, frame: object, fps: object) -> float | None:
+    if frame is None or not fps:
+        return None
+    if not (isinstance(frame, int | float) and isinstance(fps, int | float)):
+        raise UserError(f"{labels}: frame {frame!r:.40} at fps {fps!r:.40}; expected numbers")
+    return frame / fps
+
+
 def read_category(labels: Path) -> int:
     """The id of the labels' one category of vehicles, the first; 1 where none is named."""
-    categories = json.loads(labels.read_text()).get("categories") or [{"id": 1}]
-    return categories[0]["id"]
+    categories = read_coco(labels).get("categories") or [{"id": 1}]
+    try:
+        return int(categories[0]["id"])
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise UserError(
+            f"{labels}: categories is {categories!r:.80}, expected a list of objects with an id"
+        ) from None
 
 
 def count_only(images: Sequence[AnnotatedImage], conditions: Sequence[str]) -> tuple[AnnotatedImage, ...]:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fcw.bounded.files import MalformedError, read_text
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import FloatArray
@@ -32,6 +33,9 @@ FROM_BEHIND_RAD = 0.3
 """A vehicle turned away by less than this is seen from behind."""
 NEAREST_M, FARTHEST_M = 4.0, 80.0
 
+MOST_FRAMES = 100_000
+"""Nearly three hours; the longest sequence has 1,059."""
+LARGEST_PX = 16384
 _LABEL_FIELDS = 17
 _POSE_FIELDS = 12
 
@@ -154,6 +158,12 @@ def read_sequence(folder: Path, name: str) -> KittiSequence:
             _height, _width, length, x, _y, z, rotation = map(float, fields[10:17])
         except ValueError as error:
             raise _not_as_expected(path, number, "a KITTI tracking label", str(error)) from None
+        if not 0 <= frame < MOST_FRAMES:
+            raise _not_as_expected(path, number, f"a frame from 0 to {MOST_FRAMES - 1}", fields[0][:20])
+        if not all(map(math.isfinite, (left, top, right, bottom, length, x, z, rotation))):
+            raise _not_as_expected(path, number, "a KITTI tracking label", "a number is not finite")
+        if max(right, bottom) > LARGEST_PX:
+            raise _not_as_expected(path, number, f"a box within {LARGEST_PX} pixels", "it is larger")
         last = max(last, frame)
         if fields[2] == "DontCare":
             continue
@@ -211,8 +221,8 @@ def _read_projection(path: Path) -> FloatArray:
 def _lines(path: Path, fewest: int) -> Iterator[tuple[int, list[str]]]:
     """Numbered lines of a text file as fields, empty ones left out."""
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path)
+    except (OSError, MalformedError) as error:
         raise UserError(f"{path}: cannot be read ({error}); expected a text file of KITTI tracking") from None
     for number, line in enumerate(text.splitlines(), 1):
         fields = line.split()

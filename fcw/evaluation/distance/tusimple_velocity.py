@@ -1,12 +1,13 @@
 """Single boxes of the TuSimple velocity challenge against lidar: ranging without any history."""
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from fcw.bounded.files import read_text
+from fcw.bounded.formats import MOST_JSON_BYTES, json_value
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
@@ -73,7 +74,7 @@ def evaluate_single_boxes(path: Path, seed: int) -> SingleBoxEvaluation:
 def _vehicles(path: Path) -> list[tuple[Box, float]]:
     """Boxes in the own path with their lidar range."""
     try:
-        clips = json.loads(path.read_text(encoding="utf-8"))
+        clips = json_value(read_text(path, MOST_JSON_BYTES))
         found = []
         for clip in clips:
             for vehicle in clip:
@@ -84,7 +85,7 @@ def _vehicles(path: Path) -> list[tuple[Box, float]]:
                 found.append((Box(edges["left"], edges["top"], width, height), float(forward_m)))
     except OSError as error:
         raise UserError(f"{path}: cannot be read ({error.strerror}); expected gt.json of TuSimple") from None
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise UserError(
             f"{path}: not as the TuSimple velocity challenge writes gt.json ({error!r}); "
             "expected a list of clips, each a list of vehicles with bbox and position"

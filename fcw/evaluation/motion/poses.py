@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fcw.bounded.files import MalformedError, read_text
 from fcw.camera.ground_plane import FloatArray
 from fcw.errors import UserError
 
@@ -38,8 +39,8 @@ def read_poses(path: Path) -> FloatArray:
         UserError: the file cannot be read, or is not made of lines of twelve numbers.
     """
     try:
-        lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
+        lines = [line.split() for line in read_text(path).splitlines() if line.strip()]
+    except (OSError, MalformedError) as error:
         raise UserError(f"--poses {path}: cannot be read ({error})") from None
     rows = []
     for number, fields in enumerate(lines, 1):

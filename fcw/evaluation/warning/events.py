@@ -10,8 +10,6 @@ alarm is a stretch labelled as none in which a warning of its level or a higher 
 of warnings are unjudged: neither good nor bad.
 """
 
-import csv
-import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +17,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from fcw.bounded.files import MalformedError, read_text
+from fcw.bounded.formats import csv_rows, json_value
 from fcw.errors import UserError
 from fcw.logs.records import FrameResult
 from fcw.warning.types import WarningLevel
@@ -89,18 +89,24 @@ def read_events(path: Path) -> tuple[Event, ...]:
         UserError: the file cannot be read, or an entry is not as expected.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path)
+    except (OSError, MalformedError) as error:
         raise UserError(f"{path}: cannot read the events ({error}); {EXPECTED}") from None
     if path.suffix.lower() == ".json":
         try:
-            entries: Any = json.loads(text)
-        except json.JSONDecodeError as error:
+            entries: Any = json_value(text)
+        except MalformedError as error:
             raise UserError(f"{path}: no JSON ({error}); {EXPECTED}") from None
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise UserError(f"{path}: no list of objects; {EXPECTED}")
     else:
-        entries = list(csv.DictReader(text.splitlines(), skipinitialspace=True))
+        try:
+            header, *rows = (row for _, row in csv_rows(text))
+        except MalformedError as error:
+            raise UserError(f"{path}, {error}; {EXPECTED}") from None
+        except ValueError:  # not even a header
+            return ()
+        entries = [dict(zip(header, row, strict=False)) for row in rows]
     return tuple(_event(entry, f"{path}, event {number}") for number, entry in enumerate(entries, 1))
 
 
@@ -119,7 +125,7 @@ def _event(entry: Mapping[str, Any], where: str) -> Event:
 def _seconds(entry: Mapping[str, Any], name: str, where: str) -> float:
     try:
         value = float(entry[name])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         value = math.nan
     if not math.isfinite(value):
         raise UserError(f"{where}: {name} is {entry.get(name)!r}, expected seconds; {EXPECTED}")

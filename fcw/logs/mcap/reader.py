@@ -14,6 +14,7 @@ from mcap.records import Attachment, Chunk, Message, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
+from fcw.bounded.mcap_chunks import check_chunks
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
 from fcw.logs.mcap import format as mcap
@@ -65,7 +66,10 @@ class DriveLog:
         self._known: ChunkTable | None = None
         self._gathered = _Gathered()
         try:
+            if path.exists() and not path.is_file():
+                raise UserError(f"{path}: no file; expected a drive.mcap of `fcw run`")
             with self._open() as file:
+                check_chunks(path, file)
                 self.header = self._read_header(file)
                 file.seek(-min(len(MCAP0_MAGIC), file.tell()), 2)
                 self.complete = file.read() == MCAP0_MAGIC

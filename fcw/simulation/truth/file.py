@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
+from fcw.bounded.files import MalformedError, read_text
 from fcw.box import Box
 from fcw.errors import UserError
 from fcw.files import write_whole
@@ -68,8 +69,8 @@ def read_truth(path: Path) -> list[FrameTruth]:
         UserError: it cannot be read, or a line is not one of its lines.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path)
+    except (OSError, MalformedError) as error:
         raise UserError(f"{path}: cannot read the truth ({error}); make it with `fcw simulate`") from None
     reader = csv.DictReader(text.splitlines())
     if tuple(reader.fieldnames or ()) != COLUMNS:
@@ -82,7 +83,7 @@ def read_truth(path: Path) -> list[FrameTruth]:
             numbers = [float(head[name]) for name in FRAME_COLUMNS[1:]]
             vehicles = tuple(_vehicle(row) for row in rows if row["vehicle"])
             frames.append(FrameTruth(round(float(head["time_s"]) * 1e9), *numbers, vehicles=vehicles))
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError, csv.Error) as error:
         raise UserError(
             f"{path}, line {reader.line_num}: {error}; make the file again with `fcw simulate`"
         ) from error

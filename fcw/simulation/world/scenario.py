@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
-
+from fcw.bounded.files import MalformedError, read_text
+from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -47,7 +47,7 @@ class CameraPlan:
 
     def __post_init__(self) -> None:
         for name in ("height_m", "focal_px"):
-            _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
+            _require(0 < getattr(self, name) <= 1e5, name, getattr(self, name), "a number above 0")
         _require(self.reference_offset_m >= 0, "reference_offset_m", self.reference_offset_m, "0 or more")
         _require(abs(self.pitch_deg) < 15, "pitch_deg", self.pitch_deg, "an angle between -15 and 15")
 
@@ -137,8 +137,8 @@ class RoadPlan:
         _require(2 <= self.lane_width_m <= 6, "lane_width_m", self.lane_width_m, "2 to 6 m")
         for name in ("lanes_left", "lanes_right", "opposing_lanes"):
             _require(0 <= getattr(self, name) <= 4, name, getattr(self, name), "0 to 4")
-        for name in ("median_m", "shoulder_m", "roughness", "trees_per_km"):
-            _require(getattr(self, name) >= 0, name, getattr(self, name), "0 or more")
+        for name, most in (("median_m", 100), ("shoulder_m", 100), ("roughness", 20), ("trees_per_km", 1000)):
+            _require(0 <= getattr(self, name) <= most, name, getattr(self, name), f"0 to {most}")
         marks = self.marks_m
         _require(
             len(marks) == 3 and 0 < marks[0] < marks[1] < marks[2],
@@ -191,7 +191,7 @@ class Action:
             value = named[name]
             _require(value is None or 0 <= value <= 250, name, value, "0 to 250")
         for name in ("rate_mps2", "headway_s", "over_s"):
-            _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
+            _require(0 < getattr(self, name) <= 1e5, name, getattr(self, name), "a number above 0")
         _require(self.reaction_s >= 0, "reaction_s", self.reaction_s, "0 or more")
 
 
@@ -313,15 +313,15 @@ def load_scenario(name: str) -> Scenario:
     folders = ((SCENARIO_FOLDER, scenario_names()), (THREAT_FOLDER, threat_names()))
     path = next((folder / f"{name}.yaml" for folder, names in folders if name in names), Path(name))
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path, MOST_YAML_BYTES)
+    except (OSError, MalformedError) as error:
         raise UserError(
             f"scenario {name}: cannot be read ({getattr(error, 'strerror', None) or error}); "
             f"expected one of {', '.join((*scenario_names(), *threat_names()))}, "
             "or the path of a scenario file"
         ) from None
     try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise UserError(f"{path}: not a YAML file ({' '.join(str(error).split())})") from error
+        document = yaml_value(text)
+    except MalformedError as error:
+        raise UserError(f"{path}: not a YAML file ({error})") from error
     return read_dataclass(Scenario, document, str(path))

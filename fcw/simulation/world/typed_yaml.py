@@ -1,7 +1,6 @@
 """YAML into frozen dataclasses: the annotations are the schema, and what is wrong is named."""
 
 import dataclasses
-import math
 import types
 import typing
 from collections.abc import Mapping
@@ -11,6 +10,10 @@ from typing import Any, TypeVar
 from fcw.errors import UserError
 
 T = TypeVar("T")
+
+LARGEST_NUMBER = 1e6
+"""Of metres, seconds, pixels: larger ones are slips, and end in overflows."""
+LONGEST_LIST = 200
 
 
 def read_dataclass(cls: type[T], values: object, name: str, path: str = "") -> T:
@@ -58,19 +61,19 @@ def _value(hint: Any, value: object, name: str, path: str) -> Any:  # noqa: ANN4
         (inner,) = (argument for argument in arguments if argument is not type(None))
         return _value(inner, value, name, path)
     if origin is tuple:
-        if not isinstance(value, list):
-            raise _wrong(name, path, value, "a list")
+        if not isinstance(value, list) or len(value) > LONGEST_LIST:
+            raise _wrong(name, path, value, f"a list of at most {LONGEST_LIST}")
         return tuple(_value(arguments[0], item, name, f"{path}[{k}]") for k, item in enumerate(value))
     if dataclasses.is_dataclass(hint):
         return read_dataclass(typing.cast("type[Any]", hint), value, name, path)
     if isinstance(hint, type) and issubclass(hint, Enum):
         known = [member.value for member in hint]
-        if value not in known:
+        if not isinstance(value, str | int) or value not in known:
             raise _wrong(name, path, value, f"one of {', '.join(map(str, known))}")
         return hint(value)
     if hint is float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise _wrong(name, path, value, "a finite number")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_NUMBER:
+            raise _wrong(name, path, value, f"a finite number of at most {LARGEST_NUMBER:g}")
         return float(value)
     expected = {int: "a whole number", str: "a text", bool: "true or false"}
     if hint not in expected:
@@ -82,7 +85,7 @@ def _value(hint: Any, value: object, name: str, path: str) -> Any:  # noqa: ANN4
 
 
 def _wrong(name: str, path: str, value: object, expected: str) -> UserError:
-    return UserError(f"{name}: {path or 'the file'} is {value!r}, expected {expected}")
+    return UserError(f"{name}: {path or 'the file'} is {repr(value)[:80]}, expected {expected}")
 
 
 def _join(path: str, key: str) -> str:

@@ -17,6 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 from zstandard import ZstdError
 
+from fcw.bounded.mcap_chunks import check_chunks
 from fcw.errors import UserError
 
 DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError, RuntimeError)
@@ -123,6 +124,7 @@ class McapFile:
         self.torn = False
         self._indexed = False
         with self._opened() as file:
+            check_chunks(path, file)
             summary = self._summary(file)
             if summary is not None and summary.statistics is not None and summary.channels:
                 self._indexed = bool(summary.chunk_indexes)
@@ -183,6 +185,8 @@ class McapFile:
     @contextmanager
     def _opened(self) -> Iterator[BinaryIO]:
         try:
+            if not self.path.is_file():
+                raise UserError(f"{self.path}: no file; expected an MCAP file")
             file = self.path.open("rb")
         except OSError as error:
             raise UserError(

@@ -7,6 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.pictures import decode_picture
+
 Image = NDArray[np.uint8]
 VIDEO_CODECS = {"h264": "h264", "h265": "hevc", "vp9": "vp9", "av1": "av1"}
 """FFmpeg's decoders by the formats of foxglove.CompressedVideo."""
@@ -49,11 +51,9 @@ class UnknownPictureError(ValueError):
 
 def compressed_image(message: CompressedMessage) -> Image | None:
     """foxglove.CompressedImage or sensor_msgs/CompressedImage as BGR; None where it is damaged."""
-    data = np.frombuffer(message.data, np.uint8)
     if "compressedDepth" in message.format:
         raise UnknownPictureError(f"pictures of the form {message.format!r}; expected JPEG, PNG or WebP")
-    image = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
-    return None if image is None else np.asarray(image, np.uint8)
+    return decode_picture(message.data)
 
 
 def raw_image(message: RawMessage) -> Image | None:
@@ -71,7 +71,10 @@ def raw_image(message: RawMessage) -> Image | None:
         return None
     pixels = data[: height * step].reshape(height, step)[:, : width * channels]
     pixels = np.ascontiguousarray(pixels.reshape(height, width, channels))
-    return pixels if conversion is None else np.asarray(cv2.cvtColor(pixels, conversion), np.uint8)
+    try:
+        return pixels if conversion is None else np.asarray(cv2.cvtColor(pixels, conversion), np.uint8)
+    except cv2.error:  # two pixels share a colour in some forms, and the width is odd
+        return None
 
 
 PICTURE_READERS: dict[str, Callable[[Any], Image | None]] = {

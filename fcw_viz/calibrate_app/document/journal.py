@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fcw.bounded.files import MalformedError, read_bytes
 from fcw.errors import UserError
 from fcw.json_form import from_json, object_of_line, to_json
 from fcw.locked_file import LockedFile
@@ -22,6 +23,7 @@ from fcw_viz.calibrate_app.document.history import Action, Event, History
 from fcw_viz.page.guard.guard import whole_address
 
 FORMAT_VERSION = 1
+MOST_JOURNAL_BYTES = 64 << 20
 VERSION_FIELD = "fcw_calibration_journal_version"
 HEADER_START = f'{{"{VERSION_FIELD}":'.encode()
 
@@ -179,12 +181,13 @@ def read_journal(path: Path) -> JournalContent | None:
         UserError: it cannot be read, is of another version or damaged.
     """
     try:
-        data = path.read_bytes()
+        data = read_bytes(path, MOST_JOURNAL_BYTES)
     except FileNotFoundError:
         return None
-    except OSError as error:
+    except (OSError, MalformedError) as error:
         raise UserError(
-            f"{path}: cannot read the work so far ({error.strerror}); name another file with `--save FILE`"
+            f"{path}: cannot read the work so far ({getattr(error, 'strerror', None) or error}); "
+            "name another file with `--save FILE`"
         ) from error
     lines = data.split(b"\n")
     # What follows the last line feed was never written to its end.
@@ -219,7 +222,7 @@ def read_journal(path: Path) -> JournalContent | None:
             else:
                 history = history.after(_event(value))
                 event_count += 1
-        except (KeyError, TypeError, ValueError, AttributeError, UserError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError, UserError) as error:
             raise _damaged(path, number, f"{type(error).__name__}: {error}") from error
     assert history is not None
     whole_bytes = sum(len(line) + 1 for line in whole)

@@ -13,7 +13,7 @@ from fcw_viz.page.server import _free_port
 @pytest.mark.parametrize("port", ["0", "-1", "65536"])
 @pytest.mark.parametrize("command", ["review", "calibrate"])
 def test_a_port_that_is_none_is_the_users_mistake(command: str, port: str, tmp_path: Path, capsys):
-    log = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
+    log = Path(__file__).parents[3] / "recordings" / "demo" / "drive.mp4"
     drive = tmp_path / "drive.mcap"
     drive.touch()
     source = drive if command == "review" else log

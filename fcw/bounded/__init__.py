@@ -1,0 +1,1 @@
+"""Reading what others wrote, within bounds: of size, depth, digits and pixels."""

@@ -1,0 +1,79 @@
+"""NumPy archives (`.npz`) of others: their members' headers are read before anything is unpacked."""
+
+import io
+import math
+import zipfile
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.bounded.files import MalformedError, read_bytes
+
+MOST_ARCHIVE_BYTES = 256 << 20
+MOST_UNPACKED_BYTES = 256 << 20
+"""Of all arrays together; the largest model of ours has 6 MB."""
+
+
+def npz_arrays(source: Path | bytes) -> dict[str, NDArray[Any]]:
+    """All arrays of an archive, by their names.
+
+    Raises:
+        OSError: the file is not there, or cannot be read.
+        MalformedError: it is no archive of arrays of numbers, damaged, or larger than it may be.
+    """
+    data = source if isinstance(source, bytes) else read_bytes(source, MOST_ARCHIVE_BYTES)
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = archive.infolist()
+            if sum(member.file_size for member in members) > MOST_UNPACKED_BYTES:
+                raise MalformedError(f"unpacks to more than {MOST_UNPACKED_BYTES >> 20} MB")
+            return {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
+    except MalformedError:
+        raise
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        ValueError,
+        EOFError,
+        OSError,
+        RuntimeError,
+        NotImplementedError,
+        KeyError,
+        TypeError,
+        SyntaxError,
+        MemoryError,
+        OverflowError,
+        UnicodeError,
+    ) as error:
+        raise MalformedError(f"no archive of arrays ({error})") from error
+
+
+def take(arrays: dict[str, NDArray[Any]], names: Iterable[str]) -> None:
+    """That an archive has these arrays.
+
+    Raises:
+        MalformedError: naming those that are missing.
+    """
+    if missing := [name for name in names if name not in arrays]:
+        raise MalformedError(f"it lacks {', '.join(missing)}")
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    with archive.open(member) as file:
+        content = file.read(member.file_size)
+    stream = io.BytesIO(content)
+    version = np.lib.format.read_magic(stream)
+    read_header = (
+        np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    )
+    shape, _, dtype = read_header(stream)
+    if dtype.hasobject:
+        raise MalformedError(f"{member.filename} holds Python objects")
+    if math.prod(shape) * dtype.itemsize != len(content) - stream.tell():
+        raise MalformedError(f"{member.filename} is not as long as it says")
+    stream.seek(0)
+    return np.lib.format.read_array(stream, allow_pickle=False)

@@ -1,0 +1,40 @@
+"""Ctrl-C, `kill` and a terminal that closes are the same to every command: it ends."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that ask a program to end; Windows has no SIGHUP."""
+
+
+@contextmanager
+def signals_as_interrupts() -> Iterator[None]:
+    """Each of them raises KeyboardInterrupt, for as long as the context; in other threads nothing changes."""
+
+    def on_signal(_number: int, _stack: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    with handled(on_signal):
+        yield
+
+
+@contextmanager
+def handled(handler: "signal._HANDLER") -> Iterator[None]:
+    """Have them handled; a SIGHUP that `nohup` has us ignore stays ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = [
+        number
+        for number in ENDING
+        if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN
+    ]
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
