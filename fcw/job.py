@@ -26,6 +26,7 @@ from fcw.logs.records import DriveHeader, FrameResult, Sink
 from fcw.motion.ego import EgoEstimator
 from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
 from fcw.sources import is_mcap, open_source
+from fcw.sources.straight import straightened
 from fcw.summary import DriveSummary
 from fcw.tracking.tracker import Tracker
 from fcw.versions import versions
@@ -237,7 +238,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         from fcw.sources.mcap.facts import mcap_facts
 
         facts = mcap_facts(job.source, job.topic)
-    calibration = load_calibration(job, source, facts)
+    source, calibration = straightened(source, load_calibration(job, source, facts))
     detector = job.detector
     model = load_model(detector, job.detector_classes) if isinstance(detector, str) else None
     ego_speed = _ego_speed(job, source, facts)

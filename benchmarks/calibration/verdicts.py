@@ -3,7 +3,7 @@
     python benchmarks/calibration/verdicts.py [--trials 500] [--faults 200]
 
 Random plausible cameras (`random_cameras`), three clicks good to 1 px. The data can tell a mistake where its
-likelihood is ten times that of what was said.
+likelihood is twenty times that of what was said.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from fcw.camera.verdicts.judgement import Judgement, judge_points
 from fcw.errors import UserError
 
 Points = tuple[GroundPoint, ...]
-TELLING_RATIO = 10.0
+TELLING_RATIO = 20.0
 DASH_PERIOD_M = 18.0
 
 

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradients
+from fcw.camera.lens.model import Lens
+from fcw.camera.straight import LEVEL, Orientation, Straightening
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -98,6 +100,9 @@ class Calibration:
             exact solution of three points.
         tape_error: standard deviation of the points' distances, all together, as a part of them; the
             covariance has it.
+        orientation: how the real camera is turned besides its pitch. `camera` and all that is measured with
+            it are of the straight picture (`fcw.camera.straight`), the points of the picture itself.
+        lens: of the real camera, where its distortion is known.
     """
 
     camera: GroundPlaneCamera
@@ -111,6 +116,8 @@ class Calibration:
     residuals_px: tuple[float, ...] = ()
     assumed: Priors = Priors()
     tape_error: float = 0.0
+    orientation: Orientation = LEVEL
+    lens: Lens | None = None
     _row_map: UncertainRowMap = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -125,6 +132,33 @@ class Calibration:
         """A calibration without uncertainty, from a camera known by other means."""
         zero = (0.0, 0.0, 0.0)
         return cls(camera, image_size, (), 0.0, DEFAULT_SUPPORT_M, (zero, zero, zero), reference_offset_m)
+
+    @property
+    def straightening(self) -> Straightening | None:
+        """The way to the straight picture; None where the picture is straight as it is."""
+        way = Straightening(self.camera, self.orientation, self.lens, self.image_size)
+        return None if way.is_identity else way
+
+    @property
+    def straight_rows_px(self) -> tuple[float, ...]:
+        """Rows of the points in the straight picture; a point without a column lies straight ahead."""
+        way = self.straightening
+        if way is None or not self.points:
+            return tuple(point.row_px for point in self.points)
+        ahead_px = self.camera.principal_column_px
+        places = [(ahead_px if p.column_px is None else p.column_px, p.row_px) for p in self.points]
+        return tuple(way.to_straight(np.array(places))[:, 1].tolist())
+
+    def straight(self) -> "Calibration":
+        """The calibration of the straight picture."""
+        way = self.straightening
+        if way is None:
+            return replace(self, orientation=LEVEL, lens=None)
+        points = tuple(
+            replace(point, row_px=row_px, column_px=None)
+            for point, row_px in zip(self.points, self.straight_rows_px, strict=True)
+        )
+        return replace(self, points=points, orientation=LEVEL, lens=None)
 
     @property
     def horizon_row_px(self) -> float:
@@ -241,6 +275,7 @@ class Calibration:
             covariance=matrix3(np.array(self.covariance) * scale**2),
             priors=scaled_priors(self.priors),
             assumed=scaled_priors(self.assumed),
+            lens=None if self.lens is None else self.lens.for_image_size(size),
             residuals_px=tuple(residual * scale for residual in self.residuals_px),
         )
 

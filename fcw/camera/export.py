@@ -1,5 +1,7 @@
-"""A calibration in the forms that robotics tools read. Both hold the intrinsics of a lens without distortion;
-height, pitch and uncertainty have no place in them.
+"""A calibration in the forms that robotics tools read.
+
+Both hold the intrinsics; camera_info also has the rotation to the straight picture (`fcw.camera.straight`)
+and the straight camera, as ROS's rectification has them. Height, pitch and uncertainty have no place in them.
 """
 
 from typing import Literal, get_args
@@ -7,6 +9,7 @@ from typing import Literal, get_args
 import yaml
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.straight import straight_column, turn
 
 ExportFormat = Literal["camera_info", "kalibr"]
 EXPORT_FORMATS: tuple[str, ...] = get_args(ExportFormat)
@@ -19,18 +22,35 @@ def export_text(calibration: Calibration, file_format: ExportFormat) -> str:
 
 def camera_info_text(calibration: Calibration, camera_name: str = "fcw") -> str:
     """A YAML file of ROS's camera_info_manager (camera_calibration_parsers)."""
-    camera = calibration.camera
-    focal, column, row = camera.focal_y_px, camera.principal_column_px, camera.principal_row_px
+    straight = calibration.camera
+    across, down, column, row = _intrinsics(calibration)
+    model, coefficients = "plumb_bob", [0.0] * 5
+    if calibration.lens is not None:
+        coefficients = list(calibration.lens.coefficients)
+        model = "equidistant" if calibration.lens.model == "equidistant" else "plumb_bob"
+        if len(coefficients) == 8:
+            model = "rational_polynomial"
+        elif model == "plumb_bob":
+            coefficients += [0.0] * (5 - len(coefficients))
+    focal = straight.focal_y_px
     document = {
         "image_width": calibration.image_size.width,
         "image_height": calibration.image_size.height,
         "camera_name": camera_name,
-        "camera_matrix": _matrix(3, 3, [focal, 0.0, column, 0.0, focal, row, 0.0, 0.0, 1.0]),
-        "distortion_model": "plumb_bob",
-        "distortion_coefficients": _matrix(1, 5, [0.0] * 5),
-        "rectification_matrix": _matrix(3, 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+        "camera_matrix": _matrix(3, 3, [across, 0.0, column, 0.0, down, row, 0.0, 0.0, 1.0]),
+        "distortion_model": model,
+        "distortion_coefficients": _matrix(1, len(coefficients), coefficients),
+        "rectification_matrix": _matrix(
+            3, 3, turn(straight.pitch_rad, calibration.orientation).ravel().tolist()
+        ),
         "projection_matrix": _matrix(
-            3, 4, [focal, 0.0, column, 0.0, 0.0, focal, row, 0.0, 0.0, 0.0, 1.0, 0.0]
+            3,
+            4,
+            [
+                *(focal, 0.0, straight.principal_column_px, 0.0),
+                *(0.0, focal, straight.principal_row_px, 0.0),
+                *(0.0, 0.0, 1.0, 0.0),
+            ],
         ),
     }
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None)
@@ -38,23 +58,32 @@ def camera_info_text(calibration: Calibration, camera_name: str = "fcw") -> str:
 
 def kalibr_text(calibration: Calibration, topic: str = "/camera/image") -> str:
     """A camchain YAML file of Kalibr with one camera."""
-    camera, size = calibration.camera, calibration.image_size
+    size, lens = calibration.image_size, calibration.lens
     document = {
         "cam0": {
             "camera_model": "pinhole",
-            "intrinsics": [
-                camera.focal_y_px,
-                camera.focal_y_px,
-                camera.principal_column_px,
-                camera.principal_row_px,
-            ],
-            "distortion_model": "radtan",
-            "distortion_coeffs": [0.0] * 4,
+            "intrinsics": list(_intrinsics(calibration)),
+            "distortion_model": "radtan" if lens is None else lens.model,
+            "distortion_coeffs": [0.0] * 4 if lens is None else list(lens.coefficients[:4]),
             "resolution": [size.width, size.height],
             "rostopic": topic,
         }
     }
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None)
+
+
+def _intrinsics(calibration: Calibration) -> tuple[float, float, float, float]:
+    """Focal lengths across and down, column and row of the axis, of the picture as it is."""
+    lens, camera = calibration.lens, calibration.camera
+    if lens is not None:
+        return lens.focal_x_px, lens.focal_y_px, lens.column_px, lens.row_px
+    shift_px = straight_column(camera, calibration.orientation) - camera.principal_column_px
+    return (
+        camera.focal_y_px,
+        camera.focal_y_px,
+        camera.principal_column_px - shift_px,
+        camera.principal_row_px,
+    )
 
 
 def _matrix(rows: int, columns: int, data: list[float]) -> dict[str, object]:

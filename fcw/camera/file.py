@@ -1,6 +1,7 @@
 """The calibration file: versioned YAML that a person can read, written whole or not at all."""
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
 from fcw.bounded.pictures import LONGEST_SIDE_PX
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Matrix3, Priors, Vector3
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.model import COEFFICIENT_COUNTS, DISTORTION_MODELS, Lens
 from fcw.camera.plausibility import plausibility
+from fcw.camera.straight import LEVEL, Orientation
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
@@ -72,6 +75,8 @@ def calibration_text(calibration: Calibration) -> str:
             "principal_row_px": camera.principal_row_px,
             "principal_column_px": camera.principal_column_px,
         },
+        "orientation": asdict(calibration.orientation),
+        "lens": None if calibration.lens is None else _lens_section(calibration.lens),
         "row_covariance": {
             "support_distances_m": list(calibration.support_distances_m),
             "covariance_px2": [list(row) for row in calibration.covariance],
@@ -85,6 +90,17 @@ def _priors_section(priors: Priors) -> dict[str, dict[str, float] | None]:
         name: None if prior is None else {"value": prior.value, "sigma": prior.sigma}
         for name in PRIOR_FIELDS
         for prior in (getattr(priors, name),)
+    }
+
+
+def _lens_section(lens: Lens) -> dict[str, object]:
+    return {
+        "model": lens.model,
+        "focal_x_px": lens.focal_x_px,
+        "focal_y_px": lens.focal_y_px,
+        "column_px": lens.column_px,
+        "row_px": lens.row_px,
+        "coefficients": list(lens.coefficients),
     }
 
 
@@ -158,10 +174,12 @@ def parse_calibration(text: str, name: str) -> Calibration:
         item.finish()
     residuals = fields.numbers("residuals_px", len(points))
     priors = fields.priors("priors")
-    assumed, tape_error = Priors(), 0.0
+    assumed, tape_error, orientation, lens = Priors(), 0.0, LEVEL, None
     if version > 1:
         assumed = fields.priors("assumed")
         tape_error = fields.number("tape_error", at_least=0.0)
+        orientation = fields.orientation("orientation")
+        lens = fields.lens("lens", image_size)
     section = fields.section("camera")
     camera = GroundPlaneCamera(
         section.number("pitch_rad", above=-math.pi / 2, below=math.pi / 2),
@@ -176,15 +194,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
     covariance = section.covariance("covariance_px2")
     section.finish()
     fields.finish()
-    for index, (point, residual) in enumerate(zip(points, residuals, strict=True)):
-        expected = point.row_px - camera.row_at(point.distance_m + offset_m)
-        if not abs(expected - residual) <= RESIDUAL_TOLERANCE_PX:
-            raise UserError(
-                f"{name}: residuals_px[{index}] is {residual:g}, but the point {point} lies {expected:g} px "
-                "from the row of the camera in the file: it was changed after calibrating; "
-                "run `fcw calibrate` again with the points"
-            )
-    return Calibration(
+    calibration = Calibration(
         camera,
         image_size,
         tuple(points),
@@ -196,7 +206,19 @@ def parse_calibration(text: str, name: str) -> Calibration:
         residuals,
         assumed,
         tape_error,
+        orientation,
+        lens,
     )
+    rows_px = calibration.straight_rows_px
+    for index, (point, row_px, residual) in enumerate(zip(points, rows_px, residuals, strict=True)):
+        expected = row_px - camera.row_at(point.distance_m + offset_m)
+        if not abs(expected - residual) <= RESIDUAL_TOLERANCE_PX:
+            raise UserError(
+                f"{name}: residuals_px[{index}] is {residual:g}, but the point {point} lies {expected:g} px "
+                "from the row of the camera in the file: it was changed after calibrating; "
+                "run `fcw calibrate` again with the points"
+            )
+    return calibration
 
 
 class _Fields:
@@ -291,6 +313,42 @@ class _Fields:
         priors = Priors(*(section.gaussian(name) for name in PRIOR_FIELDS))
         section.finish()
         return priors
+
+    def orientation(self, field: str) -> Orientation:
+        section = self.section(field)
+        limit = math.pi / 4
+        orientation = Orientation(
+            section.number("yaw_rad", above=-limit, below=limit),
+            section.number("roll_rad", above=-limit, below=limit),
+            section.number("yaw_sigma_rad", at_least=0.0),
+            section.number("roll_sigma_rad", at_least=0.0),
+        )
+        section.finish()
+        return orientation
+
+    def lens(self, field: str, image_size: ImageSize) -> Lens | None:
+        value = self.take(field)
+        if value is None:
+            return None
+        section = self._section(field, value)
+        model = section.take("model")
+        if model not in DISTORTION_MODELS:
+            raise section.wrong("model", model, f"one of {', '.join(DISTORTION_MODELS)}")
+        coefficients = section.take("coefficients")
+        if not isinstance(coefficients, list) or len(coefficients) not in COEFFICIENT_COUNTS[model]:
+            counts = " or ".join(map(str, COEFFICIENT_COUNTS[model]))
+            raise section.wrong("coefficients", coefficients, f"a list of {counts} numbers")
+        lens = Lens(
+            model,
+            section.number("focal_x_px", positive=True),
+            section.number("focal_y_px", positive=True),
+            section.number("column_px"),
+            section.number("row_px"),
+            tuple(section._checked(f"coefficients[{k}]", c) for k, c in enumerate(coefficients)),
+            image_size,
+        )
+        section.finish()
+        return lens
 
     def support_distances(self, field: str, pole_m: float) -> Vector3:
         near, middle, far = self.numbers(field, 3)

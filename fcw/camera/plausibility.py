@@ -25,6 +25,8 @@ FIELD_OF_VIEW_RANGE_RAD = (math.radians(33.0), math.radians(130.0))
 PRINCIPAL_ROW_TOLERANCE = 0.25
 """Distance of the principal row from the picture's middle, in heights; an uncropped lens stays within 0.05,
 the rest is for the noise of clicks and for cropped pictures."""
+TOLD_ROLL_RAD = math.radians(1.0)
+"""A camera tilted by more than this is seen to be."""
 MAXIMUM_OFFSET_M = 4.0
 """No lens on a windscreen is farther behind the bumper."""
 OUTLIER_SIGMAS = 3.0
@@ -42,6 +44,7 @@ class FindingKind(Enum):
     RESIDUAL = "residual"
     PRIOR = "prior"
     CAUSE = "cause"
+    ROLL = "roll"
 
 
 SMALLEST_SIGMA_PX = 0.01
@@ -97,6 +100,7 @@ def plausibility(calibration: Calibration, imperial: bool = False) -> tuple[Find
         findings.append(_cause(calibration, judgement))
     if judgement is None or not judgement.is_suspect:
         findings.extend(_residual_finding(calibration))
+    findings.extend(_roll_finding(calibration))
     return (*findings, *_outside_findings(calibration), *_prior_findings(calibration))
 
 
@@ -243,6 +247,17 @@ def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
             f"{abs(residual_px) / sigma_px:.1f} times the error of a click; "
             "check its distance and click it again",
             point=worst,
+        )
+
+
+def _roll_finding(calibration: Calibration) -> Iterator[Finding]:
+    turned = calibration.orientation
+    if abs(turned.roll_rad) > max(TOLD_ROLL_RAD, OUTLIER_SIGMAS * turned.roll_sigma_rad):
+        yield Finding(
+            FindingKind.ROLL,
+            f"the camera is tilted by {math.degrees(abs(turned.roll_rad)):.1f} degrees to the "
+            f"{'right' if turned.roll_rad > 0 else 'left'}: it is taken into account; "
+            "mount it level if you can",
         )
 
 

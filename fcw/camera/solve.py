@@ -102,7 +102,7 @@ def calibrate(
     reference_m = np.array([point.distance_m for point in points])
     distances_m = reference_m + reference_offset_m
     rows_px = np.array([point.row_px for point in points])
-    support_m = _support_distances(reference_m)
+    support_m = support_distances(reference_m)
     assumed = Priors() if exact else usual_lens(image_size, priors)
     if exact:
         camera = exact_camera(distances_m, rows_px, height_m, (image_size.width - 1) / 2)
@@ -211,8 +211,8 @@ def row_jacobian(camera: GroundPlaneCamera, distances_m: FloatArray) -> FloatArr
     return np.column_stack((by_tangent, below_px, np.ones_like(depths_m)))
 
 
-def _support_distances(distances_m: FloatArray) -> Vector3:
-    """The nearest, the farthest and the point between them that is the most different in row."""
+def support_distances(distances_m: FloatArray) -> Vector3:
+    """The nearest of (N,) distances, the farthest, and the one between them that differs most in row."""
     distinct = np.array(distinct_distances(distances_m.tolist()))
     if len(distinct) >= PARAMETER_COUNT:
         inner = distinct[1:-1]

@@ -21,6 +21,7 @@ from fcw.frame import Source
 from fcw.job import DriveJob, load_calibration
 from fcw.sources import is_mcap, open_source
 from fcw.sources.mcap.facts import mcap_facts
+from fcw.sources.straight import straightened
 from fcw.sources.video import VideoSource
 from fcw.threads import one_opencv_thread
 from fcw.versions import machine, versions
@@ -55,6 +56,7 @@ def measure(
     source = open_source(path)
     job = DriveJob(source=path, out=Path(), calibration=calibration_path)
     calibration = load_calibration(job, source, mcap_facts(path) if is_mcap(path) else None)
+    source, calibration = straightened(source, calibration)
     model = Model.load(SHIPPED_MODEL_PATH)
     step = max((source.frame_count or picture_count) // picture_count, 1)
     pictures = [frame.image for frame in islice(source.frames(), 0, step * picture_count, step)]

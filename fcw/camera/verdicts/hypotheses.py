@@ -38,11 +38,11 @@ class Fault(Enum):
 
 
 SHARES = {
-    Fault.NONE: 0.70,
+    Fault.NONE: 0.67,
     Fault.BUMPER: 0.18,
     Fault.SWAPPED: 0.02,
     Fault.SLIP_OF_TEN: 0.03,
-    Fault.FEET: 0.03,
+    Fault.FEET: 0.06,
     Fault.POINT: 0.03,
     Fault.AXIS: 0.01,
 }

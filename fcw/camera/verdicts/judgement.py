@@ -22,8 +22,8 @@ USUAL_TANGENT, USUAL_TANGENT_SIGMA = 0.05, 0.09
 """Of a dash camera's pitch: 3 degrees down, give or take 5."""
 TAPE_SCALES = {0.05: 0.4, 0.2: 0.3, 1.0: 0.3}
 """Each mark is laid with an error of its own, too: to the centimetre, or by pacing. Nobody says which, so it
-is one of these parts of the stated error of the tape, with these shares. Without the careful people the paper's
-own example, whose middle row is 3 px off, would pass for bad taping."""
+is one of these parts of the stated error of the tape, with these shares. Without the careful people the
+paper's own example, whose middle row is 3 px off, would pass for bad taping."""
 PROPOSED_ODDS = 1.5
 """A mistake is spoken of when it is this much likelier than what was said."""
 NAMED_SHARE = 0.75
@@ -85,7 +85,8 @@ class Judgement:
 
 
 def judge(calibration: Calibration, imperial: bool = False) -> Judgement:
-    """Judge the points of a calibration."""
+    """Judge the points of a calibration, as they lie in the straight picture."""
+    calibration = calibration.straight()
     return judge_points(
         calibration.points,
         calibration.image_size,

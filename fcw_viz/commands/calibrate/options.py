@@ -44,6 +44,22 @@ class CalibrateCommand:
     """Row of the lens's axis; unless said the picture's middle, to 3 % of its height."""
     horizon_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
     """Row of the horizon, e.g. where straight lane lines meet (known to 2 pixels unless said)."""
+    lens: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Intrinsics and distortion of the lens: a camera_info of ROS, a camchain of Kalibr, OpenCV's YAML."""
+    lane_line: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V ...")] = ()
+    """Straight lines along the road, each by column and row of two of its points: they tell where the camera
+    looks (yaw, horizon, and with points or a third line the roll)."""
+    lane_width: Annotated[str | None, tyro.conf.arg(metavar="M[:SIGMA]")] = None
+    """Between the first two of the lane lines, in metres (known to 3 % unless said)."""
+    horizon_line: Annotated[str | None, tyro.conf.arg(metavar="U:V:U:V")] = None
+    """Two points of the horizon: they tell the camera's roll."""
+    dashes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="V[:U] ...")] = ()
+    """Near ends of dashes following each other, the nearest first: rows, and columns where known. The first
+    one's distance need not be known, but the period must (--dash-period) and the height."""
+    dash_period: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
+    """From one dash's near end to the next one's."""
+    height_sigma: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
+    """How well --height is known; 2 % unless said. Only ways without taped points need it."""
     save: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Calibration file to write; with a source by default `<name>.calibration.yaml` beside it."""
     export: Annotated[

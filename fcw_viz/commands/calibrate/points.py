@@ -1,18 +1,22 @@
 """`fcw calibrate --points`: the calibration from points on the command line; it needs no browser."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from rich.text import Text
 
-from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.export import export_text
 from fcw.camera.file import default_path, write_calibration
+from fcw.camera.joint import Evidence, calibrate_jointly
+from fcw.camera.lens.files import read_lens
 from fcw.camera.points import PointsError
 from fcw.camera.solve import calibrate
 from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
+from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height_sigma
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
@@ -58,7 +62,8 @@ def save_and_report(calibration: Calibration, save: Path | None, command: Calibr
 
 
 def _calibration(command: CalibrateCommand) -> Calibration:
-    if not command.points:
+    evidence = stated_evidence(command)
+    if evidence is None and not command.points:
         raise UserError(
             "no points: name a video or a picture to click them in, or give at least three as --points "
             "DISTANCE:ROW ..., for example --points 8:594 15:513 40:455 --image-size 1280x720 --height 1.2"
@@ -67,7 +72,35 @@ def _calibration(command: CalibrateCommand) -> Calibration:
         raise UserError("--height is missing: the height of the camera's lens above the road, in metres")
     points = tuple(_ground_point(text) for text in command.points)
     size = _image_size(command)
+    lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
     priors = stated_priors(command, size)
+    calibration = _of_rows(command, points, size, priors) if points else None
+    aside = {point.column_px for point in points if point.column_px is not None}
+    if calibration is not None and evidence is None and lens is None and (command.exact or len(aside) < 2):
+        return calibration
+    if command.exact:
+        raise UserError("--exact: takes --points alone; leave out what else is said")
+    evidence = evidence or Evidence()
+    if points:
+        if evidence.points:
+            raise UserError("--dashes: for marks whose first distance is not known; leave out --points")
+        evidence = replace(evidence, points=points)
+    return calibrate_jointly(
+        evidence,
+        size,
+        Gaussian(command.height, stated_height_sigma(command)),
+        command.reference_offset,
+        command.row_sigma,
+        priors,
+        lens,
+        command.tape_error,
+    )
+
+
+def _of_rows(
+    command: CalibrateCommand, points: tuple[GroundPoint, ...], size: ImageSize, priors: Priors
+) -> Calibration:
+    assert command.height is not None
     try:
         return calibrate(
             points,

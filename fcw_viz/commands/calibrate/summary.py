@@ -12,6 +12,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.plausibility import plausibility
 from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
+from fcw.camera.straight import LEVEL
 from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
 from fcw.units import FEET_PER_METRE, distance_text
 
@@ -56,6 +57,8 @@ def calibration_summary(calibration: Calibration) -> dict[str, Any]:
         "residuals_px": list(calibration.residuals_px),
         "warnings": [finding.text for finding in findings],
         "exact": _exact(calibration),
+        "orientation": asdict(calibration.orientation),
+        "lens": None if calibration.lens is None else asdict(calibration.lens),
         "tape_error": calibration.tape_error,
         "next_click": next_click and asdict(next_click),
         "proposed_reference_offset": asdict(proposals[0]) if proposals else None,
@@ -96,6 +99,14 @@ def print_report(calibration: Calibration, saved: Path | None, console: Console,
         f"principal row {camera.principal_row_px:.6g} ± {sigmas.principal_row_px:.3g}, "
         f"horizon row {camera.horizon_row_px:.6g} ± {sigmas.horizon_row_px:.3g}"
     )
+    turned = calibration.orientation
+    if turned != LEVEL:
+        line(
+            f"looks {math.degrees(turned.yaw_rad):+.2f} ± {math.degrees(turned.yaw_sigma_rad):.2f} degrees "
+            f"to the left, rolled {math.degrees(turned.roll_rad):+.2f} ± "
+            f"{math.degrees(turned.roll_sigma_rad):.2f} degrees to the right; rows are of the straight "
+            "picture"
+        )
     line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
 
     table = Table("distance", "row", "16th to 84th percentile", "half of it", box=None, pad_edge=False)

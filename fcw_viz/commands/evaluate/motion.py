@@ -32,6 +32,7 @@ def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
     from fcw.evaluation.motion.poses import read_poses
     from fcw.job import DriveJob, load_calibration
     from fcw.sources import open_source
+    from fcw.sources.straight import straightened
     from fcw_viz.console import RESULTS, print_json, progress
 
     poses = read_poses(command.poses)
@@ -39,6 +40,7 @@ def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
     calibration = load_calibration(
         DriveJob(source=command.frames, out=Path(), calibration=command.calibration), source
     )
+    source, calibration = straightened(source, calibration)
     with progress(source.name, source.frame_count) as bar:
         result = evaluate_motion(source, calibration, poses, bar.advance)
     if command.json:

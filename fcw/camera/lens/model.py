@@ -1,0 +1,82 @@
+"""A lens that bends straight lines, in the models of OpenCV, ROS and Kalibr."""
+
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import FloatArray
+from fcw.frame import ImageSize
+
+DistortionModel = Literal["radtan", "equidistant"]
+DISTORTION_MODELS: tuple[str, ...] = get_args(DistortionModel)
+COEFFICIENT_COUNTS = {"radtan": (4, 5, 8), "equidistant": (4,)}
+UNDISTORT_STEPS = 100
+"""OpenCV's own five leave pixels at the edge of a wide lens."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """Intrinsics and distortion of a camera.
+
+    Attributes:
+        model: `radtan` (Brown 1971; OpenCV's k1, k2, p1, p2, k3 and the rational k4 to k6; ROS plumb_bob) or
+            `equidistant` (Kannala & Brandt 2006, four coefficients; OpenCV's fisheye).
+        focal_x_px: focal length across.
+        focal_y_px: focal length down; another one where the picture was squeezed.
+        column_px: of the optical axis.
+        row_px: of it.
+        coefficients: of the model.
+        image_size: of its pictures.
+    """
+
+    model: DistortionModel
+    focal_x_px: float
+    focal_y_px: float
+    column_px: float
+    row_px: float
+    coefficients: tuple[float, ...]
+    image_size: ImageSize
+
+    @property
+    def matrix(self) -> FloatArray:
+        """(3, 3) of the intrinsics."""
+        return np.array(
+            [[self.focal_x_px, 0, self.column_px], [0, self.focal_y_px, self.row_px], [0, 0, 1.0]]
+        )
+
+    def undistorted(self, places_px: FloatArray) -> FloatArray:
+        """(N, 2) x / z and y / z of the rays through (N, 2) columns and rows."""
+        places = np.ascontiguousarray(places_px, np.float64).reshape(-1, 1, 2)
+        coefficients = np.array(self.coefficients)
+        if self.model == "equidistant":
+            return _plain(cv2.fisheye.undistortPoints(places, self.matrix, coefficients))
+        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, UNDISTORT_STEPS, 1e-12)
+        return _plain(cv2.undistortPoints(places, self.matrix, coefficients, criteria=criteria))
+
+    def distorted(self, rays: FloatArray) -> FloatArray:
+        """(N, 2) columns and rows of rays by their x / z and y / z."""
+        if self.model == "equidistant":
+            places = np.ascontiguousarray(rays, np.float64).reshape(-1, 1, 2)
+            return _plain(cv2.fisheye.distortPoints(places, self.matrix, np.array(self.coefficients)))
+        points = np.column_stack((rays, np.ones(len(rays))))
+        zero = np.zeros(3)
+        return _plain(cv2.projectPoints(points, zero, zero, self.matrix, np.array(self.coefficients))[0])
+
+    def for_image_size(self, size: ImageSize) -> "Lens":
+        """The same lens for the same camera's pictures in another size."""
+        across, down = size.width / self.image_size.width, size.height / self.image_size.height
+        return replace(
+            self,
+            focal_x_px=self.focal_x_px * across,
+            focal_y_px=self.focal_y_px * down,
+            column_px=(self.column_px + 0.5) * across - 0.5,
+            row_px=(self.row_px + 0.5) * down - 0.5,
+            image_size=size,
+        )
+
+
+def _plain(places: NDArray) -> FloatArray:
+    return np.asarray(places, np.float64).reshape(-1, 2)

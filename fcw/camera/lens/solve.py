@@ -1,0 +1,106 @@
+"""A lens from pictures: of a chessboard, or of lines that are straight in the world."""
+
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.lens.model import Lens
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+FEWEST_BOARDS = 3
+FEWEST_LINE_POINTS = 5
+BENT_PX = 3.0
+"""A line that bends by more than this was bent by the lens, or is not straight."""
+
+
+def lens_of_chessboards(pictures: Sequence[NDArray[np.uint8]], inner_corners: tuple[int, int]) -> Lens:
+    """The lens of pictures of one chessboard (Zhang 2000), in the model with five coefficients.
+
+    Args:
+        pictures: (height, width, 3) BGR or (height, width) grey, of one size but for a pixel.
+        inner_corners: of the board, across and down.
+
+    Raises:
+        UserError: too few of them show the whole board.
+    """
+    across, down = inner_corners
+    board = np.zeros((across * down, 3), np.float32)
+    board[:, :2] = np.mgrid[0:across, 0:down].T.reshape(-1, 2)
+    found, size = [], None
+    criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-3)
+    for picture in pictures:
+        grey = (
+            picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+        )
+        size = size or (grey.shape[1], grey.shape[0])
+        shown, corners = cv2.findChessboardCorners(grey, inner_corners)
+        if shown:
+            found.append(cv2.cornerSubPix(grey, corners, (9, 9), (-1, -1), criteria))
+    if size is None or len(found) < FEWEST_BOARDS:
+        raise UserError(
+            f"the whole board of {across}x{down} inner corners shows in {len(found)} of {len(pictures)} "
+            f"pictures, expected {FEWEST_BOARDS} or more; check the number of inner corners, and that all of "
+            "them are in the picture"
+        )
+    _, matrix, coefficients, _, _ = cv2.calibrateCamera(
+        [board] * len(found), found, size, np.eye(3), np.zeros(5)
+    )
+    return Lens(
+        "radtan",
+        float(matrix[0, 0]),
+        float(matrix[1, 1]),
+        float(matrix[0, 2]),
+        float(matrix[1, 2]),
+        tuple(np.ravel(coefficients)[:5].tolist()),
+        ImageSize(*size),
+    )
+
+
+def lens_of_plumb_lines(
+    lines: Sequence[Sequence[tuple[float, float]]], image_size: ImageSize, focal_px: float
+) -> Lens:
+    """The lens that makes lines straight (Brown 1971): k1 and k2 of a given focal length.
+
+    A focal length cannot be told from lines alone, and with another one other coefficients do the same.
+
+    Args:
+        lines: columns and rows along each line that is straight in the world, best near the picture's edges.
+        image_size: of the picture.
+        focal_px: focal length.
+
+    Raises:
+        UserError: no line has enough points.
+    """
+    from scipy.optimize import least_squares
+
+    if not lines or min(map(len, lines)) < FEWEST_LINE_POINTS:
+        raise UserError(
+            f"a line that is to show the lens's distortion needs {FEWEST_LINE_POINTS} points or more along it"
+        )
+    column_px, row_px = (image_size.width - 1) / 2, (image_size.height - 1) / 2
+
+    def lens(k1: float, k2: float) -> Lens:
+        return Lens("radtan", focal_px, focal_px, column_px, row_px, (k1, k2, 0.0, 0.0), image_size)
+
+    def bends(unknowns: NDArray[np.float64]) -> NDArray[np.float64]:
+        there = lens(*unknowns)
+        return np.concatenate([_bend(there.undistorted(np.array(line))) for line in lines]) * focal_px
+
+    fit = least_squares(bends, np.zeros(2), loss="soft_l1", f_scale=1.0, diff_step=1e-4)
+    return lens(float(fit.x[0]), float(fit.x[1]))
+
+
+def bend_px(line: Sequence[tuple[float, float]]) -> float:
+    """How far the points of a line lie off a straight one, root mean square."""
+    return math.sqrt(float(np.mean(_bend(np.array(line, float)) ** 2)))
+
+
+def _bend(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) distances of places from their straight line."""
+    centred = places - places.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    return centred @ axes[1]

@@ -1,0 +1,162 @@
+"""The straight picture: what a level camera without distortion that looks along the vehicle would have seen.
+
+A real camera is rolled, looks aside, and its lens bends lines. All geometry (`GroundPlaneCamera`) is that of
+the straight picture, and this is the one place between the two. The straight camera keeps the real one's
+place, pitch, focal length and axis row; its axis column is where the vehicle's direction of travel shows, so
+that the picture's content stays where it was.
+
+Axes of a camera: x right, y down, z forward. Yaw turns to the left, pitch down, roll to the right (ISO 8855).
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.lens.model import Lens
+from fcw.frame import ImageSize
+
+SEEN_PX = 1.0
+"""A picture that straightening moves by less than this everywhere is straight as it is."""
+GRID = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Orientation:
+    """How a camera is turned against the vehicle, besides its pitch.
+
+    Attributes:
+        yaw_rad: of its axis to the left of the direction of travel.
+        roll_rad: about its axis to the right: the horizon falls to the left in the picture.
+        yaw_sigma_rad: 1-sigma.
+        roll_sigma_rad: 1-sigma.
+    """
+
+    yaw_rad: float = 0.0
+    roll_rad: float = 0.0
+    yaw_sigma_rad: float = 0.0
+    roll_sigma_rad: float = 0.0
+
+
+LEVEL = Orientation()
+
+
+@dataclass(frozen=True, slots=True)
+class Straightening:
+    """The way between a picture and its straight one.
+
+    Attributes:
+        camera: the straight camera.
+        orientation: of the real one.
+        lens: of the real one; None where its picture has no distortion.
+        image_size: of both pictures.
+    """
+
+    camera: GroundPlaneCamera
+    orientation: Orientation
+    lens: Lens | None
+    image_size: ImageSize
+
+    @property
+    def is_identity(self) -> bool:
+        """Whether the picture is straight as it is, to `SEEN_PX`."""
+        if self.lens is None and self.orientation.roll_rad == 0 and self.orientation.yaw_rad == 0:
+            return True
+        columns, rows = np.meshgrid(
+            np.linspace(0, self.image_size.width - 1, GRID), np.linspace(0, self.image_size.height - 1, GRID)
+        )
+        places = np.column_stack((columns.ravel(), rows.ravel()))
+        return bool(np.abs(self.to_straight(places) - places).max() < SEEN_PX)
+
+    def to_straight(self, places_px: FloatArray) -> FloatArray:
+        """(N, 2) columns and rows of the picture in the straight picture."""
+        rays = self._rays(places_px) @ self._turn().T
+        return _projected(rays, self.camera)
+
+    def to_picture(self, places_px: FloatArray) -> FloatArray:
+        """(N, 2) columns and rows of the straight picture in the picture; nan behind the camera."""
+        camera = self.camera
+        rays = np.column_stack(
+            (
+                (places_px[:, 0] - camera.principal_column_px) / camera.focal_y_px,
+                (places_px[:, 1] - camera.principal_row_px) / camera.focal_y_px,
+                np.ones(len(places_px)),
+            )
+        )
+        rays = rays @ self._turn()
+        rays[rays[:, 2] <= 0] = math.nan
+        if self.lens is not None:
+            return self.lens.distorted(rays[:, :2] / rays[:, 2:])
+        return _projected(rays, self._real_camera())
+
+    def image(self, image: NDArray[np.uint8], maps: tuple[NDArray, NDArray]) -> NDArray[np.uint8]:
+        """(height, width, 3) straight picture of a picture; `maps` are those of `maps`."""
+        straight = cv2.remap(image, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+        return np.asarray(straight, np.uint8)
+
+    def maps(self) -> tuple[NDArray, NDArray]:
+        """Where each pixel of the straight picture lies in the picture, for `image`."""
+        size = self.image_size
+        columns, rows = np.meshgrid(np.arange(size.width, dtype=float), np.arange(size.height, dtype=float))
+        places = self.to_picture(np.column_stack((columns.ravel(), rows.ravel())))
+        places = np.nan_to_num(places, nan=-1e4).astype(np.float32).reshape(size.height, size.width, 2)
+        return cv2.convertMaps(places, np.empty(0, np.float32), cv2.CV_16SC2)
+
+    def _rays(self, places_px: FloatArray) -> FloatArray:
+        """(N, 3) in the real camera's axes."""
+        if self.lens is not None:
+            places = self.lens.undistorted(places_px)
+            return np.column_stack((places, np.ones(len(places))))
+        camera = self._real_camera()
+        return np.column_stack(
+            (
+                (places_px[:, 0] - camera.principal_column_px) / camera.focal_y_px,
+                (places_px[:, 1] - camera.principal_row_px) / camera.focal_y_px,
+                np.ones(len(places_px)),
+            )
+        )
+
+    def _real_camera(self) -> GroundPlaneCamera:
+        shift_px = _axis_shift_px(self.camera, self.orientation)
+        return replace(self.camera, principal_column_px=self.camera.principal_column_px - shift_px)
+
+    def _turn(self) -> FloatArray:
+        return turn(self.camera.pitch_rad, self.orientation)
+
+
+def straight_column(camera: GroundPlaneCamera, orientation: Orientation) -> float:
+    """Column of the straight camera's axis, of a real camera whose own is `camera.principal_column_px`."""
+    return camera.principal_column_px + _axis_shift_px(camera, orientation)
+
+
+def turn(pitch_rad: float, orientation: Orientation) -> FloatArray:
+    """(3, 3) from the real camera's axes to those of the straight one."""
+    pitch, yaw, roll = pitch_rad, orientation.yaw_rad, orientation.roll_rad
+    # From a camera's axes to level ones: a camera that looks down has its z axis point down there.
+    lower = np.array(
+        [[1, 0, 0], [0, math.cos(pitch), math.sin(pitch)], [0, -math.sin(pitch), math.cos(pitch)]]
+    )
+    left = np.array([[math.cos(yaw), 0, -math.sin(yaw)], [0, 1, 0], [math.sin(yaw), 0, math.cos(yaw)]])
+    clockwise = np.array(
+        [[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]]
+    )
+    return lower.T @ left @ lower @ clockwise
+
+
+def _axis_shift_px(camera: GroundPlaneCamera, orientation: Orientation) -> float:
+    x, _, z = turn(camera.pitch_rad, orientation) @ np.array([0.0, 0.0, 1.0])
+    # The real axis stays where it is in the picture; the vehicle's direction lies beside it.
+    return float(-camera.focal_y_px * x / z)
+
+
+def _projected(rays: FloatArray, camera: GroundPlaneCamera) -> FloatArray:
+    depths = np.where(rays[:, 2] > 0, rays[:, 2], math.nan)
+    return np.column_stack(
+        (
+            camera.principal_column_px + camera.focal_y_px * rays[:, 0] / depths,
+            camera.principal_row_px + camera.focal_y_px * rays[:, 1] / depths,
+        )
+    )

@@ -1,0 +1,53 @@
+"""A source whose pictures are made straight: the one place where a lens, a roll and a yaw are undone."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.straight import Straightening
+from fcw.frame import Frame, Source
+from fcw.sources.forwarding import ForwardingSource
+
+
+class StraightSource(ForwardingSource):
+    """Another source's frames as a level camera without distortion would have seen them.
+
+    Args:
+        source: the pictures as they are.
+        way: from them to the straight ones.
+    """
+
+    def __init__(self, source: Source, way: Straightening) -> None:
+        super().__init__(source)
+        self._way = way
+        self._maps = way.maps()
+
+    @property
+    def relays_video(self) -> bool:
+        """Never: the packets hold the pictures as they were."""
+        return False
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The source's, and what was undone."""
+        orientation = self._way.orientation
+        undone = [
+            f"{name} of {math.degrees(angle_rad):+.1f} degrees"
+            for name, angle_rad in (("yaw", orientation.yaw_rad), ("roll", orientation.roll_rad))
+            if angle_rad
+        ]
+        if self._way.lens is not None:
+            undone.append("the lens's distortion")
+        return (*super().notes, f"pictures made straight: {', '.join(undone)}")
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """The source's, straight."""
+        for frame in super().frames(start_ns):
+            yield replace(frame, image=self._way.image(frame.image, self._maps), packets=())
+
+
+def straightened(source: Source, calibration: Calibration) -> tuple[Source, Calibration]:
+    """A source and its calibration in straight pictures; as they are where the pictures are straight."""
+    way = calibration.straightening
+    return (source if way is None else StraightSource(source, way)), calibration.straight()

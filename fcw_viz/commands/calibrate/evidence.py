@@ -1,0 +1,78 @@
+"""What the command line says of the road in the picture besides taped points."""
+
+from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.camera.joint import Evidence
+from fcw.camera.vanishing import Segment
+from fcw.errors import UserError
+from fcw_viz.commands.calibrate.options import CalibrateCommand
+
+LANE_WIDTH_SIGMA = 0.03
+"""Of a lane's width, as a part of it: standards are kept to some centimetres, paint is as wide as a hand."""
+HEIGHT_SIGMA = 0.02
+"""Of a height that somebody measured, as a part of it."""
+FEWEST_DASHES = 3
+
+
+def stated_evidence(command: CalibrateCommand) -> Evidence | None:
+    """Lane lines, horizon and dashes that are stated; None where there are none.
+
+    Raises:
+        UserError: one of them is not as expected.
+    """
+    lines = tuple(_segment("--lane-line", text) for text in command.lane_line)
+    horizon = None if command.horizon_line is None else _segment("--horizon-line", command.horizon_line)
+    width = None
+    if command.lane_width is not None:
+        if len(lines) < 2:
+            raise UserError("--lane-width: needs two --lane-line, the left and the right one of the lane")
+        value, *rest = _numbers(
+            "--lane-width", command.lane_width, (1, 2), "M or M:SIGMA, such as 3.7 or 3.7:0.1"
+        )
+        width = Gaussian(value, rest[0] if rest else LANE_WIDTH_SIGMA * value)
+        if not (value > 0 and width.sigma > 0):
+            raise UserError(f"--lane-width {command.lane_width}: expected metres above 0")
+    dashes = _dashes(command)
+    if not lines and horizon is None and not dashes:
+        return None
+    return Evidence(dashes, bool(dashes), lines, width, horizon)
+
+
+def stated_height_sigma(command: CalibrateCommand) -> float:
+    """How well the height is known, in metres."""
+    assert command.height is not None
+    sigma_m = HEIGHT_SIGMA * command.height if command.height_sigma is None else command.height_sigma
+    if not sigma_m > 0:
+        raise UserError(f"--height-sigma {sigma_m:g}: expected metres above 0, how well the height is known")
+    return sigma_m
+
+
+def _dashes(command: CalibrateCommand) -> tuple[GroundPoint, ...]:
+    """The dashes' ends, their distances counted from the first."""
+    if not command.dashes:
+        if command.dash_period is not None:
+            raise UserError("--dash-period: needs --dashes, the rows of the dashes' near ends")
+        return ()
+    if command.dash_period is None or not command.dash_period > 0:
+        raise UserError("--dashes: --dash-period is missing: metres from one near end to the next one")
+    if len(command.dashes) < FEWEST_DASHES:
+        raise UserError(f"--dashes: {len(command.dashes)} ends given, expected {FEWEST_DASHES} or more")
+    points = []
+    for number, text in enumerate(command.dashes):
+        row, *column = _numbers("--dashes", text, (1, 2), "ROW or ROW:COLUMN, such as 612 or 612:540")
+        points.append(GroundPoint(number * command.dash_period, row, column[0] if column else None))
+    return tuple(points)
+
+
+def _segment(option: str, text: str) -> Segment:
+    a, b, c, d = _numbers(option, text, (4,), "COLUMN:ROW:COLUMN:ROW, such as 210:700:590:420")
+    return (a, b), (c, d)
+
+
+def _numbers(option: str, text: str, counts: tuple[int, ...], expected: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.split(":"))
+    except ValueError:
+        numbers = ()
+    if len(numbers) not in counts:
+        raise UserError(f"{option} {text}: expected {expected}")
+    return numbers

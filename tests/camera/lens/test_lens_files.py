@@ -1,0 +1,108 @@
+"""Lenses of other tools' files, and lenses from pictures."""
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.export import camera_info_text, kalibr_text
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.files import read_lens
+from fcw.camera.lens.model import Lens
+from fcw.camera.lens.solve import bend_px, lens_of_chessboards, lens_of_plumb_lines
+from fcw.camera.straight import Orientation
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+SIZE = ImageSize(1280, 720)
+LENS = Lens("radtan", 1157.0, 1152.0, 666.0, 388.0, (-0.24, 0.05, -0.001, 0.0002), SIZE)
+
+
+def test_what_we_export_is_read_again(tmp_path):
+    camera = GroundPlaneCamera(0.05, 1152.0, 388.0, 1.3, 666.0)
+    calibration = replace(
+        Calibration.from_camera(camera, SIZE), lens=LENS, orientation=Orientation(0.02, -0.01)
+    )
+    for name, text in (
+        ("info.yaml", camera_info_text(calibration)),
+        ("chain.yaml", kalibr_text(calibration)),
+    ):
+        (tmp_path / name).write_text(text)
+        lens = read_lens(tmp_path / name)
+        assert lens.coefficients[:4] == LENS.coefficients
+        assert (lens.focal_x_px, lens.row_px, lens.image_size) == (1157.0, 388.0, SIZE)
+
+
+def test_opencvs_own_file_is_read(tmp_path):
+    path = tmp_path / "camera.yml"
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    storage.write("image_width", 1280)
+    storage.write("image_height", 720)
+    storage.write("camera_matrix", LENS.matrix)
+    storage.write("distortion_coefficients", np.array([(*LENS.coefficients, 0.0)]))
+    storage.release()
+    lens = read_lens(path)
+    assert lens.focal_y_px == 1152.0
+    assert lens.coefficients == (*LENS.coefficients, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: [", "not YAML"),
+        ("height: 3", "no camera_matrix and no cam0"),
+        ("cam0: {camera_model: omni}", "cam0.camera_model is 'omni', expected pinhole"),
+        (
+            "{image_width: 4, image_height: 3, camera_matrix: [1, 2], distortion_coefficients: [0, 0, 0, 0]}",
+            "camera_matrix is (1.0, 2.0), expected nine numbers",
+        ),
+        (
+            "{image_width: 4, image_height: 3, camera_matrix: [9, 0, 1, 0, 9, 1, 0, 0, 1], "
+            "distortion_coefficients: [0.1]}",
+            "distortion coefficients is [0.1], expected 4 or 5 or 8 numbers of radtan",
+        ),
+    ],
+)
+def test_another_file_is_named_with_what_was_expected(text, message, tmp_path):
+    path = tmp_path / "lens.yaml"
+    path.write_text(text)
+    with pytest.raises(UserError) as error:
+        read_lens(path)
+    assert message in str(error.value)
+    assert str(path) in str(error.value)
+    with pytest.raises(UserError, match="no such lens file"):
+        read_lens(tmp_path / "none.yaml")
+
+
+def test_lines_that_the_lens_bent_tell_its_distortion():
+    lines = []
+    for row in (-0.28, -0.15, 0.2, 0.29):
+        across = np.linspace(-0.5, 0.5, 15)
+        lines.append(LENS.distorted(np.column_stack((across, row + 0.05 * across))).tolist())
+    assert min(map(bend_px, lines)) > 1
+    found = lens_of_plumb_lines(lines, SIZE, 1155.0)
+    straight = [found.undistorted(np.array(line)) * 1155.0 for line in lines]
+    assert max(bend_px(line.tolist()) for line in straight) < 0.7
+    assert found.coefficients[0] == pytest.approx(-0.24, abs=0.05)
+
+
+@pytest.mark.slow
+def test_the_udacity_boards_give_its_camera(data_dir):
+    """`data/README.md`: f about 1157 px."""
+    pictures = [
+        np.asarray(cv2.imread(str(path)), np.uint8)
+        for path in sorted((data_dir / "udacity-chessboards").glob("*.jpg"))
+    ]
+    pictures = [picture for picture in pictures if picture.shape[:2] == (720, 1280)]
+    lens = lens_of_chessboards(pictures, (9, 6))
+    assert lens.focal_x_px == pytest.approx(1157, rel=0.01)
+    assert lens.coefficients[0] < -0.2
+    assert math.degrees(2 * math.atan(640 / lens.focal_x_px)) == pytest.approx(57.9, abs=1)
+
+
+def test_too_few_boards_are_refused():
+    with pytest.raises(UserError, match="shows in 0 of 2 pictures, expected 3 or more"):
+        lens_of_chessboards([np.zeros((90, 160, 3), np.uint8)] * 2, (9, 6))

@@ -1,0 +1,174 @@
+"""One fit of points, lines, horizon, dashes and vehicles: the whole orientation, and honest intervals."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
+from fcw.camera.file import calibration_text, parse_calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint import Evidence, Ruler, calibrate_jointly
+from fcw.camera.lens.model import Lens
+from fcw.camera.plausibility import FindingKind, plausibility
+from fcw.camera.straight import Orientation, Straightening, straight_column
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+SIZE = ImageSize(1280, 720)
+REAL = GroundPlaneCamera(0.05, 1000.0, 359.5, 1.3, 639.5)
+TURNED = Orientation(math.radians(3), math.radians(2))
+WIDE = Lens("radtan", 1000.0, 1000.0, 639.5, 359.5, (-0.25, 0.06, 0.0, 0.0), SIZE)
+HEIGHT = Gaussian(1.3, 0.013)
+
+
+def way(orientation: Orientation, lens: Lens | None = None) -> Straightening:
+    column_px = straight_column(REAL, orientation)
+    straight = GroundPlaneCamera(
+        REAL.pitch_rad, REAL.focal_y_px, REAL.principal_row_px, REAL.height_m, column_px
+    )
+    return Straightening(straight, orientation, lens, SIZE)
+
+
+def shown(there: Straightening, lateral_m: float, distance_m: float) -> np.ndarray:
+    """Column and row in the picture of a point of the road."""
+    camera = there.camera
+    place = [camera.column_at(lateral_m, distance_m), camera.row_at(distance_m)]
+    return there.to_picture(np.array([place]))[0]
+
+
+def clicked(
+    there: Straightening, rng: np.random.Generator, lateral_m: float, distance_m: float
+) -> tuple[float, float]:
+    column_px, row_px = shown(there, lateral_m, distance_m) + rng.normal(0, 1, 2)
+    return float(column_px), float(row_px)
+
+
+def lines_of(there: Straightening, rng: np.random.Generator, *laterals_m: float):
+    return tuple(
+        (clicked(there, rng, lateral_m, 7.0), clicked(there, rng, lateral_m, 45.0))
+        for lateral_m in laterals_m
+    )
+
+
+def where(calibration: Calibration, place_px: np.ndarray) -> tuple[float, float]:
+    """Distance and lateral position that a calibration gives a place in the picture."""
+    straightening = calibration.straightening
+    column_px, row_px = place_px if straightening is None else straightening.to_straight(place_px[None])[0]
+    return calibration.distance_at(float(row_px)), calibration.lateral_at(float(column_px), float(row_px))
+
+
+@pytest.mark.parametrize("lens", [None, WIDE])
+@pytest.mark.parametrize("seed", range(4))
+def test_yaw_and_roll_come_back_with_the_path_in_its_lane(lens, seed):
+    """Yaw 3 degrees, roll 2 degrees, k1 -0.25; marks and lane lines clicked to a pixel."""
+    there, rng = way(TURNED, lens), np.random.default_rng(seed)
+    points = []
+    for distance_m in (6.0, 16.6, 31.6):
+        for lateral_m in (-1.7, 1.7):
+            column_px, row_px = clicked(there, rng, lateral_m, distance_m)
+            points.append(GroundPoint(distance_m, row_px, column_px))
+    evidence = Evidence(points=tuple(points), lines=lines_of(there, rng, 1.8, -1.8))
+    calibration = calibrate_jointly(evidence, SIZE, HEIGHT, lens=lens)
+    turned = calibration.orientation
+    assert math.degrees(turned.yaw_rad) == pytest.approx(3, abs=0.3)
+    assert math.degrees(turned.roll_rad) == pytest.approx(2, abs=0.3)
+    assert math.degrees(turned.roll_sigma_rad) < 0.3
+    distance_m, lateral_m = where(calibration, shown(there, 0.0, 40.0))
+    assert distance_m == pytest.approx(40, rel=0.03)
+    assert lateral_m == pytest.approx(0, abs=0.3)
+    assert FindingKind.ROLL in {finding.kind for finding in plausibility(calibration)}
+
+
+def test_whole_orientation_and_lens_survive_the_file():
+    there, rng = way(TURNED, WIDE), np.random.default_rng(1)
+    points = tuple(
+        GroundPoint(d, *reversed(clicked(there, rng, y, d)))
+        for d, y in ((6.0, 1.0), (15.0, -1.0), (30.0, 1.0))
+    )
+    evidence = Evidence(points=points, lines=lines_of(there, rng, 1.8, -1.8))
+    calibration = calibrate_jointly(evidence, SIZE, HEIGHT, lens=WIDE)
+    assert parse_calibration(calibration_text(calibration), "x") == calibration
+    straight = calibration.straight()
+    assert straight.straightening is None
+    assert straight.distance_at(400.0) == calibration.distance_at(400.0)
+    half = calibration.for_image_size(ImageSize(640, 360))
+    place = shown(there, 1.0, 20.0)
+    assert where(half, (place + 0.5) / 2 - 0.5) == pytest.approx(
+        where(calibration, place), rel=1e-3, abs=1e-3
+    )
+
+
+def covered(calibrations: list[Calibration], place_px: np.ndarray, distance_m: float) -> float:
+    """Part of calibrations whose interval at a place of the picture has the true distance."""
+    inside = 0
+    for calibration in calibrations:
+        straightening = calibration.straightening
+        row_px = place_px[1] if straightening is None else straightening.to_straight(place_px[None])[0, 1]
+        low_m, high_m = calibration.distance_interval(float(row_px))
+        inside += low_m <= distance_m <= high_m
+    return inside / len(calibrations)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["dashes", "lane width", "vehicles"])
+def test_ways_without_taped_points_hold_their_intervals(kind):
+    """100 cameras drawn from what is believed of them: three binomial sigmas of 68 % are 14 %."""
+    global REAL
+    rng = np.random.default_rng(7)
+    before, found, places = REAL, [], []
+    try:
+        for _ in range(100):
+            view_rad = math.radians(np.clip(rng.normal(70, 20), 35, 120))
+            REAL = GroundPlaneCamera(  # pyright: ignore[reportConstantRedefinition]
+                rng.normal(0.05, 0.04),
+                640 / math.tan(view_rad / 2),
+                359.5 + 21.6 * rng.standard_normal(),
+                1.3,
+                639.5,
+            )
+            there = way(Orientation())
+            height = Gaussian(1.3 * (1 + 0.02 * rng.standard_normal()), 0.026)
+            evidence = evidence_of(kind, there, rng)
+            found.append(calibrate_jointly(evidence, SIZE, height))
+            places.append(shown(there, 0.0, 30.0))
+    finally:
+        REAL = before  # pyright: ignore[reportConstantRedefinition]
+    inside = [covered([one], place, 30.0) for one, place in zip(found, places, strict=True)]
+    assert np.mean(inside) == pytest.approx(0.68, abs=0.14)
+
+
+def evidence_of(kind: str, there: Straightening, rng: np.random.Generator) -> Evidence:
+    lines = lines_of(there, rng, 1.85, -1.85)
+    if kind == "dashes":
+        period_m, first_m = 12.0 * (1 + 0.01 * rng.standard_normal()), rng.uniform(7, 14)
+        dashes = tuple(
+            GroundPoint(12.0 * k, clicked(there, rng, 1.85, first_m + period_m * k)[1]) for k in range(4)
+        )
+        return Evidence(points=dashes, first_unknown=True, lines=lines)
+    if kind == "lane width":
+        return Evidence(lines=lines, lane_width_m=Gaussian(3.7 * (1 + 0.03 * rng.standard_normal()), 0.11))
+    fleet = 1 + 0.04 * rng.standard_normal()
+    rulers = []
+    for distance_m in rng.uniform(10, 50, 12):
+        width_m = 1.8 * fleet * (1 + 0.06 * rng.standard_normal())
+        _, row_px = clicked(there, rng, 0.0, distance_m)
+        camera = there.camera
+        depth_m = distance_m * math.cos(camera.pitch_rad) + camera.height_m * math.sin(camera.pitch_rad)
+        width_px = camera.focal_y_px * width_m / depth_m
+        rulers.append(Ruler(640.0, row_px, width_px, Gaussian(1.8, 0.108), 1.0))
+    return Evidence(rulers=tuple(rulers), lines=lines)
+
+
+def test_dashes_tell_their_first_distance():
+    there = way(Orientation())
+    dashes = tuple(GroundPoint(12.0 * k, float(shown(there, 0, 9.0 + 12.0 * k)[1])) for k in range(4))
+    calibration = calibrate_jointly(Evidence(points=dashes, first_unknown=True), SIZE, HEIGHT)
+    assert calibration.points[0].distance_m == pytest.approx(9.0, rel=0.1)
+    low_m, high_m = calibration.distance_interval(calibration.row_at(30.0))
+    assert low_m < 30 < high_m
+
+
+def test_nothing_known_of_the_road_is_refused():
+    with pytest.raises(UserError, match="nothing is known of where the road lies"):
+        calibrate_jointly(Evidence(), SIZE, HEIGHT)
