@@ -95,17 +95,25 @@ class Evidence:
             own_mps=own_mps,
         )
 
-    def is_on_course(self, threat: Threat, holding: bool) -> bool:
-        """Whether it will be in our way."""
+    def is_on_course(self, threat: Threat, holding: bool, was_on_course: bool = False) -> bool:
+        """Whether it will be in our way.
+
+        Args:
+            threat: the vehicle.
+            holding: whether it is warned of.
+            was_on_course: whether it was in the frame before: the rate at which it comes in is known to a few
+                tenths of a metre a second, and less sure for a frame it is not another vehicle.
+        """
         if threat.is_oncoming:
             near = threat.reach_s is not None and threat.reach_s <= self.oncoming_reach_s
             return near and threat.overlap_probability >= self.oncoming_probability
-        if threat.is_lead:
+        if threat.is_lead and not threat.bend_changes:
             return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
         is_beside = threat.overlap_now_m < -self.beside_m
-        if is_beside and not threat.comes_in and not holding:
+        comes = is_beside and not (holding or was_on_course)
+        if comes and not (threat.comes_in and threat.turn_known):
             return False
-        least = self.crossing_probability if is_beside else self.overlap_probability
+        least = self.crossing_probability if comes or threat.bend_changes else self.overlap_probability
         least = self.held_probability if holding else least
         return threat.overlap_probability >= least
 

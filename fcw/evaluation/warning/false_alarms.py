@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fcw.camera.ground_plane import FloatArray
+from fcw.camera.calibration import Calibration
 from fcw.evaluation.distance.kitti import detections_of, tracker_settings
 from fcw.evaluation.distance.kitti_tracking import (
     KittiSequence,
@@ -16,8 +16,13 @@ from fcw.evaluation.distance.kitti_tracking import (
     read_sequence,
     time_ns,
 )
+from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel, PolicyMaker, warning_states
+from fcw.motion.bend.turn import turn_of
+from fcw.motion.ego import Ego
+from fcw.motion.state import OwnMotion
 from fcw.threat.of_tracker import threats_of
+from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import required_deceleration_mps2
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
@@ -77,7 +82,7 @@ def kitti_episodes(
     box_noise_px: float,
     seed: int,
     level: WarningLevel = WarningLevel.WARNING,
-    with_yaw_rate: bool = False,
+    with_own_motion: bool = True,
 ) -> tuple[tuple[Episode, ...], float]:
     """Run tracker and policy over sequences of KITTI tracking, as `fcw evaluate distance` does.
 
@@ -88,7 +93,8 @@ def kitti_episodes(
         box_noise_px: sigma of the boxes' sides.
         seed: of all noise.
         level: that counts.
-        with_yaw_rate: whether the tracker is told how fast we turn, as the poses have it.
+        with_own_motion: whether own motion is measured as by the picture, with its errors; without, the own
+            speed is that of the poses, and nothing is known of our turning.
 
     Returns:
         The episodes that showed the level or a higher one, and how many hours were driven.
@@ -101,34 +107,47 @@ def kitti_episodes(
     for name in names:
         sequence = read_sequence(folder, name)
         speeds_mps, yaw_rates_radps = read_own_motion(folder, name)
-        own_motion = speeds_mps, yaw_rates_radps if with_yaw_rate else None
         rng = np.random.default_rng([seed, *name.encode()])
-        episodes += _episodes(sequence, own_motion, make_policy, box_noise_px, rng, level)
+        calibration = sequence.calibration(rng)
+        measured = _measured(sequence, calibration, seed) if with_own_motion else None
+        egos = [
+            Ego(OwnMotion(speed_mps=float(speed_mps)), assumed_path(float(speed_mps)))
+            if measured is None
+            else measured.at(time_ns(frame), float(speed_mps), float(yaw_rate_radps))
+            for frame, (speed_mps, yaw_rate_radps) in enumerate(zip(speeds_mps, yaw_rates_radps, strict=True))
+        ]
+        episodes += _episodes(sequence, calibration, egos, make_policy, box_noise_px, rng, level)
         frames += len(sequence.frames)
     return tuple(episodes), time_ns(frames) / 3.6e12
 
 
 def _episodes(
     sequence: KittiSequence,
-    own_motion: tuple[FloatArray, FloatArray | None],
+    calibration: Calibration,
+    egos: Sequence[Ego],
     make_policy: PolicyMaker,
     box_noise_px: float,
     rng: np.random.Generator,
     level: WarningLevel,
 ) -> list[Episode]:
-    tracker = Tracker(sequence.calibration(rng), tracker_settings(box_noise_px))
+    tracker = Tracker(calibration, tracker_settings(box_noise_px))
     policy = make_policy()
-    speeds_mps, yaw_rates_radps = own_motion
     episodes: list[Episode] = []
     shown = False
     for frame, vehicles in enumerate(sequence.frames):
-        own_mps = yaw_rate_radps = None
-        if frame < len(speeds_mps):
-            own_mps = float(speeds_mps[frame])
-            yaw_rate_radps = None if yaw_rates_radps is None else float(yaw_rates_radps[frame])
+        ego = egos[frame] if frame < len(egos) else Ego(OwnMotion(), assumed_path(None))
+        own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
-        tracks = tracker.update(time_ns(frame), detections, own_mps, yaw_rate_radps)
-        threats = threats_of(tracker, tracks, own_mps, yaw_rate_radps)
+        tracks = tracker.update(
+            time_ns(frame),
+            detections,
+            own_mps,
+            path=ego.path,
+            mount=ego.motion.mount,
+            ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+            turn=turn,
+        )
+        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn)
         state = policy.update(time_ns(frame), threats, own_mps)
         time_s = time_ns(frame) / 1e9
         if state.level < level:
@@ -140,6 +159,18 @@ def _episodes(
             warned = next((track for track in tracks if track.track_id == state.track_id), None)
             episodes.append(_episode(sequence, frame, warned, state, own_mps or 0.0))
     return episodes
+
+
+def _measured(sequence: KittiSequence, calibration: Calibration, seed: int) -> MeasuredMotion:
+    """Own motion as the picture tells it to one who has this calibration of the camera."""
+    focal_px, axis_column_px, horizon_px = (float(sequence.projection[at]) for at in ((0, 0), (0, 2), (1, 2)))
+    camera = calibration.camera
+    return MeasuredMotion(
+        camera.pitch_rad + (camera.horizon_row_px - horizon_px) / camera.focal_y_px,
+        # The axis is taken to be in the middle of the picture, where it is not.
+        (axis_column_px - camera.principal_column_px) / focal_px,
+        np.random.default_rng([seed, 1, *sequence.name.encode()]),
+    )
 
 
 def _episode(

@@ -19,8 +19,8 @@ from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
 from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.simulated import vehicle_at
 from fcw.frame import Frame
+from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
-from fcw.motion.turn import turn_of
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario

@@ -28,8 +28,8 @@ class EvaluateWarningCommand:
     """The scenarios of NHTSA and Euro NCAP at the level of boxes: exact motion, noisy boxes, the tracker."""
     kitti_tracking: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
-    yaw_rate: bool = False
-    """On these drives: bend the own path by the yaw rate of the poses."""
+    no_own_motion: bool = False
+    """On these drives: nothing is known of our turning, as with `fcw run --no-own-motion`."""
     mount_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
     """Turn the mount by half a degree in 24 simulated drives, and drive so many simulated hours without."""
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
@@ -275,7 +275,7 @@ def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[st
         lambda: make_policy(command.warning_policy, command.warning_timing),
         command.box_noise,
         command.seed,
-        with_yaw_rate=command.yaw_rate,
+        with_own_motion=not command.no_own_motion,
     )
     print_episodes(episodes, hours, console)
     return {
