@@ -18,7 +18,7 @@ from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
-from fcw.tracking.lead_speed import with_own_speed
+from fcw.tracking.lead_speed import with_own_speed, without_own_speed
 from fcw.tracking.own_speed import OwnSpeed
 from fcw.tracking.picture.follower import Moved
 from fcw.tracking.range.filter import RangeFilter
@@ -240,7 +240,7 @@ class Tracker:
         """What is believed of a vehicle, with what the own speed says of it."""
         state, prior = self._range.state(slot), self._settings.speed_prior
         if self._own.speed_mps is None:
-            return state
+            return without_own_speed(state, prior)
         return with_own_speed(state, self._own.speed_mps, prior, self._own.sigma_mps)
 
     def _start(self, time_ns: int, detection: Detection, ego_speed_mps: float | None, path: OwnPath) -> None:

@@ -36,6 +36,8 @@ class Evidence:
             while not the lead, and with half of it not by `caution`: a driver on the way past a parked car
             steers in time, and would be warned of every one of them (Brannstrom et al. 2010: a threat is what
             neither braking nor steering avoids any more at ease).
+        imminent_s: where it is reached within this time, a lead needs no longer than who comes in does: what is
+            found late, and near, leaves no time.
         closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
             noise, and of a vehicle just found the tracker believes something between standing and as fast as
             we are, which is 1.7 sigmas of closing speed before anything is measured.
@@ -72,6 +74,7 @@ class Evidence:
     oncoming_probability: float = 0.8
     oncoming_reach_s: float = 2.5
     steering_mps2: float = 1.0
+    imminent_s: float = 1.5
     closing_sigmas: float = 3.0
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
@@ -123,6 +126,11 @@ class Evidence:
             return False
         least_mps2 = self.steering_mps2 * (1.0 if level == WarningLevel.WARNING else 0.5)
         return threat.required_lateral_mps2 < least_mps2
+
+    def lead_evidence_s(self, threat: Threat) -> float:
+        """For how long a lead must have been one before a rule that goes by the closing speed is raised."""
+        imminent = threat.reach_s is not None and threat.reach_s <= self.imminent_s
+        return self.minimum_course_s if imminent else self.minimum_lead_s
 
     def is_too_early(self, threat: Threat) -> bool:
         """Whether nobody needs a `warning` yet.

@@ -135,7 +135,10 @@ class RulePolicy:
         may_follow = seen and _lasts(memory.lead_ns, time_ns, evidence.minimum_lead_s)
         may_close = (
             seen
-            and (may_follow or _lasts(memory.course_ns, time_ns, evidence.minimum_course_s))
+            and (
+                _lasts(memory.lead_ns, time_ns, evidence.lead_evidence_s(threat))
+                or _lasts(memory.course_ns, time_ns, evidence.minimum_course_s)
+            )
             and evidence.surely_closes(vehicle)
         )
         found = None

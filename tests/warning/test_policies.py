@@ -273,8 +273,18 @@ def test_what_has_just_become_the_lead_raises_nothing():
     policy = make_policy()
     settled(policy, lead(50, 0.0, track_id=1), 20.0)
     states = [
-        policy.update(10**9 + ms * 10**6, threats(lead(5, 10, track_id=2), 20.0), 20.0)
+        policy.update(10**9 + ms * 10**6, threats(lead(18, 10, track_id=2), 20.0), 20.0)
         for ms in (1, 590, 610)
+    ]
+    assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
+
+
+def test_a_lead_that_is_found_late_and_near_needs_less():
+    policy = make_policy()
+    settled(policy, lead(50, 0.0, track_id=1), 20.0)
+    states = [
+        policy.update(10**9 + ms * 10**6, threats(lead(14, 10, track_id=2), 20.0), 20.0)
+        for ms in (1, 290, 310)
     ]
     assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
 

@@ -1,9 +1,10 @@
 """Warnings that should not come: on real drives, episode by episode, and when following at a constant gap."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,10 +24,10 @@ from fcw.motion.ego import Ego
 from fcw.motion.state import OwnMotion
 from fcw.threat.of_tracker import threats_of
 from fcw.threat.own_path import assumed_path
-from fcw.threat.threat import required_deceleration_mps2
+from fcw.threat.threat import Threat, required_deceleration_mps2
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
-from fcw.warning.types import WarningLevel, WarningState
+from fcw.warning.types import WarningLevel, WarningPolicy, WarningState
 
 TRUE_SPEED_HALF_WINDOW_S = 0.5
 """The true closing speed is a slope over twice this: the 3D boxes are set by hand and shake."""
@@ -105,49 +106,58 @@ def kitti_episodes(
     episodes: list[Episode] = []
     frames = 0
     for name in names:
-        sequence = read_sequence(folder, name)
-        speeds_mps, yaw_rates_radps = read_own_motion(folder, name)
-        rng = np.random.default_rng([seed, *name.encode()])
-        calibration = sequence.calibration(rng)
-        measured = _measured(sequence, calibration, seed) if with_own_motion else None
-        egos = [
-            Ego(OwnMotion(speed_mps=float(speed_mps)), assumed_path(float(speed_mps)))
-            if measured is None
-            else measured.at(time_ns(frame), float(speed_mps), float(yaw_rate_radps))
-            for frame, (speed_mps, yaw_rate_radps) in enumerate(zip(speeds_mps, yaw_rates_radps, strict=True))
-        ]
-        episodes += _episodes(sequence, calibration, egos, make_policy, box_noise_px, rng, level)
-        frames += len(sequence.frames)
+        moments = list(kitti_threats(folder, name, box_noise_px, seed, with_own_motion))
+        episodes += _episodes(read_sequence(folder, name), moments, make_policy(), level)
+        frames += len(moments)
     return tuple(episodes), time_ns(frames) / 3.6e12
 
 
-def _episodes(
-    sequence: KittiSequence,
-    calibration: Calibration,
-    egos: Sequence[Ego],
-    make_policy: PolicyMaker,
-    box_noise_px: float,
-    rng: np.random.Generator,
-    level: WarningLevel,
-) -> list[Episode]:
+class KittiMoment(NamedTuple):
+    """One frame of a drive, as it is followed."""
+
+    frame: int
+    tracks: tuple[Track, ...]
+    threats: tuple[Threat, ...]
+    own_mps: float | None
+
+
+def kitti_threats(
+    folder: Path, name: str, box_noise_px: float, seed: int, with_own_motion: bool = True
+) -> Iterator[KittiMoment]:
+    """Follow the labelled vehicles of a sequence; see `kitti_episodes`."""
+    sequence, rng = read_sequence(folder, name), np.random.default_rng([seed, *name.encode()])
+    calibration = sequence.calibration(rng)
+    measured = _measured(sequence, calibration, seed) if with_own_motion else None
     tracker = Tracker(calibration, tracker_settings(box_noise_px))
-    policy = make_policy()
-    episodes: list[Episode] = []
-    shown = False
+    speeds_mps, yaw_rates_radps = (values.tolist() for values in read_own_motion(folder, name))
     for frame, vehicles in enumerate(sequence.frames):
-        ego = egos[frame] if frame < len(egos) else Ego(OwnMotion(), assumed_path(None))
+        ego = Ego(OwnMotion(), assumed_path(None))
+        if frame < len(speeds_mps):
+            speed_mps = speeds_mps[frame]
+            ego = Ego(OwnMotion(speed_mps=speed_mps), assumed_path(speed_mps))
+            if measured is not None:
+                ego = measured.at(time_ns(frame), speed_mps, yaw_rates_radps[frame])
         own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
-        detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
         tracks = tracker.update(
             time_ns(frame),
-            detections,
+            detections_of(vehicles, sequence.image_size, box_noise_px, rng),
             own_mps,
             path=ego.path,
             mount=ego.motion.mount,
             ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
             turn=turn,
         )
-        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn)
+        yield KittiMoment(
+            frame, tracks, threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn), own_mps
+        )
+
+
+def _episodes(
+    sequence: KittiSequence, moments: Iterable[KittiMoment], policy: WarningPolicy, level: WarningLevel
+) -> list[Episode]:
+    episodes: list[Episode] = []
+    shown = False
+    for frame, tracks, threats, own_mps in moments:
         state = policy.update(time_ns(frame), threats, own_mps)
         time_s = time_ns(frame) / 1e9
         if state.level < level:

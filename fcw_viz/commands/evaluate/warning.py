@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from fcw.errors import UserError
+from fcw_viz.commands.evaluate.threats import evaluate_nuisance, evaluate_threats
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -50,6 +51,12 @@ class EvaluateWarningCommand:
     one: whether each is warned of within its window."""
     pixels: bool = False
     """With --threats: from rendered pictures with --detector, in the place of noisy boxes."""
+    variants: bool = False
+    """With --threats: vehicles half in the way, with other speeds across and overlaps, and each of them with
+    more noise, found late, and lost in part of the frames."""
+    nuisance: bool = False
+    """Warnings an hour in ordinary traffic by policy and timing: on the drives of --kitti-tracking and when
+    following for --following-hours."""
     detector: Annotated[str, tyro.conf.arg(metavar="acf|net|onnx:FILE")] = "acf"
     """With --pixels: what finds the vehicles."""
     seeds: int = 7
@@ -75,9 +82,10 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
     result: dict[str, Any] = {"false_alarms": 0, "missed": 0}
     parts: tuple[tuple[bool, Callable[[EvaluateWarningCommand, Console], dict[str, Any]]], ...] = (
         (command.ncap, _scenarios),
-        (command.threats, _threats),
-        (command.kitti_tracking is not None, _real_drives),
-        (command.following_hours is not None, _following),
+        (command.threats, evaluate_threats),
+        (command.nuisance, evaluate_nuisance),
+        (command.kitti_tracking is not None and not command.nuisance, _real_drives),
+        (command.following_hours is not None and not command.nuisance, _following),
         (command.mount_hours is not None, _mounts),
         (command.log is not None, _events),
     )
@@ -103,6 +111,10 @@ def _check(command: EvaluateWarningCommand) -> None:
     parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
     if command.pixels and not command.threats:
         raise UserError("--pixels: it is for --threats; add it, or leave --pixels out")
+    if command.nuisance and command.kitti_tracking is None and command.following_hours is None:
+        raise UserError("--nuisance: it needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
+    if command.variants and (command.pixels or not command.threats):
+        raise UserError("--variants: it is for --threats without --pixels; add or leave out the other")
     if command.seeds < 1:
         raise UserError(f"--seeds {command.seeds}: expected a whole number of at least 1")
     if not command.ncap and not command.threats and parts == {None}:
@@ -123,62 +135,6 @@ def _check(command: EvaluateWarningCommand) -> None:
             raise UserError(f"{option} {hours:g}: expected hours, more than 0")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
-
-
-def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
-    from rich.table import Table
-
-    from fcw.detection.choice import load_model, make_detector
-    from fcw.detection.detector import Detector
-    from fcw.evaluation.warning.threats import run_threats
-    from fcw.simulation.drive import true_calibration
-    from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
-    from fcw.warning.policies import make_policy
-    from fcw_viz.console import progress
-
-    model = load_model(command.detector) if command.pixels else None
-
-    def detector_of(scenario: Scenario) -> Detector | None:
-        return None if model is None else make_detector(command.detector, model, true_calibration(scenario))
-
-    scenarios = [(name, load_scenario(name)) for name in threat_names()]
-    seeds = range(command.seed, command.seed + command.seeds)
-    with progress("runs", len(scenarios) * len(seeds)) as bar:
-        results = run_threats(
-            scenarios,
-            lambda: make_policy(command.warning_policy, command.warning_timing),
-            seeds,
-            detector_of,
-            bar.advance,
-        )
-    table = Table("scenario", "danger", "as it should", "false", "before contact", box=None)
-    for result in results:
-        lead_s = result.lead_s
-        table.add_row(
-            result.name,
-            result.danger or "-",
-            f"{result.trials_passed} of {len(result.trials)}",
-            str(result.false_warnings),
-            "-" if lead_s is None else f"{lead_s:.1f} s",
-        )
-    console.print(table)
-    dangers = [trial for result in results if result.danger for trial in result.trials]
-    return {
-        "threats": [
-            {
-                "name": result.name,
-                "danger": result.danger,
-                "trials": len(result.trials),
-                "trials_passed": result.trials_passed,
-                "false_warnings": result.false_warnings,
-                "warned_before_contact_s": result.lead_s,
-            }
-            for result in results
-        ],
-        "dangers_in_window": sum(trial.passed for trial in dangers) / len(dangers),
-        "false_alarms": sum(result.false_warnings for result in results),
-        "missed": sum(not trial.passed for trial in dangers),
-    }
 
 
 def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
