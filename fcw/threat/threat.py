@@ -19,8 +19,8 @@ from fcw.tracking.types import Track
 OWN_WIDTH_M = 1.8
 """Of our car, mirrors aside."""
 WIDEST_CAR_M = 1.8
-"""A car that looks wider is seen from a corner, if it does not cross our path; a lorry is taller than wide, or nearly
-so."""
+"""A car that looks wider is seen from a corner, if it does not cross our path; a lorry is taller than wide,
+or nearly so."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady that is known to this lateral acceleration."""

@@ -36,8 +36,8 @@ class Evidence:
             while not the lead, and with half of it not by `caution`: a driver on the way past a parked car
             steers in time, and would be warned of every one of them (Brannstrom et al. 2010: a threat is what
             neither braking nor steering avoids any more at ease).
-        imminent_s: where it is reached within this time, a lead needs no longer than who comes in does: what is
-            found late, and near, leaves no time.
+        imminent_s: where it is reached within this time, a lead needs no longer than who comes in does: what
+            is found late, and near, leaves no time.
         closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
             noise, and of a vehicle just found the tracker believes something between standing and as fast as
             we are, which is 1.7 sigmas of closing speed before anything is measured.

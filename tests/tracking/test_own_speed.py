@@ -1,5 +1,7 @@
 """The own speed as the tracker takes it: exact where it was given, smoothed where the picture tells it."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,7 +16,7 @@ DT_S = 1 / 30
 def test_what_was_given_is_taken_as_it_is(speeds_mps):
     own = OwnSpeed()
     own.update(0.0, speeds_mps[0], 0.0)
-    for before_mps, speed_mps in zip(speeds_mps, speeds_mps[1:], strict=False):
+    for before_mps, speed_mps in pairwise(speeds_mps):
         assert own.update(DT_S, speed_mps, 0.0) == pytest.approx(speed_mps - before_mps, abs=1e-6)
         assert own.speed_mps == pytest.approx(speed_mps, abs=1e-6)
 

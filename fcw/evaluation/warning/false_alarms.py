@@ -113,12 +113,13 @@ def kitti_episodes(
 
 
 class KittiMoment(NamedTuple):
-    """One frame of a drive, as it is followed."""
+    """One frame of a drive, as it is followed; `own_mps` is what is measured of the own speed."""
 
     frame: int
     tracks: tuple[Track, ...]
     threats: tuple[Threat, ...]
     own_mps: float | None
+    true_own_mps: float
 
 
 def kitti_threats(
@@ -131,7 +132,7 @@ def kitti_threats(
     tracker = Tracker(calibration, tracker_settings(box_noise_px))
     speeds_mps, yaw_rates_radps = (values.tolist() for values in read_own_motion(folder, name))
     for frame, vehicles in enumerate(sequence.frames):
-        ego = Ego(OwnMotion(), assumed_path(None))
+        ego, speed_mps = Ego(OwnMotion(), assumed_path(None)), 0.0
         if frame < len(speeds_mps):
             speed_mps = speeds_mps[frame]
             ego = Ego(OwnMotion(speed_mps=speed_mps), assumed_path(speed_mps))
@@ -147,9 +148,8 @@ def kitti_threats(
             ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
             turn=turn,
         )
-        yield KittiMoment(
-            frame, tracks, threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn), own_mps
-        )
+        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn)
+        yield KittiMoment(frame, tracks, threats, own_mps, speed_mps)
 
 
 def _episodes(
@@ -157,7 +157,7 @@ def _episodes(
 ) -> list[Episode]:
     episodes: list[Episode] = []
     shown = False
-    for frame, tracks, threats, own_mps in moments:
+    for frame, tracks, threats, own_mps, true_own_mps in moments:
         state = policy.update(time_ns(frame), threats, own_mps)
         time_s = time_ns(frame) / 1e9
         if state.level < level:
@@ -167,7 +167,7 @@ def _episodes(
         else:
             shown = True
             warned = next((track for track in tracks if track.track_id == state.track_id), None)
-            episodes.append(_episode(sequence, frame, warned, state, own_mps or 0.0))
+            episodes.append(_episode(sequence, frame, warned, state, true_own_mps))
     return episodes
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fcw.evaluation.distance.kitti_tracking import time_ns
-from fcw.evaluation.warning.false_alarms import FOLLOWINGS, kitti_threats
+from fcw.evaluation.warning.false_alarms import FOLLOWINGS, Following, kitti_threats
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel
 from fcw.threat.of_tracker import threats_of
 from fcw.threat.threat import Threat
@@ -99,15 +99,17 @@ def nuisance_following(
         for part in range(math.ceil(share_h)):
             part_h = min(1.0, share_h - part)
             rng = np.random.default_rng([seed, number, part])
-            width_m = float(rng.uniform(*CAR_WIDTH_M))
-            tracker, own_mps, gap_m = view.tracker(rng), following.own_mps, following.gap_m
-
-            def moments() -> Iterator[Moment]:
-                for frame in range(round(part_h * 3600 * view.frame_rate_hz)):
-                    at_ns = round(frame / view.frame_rate_hz * 1e9)
-                    tracks = tracker.update(at_ns, view.see(gap_m, width_m, rng), own_mps)
-                    yield at_ns, threats_of(tracker, tracks, own_mps), own_mps
-
-            counts.take(moments(), part_h)
+            counts.take(_following(following, view, part_h, rng), part_h)
             on_hour(part_h)
     return counts.rates
+
+
+def _following(
+    following: Following, view: BoxLevel, hours: float, rng: np.random.Generator
+) -> Iterator[Moment]:
+    width_m, own_mps = float(rng.uniform(*CAR_WIDTH_M)), following.own_mps
+    tracker = view.tracker(rng)
+    for frame in range(round(hours * 3600 * view.frame_rate_hz)):
+        at_ns = round(frame / view.frame_rate_hz * 1e9)
+        tracks = tracker.update(at_ns, view.see(following.gap_m, width_m, rng), own_mps)
+        yield at_ns, threats_of(tracker, tracks, own_mps), own_mps

@@ -1,15 +1,19 @@
 """`fcw evaluate warning --threats` and `--nuisance`: simulated dangers, and warnings that nobody needs."""
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fcw_viz.commands.evaluate.warning import EvaluateWarningCommand
+    from fcw.warning.types import WarningPolicy
 
 
-def evaluate_threats(command: "EvaluateWarningCommand", console: "Console") -> dict[str, Any]:
-    """Print and return how simulated dangers, or the variants of them, are warned of."""
+def evaluate_threats(
+    make_policy: "Callable[[], WarningPolicy]", seeds: range, detector: str | None, console: "Console"
+) -> dict[str, Any]:
+    """Print and return how simulated dangers are warned of, from pictures where there is a detector."""
     from rich.table import Table
 
     from fcw.detection.choice import load_model, make_detector
@@ -17,22 +21,20 @@ def evaluate_threats(command: "EvaluateWarningCommand", console: "Console") -> d
     from fcw.evaluation.warning.threats import run_threats
     from fcw.simulation.drive import true_calibration
     from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
-    from fcw.warning.policies import make_policy
     from fcw_viz.console import progress
 
-    if command.variants:
-        return _variants(command, console)
-    model = load_model(command.detector) if command.pixels else None
+    model = None if detector is None else load_model(detector)
 
     def detector_of(scenario: Scenario) -> Detector | None:
-        return None if model is None else make_detector(command.detector, model, true_calibration(scenario))
+        if detector is None or model is None:
+            return None
+        return make_detector(detector, model, true_calibration(scenario))
 
     scenarios = [(name, load_scenario(name)) for name in threat_names()]
-    seeds = range(command.seed, command.seed + command.seeds)
     with progress("runs", len(scenarios) * len(seeds)) as bar:
         results = run_threats(
             scenarios,
-            lambda: make_policy(command.warning_policy, command.warning_timing),
+            make_policy,
             seeds,
             detector_of,
             bar.advance,
@@ -67,23 +69,24 @@ def evaluate_threats(command: "EvaluateWarningCommand", console: "Console") -> d
     }
 
 
-def _variants(command: "EvaluateWarningCommand", console: "Console") -> dict[str, Any]:
+def evaluate_variants(
+    make_policy: "Callable[[], WarningPolicy]", seeds: range, console: "Console"
+) -> dict[str, Any]:
+    """Print and return how vehicles half in the way are warned of, seen well and badly."""
     from rich.table import Table
 
     from fcw.evaluation.warning.threats import run_threats
     from fcw.evaluation.warning.variants import SIGHTS, half_in_the_way
-    from fcw.warning.policies import make_policy
     from fcw_viz.console import progress
 
     scenarios = list(half_in_the_way())
-    seeds = range(command.seed, command.seed + command.seeds)
     found: dict[str, dict[str, int]] = {name: {} for name, _ in scenarios}
     false_warnings = 0
     with progress("runs", len(SIGHTS) * len(scenarios) * len(seeds)) as bar:
         for sight in SIGHTS:
             results = run_threats(
                 scenarios,
-                lambda: make_policy(command.warning_policy, command.warning_timing),
+                make_policy,
                 seeds,
                 on_trial=bar.advance,
                 sight=sight,
@@ -106,7 +109,13 @@ def _variants(command: "EvaluateWarningCommand", console: "Console") -> dict[str
     }
 
 
-def evaluate_nuisance(command: "EvaluateWarningCommand", console: "Console") -> dict[str, Any]:
+def evaluate_nuisance(
+    kitti_tracking: Path | None,
+    following_hours: float | None,
+    box_noise_px: float,
+    seed: int,
+    console: "Console",
+) -> dict[str, Any]:
     """Print and return the warnings an hour of every policy and timing."""
     from rich.table import Table
 
@@ -120,20 +129,16 @@ def evaluate_nuisance(command: "EvaluateWarningCommand", console: "Console") -> 
     policies = all_policies()
     rates: dict[Policy, dict[str, float]] = {policy: {} for policy in policies}
     levels = (WarningLevel.CAUTION, WarningLevel.WARNING)
-    if command.kitti_tracking is not None:
-        names = sequence_names(command.kitti_tracking)
+    if kitti_tracking is not None:
+        names = sequence_names(kitti_tracking)
         with progress("drives", len(names)) as bar:
-            found = nuisance_on_kitti(
-                command.kitti_tracking, names, policies, command.box_noise, command.seed, bar.advance
-            )
+            found = nuisance_on_kitti(kitti_tracking, names, policies, box_noise_px, seed, bar.advance)
         for policy, rate in found.items():
             rates[policy] |= {f"KITTI, {level.name.lower()}": rate[level] for level in levels}
-    if command.following_hours is not None:
-        view = BoxLevel(
-            box_noise_px=command.box_noise, sight_m=command.sight, frame_rate_hz=FOLLOWING_RATE_HZ
-        )
-        with progress("hours", float(command.following_hours)) as bar:
-            found = nuisance_following(policies, view, command.following_hours, command.seed, bar.advance)
+    if following_hours is not None:
+        view = BoxLevel(box_noise_px=box_noise_px, frame_rate_hz=FOLLOWING_RATE_HZ)
+        with progress("hours", float(following_hours)) as bar:
+            found = nuisance_following(policies, view, following_hours, seed, bar.advance)
         for policy, rate in found.items():
             rates[policy] |= {f"following, {level.name.lower()}": rate[level] for level in levels}
     columns = list(next(iter(rates.values())))

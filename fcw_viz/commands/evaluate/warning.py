@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from fcw.errors import UserError
-from fcw_viz.commands.evaluate.threats import evaluate_nuisance, evaluate_threats
+from fcw_viz.commands.evaluate.threats import evaluate_nuisance, evaluate_threats, evaluate_variants
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -82,8 +83,8 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
     result: dict[str, Any] = {"false_alarms": 0, "missed": 0}
     parts: tuple[tuple[bool, Callable[[EvaluateWarningCommand, Console], dict[str, Any]]], ...] = (
         (command.ncap, _scenarios),
-        (command.threats, evaluate_threats),
-        (command.nuisance, evaluate_nuisance),
+        (command.threats, _threats),
+        (command.nuisance, _nuisance),
         (command.kitti_tracking is not None and not command.nuisance, _real_drives),
         (command.following_hours is not None and not command.nuisance, _following),
         (command.mount_hours is not None, _mounts),
@@ -135,6 +136,22 @@ def _check(command: EvaluateWarningCommand) -> None:
             raise UserError(f"{option} {hours:g}: expected hours, more than 0")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
+
+
+def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    from fcw.warning.policies import make_policy
+
+    seeds = range(command.seed, command.seed + command.seeds)
+    make = partial(make_policy, command.warning_policy, command.warning_timing)
+    if command.variants:
+        return evaluate_variants(make, seeds, console)
+    return evaluate_threats(make, seeds, command.detector if command.pixels else None, console)
+
+
+def _nuisance(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    return evaluate_nuisance(
+        command.kitti_tracking, command.following_hours, command.box_noise, command.seed, console
+    )
 
 
 def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
