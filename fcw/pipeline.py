@@ -15,8 +15,8 @@ from fcw.detection.detector import Detection, Detector
 from fcw.frame import Frame, Source, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
+from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
-from fcw.motion.turn import turn_of
 from fcw.threads import one_opencv_thread
 from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker

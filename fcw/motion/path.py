@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
+from fcw.motion.bend.turning import Turning
 from fcw.motion.lanes import Lane
 from fcw.motion.state import OwnMotion, OwnPath
-from fcw.motion.turning import Turning
 
 SLOWEST_TURN_MPS = 3.0
 """Below this a small yaw rate would be any curvature."""
@@ -15,12 +15,11 @@ OFFSET_SIGMA_M = 0.35
 """People keep to the middle of their lane this well."""
 STRAY_RAD = math.radians(0.4)
 """And point along it this well; and a mount's yaw that nobody measured is worse (see `Mount`)."""
-BEND_SIGMA_PER_M = 5e-4
-"""The road ahead bends otherwise than where we are: 0.2 m at 30 m, 0.9 m at 60 m;"""
 BEND_SIGMA_MPS2 = 0.15
-"""and in town more: 1-sigma of how the acceleration across the road changes on the way."""
-GROWTH_SIGMA = 0.5
-"""A bend that grows goes on growing, by so much more or less."""
+"""The road ahead bends otherwise than where we are: 1-sigma of how the acceleration across it changes on the
+way. At 50 km/h that is 0.35 m at 30 m."""
+GROWTH_SIGMA = 1.0
+"""A bend that grows may stop growing, or grow twice as fast."""
 UNKNOWN_BEND_SIGMA_PER_M = 2e-3
 GIVEN_YAW_RATE_SIGMA_RADPS = math.radians(0.3)
 
@@ -34,15 +33,11 @@ class PathAhead:
     def update(self, time_ns: int, motion: OwnMotion, lane: Lane | None) -> OwnPath:
         """The path at a frame; see `own_path`."""
         sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
-        change_radps = self._turning.update(
-            time_ns, motion.speed_mps, motion.yaw_rate_radps, sigma_radps
-        )
+        change_radps = self._turning.update(time_ns, motion.speed_mps, motion.yaw_rate_radps, sigma_radps)
         return own_path(motion, lane, change_radps)
 
 
-def own_path(
-    motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0
-) -> OwnPath:
+def own_path(motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0) -> OwnPath:
     """The path by what is known of it: the mean of two Gaussians.
 
     Args:
@@ -71,7 +66,6 @@ def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, Floa
         sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
         bend_per_m = (yaw_rate_radps + change_radps) / speed_mps
         bend_sigma_per_m = math.hypot(
-            BEND_SIGMA_PER_M,
             BEND_SIGMA_MPS2 / speed_mps**2,
             sigma_radps / speed_mps,
             GROWTH_SIGMA * change_radps / speed_mps,

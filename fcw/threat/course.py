@@ -8,25 +8,27 @@ Each has a prior, all is linear, and one scalar update (Kalman) gives the place 
     rate = u - (heading + curvature x) v
     place at contact = y - offset - heading x - curvature x^2 / 2 + u t
 
-with x and y the vehicle's place now, v the closing speed and t the time to contact. Where our turning now was
-measured it is that which sweeps, whatever the path will do (`fcw.motion.turn`): of what stands the rate then
-says nothing of the bend ahead. Where u is the likeliest
+with x and y the vehicle's place now, v the closing speed and t the time to contact. Where u is the likeliest
 cause, that is the straight extrapolation of the rate, and where the bend is, half of it: the way of a thing
-that stands beside a road that bends. An error of the heading alone does not matter: what is on a collision
-course keeps its bearing, wherever the camera looks.
+that stands beside a road that bends. Where our turning now was measured it is that which sweeps, whatever the
+path will do (`fcw.motion.bend.turn`): of what stands the rate then says nothing of the bend ahead. An error
+of the heading alone does not matter: what is on a collision course keeps its bearing, wherever the camera
+looks.
 """
 
 import math
 from dataclasses import dataclass
 
+from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
-from fcw.motion.turn import Turn, sweep_mps
 from fcw.tracking.types import Track
 
 ACROSS_SIGMA_MPS = 1.0
 """1-sigma of a vehicle's own speed across our path: a change of lane takes 3 to 5 s, a crossing car is
 rarer."""
-SURELY_SIGMAS = 2.5
+SURELY_SIGMAS = 2.0
+CROSSING_MPS = 2.5
+"""A change of lane of 3.5 m in 3 s is at its fastest 2.2 m/s across."""
 LONGEST_S = 4.0
 """Sideways motion is not extrapolated farther than ISO 15623's largest TTC of a warning: a change of lane has
 an end."""
@@ -42,11 +44,13 @@ class PlaceAtContact:
         sigma_m: 1-sigma.
         comes_in: whether it surely comes nearer to our path's middle now: neither a bend nor the camera's
             direction would explain how it moves.
+        crosses: whether it moves across faster than anyone changes lane.
     """
 
     offset_m: float
     sigma_m: float
     comes_in: bool
+    crosses: bool
 
 
 def place_at_contact(
@@ -95,5 +99,6 @@ def place_at_contact(
     return PlaceAtContact(
         offset_m=now_m + shared / seen * across_mps,
         sigma_m=math.sqrt(max(variance, 0.0)),
+        crosses=abs(across_mps) > CROSSING_MPS + SURELY_SIGMAS * math.sqrt(swept),
         comes_in=now_m * across_mps < 0 and across_mps**2 > SURELY_SIGMAS**2 * swept,
     )

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
+from fcw.motion.bend.turn import Turn
 from fcw.motion.state import OwnPath
-from fcw.motion.turn import Turn
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import Threat, assess
 from fcw.tracking.tracker import Tracker

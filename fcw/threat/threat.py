@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from fcw.motion.bend.turn import Turn
 from fcw.motion.state import OwnPath
-from fcw.motion.turn import Turn
 from fcw.threat.course import place_at_contact
 from fcw.threat.own_path import USUAL_MPS
 from fcw.tracking.lead import is_oncoming
@@ -19,11 +19,11 @@ from fcw.tracking.types import Track
 OWN_WIDTH_M = 1.8
 """Of our car, mirrors aside."""
 WIDEST_CAR_M = 1.8
-"""A car that looks wider is seen from a corner, if it does not cross; a lorry is taller than wide, or nearly
-so."""
+"""A car that looks wider is seen from a corner, if it does not cross our path; a lorry is taller than wide,
+or nearly so."""
 LORRY_ASPECT = 0.85
-KNOWN_BEND_MPS2 = 0.2
-"""A path is known whose bend is known to this lateral acceleration."""
+STEADY_BEND_MPS2 = 0.2
+"""A bend is steady that is known to this lateral acceleration."""
 PASSING_ROOM_M = 0.3
 """Who steers past a vehicle leaves so much room."""
 SHORTEST_S = 0.01
@@ -47,7 +47,9 @@ class Threat:
         offset_m: of its middle from our path's then, positive to the left.
         offset_sigma_m: 1-sigma.
         comes_in: whether it surely moves towards our path's middle.
-        bend_known: whether the bend of our path is known: else what stands beside it may seem to come in.
+        turn_known: whether our turning is known: else what stands beside a bend may seem to come in.
+        bend_changes: whether we are known to steer into a bend, or out of one: where the path will be is
+            known less well then, and who stands in its way now will mostly not.
         overlap_now_m: of its width and ours where it is now; negative is the room between.
         overlap_m: of them then.
         overlap_probability: that the two widths overlap then.
@@ -66,7 +68,8 @@ class Threat:
     offset_m: float
     offset_sigma_m: float
     comes_in: bool
-    bend_known: bool
+    turn_known: bool
+    bend_changes: bool
     overlap_now_m: float
     overlap_m: float
     overlap_probability: float
@@ -148,10 +151,9 @@ def _assess_one(
     place = place_at_contact(
         track, path, reference_offset_m, HORIZON_S if time_s is None else min(time_s, HORIZON_S), turn
     )
-    bend_known = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2 <= KNOWN_BEND_MPS2
+    bend_mps2 = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
-    is_turned = place.comes_in and bend_known
-    width_m = track.width_m if is_tall or is_turned else min(track.width_m, WIDEST_CAR_M)
+    width_m = track.width_m if is_tall or place.crosses else min(track.width_m, WIDEST_CAR_M)
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
     overlap_m = in_the_way_m - abs(place.offset_m)
@@ -170,7 +172,8 @@ def _assess_one(
         offset_m=place.offset_m,
         offset_sigma_m=place.sigma_m,
         comes_in=place.comes_in,
-        bend_known=bend_known,
+        turn_known=turn is not None,
+        bend_changes=turn is not None and bend_mps2 > STEADY_BEND_MPS2,
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
         overlap_m=overlap_m,
         overlap_probability=in_the_way,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.frame import ImageSize
-from fcw.motion.state import STRAIGHT
+from fcw.motion.state import STRAIGHT, OwnPath
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.vehicle_sizes import SizePrior
@@ -67,6 +67,19 @@ class Measurements(NamedTuple):
     variances: FloatArray
     common: NDArray[np.bool_]
     views: list[View]
+
+
+SHARPEST_ROAD_PER_M = 1 / 80
+"""What bends more is no road but a turn at a crossing: who is ahead does not stand along it."""
+STEEPEST_SLOPE = 0.3
+"""The bend of a road is not known so far ahead that it would have turned by more."""
+
+
+def road_slope(path: OwnPath, distance_m: float) -> float:
+    """Of the road at a distance against the camera's axis, along which vehicles stand there."""
+    if abs(path.curvature_per_m) > SHARPEST_ROAD_PER_M:
+        return path.heading_rad
+    return max(-STEEPEST_SLOPE, min(path.slope_at(distance_m), STEEPEST_SLOPE))
 
 
 class BoxGeometry:
@@ -124,7 +137,7 @@ class BoxGeometry:
         The far end of its inner side stands as far from the line along its own middle that runs through
         the camera when it is seen straight from behind, but farther away.
         """
-        behind_m = self.path.slope_at(distance_m) * distance_m
+        behind_m = road_slope(self.path, distance_m) * distance_m
         outer_m = max(
             abs((self._axis_px - edge_px) * distance_m / self._focal_px - behind_m)
             for edge_px in (box.x, box.right)

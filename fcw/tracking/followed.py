@@ -6,8 +6,9 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
-from fcw.motion.turn import Turn, sweep_mps
+from fcw.tracking.box_measurement import road_slope
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
 from fcw.tracking.range.state import RangeState
@@ -235,7 +236,7 @@ class Followed:
         elif self._settings.box_noise.shows_side:
             # What shows beyond the rear's own width is the side that is turned to us.
             side_m = max(box.w * metres_per_px - self.state.width_m, 0.0)
-            turned_m = lateral_m - path.slope_at(distance_m) * distance_m
+            turned_m = lateral_m - road_slope(path, distance_m) * distance_m
             lateral_m += math.copysign(min(side_m / 2, abs(turned_m)), turned_m)
         return lateral_m
 

@@ -21,11 +21,13 @@ class SpeedPrior:
             taken for a standing one, and warned of too early.
         standing_sigma_mps: of what a standing one seems to move: errors of the own speed.
         travelling_sigma_mps: of the speed of those that travel, about our own: two sigma are 58 km/h.
+        closing_sigma_mps: of the closing speed where the own speed is unknown.
     """
 
     standing_share: float = 0.2
     standing_sigma_mps: float = 0.3
     travelling_sigma_mps: float = 8.0
+    closing_sigma_mps: float = 15.0
 
 
 def with_own_speed(
@@ -58,3 +60,18 @@ def with_own_speed(
     mean_mps = sum(w * part[1] for w, part in zip(weights, parts, strict=True)) / total
     spread = sum(w * (v + (m - mean_mps) ** 2) for w, (_, m, v) in zip(weights, parts, strict=True)) / total
     return replace(state, closing_speed_mps=own_mps - mean_mps, closing_speed_sigma_mps=math.sqrt(spread))
+
+
+def without_own_speed(state: RangeState, prior: SpeedPrior) -> RangeState:
+    """The state with the closing speed that traffic allows where the own one is unknown.
+
+    The filter's rate starts at the distance of the first box; of a vehicle that turns out to be farther away
+    it would be many times what anything drives.
+    """
+    variance, allowed = state.closing_speed_sigma_mps**2, prior.closing_sigma_mps**2
+    gain = allowed / (allowed + variance)
+    return replace(
+        state,
+        closing_speed_mps=gain * state.closing_speed_mps,
+        closing_speed_sigma_mps=math.sqrt(gain * variance),
+    )

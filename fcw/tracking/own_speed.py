@@ -1,8 +1,8 @@
 """The own speed as the tracker takes it: what was given is exact, what the picture tells is smoothed first.
 
-By how much we became faster goes straight into the closing speed of every vehicle. The picture's speed errs by
-a few per cent, anew every half second (`fcw evaluate motion`): taken as it is, everything ahead would seem to
-brake and to drive off.
+By how much we became faster goes straight into the closing speed of every vehicle. The picture's speed errs
+by a few per cent, anew every half second (`fcw evaluate motion`): taken as it is, everything ahead would seem
+to brake and to drive off.
 """
 
 import math

@@ -11,14 +11,14 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.bend.turn import Turn
 from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount, OwnPath
-from fcw.motion.turn import Turn
 from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
 from fcw.tracking.lead import path_curvature_per_m, select_lead
-from fcw.tracking.lead_speed import with_own_speed
+from fcw.tracking.lead_speed import with_own_speed, without_own_speed
 from fcw.tracking.own_speed import OwnSpeed
 from fcw.tracking.picture.follower import Moved
 from fcw.tracking.range.filter import RangeFilter
@@ -117,9 +117,8 @@ class Tracker:
         ego_speed_mps = self._own.speed_mps
         if path is None:
             path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
-        self._range.take_path(path)
         before = [followed.box for followed in self._followed]
-        growths = self._range.predict(dt_s, own_gain_mps)
+        growths = self._range.predict(dt_s, own_gain_mps, path)
         if mount is not None:
             self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
         for followed, growth in zip(self._followed, growths, strict=True):
@@ -145,7 +144,9 @@ class Tracker:
         for index in sorted(unused):
             self._start(time_ns, detections[index], ego_speed_mps, path)
         self._doubts.update(time_ns, self._followed, image)
-        tracks = tuple(followed.track(time_ns, path, turn) for followed in self._followed if followed.confirmed)
+        tracks = tuple(
+            followed.track(time_ns, path, turn) for followed in self._followed if followed.confirmed
+        )
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
@@ -239,12 +240,10 @@ class Tracker:
         """What is believed of a vehicle, with what the own speed says of it."""
         state, prior = self._range.state(slot), self._settings.speed_prior
         if self._own.speed_mps is None:
-            return state
+            return without_own_speed(state, prior)
         return with_own_speed(state, self._own.speed_mps, prior, self._own.sigma_mps)
 
-    def _start(
-        self, time_ns: int, detection: Detection, ego_speed_mps: float | None, path: OwnPath
-    ) -> None:
+    def _start(self, time_ns: int, detection: Detection, ego_speed_mps: float | None, path: OwnPath) -> None:
         """Begin a track, where the box gives a first distance."""
         if self._range.add(detection.box, ego_speed_mps):
             state = self._state(self._range.count - 1)

@@ -36,6 +36,8 @@ class Evidence:
             while not the lead, and with half of it not by `caution`: a driver on the way past a parked car
             steers in time, and would be warned of every one of them (Brannstrom et al. 2010: a threat is what
             neither braking nor steering avoids any more at ease).
+        imminent_s: where it is reached within this time, a lead needs no longer than who comes in does: what
+            is found late, and near, leaves no time.
         closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
             noise, and of a vehicle just found the tracker believes something between standing and as fast as
             we are, which is 1.7 sigmas of closing speed before anything is measured.
@@ -72,6 +74,7 @@ class Evidence:
     oncoming_probability: float = 0.8
     oncoming_reach_s: float = 2.5
     steering_mps2: float = 1.0
+    imminent_s: float = 1.5
     closing_sigmas: float = 3.0
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
@@ -95,17 +98,25 @@ class Evidence:
             own_mps=own_mps,
         )
 
-    def is_on_course(self, threat: Threat, holding: bool) -> bool:
-        """Whether it will be in our way."""
+    def is_on_course(self, threat: Threat, holding: bool, was_on_course: bool = False) -> bool:
+        """Whether it will be in our way.
+
+        Args:
+            threat: the vehicle.
+            holding: whether it is warned of.
+            was_on_course: whether it was in the frame before: the rate at which it comes in is known to a few
+                tenths of a metre a second, and less sure for a frame it is not another vehicle.
+        """
         if threat.is_oncoming:
             near = threat.reach_s is not None and threat.reach_s <= self.oncoming_reach_s
             return near and threat.overlap_probability >= self.oncoming_probability
-        if threat.is_lead:
+        if threat.is_lead and not threat.bend_changes:
             return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
         is_beside = threat.overlap_now_m < -self.beside_m
-        if is_beside and not threat.comes_in and not holding:
+        comes = is_beside and not (holding or was_on_course)
+        if comes and not (threat.comes_in and threat.turn_known):
             return False
-        least = self.crossing_probability if is_beside else self.overlap_probability
+        least = self.crossing_probability if comes or threat.bend_changes else self.overlap_probability
         least = self.held_probability if holding else least
         return threat.overlap_probability >= least
 
@@ -115,6 +126,11 @@ class Evidence:
             return False
         least_mps2 = self.steering_mps2 * (1.0 if level == WarningLevel.WARNING else 0.5)
         return threat.required_lateral_mps2 < least_mps2
+
+    def lead_evidence_s(self, threat: Threat) -> float:
+        """For how long a lead must have been one before a rule that goes by the closing speed is raised."""
+        imminent = threat.reach_s is not None and threat.reach_s <= self.imminent_s
+        return self.minimum_course_s if imminent else self.minimum_lead_s
 
     def is_too_early(self, threat: Threat) -> bool:
         """Whether nobody needs a `warning` yet.

@@ -24,6 +24,8 @@ class _Memory:
     course_ns: int | None = None
     alarm_ns: int | None = None
     """Since when a rule of `caution` or more has held."""
+    on_course: bool = False
+    """In the frame before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +125,8 @@ class RulePolicy:
         memory = self._memories[vehicle.track_id]
         is_shown = vehicle.track_id == self._state.track_id
         shown = self._state.level if is_shown else WarningLevel.NONE
-        on_course = evidence.is_on_course(threat, holding=is_shown)
+        on_course = evidence.is_on_course(threat, is_shown, memory.on_course)
+        memory.on_course = on_course
         memory.lead_ns = _since(memory.lead_ns, time_ns, threat.is_lead)
         # Who comes in counts from before it became the lead.
         comes = on_course and (not threat.is_lead or memory.course_ns is not None)
@@ -132,7 +135,10 @@ class RulePolicy:
         may_follow = seen and _lasts(memory.lead_ns, time_ns, evidence.minimum_lead_s)
         may_close = (
             seen
-            and (may_follow or _lasts(memory.course_ns, time_ns, evidence.minimum_course_s))
+            and (
+                _lasts(memory.lead_ns, time_ns, evidence.lead_evidence_s(threat))
+                or _lasts(memory.course_ns, time_ns, evidence.minimum_course_s)
+            )
             and evidence.surely_closes(vehicle)
         )
         found = None

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.tracking.lead_speed import SpeedPrior, with_own_speed
+from fcw.tracking.lead_speed import SpeedPrior, with_own_speed, without_own_speed
 from fcw.tracking.range.state import RangeState
 
 PRIOR = SpeedPrior()
@@ -46,3 +46,21 @@ def test_what_surely_travels_keeps_its_closing_speed():
     found = with_own_speed(state(3.0, 0.3), 20.0, PRIOR)
     assert found.closing_speed_mps == pytest.approx(3.0, abs=0.01)
     assert found.closing_speed_sigma_mps == pytest.approx(0.3, abs=0.01)
+
+
+@given(st.floats(-80.0, 40.0), st.floats(0.1, 100.0))
+def test_without_own_speed_the_closing_speed_is_what_traffic_allows(closing_mps, sigma_mps):
+    found = without_own_speed(state(closing_mps, sigma_mps), PRIOR)
+    speeds_mps = np.linspace(-200.0, 200.0, 40_001)
+    belief = density(speeds_mps, closing_mps, sigma_mps) * density(speeds_mps, 0.0, PRIOR.closing_sigma_mps)
+    belief /= belief.sum()
+    mean_mps = float(belief @ speeds_mps)
+    assert found.closing_speed_mps == pytest.approx(mean_mps, abs=1e-3)
+    spread_mps = math.sqrt(float(belief @ (speeds_mps - mean_mps) ** 2))
+    assert found.closing_speed_sigma_mps == pytest.approx(spread_mps, abs=1e-3)
+
+
+def test_what_the_own_speed_errs_is_not_said_of_a_vehicle_that_stands():
+    # It stands for sure; the closing speed is known no better than the own speed is.
+    standing = with_own_speed(state(15.0, 3.0), 15.0, SpeedPrior(standing_share=1 - 1e-9), own_sigma_mps=0.6)
+    assert standing.closing_speed_sigma_mps == pytest.approx(0.66, abs=0.03)

@@ -269,12 +269,13 @@ def test_what_is_not_evident_raises_nothing(what):
     assert level_at(15, 15, **what) == WarningLevel.NONE
 
 
-def test_what_has_just_become_the_lead_raises_nothing():
+@pytest.mark.parametrize(("distance_m", "needed_ms"), [(18, 600), (14, 300)], ids=["far", "found late"])
+def test_what_has_just_become_the_lead_raises_nothing(distance_m, needed_ms):
     policy = make_policy()
     settled(policy, lead(50, 0.0, track_id=1), 20.0)
     states = [
-        policy.update(10**9 + ms * 10**6, threats(lead(5, 10, track_id=2), 20.0), 20.0)
-        for ms in (1, 590, 610)
+        policy.update(10**9 + ms * 10**6, threats(lead(distance_m, 10, track_id=2), 20.0), 20.0)
+        for ms in (1, needed_ms - 10, needed_ms + 10)
     ]
     assert [state.level.name for state in states] == ["NONE", "NONE", "WARNING"]
 

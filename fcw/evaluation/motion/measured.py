@@ -2,8 +2,8 @@
 
 The errors are those of `fcw.motion` on `kitti-odometry-03` (`fcw evaluate motion`, 10 pictures a second): own
 speed 3.0 % (1-sigma, about a bias of 0.5 %), yaw rate 0.14 degrees a second, the mount's yaw 0.3 degrees off
-where it says 0.1, its pitch 0.1. Errors of speed and yaw rate last: their correlation is down to a third after
-half a second. Lane lines are left out: there may be none.
+where it says 0.1, its pitch 0.1. Errors of speed and yaw rate last: their correlation is down to a third
+after half a second. Lane lines are left out: there may be none.
 """
 
 import math

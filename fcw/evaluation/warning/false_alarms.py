@@ -1,13 +1,14 @@
 """Warnings that should not come: on real drives, episode by episode, and when following at a constant gap."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from fcw.camera.ground_plane import FloatArray
+from fcw.camera.calibration import Calibration
 from fcw.evaluation.distance.kitti import detections_of, tracker_settings
 from fcw.evaluation.distance.kitti_tracking import (
     KittiSequence,
@@ -16,12 +17,17 @@ from fcw.evaluation.distance.kitti_tracking import (
     read_sequence,
     time_ns,
 )
+from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel, PolicyMaker, warning_states
+from fcw.motion.bend.turn import turn_of
+from fcw.motion.ego import Ego
+from fcw.motion.state import OwnMotion
 from fcw.threat.of_tracker import threats_of
-from fcw.threat.threat import required_deceleration_mps2
+from fcw.threat.own_path import assumed_path
+from fcw.threat.threat import Threat, required_deceleration_mps2
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
-from fcw.warning.types import WarningLevel, WarningState
+from fcw.warning.types import WarningLevel, WarningPolicy, WarningState
 
 TRUE_SPEED_HALF_WINDOW_S = 0.5
 """The true closing speed is a slope over twice this: the 3D boxes are set by hand and shake."""
@@ -77,7 +83,7 @@ def kitti_episodes(
     box_noise_px: float,
     seed: int,
     level: WarningLevel = WarningLevel.WARNING,
-    with_yaw_rate: bool = False,
+    with_own_motion: bool = True,
 ) -> tuple[tuple[Episode, ...], float]:
     """Run tracker and policy over sequences of KITTI tracking, as `fcw evaluate distance` does.
 
@@ -88,7 +94,8 @@ def kitti_episodes(
         box_noise_px: sigma of the boxes' sides.
         seed: of all noise.
         level: that counts.
-        with_yaw_rate: whether the tracker is told how fast we turn, as the poses have it.
+        with_own_motion: whether own motion is measured as by the picture, with its errors; without, the own
+            speed is that of the poses, and nothing is known of our turning.
 
     Returns:
         The episodes that showed the level or a higher one, and how many hours were driven.
@@ -99,36 +106,58 @@ def kitti_episodes(
     episodes: list[Episode] = []
     frames = 0
     for name in names:
-        sequence = read_sequence(folder, name)
-        speeds_mps, yaw_rates_radps = read_own_motion(folder, name)
-        own_motion = speeds_mps, yaw_rates_radps if with_yaw_rate else None
-        rng = np.random.default_rng([seed, *name.encode()])
-        episodes += _episodes(sequence, own_motion, make_policy, box_noise_px, rng, level)
-        frames += len(sequence.frames)
+        moments = list(kitti_threats(folder, name, box_noise_px, seed, with_own_motion))
+        episodes += _episodes(read_sequence(folder, name), moments, make_policy(), level)
+        frames += len(moments)
     return tuple(episodes), time_ns(frames) / 3.6e12
 
 
+class KittiMoment(NamedTuple):
+    """One frame of a drive, as it is followed; `own_mps` is what is measured of the own speed."""
+
+    frame: int
+    tracks: tuple[Track, ...]
+    threats: tuple[Threat, ...]
+    own_mps: float | None
+    true_own_mps: float
+
+
+def kitti_threats(
+    folder: Path, name: str, box_noise_px: float, seed: int, with_own_motion: bool = True
+) -> Iterator[KittiMoment]:
+    """Follow the labelled vehicles of a sequence; see `kitti_episodes`."""
+    sequence, rng = read_sequence(folder, name), np.random.default_rng([seed, *name.encode()])
+    calibration = sequence.calibration(rng)
+    measured = _measured(sequence, calibration, seed) if with_own_motion else None
+    tracker = Tracker(calibration, tracker_settings(box_noise_px))
+    speeds_mps, yaw_rates_radps = (values.tolist() for values in read_own_motion(folder, name))
+    for frame, vehicles in enumerate(sequence.frames):
+        ego, speed_mps = Ego(OwnMotion(), assumed_path(None)), 0.0
+        if frame < len(speeds_mps):
+            speed_mps = speeds_mps[frame]
+            ego = Ego(OwnMotion(speed_mps=speed_mps), assumed_path(speed_mps))
+            if measured is not None:
+                ego = measured.at(time_ns(frame), speed_mps, yaw_rates_radps[frame])
+        own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
+        tracks = tracker.update(
+            time_ns(frame),
+            detections_of(vehicles, sequence.image_size, box_noise_px, rng),
+            own_mps,
+            path=ego.path,
+            mount=ego.motion.mount,
+            ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+            turn=turn,
+        )
+        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn)
+        yield KittiMoment(frame, tracks, threats, own_mps, speed_mps)
+
+
 def _episodes(
-    sequence: KittiSequence,
-    own_motion: tuple[FloatArray, FloatArray | None],
-    make_policy: PolicyMaker,
-    box_noise_px: float,
-    rng: np.random.Generator,
-    level: WarningLevel,
+    sequence: KittiSequence, moments: Iterable[KittiMoment], policy: WarningPolicy, level: WarningLevel
 ) -> list[Episode]:
-    tracker = Tracker(sequence.calibration(rng), tracker_settings(box_noise_px))
-    policy = make_policy()
-    speeds_mps, yaw_rates_radps = own_motion
     episodes: list[Episode] = []
     shown = False
-    for frame, vehicles in enumerate(sequence.frames):
-        own_mps = yaw_rate_radps = None
-        if frame < len(speeds_mps):
-            own_mps = float(speeds_mps[frame])
-            yaw_rate_radps = None if yaw_rates_radps is None else float(yaw_rates_radps[frame])
-        detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
-        tracks = tracker.update(time_ns(frame), detections, own_mps, yaw_rate_radps)
-        threats = threats_of(tracker, tracks, own_mps, yaw_rate_radps)
+    for frame, tracks, threats, own_mps, true_own_mps in moments:
         state = policy.update(time_ns(frame), threats, own_mps)
         time_s = time_ns(frame) / 1e9
         if state.level < level:
@@ -138,8 +167,20 @@ def _episodes(
         else:
             shown = True
             warned = next((track for track in tracks if track.track_id == state.track_id), None)
-            episodes.append(_episode(sequence, frame, warned, state, own_mps or 0.0))
+            episodes.append(_episode(sequence, frame, warned, state, true_own_mps))
     return episodes
+
+
+def _measured(sequence: KittiSequence, calibration: Calibration, seed: int) -> MeasuredMotion:
+    """Own motion as the picture tells it to one who has this calibration of the camera."""
+    focal_px, axis_column_px, horizon_px = (float(sequence.projection[at]) for at in ((0, 0), (0, 2), (1, 2)))
+    camera = calibration.camera
+    return MeasuredMotion(
+        camera.pitch_rad + (camera.horizon_row_px - horizon_px) / camera.focal_y_px,
+        # The axis is taken to be in the middle of the picture, where it is not.
+        (axis_column_px - camera.principal_column_px) / focal_px,
+        np.random.default_rng([seed, 1, *sequence.name.encode()]),
+    )
 
 
 def _episode(

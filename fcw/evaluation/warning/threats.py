@@ -18,12 +18,13 @@ from fcw.detection.detector import Detection, Detector
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
 from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.simulated import vehicle_at
+from fcw.evaluation.warning.variants import Sight
 from fcw.frame import Frame
+from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
-from fcw.motion.turn import turn_of
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
-from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
+from fcw.simulation.world.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
 from fcw.simulation.world.state import WorldState
 from fcw.simulation.world.world import World
 from fcw.threat.of_tracker import threats_of
@@ -92,6 +93,7 @@ def run_threat_trial(
     policy: WarningPolicy,
     detector: Detector | None = None,
     ghost: bool = False,
+    sight: Sight | None = None,
 ) -> ThreatTrial:
     """Run one scenario, with own motion by the picture; nobody gives the own speed.
 
@@ -102,12 +104,15 @@ def run_threat_trial(
         detector: finds the vehicles in rendered pictures; without one their true boxes have 2 px of noise,
             and own motion the errors it was measured to have.
         ghost: whether a box 3 m ahead is there for three seconds that is none.
+        sight: how well vehicles are found where there are no pictures.
     """
     calibration = true_calibration(scenario)
-    tracker = Tracker(calibration) if detector else Tracker(calibration, tracker_settings(2.0))
+    sight = sight or Sight()
+    settings = None if detector else tracker_settings(sight.noise_px)
+    tracker = Tracker(calibration, settings)
     truths: list[FrameTruth] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
-    for frame, truth, detections, ego in _seen(scenario, seed, detector):
+    for frame, truth, detections, ego in _seen(scenario, seed, detector, sight):
         time_s = truth.time_ns / 1e9
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
@@ -129,15 +134,16 @@ def run_threat_trial(
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
             shown.append((time_s, state.level, None if track is None else _vehicle(track.box, truth)))
-    return _judge(scenario.danger, truths, shown)
+    return _judge(scenario.danger, truths, shown, sight.farthest_m)
 
 
-def danger_window(name: str, truths: Sequence[FrameTruth]) -> Window | None:
+def danger_window(name: str, truths: Sequence[FrameTruth], sight_m: float = SIGHT_M) -> Window | None:
     """When a warning of the named vehicle is right; None where it is not hit.
 
     Args:
         name: of the vehicle.
         truths: of every frame, up to when it is hit or passed.
+        sight_m: how far away it is found.
     """
     path = [(t.time_ns / 1e9, v) for t in truths for v in t.vehicles if v.name == name]
     hit_s = next((time_s for time_s, v in path if v.distance_m <= NEAREST_M), None)
@@ -155,12 +161,10 @@ def danger_window(name: str, truths: Sequence[FrameTruth]) -> Window | None:
         across_mps = (vehicle.path_lateral_m - before.path_lateral_m) / dt_s
         width_m = (vehicle.box.w / 1000.0 * (vehicle.distance_m + 1.6) + OWN_WIDTH_M) / 2
         then_m = math.inf if ttc_s is None else vehicle.path_lateral_m + across_mps * min(ttc_s, 4.0)
-        on_course = (
-            abs(then_m) < width_m
-            and vehicle.visible_fraction >= SEEN_FRACTION
-            and vehicle.distance_m < SIGHT_M
-        )
-        known_s = min(known_s, time_s) if on_course else hit_s
+        if abs(then_m) >= width_m:
+            known_s = hit_s
+        elif vehicle.visible_fraction >= SEEN_FRACTION and vehicle.distance_m < sight_m:
+            known_s = min(known_s, time_s)
         if ttc_s is not None and ttc_s <= EARLIEST_TTC_S:
             earliest_s = min(earliest_s, time_s)
         closing_mps = vehicle.closing_speed_mps
@@ -173,8 +177,9 @@ def _judge(
     danger: str,
     truths: Sequence[FrameTruth],
     shown: Sequence[tuple[float, WarningLevel, VehicleTruth | None]],
+    sight_m: float,
 ) -> ThreatTrial:
-    window = danger_window(danger, truths) if danger else None
+    window = danger_window(danger, truths, sight_m) if danger else None
     end_s = math.inf if window is None else window.contact_s
     of_danger = [
         (time_s, level)
@@ -198,7 +203,9 @@ def _judge(
     return ThreatTrial(window, warned_s, of_danger[0][0] if of_danger else None, tuple(false_s[:1]))
 
 
-def _seen(scenario: Scenario, seed: int, detector: Detector | None) -> Iterator[Seen]:
+def _seen(
+    scenario: Scenario, seed: int, detector: Detector | None, sight: Sight | None = None
+) -> Iterator[Seen]:
     if detector is not None:
         estimator = EgoEstimator(true_calibration(scenario))
         for frame, truth in render_drive(scenario, seed):
@@ -206,12 +213,20 @@ def _seen(scenario: Scenario, seed: int, detector: Detector | None) -> Iterator[
             boxes = [found.box for found in detections]
             yield frame, truth, detections, estimator.update(frame.time_ns, frame.image, boxes)
         return
+    sight = sight or Sight()
     camera, rng = scenario.camera.camera(), np.random.default_rng(seed)
+    losses = np.random.default_rng([seed, 2])
+    lost_until_s = 0.0
     measured = MeasuredMotion(camera.pitch_rad, 0.0, np.random.default_rng([seed, 1]))
     for state in World(scenario, seed).states():
         truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
         ego = measured.at(truth.time_ns, truth.ego_speed_mps, _yaw_rate_radps(state))
-        yield None, truth, tuple(_noisy_boxes(truth, rng)), ego
+        boxes, time_s = tuple(_noisy_boxes(truth, rng, sight)), truth.time_ns / 1e9
+        # Lost for a while so often that the part of it comes out.
+        begins = sight.lost_part / max(1 - sight.lost_part, 0.01) / (sight.lost_s * FRAMES_PER_SECOND)
+        if time_s >= lost_until_s and losses.random() < begins:
+            lost_until_s = time_s + sight.lost_s
+        yield None, truth, () if time_s < lost_until_s else boxes, ego
 
 
 def _yaw_rate_radps(state: WorldState) -> float:
@@ -220,16 +235,16 @@ def _yaw_rate_radps(state: WorldState) -> float:
     return (after_rad - before_rad) * state.ego.speed_mps
 
 
-def _noisy_boxes(truth: FrameTruth, rng: np.random.Generator) -> Iterator[Detection]:
+def _noisy_boxes(truth: FrameTruth, rng: np.random.Generator, sight: Sight) -> Iterator[Detection]:
     """The whole bodies as a detector draws them, cut at the picture's border."""
     for vehicle in truth.vehicles:
-        noise_px = 2.0 * np.array([1.0, 1.0, 1.0, BOTTOM_NOISE_RATIO]) * rng.standard_normal(4)
+        noise_px = sight.noise_px * np.array([1.0, 1.0, 1.0, BOTTOM_NOISE_RATIO]) * rng.standard_normal(4)
         body = vehicle.body_box
         seen = vehicle.visible_fraction
         if body.w > ACROSS_RATIO * vehicle.box.w:
             # It stands across: its near face is an end of it, and what is seen is its side.
             seen = max(seen, _part_in_picture(body))
-        if seen < SEEN_FRACTION or vehicle.distance_m > SIGHT_M:
+        if seen < SEEN_FRACTION or vehicle.distance_m > sight.farthest_m:
             continue
         # The lower edge is that of the near face.
         edges = np.array([body.x, body.y, body.right, vehicle.box.bottom]) + noise_px
@@ -291,13 +306,15 @@ def run_threats(
     seeds: Sequence[int],
     detector_of: Callable[[Scenario], Detector | None] = lambda scenario: None,
     on_trial: Callable[[], None] = lambda: None,
+    sight: Sight | None = None,
 ) -> tuple[ThreatResult, ...]:
     """Run every scenario with every seed; see `run_threat_trial`."""
     results = []
     for name, scenario in scenarios:
         trials = []
         for seed in seeds:
-            trials.append(run_threat_trial(scenario, seed, make_policy(), detector_of(scenario)))
+            detector = detector_of(scenario)
+            trials.append(run_threat_trial(scenario, seed, make_policy(), detector, sight=sight))
             on_trial()
         results.append(ThreatResult(name, scenario.danger, tuple(trials)))
     return tuple(results)

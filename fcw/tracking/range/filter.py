@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
-from fcw.motion.state import Mount, OwnPath
+from fcw.motion.state import STRAIGHT, Mount, OwnPath
 from fcw.tracking.box_measurement import (
     ASPECT,
     BUMP,
@@ -187,18 +187,19 @@ class RangeFilter:
         self._kinds = [self._kinds[slot] for slot in slots]
         self._views = [self._views[slot] for slot in slots]
 
-    def predict(self, dt_s: float, own_gain_mps: float = 0.0) -> list[float]:
+    def predict(self, dt_s: float, own_gain_mps: float = 0.0, path: OwnPath = STRAIGHT) -> list[float]:
         """Move on by dt.
 
         Args:
             dt_s: since the frame before.
             own_gain_mps: by how much we became faster in it; every closing speed grows by as much.
+            path: our own now, along which vehicles stand.
 
         Returns:
             For each vehicle the factor by which the picture of it grew.
         """
-        model, x, n = self._model, self._x, len(self._x)
-        focal_px = self._focal_px
+        model, x, n, focal_px = self._model, self._x, len(self._x), self._focal_px
+        self._geometry.path = path
         if dt_s > 0:
             # Own speeds come in steps: over the time in which the body follows them.
             renewed = 1 - math.exp(-dt_s / model.fast_pitch_correlation_s)
@@ -206,13 +207,12 @@ class RangeFilter:
         nod_rad = math.hypot(model.fast_pitch_sigma_rad, model.dive_rad_per_mps2 * self._own_mps2)
         at: NDArray[np.int64] = np.arange(CAMERA, n, VEHICLE)
         keep, added = np.ones(n), np.zeros(n)
-        for places, sigma, correlation_s in (
+        for places, sigma, correlation_s in (  # first-order Markov processes about zero
             (SLOW, focal_px * model.slow_pitch_sigma_rad, model.slow_pitch_correlation_s),
             (FAST, focal_px * nod_rad, model.fast_pitch_correlation_s),
             (at + ASPECT, np.array([v.aspect_sigma for v in self._views]), model.aspect_correlation_s),
             (at + BUMP, np.array([v.bump_sigma_px for v in self._views]), model.bump_correlation_s),
         ):
-            # First-order Markov processes about zero.
             keep[places] = math.exp(-dt_s / correlation_s)
             added[places] = np.square(sigma) * (1 - math.exp(-2 * dt_s / correlation_s))
         x *= keep
@@ -244,10 +244,6 @@ class RangeFilter:
         self._p = moved @ self._p @ moved.T
         self._p.flat[:: n + 1] += added
         return (1 / shrink).tolist()
-
-    def take_path(self, path: OwnPath) -> None:
-        """Take our own path, along which vehicles stand."""
-        self._geometry.path = path
 
     def take_mount(self, pitch_rad: float, sigma_rad: float, dt_s: float) -> None:
         """Take the mount's pitch as own motion believes it.

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from fcw.errors import UserError
+from fcw_viz.commands.evaluate.threats import evaluate_nuisance, evaluate_threats, evaluate_variants
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,8 +30,8 @@ class EvaluateWarningCommand:
     """The scenarios of NHTSA and Euro NCAP at the level of boxes: exact motion, noisy boxes, the tracker."""
     kitti_tracking: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
-    yaw_rate: bool = False
-    """On these drives: bend the own path by the yaw rate of the poses."""
+    no_own_motion: bool = False
+    """On these drives: nothing is known of our turning, as with `fcw run --no-own-motion`."""
     mount_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
     """Turn the mount by half a degree in 24 simulated drives, and drive so many simulated hours without."""
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
@@ -50,6 +52,12 @@ class EvaluateWarningCommand:
     one: whether each is warned of within its window."""
     pixels: bool = False
     """With --threats: from rendered pictures with --detector, in the place of noisy boxes."""
+    variants: bool = False
+    """With --threats: vehicles half in the way, with other speeds across and overlaps, and each of them with
+    more noise, found late, and lost in part of the frames."""
+    nuisance: bool = False
+    """Warnings an hour in ordinary traffic by policy and timing: on the drives of --kitti-tracking and when
+    following for --following-hours."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|onnx:FILE")] = "net"
     """With --pixels: what finds the vehicles."""
     seeds: int = 7
@@ -76,8 +84,9 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
     parts: tuple[tuple[bool, Callable[[EvaluateWarningCommand, Console], dict[str, Any]]], ...] = (
         (command.ncap, _scenarios),
         (command.threats, _threats),
-        (command.kitti_tracking is not None, _real_drives),
-        (command.following_hours is not None, _following),
+        (command.nuisance, _nuisance),
+        (command.kitti_tracking is not None and not command.nuisance, _real_drives),
+        (command.following_hours is not None and not command.nuisance, _following),
         (command.mount_hours is not None, _mounts),
         (command.log is not None, _events),
     )
@@ -103,6 +112,10 @@ def _check(command: EvaluateWarningCommand) -> None:
     parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
     if command.pixels and not command.threats:
         raise UserError("--pixels: it is for --threats; add it, or leave --pixels out")
+    if command.nuisance and command.kitti_tracking is None and command.following_hours is None:
+        raise UserError("--nuisance: it needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
+    if command.variants and (command.pixels or not command.threats):
+        raise UserError("--variants: it is for --threats without --pixels; add or leave out the other")
     if command.seeds < 1:
         raise UserError(f"--seeds {command.seeds}: expected a whole number of at least 1")
     if not command.ncap and not command.threats and parts == {None}:
@@ -126,59 +139,19 @@ def _check(command: EvaluateWarningCommand) -> None:
 
 
 def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
-    from rich.table import Table
-
-    from fcw.detection.choice import load_model, make_detector
-    from fcw.detection.detector import Detector
-    from fcw.evaluation.warning.threats import run_threats
-    from fcw.simulation.drive import true_calibration
-    from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
     from fcw.warning.policies import make_policy
-    from fcw_viz.console import progress
 
-    model = load_model(command.detector) if command.pixels else None
-
-    def detector_of(scenario: Scenario) -> Detector | None:
-        return None if model is None else make_detector(command.detector, model, true_calibration(scenario))
-
-    scenarios = [(name, load_scenario(name)) for name in threat_names()]
     seeds = range(command.seed, command.seed + command.seeds)
-    with progress("runs", len(scenarios) * len(seeds)) as bar:
-        results = run_threats(
-            scenarios,
-            lambda: make_policy(command.warning_policy, command.warning_timing),
-            seeds,
-            detector_of,
-            bar.advance,
-        )
-    table = Table("scenario", "danger", "as it should", "false", "before contact", box=None)
-    for result in results:
-        lead_s = result.lead_s
-        table.add_row(
-            result.name,
-            result.danger or "-",
-            f"{result.trials_passed} of {len(result.trials)}",
-            str(result.false_warnings),
-            "-" if lead_s is None else f"{lead_s:.1f} s",
-        )
-    console.print(table)
-    dangers = [trial for result in results if result.danger for trial in result.trials]
-    return {
-        "threats": [
-            {
-                "name": result.name,
-                "danger": result.danger,
-                "trials": len(result.trials),
-                "trials_passed": result.trials_passed,
-                "false_warnings": result.false_warnings,
-                "warned_before_contact_s": result.lead_s,
-            }
-            for result in results
-        ],
-        "dangers_in_window": sum(trial.passed for trial in dangers) / len(dangers),
-        "false_alarms": sum(result.false_warnings for result in results),
-        "missed": sum(not trial.passed for trial in dangers),
-    }
+    make = partial(make_policy, command.warning_policy, command.warning_timing)
+    if command.variants:
+        return evaluate_variants(make, seeds, console)
+    return evaluate_threats(make, seeds, command.detector if command.pixels else None, console)
+
+
+def _nuisance(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
+    return evaluate_nuisance(
+        command.kitti_tracking, command.following_hours, command.box_noise, command.seed, console
+    )
 
 
 def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
@@ -275,7 +248,7 @@ def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[st
         lambda: make_policy(command.warning_policy, command.warning_timing),
         command.box_noise,
         command.seed,
-        with_yaw_rate=command.yaw_rate,
+        with_own_motion=not command.no_own_motion,
     )
     print_episodes(episodes, hours, console)
     return {

@@ -1,0 +1,1 @@
+"""How we turn, and how the bend grows."""

@@ -1,0 +1,155 @@
+"""`fcw evaluate warning --threats` and `--nuisance`: simulated dangers, and warnings that nobody needs."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fcw.warning.types import WarningPolicy
+
+
+def evaluate_threats(
+    make_policy: "Callable[[], WarningPolicy]", seeds: range, detector: str | None, console: "Console"
+) -> dict[str, Any]:
+    """Print and return how simulated dangers are warned of, from pictures where there is a detector."""
+    from rich.table import Table
+
+    from fcw.detection.choice import load_model, make_detector
+    from fcw.detection.detector import Detector
+    from fcw.evaluation.warning.threats import run_threats
+    from fcw.simulation.drive import true_calibration
+    from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
+    from fcw_viz.console import progress
+
+    model = None if detector is None else load_model(detector)
+
+    def detector_of(scenario: Scenario) -> Detector | None:
+        if detector is None or model is None:
+            return None
+        return make_detector(detector, model, true_calibration(scenario))
+
+    scenarios = [(name, load_scenario(name)) for name in threat_names()]
+    with progress("runs", len(scenarios) * len(seeds)) as bar:
+        results = run_threats(
+            scenarios,
+            make_policy,
+            seeds,
+            detector_of,
+            bar.advance,
+        )
+    table = Table("scenario", "danger", "as it should", "false", "before contact", box=None)
+    for result in results:
+        lead_s = result.lead_s
+        table.add_row(
+            result.name,
+            result.danger or "-",
+            f"{result.trials_passed} of {len(result.trials)}",
+            str(result.false_warnings),
+            "-" if lead_s is None else f"{lead_s:.1f} s",
+        )
+    console.print(table)
+    dangers = [trial for result in results if result.danger for trial in result.trials]
+    return {
+        "threats": [
+            {
+                "name": result.name,
+                "danger": result.danger,
+                "trials": len(result.trials),
+                "trials_passed": result.trials_passed,
+                "false_warnings": result.false_warnings,
+                "warned_before_contact_s": result.lead_s,
+            }
+            for result in results
+        ],
+        "dangers_in_window": sum(trial.passed for trial in dangers) / len(dangers),
+        "false_alarms": sum(result.false_warnings for result in results),
+        "missed": sum(not trial.passed for trial in dangers),
+    }
+
+
+def evaluate_variants(
+    make_policy: "Callable[[], WarningPolicy]", seeds: range, console: "Console"
+) -> dict[str, Any]:
+    """Print and return how vehicles half in the way are warned of, seen well and badly."""
+    from rich.table import Table
+
+    from fcw.evaluation.warning.threats import run_threats
+    from fcw.evaluation.warning.variants import SIGHTS, half_in_the_way
+    from fcw_viz.console import progress
+
+    scenarios = list(half_in_the_way())
+    found: dict[str, dict[str, int]] = {name: {} for name, _ in scenarios}
+    false_warnings = 0
+    with progress("runs", len(SIGHTS) * len(scenarios) * len(seeds)) as bar:
+        for sight in SIGHTS:
+            results = run_threats(
+                scenarios,
+                make_policy,
+                seeds,
+                on_trial=bar.advance,
+                sight=sight,
+            )
+            for result in results:
+                found[result.name][sight.name] = result.trials_passed
+                false_warnings += result.false_warnings
+    table = Table("variant", *(sight.name for sight in SIGHTS), box=None)
+    for name, passed in found.items():
+        table.add_row(name, *(f"{passed[sight.name]} of {len(seeds)}" for sight in SIGHTS))
+    console.print(table)
+    total = len(seeds) * len(scenarios) * len(SIGHTS)
+    in_time = sum(sum(passed.values()) for passed in found.values())
+    console.print(f"{in_time} of {total} as they should", highlight=False)
+    return {
+        "variants": [{"name": name, "trials": len(seeds), "passed": each} for name, each in found.items()],
+        "dangers_in_window": in_time / total,
+        "false_alarms": false_warnings,
+        "missed": total - in_time,
+    }
+
+
+def evaluate_nuisance(
+    kitti_tracking: Path | None,
+    following_hours: float | None,
+    box_noise_px: float,
+    seed: int,
+    console: "Console",
+) -> dict[str, Any]:
+    """Print and return the warnings an hour of every policy and timing."""
+    from rich.table import Table
+
+    from fcw.evaluation.distance.kitti_tracking import sequence_names
+    from fcw.evaluation.warning.false_alarms import FOLLOWING_RATE_HZ
+    from fcw.evaluation.warning.nuisance import Policy, all_policies, nuisance_following, nuisance_on_kitti
+    from fcw.evaluation.warning.scenarios import BoxLevel
+    from fcw.warning.types import WarningLevel
+    from fcw_viz.console import progress
+
+    policies = all_policies()
+    rates: dict[Policy, dict[str, float]] = {policy: {} for policy in policies}
+    levels = (WarningLevel.CAUTION, WarningLevel.WARNING)
+    if kitti_tracking is not None:
+        names = sequence_names(kitti_tracking)
+        with progress("drives", len(names)) as bar:
+            found = nuisance_on_kitti(kitti_tracking, names, policies, box_noise_px, seed, bar.advance)
+        for policy, rate in found.items():
+            rates[policy] |= {f"KITTI, {level.name.lower()}": rate[level] for level in levels}
+    if following_hours is not None:
+        view = BoxLevel(box_noise_px=box_noise_px, frame_rate_hz=FOLLOWING_RATE_HZ)
+        with progress("hours", float(following_hours)) as bar:
+            found = nuisance_following(policies, view, following_hours, seed, bar.advance)
+        for policy, rate in found.items():
+            rates[policy] |= {f"following, {level.name.lower()}": rate[level] for level in levels}
+    columns = list(next(iter(rates.values())))
+    table = Table("policy", "timing", *columns, box=None)
+    for policy, each in rates.items():
+        table.add_row(policy.name, policy.timing, *(f"{each[column]:.1f}" for column in columns))
+    console.print("an hour:", highlight=False)
+    console.print(table)
+    return {
+        "nuisance": [
+            {"policy": policy.name, "timing": policy.timing, "per_hour": each}
+            for policy, each in rates.items()
+        ]
+    }

@@ -1,0 +1,46 @@
+"""Our turning now and the bend ahead: what sweeps, and how a bend that grows goes on."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fcw.motion.bend.turn import Turn, sweep_mps, turn_of
+from fcw.motion.bend.turning import AHEAD_S, Turning
+from fcw.motion.state import OwnMotion, OwnPath
+
+DT_NS = 33_333_333
+
+
+@given(st.floats(-0.02, 0.02), st.floats(3, 30), st.floats(0, 30), st.floats(2, 60))
+def test_on_a_steady_bend_turning_and_path_say_the_same(bend_per_m, own_mps, closing_mps, distance_m):
+    path = OwnPath(curvature_per_m=bend_per_m, heading_rad=0.01)
+    turn = Turn(own_mps=own_mps, yaw_rate_radps=bend_per_m * own_mps)
+    closing_mps = min(closing_mps, own_mps)
+    assert sweep_mps(path, turn, distance_m, closing_mps) == pytest.approx(
+        sweep_mps(path, None, distance_m, closing_mps)
+    )
+
+
+def test_what_stands_sweeps_by_our_turning_whatever_the_path_does_ahead():
+    turn = Turn(own_mps=10.0, yaw_rate_radps=0.05)
+    for bend_per_m in (0.0, 0.01):
+        assert sweep_mps(OwnPath(curvature_per_m=bend_per_m), turn, 30.0, 10.0) == pytest.approx(-1.5)
+
+
+def test_turning_is_known_with_speed_and_yaw_rate():
+    assert turn_of(OwnMotion(speed_mps=10.0)) is None
+    assert turn_of(OwnMotion(speed_mps=10.0, yaw_rate_radps=0.1)) == Turn(own_mps=10.0, yaw_rate_radps=0.1)
+
+
+def test_a_bend_that_grows_goes_on_and_a_steady_one_stays():
+    growing, steady = Turning(), Turning()
+    sigma = math.radians(0.1)
+    for k in range(60):
+        change = growing.update(k * DT_NS, 12.0, 0.03 * k * DT_NS / 1e9, sigma)
+        none = steady.update(k * DT_NS, 12.0, 0.05, sigma)
+    assert change == pytest.approx(0.03 * AHEAD_S, rel=0.25)
+    assert none == pytest.approx(0.0, abs=1e-3)
+    assert growing.update(61 * DT_NS, None, None, sigma) == 0.0
+    assert growing.update(62 * DT_NS, 12.0, 0.06, sigma) == 0.0

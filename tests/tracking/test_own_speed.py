@@ -1,0 +1,48 @@
+"""The own speed as the tracker takes it: exact where it was given, smoothed where the picture tells it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fcw.tracking.own_speed import ERRORS_LAST_S, OwnSpeed
+
+DT_S = 1 / 30
+
+
+@given(st.lists(st.floats(0, 50), min_size=2, max_size=20))
+def test_what_was_given_is_taken_as_it_is(speeds_mps):
+    own = OwnSpeed()
+    own.update(0.0, speeds_mps[0], 0.0)
+    for before_mps, speed_mps in pairwise(speeds_mps):
+        assert own.update(DT_S, speed_mps, 0.0) == pytest.approx(speed_mps - before_mps, abs=1e-6)
+        assert own.speed_mps == pytest.approx(speed_mps, abs=1e-6)
+
+
+def test_the_pictures_errors_are_smoothed_and_braking_is_followed():
+    rng, error, own, found = np.random.default_rng(0), 0.0, OwnSpeed(), []
+    lasting = np.exp(-DT_S / ERRORS_LAST_S)
+    for _ in range(3000):
+        error = lasting * error + np.sqrt(1 - lasting**2) * rng.standard_normal()
+        own.update(DT_S, 20.0 + 0.6 * error, 0.6)
+        found.append(own.speed_mps)
+    assert np.mean(found) == pytest.approx(20.0, abs=0.2)
+    gained = np.array(found)[15:] - np.array(found)[:-15]
+    # Of the errors themselves it is 0.6 sqrt(2 (1 - 1/e)) = 0.67 m/s.
+    assert np.std(gained) < 0.45
+    speed_mps = 20.0
+    for _ in range(30):
+        speed_mps -= 6.0 * DT_S
+        own.update(DT_S, speed_mps, 0.6)
+    assert own.speed_mps == pytest.approx(speed_mps, abs=2.0)
+
+
+def test_an_unknown_speed_is_forgotten():
+    own = OwnSpeed()
+    own.update(0.0, 20.0, 0.5)
+    assert own.update(DT_S, None, 0.0) == 0.0
+    assert own.speed_mps is None
+    assert own.update(DT_S, 10.0, 0.5) == 0.0
+    assert own.speed_mps == 10.0
