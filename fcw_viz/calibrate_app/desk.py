@@ -12,8 +12,8 @@ from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
-from fcw_viz.calibrate_app.drive_look import DriveLook
 from fcw_viz.calibrate_app.fields import NumberFields
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
 from fcw_viz.calibrate_app.session import CalibrationSession, Person
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.channel import PageChannel

@@ -5,7 +5,7 @@ from pathlib import Path
 import viser
 
 from fcw.sources import open_source
-from fcw_viz.calibrate_app.drive_look import DriveLook
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
 from fcw_viz.page.pictures import Pictures
