@@ -88,8 +88,10 @@
       const uuid = label.htmlFor;
       const wrong = document.querySelector(`[data-fcw-wrong="${uuid}"]`);
       if (wrong) wrong.id = `wrong-${uuid}`;
+      // The row of the label; a group of buttons has a label and no input.
       let node = label;
       while (node && !node.querySelector("input, [role=slider]")) node = node.parentElement;
+      if (!node || node.querySelectorAll("label[for]").length > 1) continue;
       for (const input of node?.querySelectorAll("input, [role=slider]") ?? []) {
         if (input.type === "hidden") continue;
         const words = label.textContent.trim();

@@ -5,11 +5,15 @@ say where the horizon is. So the paint of each is looked for again beside the la
 proposed line is a straight one through its own paint.
 """
 
+import math
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
 from fcw.motion.lanes import FAINTEST, Lane, find_lane
 from fcw.motion.settings import MotionSettings
@@ -26,6 +30,11 @@ LEAST_REACH = 1.6
 """The farthest of a line's paint is so many times as far as the nearest: a single dash is no line."""
 INLYING_PX = 2.0
 """Paint farther from the straight line is other paint."""
+TRIED_RAD = tuple(math.radians(degrees) for degrees in (0, 1, -1, 2, -2, 3, -3, 4, -4))
+"""Pitches about the believed one. Lines found by a wrong pitch contradict it:"""
+AGREEING_HEIGHTS = 0.015
+"""they meet farther from its horizon than this, in picture heights."""
+NONE_FOUND = "no lane lines found in this picture; go to one of a straight road, or draw them"
 STRAIGHT_PER_M = 1 / 600
 """A lane that bends more has no vanishing point on the horizon."""
 
@@ -35,11 +44,27 @@ def propose_lane_lines(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) 
 
     Args:
         image_bgr: (height, width, 3).
-        camera: as well as it is known; its height and lens may be rough.
+        camera: as well as it is known; height and lens may be rough, and other pitches are tried.
 
     Raises:
         UserError: the picture shows no lane, or one that bends.
     """
+    refused: UserError | None = None
+    for turn_rad in TRIED_RAD:
+        tried = replace(camera, pitch_rad=camera.pitch_rad + turn_rad)
+        try:
+            left, right = _propose(image_bgr, tried)
+            meeting = vanishing_row((left.start_px, left.end_px), (right.start_px, right.end_px), 1.0)
+        except UserError as error:
+            refused = refused or error
+            continue
+        if abs(meeting.value - tried.horizon_row_px) < AGREEING_HEIGHTS * image_bgr.shape[0]:
+            return left, right
+    raise refused or UserError(NONE_FOUND)
+
+
+def _propose(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[Line, Line]:
+    """The lines, if the camera's pitch is about right."""
     height, width = image_bgr.shape[:2]
     factor = max(1, width // MotionSettings().working_width_px)
     small = cv2.resize(image_bgr, (width // factor, height // factor), interpolation=cv2.INTER_AREA)
@@ -47,7 +72,7 @@ def propose_lane_lines(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) 
         np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8), RoadView.of(camera, factor), 0.0, 0.0
     )
     if lane is None:
-        raise UserError("no lane lines found in this picture; go to one of a straight road, or draw them")
+        raise UserError(NONE_FOUND)
     if abs(float(lane.mean[2])) > STRAIGHT_PER_M:
         raise UserError("the lane bends here, so its lines do not show the horizon; go to a straight stretch")
     grey = np.asarray(cv2.cvtColor(image_bgr, cv2.COLOR_BGR2GRAY), np.uint8)
