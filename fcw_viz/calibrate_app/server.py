@@ -36,8 +36,8 @@ class CalibrationPage(PageServer):
         """Open the source (of an MCAP file the topic's pictures) and the work so far, and serve them.
 
         Raises:
-            UserError: the source cannot be read or has tiny pictures, the work is open in another page, or the
-                port is none.
+            UserError: the source cannot be read or has tiny pictures, the work is open in another page, or
+                the port is none.
         """
         check_port(port)
         self._source, self._dark = source, dark

@@ -19,6 +19,7 @@ DETAIL = 2.0
 JPEG_QUALITY = 80
 AHEAD_M = 30.0
 """Farther away a picture has too few pixels to judge lines by."""
+NEAREST_M = 0.5
 OUTSIDE = (128, 128, 128)
 LANE_M, LANE_FT = 3.5, 12.0
 """A usual lane, drawn as a bar to hold against the lane lines."""
@@ -48,12 +49,12 @@ def warp_to_ground(
     lateral_m = (scale.width_px / 2 - columns) / scale.px_per_m
     distance_m = scale.ahead_m - rows / scale.px_per_m
     # Behind the camera's foot nothing is seen, and the projection would turn over.
-    ahead = distance_m + calibration.reference_offset_m > max(0.5, 0.5 - calibration.camera.pole_m)
-    seen_m = np.where(ahead, distance_m, np.inf)
-    lateral_grid_m, distance_grid_m = np.meshgrid(lateral_m, np.where(ahead, distance_m, 1.0))
-    map_x = calibration.column_at(lateral_grid_m, distance_grid_m)
-    map_y = calibration.row_at(distance_grid_m)
-    map_x[~np.isfinite(seen_m)] = -1e4
+    seen = distance_m + calibration.reference_offset_m > max(NEAREST_M, NEAREST_M - calibration.camera.pole_m)
+    shape = (len(distance_m), len(lateral_m))
+    lateral_m = np.asarray(np.broadcast_to(lateral_m, shape), np.float64)
+    distance_m = np.asarray(np.broadcast_to(np.where(seen, distance_m, 1.0)[:, None], shape), np.float64)
+    map_x = np.where(seen[:, None], calibration.column_at(lateral_m, distance_m), -1e4)
+    map_y = calibration.row_at(distance_m)
     return cv2.remap(
         image_bgr,
         map_x.astype(np.float32),

@@ -27,8 +27,8 @@ class ComparePanel:
     def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._desk = desk
         self._chosen = NOTHING
-        self._list = gui.add_dropdown(
-            "Compare with", (NOTHING,), hint="A calibration file in the folder where this one is saved"
+        self._list: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+            "Compare with", [str(NOTHING)], hint="A calibration file in the folder where this one is saved"
         )
         self._table = gui.add_html("")
         on_choice(self._list, desk.run, self._choose)
