@@ -12,12 +12,13 @@ from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
-from fcw_viz.calibrate_app.drive_look import DriveLook
 from fcw_viz.calibrate_app.fields import NumberFields
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
 from fcw_viz.calibrate_app.session import CalibrationSession, Person
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.channel import PageChannel
 from fcw_viz.page.pictures import Pictures
+from fcw_viz.page.script import expect_typing
 from fcw_viz.page.tab import PageTab
 
 
@@ -89,6 +90,7 @@ class Desk:
         self._display = display
         self._newest = self.state
         self._refresh_waits = True  # what is heard while joining is shown once it is known who this is
+        self._asks = False
         self._wanted_frame: int | None = None
         self._tool_click: Callable[[float, float], None] = self._add_mark
 
@@ -211,6 +213,11 @@ class Desk:
         self.state = self._newest
         if self._selected_mark() is None:
             self.selected = None
+        # What is typed right after a click on the picture is the distance that the click asks for.
+        asks = self.tool is Tool.POINTS and self.state.document.next_planned_m is None
+        if asks != self._asks:
+            self._asks = asks
+            expect_typing(self.client, asks)
         self._display.show()
 
     def _hear(self, state: SessionState) -> None:

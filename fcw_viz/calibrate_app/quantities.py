@@ -9,15 +9,15 @@ from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 
 _FOOT_M = 1 / FEET_PER_METRE
-_LENGTH_UNITS = {
+_LENGTH_UNITS: dict[str, float] = {
     **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1.0),
     **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 0.01),
     **dict.fromkeys(("ft", "ft.", "foot", "feet", "'", "′"), _FOOT_M),
     **dict.fromkeys(("in", "in.", "inch", "inches", '"', "″"), _FOOT_M / 12),
     **dict.fromkeys(("yd", "yard", "yards"), 3 * _FOOT_M),
 }
-_ANGLE_UNITS = dict.fromkeys(("°", "deg", "degree", "degrees"), math.radians(1))
-_PIXEL_UNITS = dict.fromkeys(("px", "pixel", "pixels"), 1.0)
+_ANGLE_UNITS: dict[str, float] = dict.fromkeys(("°", "deg", "degree", "degrees"), math.radians(1))
+_PIXEL_UNITS: dict[str, float] = dict.fromkeys(("px", "pixel", "pixels"), 1.0)
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)\s*(.*)", re.IGNORECASE)
 _FEET_AND_INCHES = re.compile(r"(\d+)\s*(?:ft|feet|foot|'|′)\s*(\d+(?:[.,]\d+)?)\s*(?:in|inches|\"|″)?")
 

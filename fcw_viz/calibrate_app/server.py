@@ -4,13 +4,17 @@ from pathlib import Path
 
 import viser
 
+from fcw.errors import UserError
 from fcw.sources import open_source
-from fcw_viz.calibrate_app.drive_look import DriveLook
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
 from fcw_viz.page.guard.guard import bare_address
 from fcw_viz.page.pictures import Pictures
 from fcw_viz.page.server import DEFAULT_PORT, PageServer, check_port
+
+SMALLEST_PX = 64
+"""Of a picture in which anybody can see a road."""
 
 
 class CalibrationPage(PageServer):
@@ -33,11 +37,18 @@ class CalibrationPage(PageServer):
         """Open the source (of an MCAP file the topic's pictures) and the work so far, and serve them.
 
         Raises:
-            UserError: the source cannot be read, the work is open in another page, or the port is none.
+            UserError: the source cannot be read or has tiny pictures, the work is open in another page, or
+                the port is none.
         """
         check_port(port)
         self._source, self._dark = source, dark
         self.pictures = Pictures(open_source(source, topic=topic))
+        size = self.pictures.image_size
+        if min(size.width, size.height) < SMALLEST_PX:
+            raise UserError(
+                f"{source}: its pictures are {size} pixels, too small to click points in; expected at least "
+                f"{SMALLEST_PX} both ways"
+            )
         self.look = DriveLook(self.pictures)
         self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
         super().__init__(port, f"fcw calibrate · {self.pictures.name}", dark)

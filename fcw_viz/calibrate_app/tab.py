@@ -5,10 +5,10 @@ from pathlib import Path
 import viser
 
 from fcw_viz.calibrate_app.desk import Desk
-from fcw_viz.calibrate_app.drive_look import DriveLook
 from fcw_viz.calibrate_app.handles import PictureHandles
 from fcw_viz.calibrate_app.keys import all_keys
 from fcw_viz.calibrate_app.panels.layout import Panels
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.page.keys import add_keys
 from fcw_viz.page.pictures import Pictures

@@ -74,12 +74,17 @@
     const { fcwGoto } = event.target.closest?.("[data-fcw-goto]")?.dataset ?? {};
     if (fcwGoto === undefined) return;
     const [tab, place] = fcwGoto.split("/");
-    [...document.querySelectorAll("[role=tab], [data-pane-tab]")].find((node) => node.textContent.trim() === tab)?.click();
+    const node = [...document.querySelectorAll("[role=tab]")].find((node) => node.textContent.trim() === tab);
+    const { x = 0, y = 0 } = node?.getBoundingClientRect() ?? {};
+    const at = { bubbles: true, button: 0, isPrimary: true, pointerId: 1, clientX: x + 5, clientY: y + 5 };
+    // viser's docked tabs can be dragged: they hear pointers, and no clicks.
+    for (const type of ["pointerdown", "pointerup"]) node?.dispatchEvent(new PointerEvent(type, at));
+    node?.click();
     setTimeout(() => {
       const target = document.querySelector(`[data-fcw-place="${place}"]`);
       target?.scrollIntoView({ block: "center", behavior: "smooth" });
       target?.animate([{ outline: "3px solid #d9480f" }, { outline: "3px solid transparent" }], 2000);
-    }, 60);
+    }, 200);
   });
 
   // viser's labels and inputs do not know each other: a screen reader is told, as is what is wrong with a field.
@@ -88,8 +93,10 @@
       const uuid = label.htmlFor;
       const wrong = document.querySelector(`[data-fcw-wrong="${uuid}"]`);
       if (wrong) wrong.id = `wrong-${uuid}`;
+      // The row of the label; a group of buttons has a label and no input.
       let node = label;
       while (node && !node.querySelector("input, [role=slider]")) node = node.parentElement;
+      if (!node || node.querySelectorAll("label[for]").length > 1) continue;
       for (const input of node?.querySelectorAll("input, [role=slider]") ?? []) {
         if (input.type === "hidden") continue;
         const words = label.textContent.trim();

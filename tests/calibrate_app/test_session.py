@@ -319,3 +319,15 @@ def test_what_a_listener_hears_while_it_joins_is_not_lost(session):
 
     session.join(slow)
     assert [state.document.height_m for state in heard] == [None, 1.2]
+
+
+def test_whose_step_an_undo_took_back_is_told_to_everybody(session):
+    anna, ben = session.join(nobody), session.join(nobody)
+    session.apply(ben, AddMark(600, 461, 0, 4))
+    session.undo(anna)
+    assert session.state.notice == f"{anna.name} took back a step of {ben.name}; redo brings it back."
+    session.redo(anna)
+    assert session.state.notice == ""
+    session.apply(anna, AddMark(600, 400, 0, 9))
+    session.undo(anna)
+    assert session.state.notice == ""

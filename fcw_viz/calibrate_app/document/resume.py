@@ -48,16 +48,18 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
     Raises:
         UserError: the journal cannot be used (see `Journal.open`).
     """
-    loaded, notice = _loaded(save_path, image_size)
+    in_file, notice = _read(save_path, image_size)
+    loaded = None if in_file is None else document_of(in_file)
     digest = file_digest(save_path)
     start = Document(image_size) if loaded is None else loaded
     journal, existed = Journal.open(journal_path(save_path), source.name, start, digest)
     content = journal.content
     history = content.history
-    try:
-        saved = None if loaded is None else calibration_of(loaded)
-    except UserError:
-        saved = None
+    saved = None if loaded is None else _calibration(loaded)
+    if existed and saved is not None and digest == content.saved_digest:
+        # The file is this journal's own, which alone knows how sure the height was.
+        own = _calibration(history.document)
+        saved = own if own == in_file else saved
     if not existed:
         if loaded is not None:
             notice = f"The points of {save_path.name} were loaded."
@@ -117,11 +119,11 @@ def document_of(calibration: Calibration) -> Document:
     )
 
 
-def _loaded(save_path: Path, image_size: ImageSize) -> tuple[Document | None, str]:
+def _read(save_path: Path, image_size: ImageSize) -> tuple[Calibration | None, str]:
     if not save_path.exists():
         return None, ""
     try:
-        return document_of(read_calibration(save_path).for_image_size(image_size)), ""
+        return read_calibration(save_path).for_image_size(image_size), ""
     except UserError as error:
         return None, f"The calibration there is not used: {error}. Saving replaces it."
 

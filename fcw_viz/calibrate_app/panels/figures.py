@@ -1,16 +1,29 @@
-"""How the error grows with the distance, and the ground from above."""
+"""How the error grows with the distance, and the ground from above, as drawn and as the picture shows it."""
+
+import threading
+import time
 
 import viser
 
+from fcw.camera.calibration import Calibration
+from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.drawing.birds_eye import birds_eye
 from fcw_viz.calibrate_app.drawing.figures import interval_plot
+from fcw_viz.calibrate_app.drawing.warped import warped_scale, warped_svg
 from fcw_viz.page.style import set_html, text_block
 
 FIRST_WORDS = '<p class="dim">Comes with the first result.</p>'
 PLOT_WORDS = (
     '<p class="dim">Two times in three the true distance lies in the band; the dots are your points.</p>'
 )
+WARPED_WORDS = (
+    '<p class="dim">The picture put on the ground: lane lines of a straight road must come out straight, '
+    "parallel and of their true width. The bar is a usual lane; a wrong width is a wrong height, lines that "
+    "close or open ahead are a wrong horizon.</p>"
+)
+WARP_PAUSE_S = 0.4
+"""While somebody drags, the warped picture follows in such steps."""
 
 
 class IntervalPanel:
@@ -30,10 +43,15 @@ class IntervalPanel:
 
 
 class AbovePanel:
-    """The ground from above."""
+    """The ground from above, drawn and warped."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
         self._picture = gui.add_html("")
+        self._warped = ""
+        self._warped_of: tuple[int, Calibration, bool] | None = None
+        self._warped_s = 0.0
+        self._later: threading.Timer | None = None
 
     def show(self, state: SessionState) -> None:
         """Draw the result of a moment of the session."""
@@ -42,5 +60,29 @@ class AbovePanel:
             return
         document = state.document
         marks = document.marks if state.current else ()
-        picture = birds_eye(state.shown, marks, document.imperial, state.current)
-        set_html(self._picture, text_block(f'<div class="fcw-above">{picture}</div>'))
+        drawn = birds_eye(state.shown, marks, document.imperial, state.current)
+        self._warp(state)
+        figures = f'<div class="fcw-above">{self._warped}{drawn}</div>'
+        set_html(self._picture, text_block(f"{WARPED_WORDS}{figures}"))
+
+    def close(self) -> None:
+        """The tab is gone."""
+        if self._later is not None:
+            self._later.cancel()
+
+    def _warp(self, state: SessionState) -> None:
+        desk, result = self._desk, state.shown
+        if result is None:
+            return
+        wanted = (desk.frame_index, result.calibration, state.document.imperial)
+        if wanted == self._warped_of:
+            return
+        now_s = time.monotonic()
+        if now_s - self._warped_s < WARP_PAUSE_S:
+            if self._later is None or not self._later.is_alive():
+                self._later = threading.Timer(WARP_PAUSE_S, lambda: desk.run(desk.refresh))
+                self._later.start()
+            return
+        self._warped_s, self._warped_of = now_s, wanted
+        image_bgr = desk.pictures.read(desk.frame_index).image
+        self._warped = warped_svg(image_bgr, result, warped_scale(result), state.document.imperial)

@@ -13,6 +13,7 @@ from fcw_viz.calibrate_app.keys import HELP_ROWS
 from fcw_viz.calibrate_app.panels.camera.lens import LensPanel
 from fcw_viz.calibrate_app.panels.camera.setup import SetupPanel
 from fcw_viz.calibrate_app.panels.check import CheckPanel
+from fcw_viz.calibrate_app.panels.compare import ComparePanel
 from fcw_viz.calibrate_app.panels.figures import AbovePanel, IntervalPanel
 from fcw_viz.calibrate_app.panels.guide import Guide
 from fcw_viz.calibrate_app.panels.picture import PicturePanel
@@ -64,11 +65,12 @@ class Panels:
         with tabs.add_tab("Check"):
             self._check = CheckPanel(gui, desk)
             interval = IntervalPanel(gui)
+            compare = ComparePanel(gui, desk)
         with tabs.add_tab("From above"):
-            above = AbovePanel(gui)
+            self._above = AbovePanel(gui, desk)
         with tabs.add_tab("Keys"):
             add_page_panel(gui, desk.run, HELP_ROWS, dark)
-        self._all: list[Panel] = [*steps, self._check, interval, above]
+        self._all: list[Panel] = [*steps, self._check, interval, compare, self._above]
 
     def show(self, state: SessionState) -> None:
         """Bring all of them to a moment of the session."""
@@ -78,3 +80,4 @@ class Panels:
     def close(self) -> None:
         """The tab is gone: end what runs."""
         self._check.close()
+        self._above.close()

@@ -33,8 +33,9 @@ class PicturePanel:
             },
         )
 
-    def show(self, _: SessionState) -> None:
+    def show(self, state: SessionState) -> None:
         """Show which picture is seen."""
+        del state  # the desk alone knows which picture its tab shows
         pictures, index = self._desk.pictures, self._desk.frame_index
         seconds = index / pictures.frame_rate_hz
         note = f"{seconds:.1f} s" if pictures.count > 1 else str(pictures.image_size)

@@ -25,7 +25,7 @@ class PresetPanel:
         self._chosen: Preset | SpacedPreset | None = None
         self._first_m: float | None = None
         self._presets: dict[str, Preset | SpacedPreset] = {}
-        self._list = gui.add_dropdown("Distances", (OWN_DISTANCES,))
+        self._list: viser.GuiDropdownHandle[str] = gui.add_dropdown("Distances", [str(OWN_DISTANCES)])
         self._words = gui.add_html("")
         self._first = desk.fields.add(
             gui,

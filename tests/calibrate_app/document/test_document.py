@@ -120,3 +120,11 @@ def test_an_edit_survives_its_form_on_the_disk(edit):
 def test_what_is_no_edit_is_not_read_as_one(value):
     with pytest.raises(ValueError, match=r".+"):
         edit_from_json(value)
+
+
+def test_the_letter_of_a_deleted_point_is_used_again_but_not_its_id():
+    document = Document(SIZE)
+    for row_px in (500.0, 450.0, 420.0):
+        document = AddMark(600.0, row_px).apply(document)
+    document = AddMark(600.0, 400.0).apply(DeleteMark(2).apply(document))
+    assert [(mark.id, mark.name) for mark in document.marks] == [(1, "A"), (3, "C"), (4, "B")]

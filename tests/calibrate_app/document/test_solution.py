@@ -230,7 +230,9 @@ def test_a_distance_taken_back_is_asked_for_again():
 
 def test_a_point_in_the_sky_is_said_of_that_point_at_once_and_of_no_other():
     document = said(*seen(6, 15, 40), height_m=1.3)
-    row_px = solve(document).result.calibration.horizon_row_px - 60
+    result = solve(document).result
+    assert result is not None
+    row_px = result.calibration.horizon_row_px - 60
     clicked = AddMark(600.0, row_px).apply(document)
     (trouble,) = solve(clicked).troubles
     assert trouble.mark_ids == (4,)
@@ -239,6 +241,7 @@ def test_a_point_in_the_sky_is_said_of_that_point_at_once_and_of_no_other():
     typed = SetDistance(4, 60.0).apply(clicked)
     (trouble,) = solve(typed).troubles
     assert trouble.mark_ids == (4,)
+    assert trouble.mend is not None
     for edit in trouble.mend.edits:
         typed = edit.apply(typed)
     assert solve(typed).troubles == ()

@@ -13,13 +13,16 @@ from fcw_viz.calibrate_app.document.edits import EnableLaneLines, SetHorizon, Se
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
 from fcw_viz.calibrate_app.panels.camera.belief import effect_words
+from fcw_viz.calibrate_app.proposals.drive_look import assumed_camera
+from fcw_viz.calibrate_app.proposals.lane_lines import propose_lane_lines
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.controls import on_button, on_choice, on_press
 from fcw_viz.page.style import set_html, text_block
 
 LOOK, TAKE = "Find the horizon in the drive", "Take this horizon"
 LOOKING_WORDS = "Looking at the drive; some seconds."
-DRAG_HORIZON, DRAW_LINES, CLEAR = "Drag the horizon", "Draw two lane lines", "Remove them"
+DRAG_HORIZON = "Drag the horizon"
+FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw two", "Remove them"
 HORIZON_WORDS = "Drag the horizon to where a flat, straight road would end, or click there. Esc when done."
 LINE_WORDS = (
     "Click a point of the left lane marking, near the bottom of the picture.",
@@ -38,7 +41,7 @@ class HorizonPanel:
         self._look = gui.add_button(LOOK, icon=viser.Icon.SEARCH, visible=drive)
         self._words = gui.add_html("")
         self._horizon = gui.add_button_group("", (DRAG_HORIZON,))
-        self._lines = gui.add_button_group("", (DRAW_LINES, CLEAR))
+        self._lines = gui.add_button_group("", (FIND_LINES, DRAW_LINES, CLEAR))
         self._lines_used = gui.add_checkbox("Use them", False, visible=False)
         self._lines_words = gui.add_html("")
         self._line_start: tuple[float, float] | None = None
@@ -50,7 +53,11 @@ class HorizonPanel:
             {DRAG_HORIZON: lambda: desk.use(Tool.HORIZON, self._horizon_clicked, HORIZON_WORDS)},
         )
         on_choice(self._lines_used, desk.run, lambda enabled: desk.apply(EnableLaneLines(enabled)))
-        on_press(self._lines, desk.run, {DRAW_LINES: self._draw_lines, CLEAR: self._clear_lines})
+        on_press(
+            self._lines,
+            desk.run,
+            {FIND_LINES: self._find_lines, DRAW_LINES: self._draw_lines, CLEAR: self._clear_lines},
+        )
 
     def show(self, state: SessionState) -> None:
         """Bring it to a moment of the session, and to what is known of the drive."""
@@ -84,8 +91,21 @@ class HorizonPanel:
     def _horizon_clicked(self, _: float, row_px: float) -> None:
         self._desk.apply(SetHorizon(Belief(Gaussian(row_px, HORIZON_ROW_SIGMA_PX))))
 
+    def _find_lines(self) -> None:
+        """Propose the lane's lines in this picture; they count once the person says so."""
+        desk, shown, look = self._desk, self._desk.state.shown, self._desk.look.look
+        size = desk.pictures.image_size
+        horizon = None if look is None else look.horizon
+        camera = assumed_camera(size, horizon) if shown is None else shown.calibration.camera
+        lines = propose_lane_lines(desk.pictures.read(desk.frame_index).image, camera)
+        left, right = lines
+        desk.apply(EnableLaneLines(False), SetLaneLine(0, left), SetLaneLine(1, right))
+        desk.notify("Are these your lane's lines?", "If so, switch “Use them” on; else drag their ends.")
+
     def _draw_lines(self) -> None:
         self._line_start = None
+        if not self._desk.state.document.lane_lines_enabled:
+            self._desk.apply(EnableLaneLines(True))
         self._desk.use(Tool.LANE_LINES, partial(self._line_clicked, 0), LINE_WORDS[0])
 
     def _line_clicked(self, step: int, column_px: float, row_px: float) -> None:

@@ -36,8 +36,8 @@ LEAST_KNOWN_PART = 0.5
 """Of the time since the speed was first known: where it comes and goes, the motion was not understood."""
 LARGEST_SIGMA_HEIGHTS = 0.012
 ROAD_SIGMA_HEIGHTS = 0.004
-"""In picture heights: root mean square of what ten clips of eight cameras missed (`tests/calibrate_app/
-test_drive_look.py`); roads are not level with the travel, and the truth of most of them is a rough one."""
+"""In picture heights: root mean square of what the drives of `test_drive_look.py` missed, with the error of
+their own truth; roads are not level with the travel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     if pictures.count < 2:
         return Look(None, "One picture shows no motion: drag the horizon, or draw two lane lines.")
     size = pictures.image_size
-    camera = _assumed(size)
+    camera = assumed_camera(size)
     estimator = MotionEstimator(Calibration.from_camera(camera, size), SETTINGS)
     first_s = last_s = None
     known_s = since_s = 0.0
@@ -149,6 +149,9 @@ class DriveLook:
             listener()
 
 
-def _assumed(size: ImageSize) -> GroundPlaneCamera:
+def assumed_camera(size: ImageSize, horizon: Gaussian | None = None) -> GroundPlaneCamera:
+    """An ordinary camera that nothing is known of, but where a drive showed the horizon."""
     focal_px = size.width / 2 / math.tan(ASSUMED_VIEW_RAD / 2)
-    return GroundPlaneCamera(0.0, focal_px, (size.height - 1) / 2, ASSUMED_HEIGHT_M, (size.width - 1) / 2)
+    middle_px = (size.height - 1) / 2
+    pitch_rad = 0.0 if horizon is None else math.atan((middle_px - horizon.value) / focal_px)
+    return GroundPlaneCamera(pitch_rad, focal_px, middle_px, ASSUMED_HEIGHT_M, (size.width - 1) / 2)

@@ -10,10 +10,10 @@ from fcw.camera.calibration import GroundPoint
 from fcw.camera.file import default_path, read_calibration
 from fcw.camera.solve import calibrate
 from fcw.sources import open_source
-from fcw_viz.calibrate_app.drive_look import DriveLook, look_at
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, look_at
 from fcw_viz.page.pictures import Pictures
 
-DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
+DEMO = Path(__file__).parents[3] / "recordings" / "demo" / "drive.mp4"
 KITTI_HORIZON_ROW_PX = 172.854 + 721.538 * np.tan(np.radians(0.3))
 """Of `kitti-odometry-03`: the axis is 0.3 degrees above the direction of travel."""
 CLIPS = {

@@ -1,0 +1,101 @@
+"""Two calibrations side by side: their rows and distances, and what one reads where the other says so."""
+
+import math
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import viser
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
+from fcw.errors import UserError
+from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.numbers_text import in_units, row_distance_text, unit_name
+from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.page.controls import on_choice
+from fcw_viz.page.style import set_html, text_block
+
+NOTHING = "nothing"
+COMPARED_M = np.array([10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 80.0])
+FILES = "*.calibration.yaml"
+
+
+class ComparePanel:
+    """A list of the calibration files beside the drive, and a table against the one chosen."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        self._chosen = NOTHING
+        self._list: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+            "Compare with", [str(NOTHING)], hint="A calibration file in the folder where this one is saved"
+        )
+        self._table = gui.add_html("")
+        on_choice(self._list, desk.run, self._choose)
+
+    def show(self, state: SessionState) -> None:
+        """Bring the table to a moment of the session."""
+        names = (NOTHING, *sorted(path.name for path in state.save_path.parent.glob(FILES)))
+        if self._chosen not in names:
+            self._chosen = NOTHING
+        if tuple(self._list.options) != names:
+            self._list.options = names
+            self._list.value = self._chosen
+        set_html(self._table, text_block(self._html(state)))
+
+    def _choose(self, name: str) -> None:
+        self._chosen = name
+        self._desk.refresh()
+
+    def _html(self, state: SessionState) -> str:
+        if self._chosen == NOTHING:
+            return ""
+        if state.shown is None:
+            return '<p class="dim">Comes with the first result.</p>'
+        path = state.save_path.parent / self._chosen
+        try:
+            other = read_calibration(path).for_image_size(state.document.image_size)
+        except UserError as error:
+            return f'<p class="fcw-wrong" role="alert">{escape(str(error))}</p>'
+        return comparison_html(state.shown.calibration, other, path, state.document.imperial)
+
+
+def comparison_html(here: Calibration, there: Calibration, path: Path, imperial: bool) -> str:
+    """The table, and the cameras in a line each."""
+    unit = unit_name(imperial)
+    lines = [
+        f"<tr><th>{unit}</th><th>row here</th><th>row there</th><th>there it reads</th><th></th></tr>",
+        *(_line(here, there, float(distance_m), imperial) for distance_m in COMPARED_M),
+    ]
+    return (
+        f"<table>{''.join(lines)}</table><p class='dim'>Distances from the reference here; “there” is "
+        f"{escape(path.name)}.</p><p>Here: {camera_words(here)}.<br>There: {camera_words(there)}.</p>"
+    )
+
+
+def read_there(here: Calibration, there: Calibration, distance_m: float) -> float:
+    """What the other one reads at the row of a distance here, from the reference here; inf for sky."""
+    from_camera_m = there.distance_at(here.row_at(distance_m)) + there.reference_offset_m
+    return from_camera_m - here.reference_offset_m
+
+
+def camera_words(calibration: Calibration) -> str:
+    """Pitch, field of view, horizon and height in one line."""
+    camera = calibration.camera
+    return (
+        f"pitch {math.degrees(camera.pitch_rad):.1f}°, field of view "
+        f"{math.degrees(calibration.field_of_view_rad):.0f}°, horizon at row {camera.horizon_row_px:.0f}, "
+        f"height {camera.height_m:.2f} m"
+    )
+
+
+def _line(here: Calibration, there: Calibration, distance_m: float, imperial: bool) -> str:
+    other_m = read_there(here, there, distance_m)
+    row_there_px = there.row_at(distance_m + here.reference_offset_m - there.reference_offset_m)
+    sky = not math.isfinite(other_m)
+    reads = "sky" if sky else f"{in_units(other_m, imperial):.1f}"
+    change = "" if sky else f"{other_m / distance_m - 1:+.1%}"
+    return (
+        f"<tr><td>{row_distance_text(distance_m, imperial)}</td><td>{here.row_at(distance_m):.1f}</td>"
+        f"<td>{row_there_px:.1f}</td><td>{reads}</td><td>{change}</td></tr>"
+    )

@@ -1,0 +1,134 @@
+"""The lines of the own lane in one picture, proposed for a person to confirm.
+
+`fcw.motion.lanes` finds the lane as two parallel lines of a road whose horizon is taken as known: they cannot
+say where the horizon is. So the paint of each is looked for again beside the lane that was found, and each
+proposed line is a straight one through its own paint.
+"""
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.vanishing import vanishing_row
+from fcw.errors import UserError
+from fcw.motion.lanes import FAINTEST, Lane, find_lane
+from fcw.motion.settings import MotionSettings
+from fcw.motion.view import RoadView
+from fcw_viz.calibrate_app.document.document import Line
+
+DISTANCES_M = np.geomspace(7.0, 35.0, 60)
+ASIDE_M = np.arange(-0.6, 0.601, 0.02)
+"""So far beside the lane that was found its paint is looked for."""
+SIDE_STEPS = 12
+"""Paint is brighter than the road a quarter of a metre to both sides."""
+FEWEST_PLACES = 8
+LEAST_REACH = 1.6
+"""The farthest of a line's paint is so many times as far as the nearest: a single dash is no line."""
+INLYING_PX = 2.0
+"""Paint farther from the straight line is other paint."""
+TRIED_RAD = tuple(math.radians(degrees) for degrees in (0, 1, -1, 2, -2, 3, -3, 4, -4))
+"""Pitches about the believed one. Lines found by a wrong pitch contradict it:"""
+AGREEING_HEIGHTS = 0.015
+"""they meet farther from its horizon than this, in picture heights."""
+NONE_FOUND = "no lane lines found in this picture; go to one of a straight road, or draw them"
+STRAIGHT_PER_M = 1 / 600
+"""A lane that bends more has no vanishing point on the horizon."""
+
+
+def propose_lane_lines(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[Line, Line]:
+    """The left and the right line.
+
+    Args:
+        image_bgr: (height, width, 3).
+        camera: as well as it is known; height and lens may be rough, and other pitches are tried.
+
+    Raises:
+        UserError: the picture shows no lane, or one that bends.
+    """
+    refused: UserError | None = None
+    for turn_rad in TRIED_RAD:
+        tried = replace(camera, pitch_rad=camera.pitch_rad + turn_rad)
+        try:
+            left, right = _propose(image_bgr, tried)
+            meeting = vanishing_row((left.start_px, left.end_px), (right.start_px, right.end_px), 1.0)
+        except UserError as error:
+            refused = refused or error
+            continue
+        if abs(meeting.value - tried.horizon_row_px) < AGREEING_HEIGHTS * image_bgr.shape[0]:
+            return left, right
+    raise refused or UserError(NONE_FOUND)
+
+
+def _propose(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[Line, Line]:
+    """The lines, if the camera's pitch is about right."""
+    height, width = image_bgr.shape[:2]
+    factor = max(1, width // MotionSettings().working_width_px)
+    small = cv2.resize(image_bgr, (width // factor, height // factor), interpolation=cv2.INTER_AREA)
+    lane = find_lane(
+        np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8), RoadView.of(camera, factor), 0.0, 0.0
+    )
+    if lane is None:
+        raise UserError(NONE_FOUND)
+    if abs(float(lane.mean[2])) > STRAIGHT_PER_M:
+        raise UserError("the lane bends here, so its lines do not show the horizon; go to a straight stretch")
+    grey = np.asarray(cv2.cvtColor(image_bgr, cv2.COLOR_BGR2GRAY), np.uint8)
+    view = RoadView.of(camera, 1)
+    horizon_px = camera.horizon_row_px
+    left, right = (_through_paint(_paint(grey, view, lane, side), horizon_px) for side in (1.0, -1.0))
+    if left is None or right is None:
+        raise UserError("too little of the lane lines is seen in this picture; try another one, or draw them")
+    return left, right
+
+
+def _paint(grey: NDArray[np.uint8], view: RoadView, lane: Lane, side: float) -> FloatArray:
+    """(N, 2) columns and rows of the brightest ridge near the line, one for each distance that has one."""
+    offset_m, heading_rad, bend_per_m, lane_m = (float(value) for value in lane.mean)
+    line_m = offset_m + heading_rad * DISTANCES_M + bend_per_m * DISTANCES_M**2 / 2 + side * lane_m / 2
+    columns, rows = view.places(line_m[:, None] + ASIDE_M, DISTANCES_M[:, None])
+    values = cv2.remap(
+        grey, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0
+    ).astype(float)
+    middle = values[:, SIDE_STEPS:-SIDE_STEPS]
+    ridge = middle - np.maximum(values[:, : -2 * SIDE_STEPS], values[:, 2 * SIDE_STEPS :])
+    best = np.argmax(ridge, axis=1)
+    each = np.arange(len(best))
+    # The middle of the paint: a wide line has a flat top.
+    bright = ridge > 0.5 * ridge[each, best][:, None]
+    near = np.abs(np.arange(ridge.shape[1]) - best[:, None]) <= SIDE_STEPS
+    weights = np.where(bright & near, ridge, 0.0)
+    seen = ridge[each, best] > FAINTEST
+    total = np.maximum(weights.sum(axis=1), 1e-9)
+    inner = slice(SIDE_STEPS, -SIDE_STEPS)
+    places = np.column_stack(
+        ((weights * columns[:, inner]).sum(axis=1) / total, (weights * rows[:, inner]).sum(axis=1) / total)
+    )
+    return places[seen]
+
+
+def _through_paint(places: FloatArray, horizon_px: float) -> Line | None:
+    """The straight line through most of the places, from the nearest to the farthest of them."""
+    best: NDArray[np.bool_] | None = None
+    for i in range(len(places)):
+        for j in range(i + 4, len(places)):
+            (u1, v1), (u2, v2) = places[i], places[j]
+            if v1 - v2 < 4 * INLYING_PX:
+                continue
+            off_px = (places[:, 0] - u1) - (u2 - u1) / (v2 - v1) * (places[:, 1] - v1)
+            near = np.abs(off_px) < INLYING_PX
+            if best is None or near.sum() > best.sum():
+                best = near
+    if best is None or best.sum() < FEWEST_PLACES:
+        return None
+    columns, rows = places[best, 0], places[best, 1]
+    # Distances are as the inverse of rows below the horizon.
+    if rows.max() - horizon_px < LEAST_REACH * (rows.min() - horizon_px):
+        return None
+    slope, column_at_zero = np.polyfit(rows, columns, 1)
+    near_px, far_px = (
+        (float(column_at_zero + slope * row_px), float(row_px)) for row_px in (rows.max(), rows.min())
+    )
+    return Line(near_px, far_px)

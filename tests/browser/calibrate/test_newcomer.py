@@ -1,0 +1,176 @@
+"""Somebody with a recorded clip and no tape measure, on any window, and what they type on the way."""
+
+from pathlib import Path
+
+import pytest
+from calibrate_helpers import DEMO_MARKS_PX, OpenPage, Person, Serve, WaitFor, copy_of_demo_drive
+
+from fcw.camera.file import default_path, read_calibration
+from fcw_viz.calibrate_app.document.edits import AddMark, SetHeight
+from fcw_viz.calibrate_app.document.state import Status
+from fcw_viz.calibrate_app.session import Person as SessionPerson
+from fcw_viz.cli import main
+
+SOMEBODY = SessionPerson("somebody")
+MOST_ACTIONS = 10
+TRUE_HORIZON_ROW_PX, TRUE_HEIGHT = 329.8, "130 cm"
+WINDOWS_PX = ((1400, 900), (1000, 700), (768, 1024), (390, 844))
+_PLACES = """() => {
+  const box = (node) => {
+    const { left, top, right, bottom } = node.getBoundingClientRect();
+    return [left, top, right, bottom];
+  };
+  return {
+    canvas: box(window.__viserMutable.canvas),
+    banner: box(document.querySelector('.fcw-banner')),
+    tabs: box(document.querySelector('[role=tab]')),
+    heading: box(document.querySelector('.fcw-step')),
+    beyond: document.documentElement.scrollWidth - window.innerWidth,
+  };
+}"""
+
+
+def test_a_clip_without_a_tape_measure_is_calibrated_in_ten_actions(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    source = copy_of_demo_drive(tmp_path)
+    page = serve(source)
+    person = Person(open_page(page.url))
+    assert "Choose what you have" in person.banner
+    actions = 0
+
+    def done(count: int = 1) -> None:
+        nonlocal actions
+        actions += count
+
+    person.button("A recorded clip, no tape measure").click()
+    done()
+    wait_for(lambda: "how high the camera is" in person.banner)
+    person.field("Camera height").fill(TRUE_HEIGHT)
+    done()
+    wait_for(lambda: "how much the lens sees" in person.banner)
+    person.field("Kind of camera").click()
+    person.browser.page.get_by_role("option", name="Phone, main camera").click()
+    done(2)
+    wait_for(lambda: "Take the horizon that the drive shows" in person.banner)
+    person.button("Take this horizon").click()
+    done()
+    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    person.browser.page.locator(".fcw-banner button").click()
+    done()
+    wait_for(lambda: "Saved" in person.banner)
+    assert actions <= MOST_ACTIONS
+
+    # What it says of itself is true of the drive.
+    saved, true = read_calibration(default_path(source)), page.session.state
+    assert true.saved
+    assert abs(saved.horizon_row_px - TRUE_HORIZON_ROW_PX) < 4
+    for (_, row_px), true_m in zip(DEMO_MARKS_PX, (7.6, 16.6, 31.6), strict=True):
+        low_m, high_m = saved.distance_interval(row_px)
+        assert low_m < true_m < high_m
+        assert abs(saved.distance_at(row_px) / true_m - 1) < 0.1
+    page.stop()
+    again = serve(source)
+    assert again.session.state.saved
+    assert again.session.state.document.way == "clip"
+    assert main(["run", str(source), "--out", str(tmp_path / "out"), "--no-own-motion"]) == 0
+
+
+def test_what_is_typed_is_understood_or_stays_with_what_was_expected(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(copy_of_demo_drive(tmp_path))
+    person = Person(open_page(page.url))
+
+    def distances() -> list[float | None]:
+        return [mark.distance_m for mark in page.session.state.document.marks]
+
+    # Typed at once after the click, before there is a field: nothing is lost and nothing is selected.
+    person.browser.click(*DEMO_MARKS_PX[0])
+    person.type("7,6")
+    wait_for(lambda: distances() == [7.6])
+    person.browser.click(*DEMO_MARKS_PX[1])
+    wait_for(lambda: person.cursor_is_in("B, metres"))
+    person.type("54.46 ft")
+    wait_for(lambda: distances()[1:] == [pytest.approx(54.46 * 0.3048)])
+    person.browser.click(*DEMO_MARKS_PX[2])
+    wait_for(lambda: person.cursor_is_in("C, metres"))
+    person.type("1e9")
+    wait_for(lambda: person.browser.page.locator(".fcw-wrong").count() == 1)
+    assert "'1e9' is not a distance along the road: expected 0.3 to 500 m" in person.words(".fcw-wrong")
+    assert person.field("C, metres").input_value() == "1e9"
+    wait_for(lambda: person.field("C, metres").get_attribute("aria-invalid") == "true")
+    assert person.field("C, metres").get_attribute("aria-label") == "C, metres"
+    person.field("C, metres").fill("31.6 m")
+    wait_for(lambda: person.browser.page.locator(".fcw-wrong").count() == 0)
+    wait_for(lambda: distances()[2] == 31.6)
+
+    # Saved by its key while the cursor is in a field, with what was just typed in it.
+    person.field("Camera height").click()
+    person.type("4 ft 3 in")
+    person.press("Control+s")
+    wait_for(lambda: page.session.state.saved)
+    assert page.session.state.document.height_m == pytest.approx(4.25 * 0.3048)
+    wait_for(lambda: "Saved drive.calibration.yaml" in person.words(".mantine-Notification-root"))
+    person.put_away_notifications()
+
+    # A deleted letter is used again.
+    person.press("2", "Delete")
+    wait_for(lambda: len(distances()) == 2)
+    person.browser.click(*DEMO_MARKS_PX[1])
+    wait_for(lambda: person.cursor_is_in("B, metres"))
+
+
+def test_the_banner_leads_to_what_it_names_from_any_tab(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(copy_of_demo_drive(tmp_path))
+    marks = zip(DEMO_MARKS_PX, (7.6, 16.6, 25.0), strict=True)
+    sky = AddMark(640.0, 90.0, 0, 60.0)
+    page.session.apply(
+        SOMEBODY, *(AddMark(*place, 0, distance_m) for place, distance_m in marks), sky, SetHeight(1.3)
+    )
+    assert page.session.state.solution.status is not Status.GOOD
+    person = Person(open_page(page.url, window_px=(1000, 700)))
+    person.browser.page.get_by_role("tab", name="Keys").click()
+    person.browser.page.locator(".fcw-banner button").click()
+    trouble = person.browser.page.locator("[data-fcw-place=trouble]").first
+
+    def seen() -> bool:
+        box = trouble.bounding_box() if trouble.count() else None
+        return box is not None and box["y"] >= 0 and box["y"] + box["height"] <= 700
+
+    wait_for(seen)
+
+
+@pytest.mark.parametrize("window_px", WINDOWS_PX, ids=lambda size: f"{size[0]}x{size[1]}")
+def test_on_every_window_the_picture_is_whole_and_the_panel_beside_or_below_it(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor, window_px: tuple[int, int]
+):
+    page = serve(copy_of_demo_drive(tmp_path))
+    marks = zip(DEMO_MARKS_PX, (7.6, 16.6, 31.6), strict=True)
+    page.session.apply(
+        SOMEBODY, *(AddMark(*place, 0, distance_m) for place, distance_m in marks), SetHeight(1.3)
+    )
+    person = Person(open_page(page.url, window_px=window_px))
+    width_px, height_px = window_px
+
+    def fitted() -> bool:
+        left, top, right, bottom = person.browser.page.evaluate(_PLACES)["canvas"]
+        (x0, y0), (x1, y1) = (person.browser.screen_position(*corner) for corner in ((0, 0), (1279, 719)))
+        inside = left <= x0 < x1 <= right and top <= y0 < y1 <= bottom
+        return inside and (x1 - x0 > 0.85 * (right - left) or y1 - y0 > 0.85 * (bottom - top))
+
+    wait_for(fitted)
+    places = person.browser.page.evaluate(_PLACES)
+    canvas, banner = places["canvas"], places["banner"]
+    assert places["beyond"] <= 0
+    assert 0 <= banner[0] < banner[2] <= canvas[2]
+    for part in (places["tabs"], places["heading"]):
+        # In the window, and not over the picture.
+        assert 0 <= part[0] < part[2] <= width_px
+        assert 0 <= part[1] < part[3] <= height_px
+        assert part[0] >= canvas[2] - 1 or part[1] >= canvas[3] - 1
+    if height_px > width_px:
+        assert canvas[3] <= 0.5 * height_px
+        assert canvas[2] - canvas[0] == width_px

@@ -1,0 +1,38 @@
+"""Two calibrations side by side: rows and what one reads where the other says so."""
+
+from pathlib import Path
+
+import pytest
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.panels.compare import comparison_html, read_there
+
+SIZE = ImageSize(1280, 720)
+CAMERA = GroundPlaneCamera(0.0, 1000.0, 359.5, 1.3, 639.5)
+HERE = Calibration.from_camera(CAMERA, SIZE)
+FILE = Path("drives/old.calibration.yaml")
+
+
+def test_a_camera_a_tenth_higher_reads_a_tenth_more():
+    there = Calibration.from_camera(GroundPlaneCamera(0.0, 1000.0, 359.5, 1.43, 639.5), SIZE)
+    assert read_there(HERE, there, 20.0) == pytest.approx(22.0)
+    html = comparison_html(HERE, there, FILE, imperial=False)
+    # v - v0 = f h / d
+    assert "<tr><td>20 m</td><td>424.5</td><td>431.0</td><td>22.0</td><td>+10.0%</td></tr>" in html
+    assert "old.calibration.yaml" in html
+
+
+def test_distances_from_another_reference_are_told_from_the_one_here():
+    there = Calibration.from_camera(CAMERA, SIZE, 1.8)
+    assert read_there(HERE, there, 20.0) == pytest.approx(20.0)
+
+
+def test_rows_that_the_other_one_sees_in_the_sky_are_said_to_be():
+    there = Calibration.from_camera(GroundPlaneCamera(-0.06, 1000.0, 359.5, 1.3, 639.5), SIZE)
+    assert "<td>sky</td>" in comparison_html(HERE, there, FILE, imperial=False)
+
+
+def test_feet_are_feet():
+    assert "<td>65.6 ft</td>" in comparison_html(HERE, HERE, FILE, imperial=True)
