@@ -158,8 +158,7 @@ class Annotating:
             raise UserError("nothing to do again")
         self._taken_back.remove(last)
         targets = [self._target(entry_id) for entry_id in last.entry_ids]
-        for entry_id in reversed(last.entry_ids):
-            self._place.session.take_back(name, entry_id)
+        self._place.session.say(name, *map(TakenBack, reversed(last.entry_ids)))
         known = tuple(target for target in reversed(targets) if target is not None)
         self._said.append(_Words(name, known))
 
@@ -173,12 +172,9 @@ class Annotating:
 
     def _take_back(self, words: "_Words") -> None:
         """Take back all of a step, the last word first."""
-        taken_back = [
-            self._place.session.take_back(words.drive, entry_id).entry_id
-            for entry_id in reversed(words.entry_ids)
-        ]
+        entries = self._place.session.say(words.drive, *map(TakenBack, reversed(words.entry_ids)))
         self._said = [said for said in self._said if said != words]
-        self._taken_back.append(_Words(words.drive, tuple(taken_back)))
+        self._taken_back.append(_Words(words.drive, tuple(entry.entry_id for entry in entries)))
 
     def _choose_level(self, about: str) -> None:
         entry_id, _, level = about.partition(" ")

@@ -15,7 +15,7 @@ from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.player import SPEEDS
 from fcw_viz.review_app.time.plots import Plotted, make_plots, plot_places, plots_svg, value_text
 from fcw_viz.review_app.time.timeline import HEIGHT_PX as TIMELINE_PX
-from fcw_viz.review_app.time.timeline import timeline_svg
+from fcw_viz.review_app.time.timeline import labelled_spans, timeline_svg
 
 RIGHT_PX, BOTTOM_PX = 14.0, 4.0
 LEFT_PX, NARROW_LEFT_PX = 150.0, 108.0
@@ -158,7 +158,9 @@ class Strip:
     ) -> None:
         """The whole drive."""
         axis = whole_axis(drive, layout)
-        svg = timeline_svg(axis, shown.events, shown.review, window, selected, drive.header.imperial)
+        labelled = labelled_spans(drive, shown.review)
+        imperial = drive.header.imperial
+        svg = timeline_svg(axis, shown.events, shown.review, window, selected, imperial, labelled=labelled)
         area = (
             f'<div class="fcw-area" style="left:{layout.left_px:.0f}px;top:{BAR_PX:.0f}px;'
             f'width:{axis.width_px:.0f}px;height:{TIMELINE_PX:.0f}px;pointer-events:all">'

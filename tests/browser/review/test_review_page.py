@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,9 +25,10 @@ from review_drives import (
 )
 from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
 
-from fcw.annotation.records import Judgement, Note, Reason
+from fcw.annotation.records import Judgement, LabelledBox, Note, Reason, VehicleKind
 from fcw.annotation.review import Review as Words
 from fcw.annotation.store import read_review
+from fcw.box import Box
 from fcw.logs.mcap.reader import DriveLog
 
 WORST_ROW = row_of(CAUTION_S)
@@ -192,6 +194,68 @@ def test_a_corner_goes_where_the_mouse_takes_it(
     wait_for(lambda: len(said_of(drive_log).frames[WORST_ROW].confirmed) == 1)
     person.press("Delete")
     wait_for(lambda: None in said_of(drive_log).frames[WORST_ROW].labels.values())
+
+
+def label_of(log: Path, row: int, box_id: str = "track 7") -> LabelledBox | None:
+    frame = said_of(log).frames.get(row)
+    return frame.labels.get(box_id) if frame else None
+
+
+def test_a_box_is_moved_described_copied_on_and_interpolated(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(review({"made": drive_log}).url))
+    wait_for(lambda: person.sees(WORST_ROW))
+    person.press("e")
+    wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
+    person.press("v", "v")  # from left to right
+    wait_for(lambda: node_is_there(person, "/handles/edge left"))
+    person.browser.wait_until_still()
+    camera = person.browser.camera()
+    middle = BOX.x + BOX.w * 0.3, BOX.y + BOX.h * 0.3
+    start = person.browser.mouse_position(*middle)
+    end = person.browser.mouse_position(middle[0] + 30, middle[1] - 12)
+    scale = person.browser.screen_position(1, 0)[0] - person.browser.screen_position(0, 0)[0]
+    person.browser.drag(middle, (middle[0] + 30, middle[1] - 12))
+    wait_for(lambda: label_of(drive_log, WORST_ROW) is not None)
+    label = label_of(drive_log, WORST_ROW)
+    assert label is not None
+    assert (label.box.w, label.box.h) == (BOX.w, BOX.h)
+    assert label.box.x - BOX.x == pytest.approx((end[0] - start[0]) / scale, abs=0.6 / scale)
+    assert label.box.y - BOX.y == pytest.approx((end[1] - start[1]) / scale, abs=0.6 / scale)
+    assert person.browser.camera() == camera  # the picture stays
+
+    person.press("Control+ArrowRight", "Control+Shift+ArrowDown")
+    moved = Box(label.box.x + 1, label.box.y, label.box.w, label.box.h + 1)
+    wait_for(lambda: label_of(drive_log, WORST_ROW) == replace(label, box=moved))
+    person.tab("Boxes")
+    person.at("select[data-fcw-choice=boxkind]").select_option("VAN")
+    described = replace(label, box=moved, kind=VehicleKind.VAN)
+    wait_for(lambda: label_of(drive_log, WORST_ROW) == described)
+    person.press("k")
+    wait_for(lambda: person.sees(WORST_ROW + 1) and label_of(drive_log, WORST_ROW + 1) == described)
+
+    for row in range(WORST_ROW + 2, WORST_ROW + 5):
+        person.press("ArrowRight")
+        wait_for(lambda row=row: person.sees(row))
+    person.press("Control+ArrowLeft")
+    wait_for(lambda: label_of(drive_log, WORST_ROW + 4) is not None)
+    person.press("i")
+    wait_for(lambda: label_of(drive_log, WORST_ROW + 3) is not None)
+    last = Box(BOX.x - 1, BOX.y, BOX.w, BOX.h)
+    for row in range(1, 4):
+        between = label_of(drive_log, WORST_ROW + row)
+        assert between is not None
+        assert between.kind is VehicleKind.VAN
+        assert between.box.x == pytest.approx(moved.x + (last.x - moved.x) * row / 4)
+    person.press("Control+z")
+    wait_for(lambda: label_of(drive_log, WORST_ROW + 2) is None)
+    assert label_of(drive_log, WORST_ROW + 1) == described
+    # Seen on the time line, and on the picture without the tool.
+    wait_for(lambda: person.browser.page.locator("#fcw-whole + .fcw-marks [data-name=labelled]").count() == 2)
+    person.press("e")
+    wait_for(lambda: not node_is_there(person, "/handles/edge left"))
+    assert node_is_there(person, "/lines/boxes/lines_8")
 
 
 def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
