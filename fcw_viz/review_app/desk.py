@@ -149,6 +149,18 @@ class Desk:
         self.place.by_time = by_time
         self.refresh()
 
+    # A range of the drive
+
+    def mark_start(self, time_s: float | None = None) -> None:
+        """Have the marked range start at a moment, by default at the one that is shown."""
+        self.place.mark(start_s=self.place.time_s if time_s is None else time_s)
+        self.refresh()
+
+    def mark_end(self, time_s: float | None = None) -> None:
+        """Have the marked range end at a moment, by default at the one that is shown."""
+        self.place.mark(end_s=self.place.time_s if time_s is None else time_s)
+        self.refresh()
+
     # From one unjudged event to the next
 
     def ask(self, asked: DriveFilter) -> None:
@@ -211,6 +223,9 @@ class Desk:
             self.screen.switch_boxes()
         elif self.screen.birds_eye.active:
             self.screen.switch_birds_eye()
+        elif self.place.marked is not None:
+            self.place.marked = None
+            self.refresh()
 
     def refresh(self) -> None:
         """Show everything but the picture anew."""

@@ -62,6 +62,8 @@ class Tab(PageTab):
             "window": desk.screen.set_window,
             "event": self._event_clicked,
             "sort": lambda about: desk.sort(about == "time"),
+            "markstart": lambda about: desk.mark_start(float(about)),
+            "markend": lambda about: desk.mark_end(float(about)),
             "playevent": lambda _: desk.playing.play_event(),
             "hover": self._hovered,
             "birdseye": lambda _: desk.screen.switch_birds_eye(),

@@ -115,16 +115,16 @@ def timeline_svg(
         parts.append(line(x, bottom, x, bottom + 3, 0.5))
         anchor = "start" if x < 15 else "end" if x > axis.width_px - 15 else "middle"
         parts.append(words(x, HEIGHT_PX - 1.5, time_text(tick_s, 0), anchor, 0.6, size=10))
+    drawn = drawn_events(axis, events, selected)
+    # The worst last, over the others.
+    for number in sorted(drawn, key=lambda number: (number == selected, events[number].event.severity)):
+        parts += _event(axis, number, events[number], number == selected, imperial, message)
     for span in labelled:
         left, right = axis.x(span.start_s), axis.x(span.end_s)
         place = {"x": left, "y": bottom - LABELLED_PX, "height": LABELLED_PX}
         color = LABELLED_COLOR if span.confirmed else TOUCHED_COLOR
         width = max(right - left, 1.0)
         parts.append(element("rect", **place, width=width, fill=color, data_name="labelled"))
-    drawn = drawn_events(axis, events, selected)
-    # The worst last, over the others.
-    for number in sorted(drawn, key=lambda number: (number == selected, events[number].event.severity)):
-        parts += _event(axis, number, events[number], number == selected, imperial, message)
     parts += _remarks(axis, review.missed, review.notes)
     return picture(round(axis.width_px), HEIGHT_PX, parts, "The whole drive")
 

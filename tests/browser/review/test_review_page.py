@@ -258,6 +258,36 @@ def test_a_box_is_moved_described_copied_on_and_interpolated(
     assert node_is_there(person, "/lines/boxes/lines_8")
 
 
+def test_a_range_is_marked_dragged_taken_and_missed(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(f"{review({'made': drive_log}).url}?at=made@2.0"))
+    wait_for(lambda: person.sees(row_of(2.0)))
+    person.press("a")
+    wait_for(lambda: person.browser.page.locator(".fcw-end").count() == 2)
+    mouse = person.browser.page.mouse
+    mouse.move(*person.place_on("#fcw-markend", 0.5))
+    mouse.down()
+    mouse.move(*person.place_on("#fcw-whole", 0.5), steps=3)
+    mouse.move(*person.place_on("#fcw-whole", 0.25), steps=3)
+    mouse.up()
+    end_s = 0.25 * (FRAMES - 1) / RATE_HZ
+    person.tab("Take")
+    wait_for(
+        lambda: (
+            f"The clip that is marked: 2.0 s to {end_s:.1f} s"
+            in person.browser.page.content().replace("<b>", "")
+        )
+    )
+    assert person.sees(row_of(2.0))
+    person.press("m")
+    wait_for(lambda: len(said_of(drive_log).missed) == 1)
+    (entry,) = said_of(drive_log).missed
+    assert (entry.said.start_s, entry.said.end_s) == (2.0, pytest.approx(end_s, abs=0.05))
+    person.press("Escape")
+    wait_for(lambda: person.browser.page.locator(".fcw-end").count() == 0)
+
+
 def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
     drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
 ):
