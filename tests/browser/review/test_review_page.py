@@ -163,7 +163,7 @@ def test_a_verdict_is_kept_and_seen_in_another_tab_that_looks_elsewhere(
     two.press("m")
     wait_for(lambda: [entry.said.start_s for entry in said_of(drive_log).missed] == [pytest.approx(14.4)])
     one.tab("Remarks")
-    wait_for(lambda: "Missed warning" in one.words(".fcw-remark"))
+    wait_for(lambda: "14.4 s to 16.4 s" in one.words(".fcw-remark"))
 
 
 def test_a_corner_goes_where_the_mouse_takes_it(
@@ -296,6 +296,7 @@ def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
     # Whatever was pressed last: the space key plays, and an event to its end.
     for name in ("Keys", "Take", "Boxes"):
         person.tab(name)
+    person.browser.page.wait_for_function("document.activeElement === document.body")
     person.press("Shift+Space")
     wait_for(lambda: person.words(".fcw-bar .play") == "Stop")
     wait_for(lambda: person.words(".fcw-bar .play") == "Play" and person.sees(row_of(WARNING_END_S) - 1))
