@@ -7,6 +7,7 @@ whether they are right nobody has said, so that they are neither vehicles to fin
 """
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -38,13 +39,25 @@ def labelled_indices(clip: DriveClip, review: Review) -> list[int]:
 def labelled_frames(clip: DriveClip, review: Review, on_frame: Callable[[], None]) -> Iterator[FrameBoxes]:
     """The labelled frames of a clip with their boxes, for `write_coco`.
 
-    An annotation has `ignore`, and `track_id` where it belongs to a track of the log.
+    An annotation has `ignore`; `track_id` where it belongs to a track of the log; and `view`, `kind`,
+    `occluded` and `rear_box` where somebody said so.
     """
     for index in labelled_indices(clip, review):
         result = clip.log.result_at(index)
         boxes = []
         for label in frame_labels(result, review.frames[index]):
-            track = {} if label.track_id is None else {"track_id": label.track_id}
-            boxes.append((label.box, {"ignore": label.ignore, **track}))
+            boxes.append((label.box, {"ignore": label.ignore, **_said_fields(label)}))
         yield result, boxes
         on_frame()
+
+
+def _said_fields(label: LabelledBox) -> dict[str, Any]:
+    rear = label.rear_box
+    fields = {
+        "track_id": label.track_id,
+        "view": label.view and label.view.value,
+        "kind": label.kind and label.kind.value,
+        "occluded": label.occluded,
+        "rear_box": rear and [rear.x, rear.y, rear.w, rear.h],
+    }
+    return {name: value for name, value in fields.items() if value is not None}

@@ -146,25 +146,70 @@ class Note:
             raise UserError("note: it says nothing; write something first")
 
 
+class View(Enum):
+    """From where a vehicle is seen; the value is what labels say."""
+
+    REAR = "rear"
+    REAR_QUARTER = "rear-quarter"
+    SIDE = "side"
+    FRONT = "front"
+    UNCLEAR = "unclear"
+
+
+class VehicleKind(Enum):
+    """What a vehicle is; the value is what labels say."""
+
+    CAR = "car"
+    SUV = "suv"
+    VAN = "van"
+    TRUCK = "truck"
+    BUS = "bus"
+
+
+class MadeBy(Enum):
+    """How a box of a frame came about; the value is for a person."""
+
+    HAND = "by hand"
+    COPIED = "copied"
+    INTERPOLATED = "interpolated"
+    FOLLOWED = "followed"
+
+
+MOST_OCCLUDED = 2
+"""0: not hidden, 1: by up to about 40 %, 2: by more."""
+
+
 @dataclass(frozen=True, slots=True)
 class LabelledBox:
-    """What a person says of a vehicle seen from behind.
+    """What a person says of a vehicle.
 
     Attributes:
         box: where it is; both sides longer than 0.
         track_id: of the log's track that it belongs to; None where it belongs to none.
         ignore: True where it is neither to be found nor to be taken for background: hidden, too far, another
             view.
+        view: from where it is seen; None where nobody said.
+        kind: what it is; None where nobody said.
+        occluded: how much of it is hidden, 0 to `MOST_OCCLUDED`; None where nobody said.
+        rear_box: its rear face alone, where the box holds a side too; None where nobody said.
     """
 
     box: Box
     track_id: int | None = None
     ignore: bool = False
+    view: View | None = None
+    kind: VehicleKind | None = None
+    occluded: int | None = None
+    rear_box: Box | None = None
 
     def __post_init__(self) -> None:
-        box = self.box
-        if not (all(map(math.isfinite, (box.x, box.y, box.w, box.h))) and box.w > 0 and box.h > 0):
-            raise UserError(f"box {box.x:g}, {box.y:g}, {box.w:g} x {box.h:g}: expected one with an area")
+        for box in (self.box, self.rear_box):
+            if box is None:
+                continue
+            if not (all(map(math.isfinite, (box.x, box.y, box.w, box.h))) and box.w > 0 and box.h > 0):
+                raise UserError(f"box {box.x:g}, {box.y:g}, {box.w:g} x {box.h:g}: expected one with an area")
+        if self.occluded is not None and not 0 <= self.occluded <= MOST_OCCLUDED:
+            raise UserError(f"occluded {self.occluded}: expected 0 to {MOST_OCCLUDED}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,11 +221,13 @@ class BoxEdit:
         box_id: which box of the frame: `track_box_id` for that of a track of the log, `new_box_id` for one
             that a person added.
         label: the box as it should be; None where there should be none.
+        made_by: how it came about; between two by hand others are interpolated.
     """
 
     frame_index: int
     box_id: str
     label: LabelledBox | None
+    made_by: MadeBy = MadeBy.HAND
 
 
 @dataclass(frozen=True, slots=True)

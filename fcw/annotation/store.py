@@ -9,6 +9,7 @@ import hashlib
 import json
 import re
 import uuid
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -134,32 +135,38 @@ class ReviewStore:
         return True
 
     def add(self, person: str, said: Said) -> Entry[Said]:
-        """Keep what a person says; it is on the disk when this returns.
+        """Keep what a person says; see `add_all`."""
+        return self.add_all(person, (said,))[0]
+
+    def add_all(self, person: str, said: Sequence[Said]) -> tuple[Entry[Said], ...]:
+        """Keep several things a person says at once; they are on the disk when this returns.
 
         Raises:
             UserError: another program writes as this person, the file cannot be written, or what is taken
                 back does not count or is another person's; nothing has changed then.
         """
         path = review_path(self.log_path, person)
-        if isinstance(said, TakenBack):
-            self._check_taken_back(person, said.entry_id)
+        for one in said:
+            if isinstance(one, TakenBack):
+                self._check_taken_back(person, one.entry_id)
         file = self._file(path)
-        entry = Entry(uuid.uuid4().hex, self._now(), person, said)
-        line = _line(
-            {"id": entry.entry_id, "time": entry.time, "person": person} | tagged_to_json(said, SAID_FIELD)
-        )
+        time, lines = self._now(), []
+        for one in said:
+            fields = {"id": uuid.uuid4().hex, "time": time, "person": person}
+            lines.append(_line(fields | tagged_to_json(one, SAID_FIELD)))
+            time = _later(time)
         # Through its form on the disk, so that the state is what a replay gives, to the last bit.
-        entry = _entry(json.loads(line))
+        entries = tuple(_entry(json.loads(line)) for line in lines)
         try:
-            file.append(line)
+            file.append(b"".join(lines))
         except OSError as error:
             raise _cannot_write(path, error) from error
         content = self._contents[path]
         self._contents[path] = _Content(
-            (*content.entries, entry), content.whole_bytes, content.troubles, None
+            (*content.entries, *entries), content.whole_bytes, content.troubles, None
         )
         self._fold()
-        return entry
+        return entries
 
     def take_back(self, person: str, entry_id: str) -> Entry[Said]:
         """Take back an entry of this person's, which may itself be a taking back.
@@ -189,7 +196,7 @@ class ReviewStore:
         now = datetime.now(UTC).strftime(TIME_FORMAT)
         if now > latest:
             return now
-        return (datetime.strptime(latest, TIME_FORMAT) + timedelta(microseconds=1)).strftime(TIME_FORMAT)
+        return _later(latest)
 
     def _check_taken_back(self, person: str, entry_id: str) -> None:
         entry = next((entry for entry in self.review.entries if entry.entry_id == entry_id), None)
@@ -294,6 +301,11 @@ def _entry(value: dict[str, Any]) -> Entry[Said]:
     if datetime.strptime(time, TIME_FORMAT).strftime(TIME_FORMAT) != time:
         raise ValueError(f"{time!r} is no time with microseconds")
     return Entry(entry_id, time, person, tagged_from_json(SAID_TYPES, fields, SAID_FIELD))
+
+
+def _later(time: str) -> str:
+    """The next time that can be told from one."""
+    return (datetime.strptime(time, TIME_FORMAT) + timedelta(microseconds=1)).strftime(TIME_FORMAT)
 
 
 def _line(value: dict[str, Any]) -> bytes:

@@ -3,6 +3,7 @@
 //   data-fcw="event:4"                      a click on it is the message "event:4"
 //   data-fcw-slide="seek:12.5:32.5"         a click or a drag along it is "seek:" and the number under the mouse,
 //                                           12.5 at its left edge and 32.5 at its right one; it has an id
+//   data-fcw-along="fcw-whole"              of such an element: the id of another one along which it is dragged
 //   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
 //   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, which stays
 //                                           until the server has taken it
@@ -38,7 +39,8 @@ if (!channel.listens) {
   channel.listens = true;
   let slid = null, toldAt = 0, later = null;
   const slide = (event) => {
-    const { left, width } = slid.getBoundingClientRect();
+    const along = document.getElementById(slid.dataset.fcwAlong) ?? slid;
+    const { left, width } = along.getBoundingClientRect();
     const [name, from, to] = slid.dataset.fcwSlide.split(":");
     const part = Math.min(Math.max((event.clientX - left) / width, 0), 1);
     return `${name}:${Number(from) + part * (Number(to) - Number(from))}`;

@@ -117,6 +117,11 @@ def slides(element: str, name: str, start: float, end: float) -> str:
     return f'id="{escape(element)}" data-fcw-slide="{escape(name)}:{start!r}:{end!r}"'
 
 
+def slides_along(element: str, other: str, name: str, start: float, end: float) -> str:
+    """As `slides`, for a small element that is dragged along another one, whose edges the numbers are of."""
+    return f'{slides(element, name, start, end)} data-fcw-along="{escape(other)}"'
+
+
 def says_size(name: str) -> str:
     """The attribute of an element that tells its size."""
     return f'data-fcw-size="{escape(name)}"'

@@ -12,7 +12,8 @@ if (!window.fcwManners) {
   window.fcwManners = true;
   document.addEventListener('keydown', event => {
     const leaves = event.key === 'Enter' || event.key === 'Escape';
-    if (leaves && event.target.matches('input[type=text], input:not([type])')) event.target.blur();
+    const fields = 'input[type=text], input[type=search], input:not([type])';
+    if (leaves && event.target.matches(fields)) event.target.blur();
   });
   document.addEventListener('click', event => {
     const row = event.target.closest?.('[data-key]');

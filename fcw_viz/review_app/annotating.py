@@ -44,6 +44,7 @@ class Annotating:
             "explain": self.explain,
             "note": self.add_note,
             "missed": lambda _: self.add_missed(),
+            "missedrange": self._set_to_range,
             "missedstart": lambda about: self.change_missed(about, start_s=self._place.time_s),
             "missedend": lambda about: self.change_missed(about, end_s=self._place.time_s),
             "missedlevel": self._choose_level,
@@ -73,13 +74,16 @@ class Annotating:
         self.say(Note(self._place.time_s, text.strip()))
 
     def add_missed(self, text: str = "", level: WarningLevel = WarningLevel.WARNING) -> None:
-        """Say that a warning was missed around the moment that is shown.
+        """Say that a warning was missed in the marked range, else around the moment that is shown.
 
         Raises:
             UserError: one was shown then, which is there to be judged.
         """
         time_s, duration_s = self._place.time_s, self._place.opened.duration_s
         start_s, end_s = max(time_s - MISSED_BEFORE_S, 0.0), min(time_s + MISSED_AFTER_S, duration_s)
+        if self._place.marked is not None:
+            start_s, end_s = self._place.marked
+            time_s = (start_s + end_s) / 2
         for event in self._place.opened.events:
             if LEVEL_OF_KIND.get(event.kind, WarningLevel.NONE) < level:
                 continue
@@ -158,8 +162,7 @@ class Annotating:
             raise UserError("nothing to do again")
         self._taken_back.remove(last)
         targets = [self._target(entry_id) for entry_id in last.entry_ids]
-        for entry_id in reversed(last.entry_ids):
-            self._place.session.take_back(name, entry_id)
+        self._place.session.say(name, *map(TakenBack, reversed(last.entry_ids)))
         known = tuple(target for target in reversed(targets) if target is not None)
         self._said.append(_Words(name, known))
 
@@ -173,12 +176,15 @@ class Annotating:
 
     def _take_back(self, words: "_Words") -> None:
         """Take back all of a step, the last word first."""
-        taken_back = [
-            self._place.session.take_back(words.drive, entry_id).entry_id
-            for entry_id in reversed(words.entry_ids)
-        ]
+        entries = self._place.session.say(words.drive, *map(TakenBack, reversed(words.entry_ids)))
         self._said = [said for said in self._said if said != words]
-        self._taken_back.append(_Words(words.drive, tuple(taken_back)))
+        self._taken_back.append(_Words(words.drive, tuple(entry.entry_id for entry in entries)))
+
+    def _set_to_range(self, entry_id: str) -> None:
+        if self._place.marked is None:
+            raise UserError("mark a range first: A where it starts, S where it ends")
+        start_s, end_s = self._place.marked
+        self.change_missed(entry_id, start_s=start_s, end_s=end_s)
 
     def _choose_level(self, about: str) -> None:
         entry_id, _, level = about.partition(" ")

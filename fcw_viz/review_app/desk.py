@@ -8,6 +8,7 @@ from fcw.errors import UserError
 from fcw_viz.page.script import empty_element, focus_element, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.picture.box_commands import BoxCommands
 from fcw_viz.review_app.picture.box_editor import BoxEditor
 from fcw_viz.review_app.place import Place, parse_place
 from fcw_viz.review_app.screen import Screen
@@ -28,6 +29,7 @@ class Desk:
         playing: plays the drive.
         annotating: what is said here of it.
         boxes: corrects the boxes of a frame.
+        box_commands: what is done with the selected box at once.
         screen: what is shown of the drive.
     """
 
@@ -47,6 +49,7 @@ class Desk:
         self.playing = Playing(self.place, tab.run, self)
         self.annotating = Annotating(self.place, tab.notify)
         self.boxes = BoxEditor(tab, self.place, self.annotating, show_panels)
+        self.box_commands = BoxCommands(self.place, self.boxes, self.go_to, tab.notify)
         self.screen = Screen(tab, self.place, self.playing, self.boxes, show_panels)
         self.view.on_click(self.boxes.click)
         self.view.on_view_change(self.boxes.redraw)
@@ -146,6 +149,18 @@ class Desk:
         self.place.by_time = by_time
         self.refresh()
 
+    # A range of the drive
+
+    def mark_start(self, time_s: float | None = None) -> None:
+        """Have the marked range start at a moment, by default at the one that is shown."""
+        self.place.mark(start_s=self.place.time_s if time_s is None else time_s)
+        self.refresh()
+
+    def mark_end(self, time_s: float | None = None) -> None:
+        """Have the marked range end at a moment, by default at the one that is shown."""
+        self.place.mark(end_s=self.place.time_s if time_s is None else time_s)
+        self.refresh()
+
     # From one unjudged event to the next
 
     def ask(self, asked: DriveFilter) -> None:
@@ -208,6 +223,9 @@ class Desk:
             self.screen.switch_boxes()
         elif self.screen.birds_eye.active:
             self.screen.switch_birds_eye()
+        elif self.place.marked is not None:
+            self.place.marked = None
+            self.refresh()
 
     def refresh(self) -> None:
         """Show everything but the picture anew."""

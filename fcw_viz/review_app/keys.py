@@ -8,6 +8,8 @@ from fcw_viz.review_app.desk import Desk
 from fcw_viz.review_app.words import JUDGEMENT_KEYS
 
 SKIP_S = 1.0
+ARROWS = {"arrowleft": (-1, 0), "arrowright": (1, 0), "arrowup": (0, -1), "arrowdown": (0, 1)}
+"""Keys with the pixels to the right and down that they stand for."""
 
 
 def all_keys(desk: Desk, switch_goes_on: Callable[[], object]) -> list[Key]:
@@ -32,6 +34,9 @@ def all_keys(desk: Desk, switch_goes_on: Callable[[], object]) -> list[Key]:
         Key("Previous event", "P", None, lambda: desk.next_event(False)),
         Key("Next event of the list", "arrowdown", None, lambda: desk.next_listed(True)),
         Key("Previous event of the list", "arrowup", None, lambda: desk.next_listed(False)),
+        Key("The range starts here", "A", None, desk.mark_start),
+        Key("The range ends here", "S", None, desk.mark_end),
+        Key("Play the range, or the event, again and again", "R", None, desk.playing.loop),
         Key("Next unjudged event of all drives", "U", None, desk.next_unjudged),
         Key("After a verdict go on by itself, or not", "G", None, switch_goes_on),
         Key("Faster", "]", None, lambda: desk.playing.change_speed(True)),
@@ -44,6 +49,28 @@ def all_keys(desk: Desk, switch_goes_on: Callable[[], object]) -> list[Key]:
         Key("All boxes of the frame are right", "C", None, desk.boxes.confirm),
         Key("Delete the selected box", "delete", None, desk.boxes.delete),
         Key("Delete the selected box", "backspace", None, desk.boxes.delete),
+        Key("Next box of the frame", "V", None, desk.boxes.select_next),
+        Key("Copy the box to the next frame", "K", None, desk.box_commands.copy_on),
+        Key("Interpolate the box since it was drawn", "I", None, desk.box_commands.interpolate),
+        Key("Follow the box until it drifts", "J", None, desk.box_commands.follow),
+        *(
+            key
+            for arrow, (right_px, down_px) in ARROWS.items()
+            for key in (
+                Key(
+                    "Move the box a pixel",
+                    arrow,
+                    "cmd/ctrl",
+                    partial(desk.box_commands.nudge, right_px, down_px),
+                ),
+                Key(
+                    "Move the box's right or lower edge a pixel",
+                    arrow,
+                    "cmd/ctrl+shift",
+                    partial(desk.box_commands.stretch, right_px, down_px),
+                ),
+            )
+        ),
         Key("Take back what you said last", "Z", "cmd/ctrl", desk.undo),
         Key("Say it again", "Y", "cmd/ctrl", desk.annotating.redo),
         Key("Say it again", "Z", "cmd/ctrl+shift", desk.annotating.redo),
@@ -66,12 +93,16 @@ HELP_ROWS = (
     ("↑ ↓", "the same, as the list is sorted"),
     ("U", "next unjudged event, in all drives"),
     ("G", "after a verdict go on by itself"),
+    ("A S", "mark a range: its start, its end; drag them"),
+    ("R", "play the range, or the event, in a loop"),
     ("[ ]", "slower, faster"),
     ("W", "wider plots; with Shift narrower"),
     ("1 2 3 4", "right, too early, too late, false"),
-    ("M", "a warning was missed here"),
+    ("M", "a warning was missed here, or in the range"),
     ("T", "type a note"),
-    ("E", "correct boxes; C: all are right"),
+    ("E", "correct boxes; C: all are right; V: next box"),
+    ("K, I, J", "copy the box on, interpolate, follow"),
+    ("Ctrl arrows", "move the box; with Shift its right or lower edge"),
     ("Ctrl Z, Ctrl Y", "take back, say again"),
     ("Home End", "first, last frame"),
     ("Wheel, + −", "zoom; F: whole picture"),

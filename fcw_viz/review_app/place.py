@@ -24,6 +24,7 @@ class Place:
         selected: number of the event that is judged; None for none.
         by_time: the order of the event list.
         asked: which drives and events they want to see.
+        marked: a range of the drive that somebody has marked, in seconds; None for none.
         goes_on: whether a verdict leads to the next unjudged event.
     """
 
@@ -35,6 +36,7 @@ class Place:
         self.by_time = False
         self.asked = DriveFilter()
         self.goes_on = False
+        self.marked: tuple[float, float] | None = None
 
     @property
     def opened(self) -> Drive:
@@ -82,7 +84,18 @@ class Place:
 
     def leave(self) -> None:
         """Be in no drive."""
-        self.drive, self.selected = None, None
+        self.drive = self.selected = self.marked = None
+
+    def mark(self, start_s: float | None = None, end_s: float | None = None) -> None:
+        """Move an end of the marked range; over the other end it takes that along."""
+        duration_s = self.opened.duration_s
+        before = self.marked or (self.time_s, self.time_s)
+        if start_s is not None:
+            start_s = min(max(start_s, 0.0), duration_s)
+            self.marked = start_s, max(before[1] if self.marked else duration_s, start_s)
+        if end_s is not None:
+            end_s = min(max(end_s, 0.0), duration_s)
+            self.marked = min(before[0] if self.marked else 0.0, end_s), end_s
 
     def follow_event(self) -> bool:
         """Select the event that the moment is in, the worst of several; whether that is another one."""

@@ -223,7 +223,9 @@ class Screen:
         """The time line with what is said of the events."""
         place = self._place
         self._outlined = place.selected
-        self._strip.show_timeline(place.opened, place.review, self._window, place.selected, self._layout)
+        self._strip.show_timeline(
+            place.opened, place.review, self._window, place.selected, self._layout, place.marked
+        )
 
     def _show_now(self) -> None:
         self._strip.show_now(self._place.opened, self._place.row, self._window, self._layout)

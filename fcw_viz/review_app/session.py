@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from fcw.annotation.records import Entry, Said
+from fcw.annotation.records import Entry, Said, TakenBack
 from fcw.annotation.review import JudgedEvent, Review, judged_events
 from fcw.annotation.store import ReviewStore
 from fcw.errors import UserError
@@ -176,17 +176,11 @@ class ReviewSession:
         Raises:
             UserError: it cannot be kept; what was not kept does not count.
         """
-        entries: list[Entry[Said]] = []
-        try:
-            with self._lock:
-                opened = self._told(name)
-                for one in said:
-                    entries.append(opened.store.add(self.reviewer, one))
-        finally:
-            with self._lock:
-                self._show(name)
-            self._publish()
-        return tuple(entries)
+        with self._lock:
+            entries = self._told(name).store.add_all(self.reviewer, said)
+            self._show(name)
+        self._publish()
+        return entries
 
     def take_back(self, name: str, entry_id: str) -> Entry[Said]:
         """Take back something the reviewer said of an open drive; taking that back says it again.
@@ -194,11 +188,7 @@ class ReviewSession:
         Raises:
             UserError: it was another person, or it cannot be kept.
         """
-        with self._lock:
-            entry = self._told(name).store.take_back(self.reviewer, entry_id)
-            self._show(name)
-        self._publish()
-        return entry
+        return self.say(name, TakenBack(entry_id))[0]
 
     def _show(self, name: str) -> None:
         """Bring what is shown of a drive to what its store knows; the caller holds the lock."""

@@ -62,10 +62,13 @@ class Tab(PageTab):
             "window": desk.screen.set_window,
             "event": self._event_clicked,
             "sort": lambda about: desk.sort(about == "time"),
+            "markstart": lambda about: desk.mark_start(float(about)),
+            "markend": lambda about: desk.mark_end(float(about)),
             "playevent": lambda _: desk.playing.play_event(),
-            "hover": desk.screen.hover.move,
+            "hover": self._hovered,
             "birdseye": lambda _: desk.screen.switch_birds_eye(),
             **desk.annotating.messages,
+            **desk.box_commands.messages,
             "verdict": lambda about: desk.judge(Judgement[about]),
             "note": desk.keep_note,
             "unjudged": lambda _: desk.next_unjudged(),
@@ -101,6 +104,11 @@ class Tab(PageTab):
             self._desk.next_event(about == "next")
         elif about.isdigit() and int(about) < len(self._desk.place.opened.events):
             self._desk.select_event(int(about))
+
+    def _hovered(self, about: str) -> None:
+        hover = self._desk.screen.hover
+        hover.move(about)
+        self._desk.boxes.hover(hover.mouse_px)
 
     def _switch_goes_on(self, _: str = "") -> None:
         self._desk.switch_goes_on()

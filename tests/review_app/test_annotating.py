@@ -143,3 +143,13 @@ def test_a_missed_event_is_changed_in_steps_that_are_taken_back_one_by_one(
         assert missed(place) == state
     annotating.undo()
     assert missed(place) == states[-2]
+
+
+def test_what_is_marked_is_what_was_missed(place: Place, annotating: Annotating):
+    place.mark(start_s=2.0)
+    place.mark(end_s=6.5)
+    annotating.add_missed()
+    assert missed(place) == [(2.0, 6.5, "", WarningLevel.WARNING)]
+    place.mark(end_s=4.0)
+    annotating.messages["missedrange"](place.review.review.missed[-1].entry_id)
+    assert missed(place) == [(2.0, 4.0, "", WarningLevel.WARNING)]

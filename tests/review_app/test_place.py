@@ -63,3 +63,16 @@ def test_without_a_drive_the_person_is_told_to_open_one(place: Place):
     place.leave()
     with pytest.raises(UserError, match="open a drive first"):
         place.next_event(True)
+
+
+def test_the_ends_of_a_range_stay_in_order_and_inside_the_drive(place: Place):
+    place.mark(start_s=5.0)
+    assert place.marked == (5.0, place.opened.duration_s)
+    place.mark(end_s=8.0)
+    assert place.marked == (5.0, 8.0)
+    place.mark(start_s=9.0)
+    assert place.marked == (9.0, 9.0)
+    place.mark(end_s=-3.0)
+    assert place.marked == (0.0, 0.0)
+    place.mark(end_s=1e9)
+    assert place.marked == (0.0, place.opened.duration_s)

@@ -165,3 +165,14 @@ def test_nothing_is_kept_of_a_log_that_is_another_by_now(session: ReviewSession,
     log.unlink()
     with pytest.raises(UserError, match="replaced or deleted"):
         session.say("made", Note(1.0, "of none"))
+
+
+def test_the_list_counts_what_others_say_of_drives_that_nobody_has_open_here(
+    session: ReviewSession, log: Path
+):
+    session.start()
+    wait(session, "looks", lambda: not session.unread)
+    store = ReviewStore(DriveLog(log))
+    store.add("bert", Verdict(reference_to(session.cards[0].events[0]), Judgement.FALSE))
+    store.close()
+    wait(session, "looks", lambda: session.cards[0].judged[0].judgement is Judgement.FALSE)

@@ -58,6 +58,14 @@ class HoverHints:
         self._mouse = (float(x), float(y)) if y else None
         self._follow()
 
+    @property
+    def mouse_px(self) -> tuple[float, float] | None:
+        """Column and row of the picture where the mouse is; None where it is elsewhere."""
+        if self._mouse is None or self._view.away:
+            return None
+        left, top, right, bottom = self._view.window_px
+        return left + self._mouse[0] * (right - left), top + self._mouse[1] * (bottom - top)
+
     def _follow(self) -> None:
         hint = self._under_mouse()
         if hint != self._shown:
@@ -66,11 +74,10 @@ class HoverHints:
 
     def _under_mouse(self) -> _Hint | None:
         """The smallest box there, as a far vehicle may stand before a near one's box."""
-        if self._mouse is None or self._view.away:
+        mouse_px = self.mouse_px
+        if mouse_px is None:
             return None
-        left, top, right, bottom = self._view.window_px
-        column_px = left + self._mouse[0] * (right - left)
-        row_px = top + self._mouse[1] * (bottom - top)
+        column_px, row_px = mouse_px
         reach_px = REACH_PX * self._view.pixels_per_screen_pixel
         met = [
             hint

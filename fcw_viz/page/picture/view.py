@@ -17,6 +17,7 @@ import viser
 from numpy.typing import NDArray
 
 from fcw.frame import ImageSize
+from fcw_viz.page.picture.area import Area
 from fcw_viz.page.picture.away import small_jpeg
 from fcw_viz.page.picture.camera import PictureCamera
 from fcw_viz.page.picture.handle import Handle, OnClick, OnDrag
@@ -155,6 +156,15 @@ class PictureView(PictureCamera):
         handle.move(column_px, row_px)
         self._handles[name] = handle
         return handle
+
+    def add_area(self, name: str, on_drag: OnDrag) -> Area:
+        """A box that can be dragged, nowhere yet.
+
+        Args:
+            name: unique in this view.
+            on_drag: called with the phase and the mouse's position.
+        """
+        return Area(self, self._client.scene, name, on_drag)
 
     def forget_handle(self, handle: Handle) -> None:
         """Called by a handle that removes itself."""

@@ -1,9 +1,11 @@
 """Correcting boxes: the switch, what can be done, and the buttons of the selected box."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import viser
 
+from fcw.annotation.records import LabelledBox, VehicleKind, View
+from fcw_viz.page.channel import chooses, says
 from fcw_viz.page.controls import Run, on_button, on_press
 from fcw_viz.page.style import set_html, text_block
 from fcw_viz.review_app.picture.box_editor import BoxEditor
@@ -46,10 +48,57 @@ class BoxesPanel:
         confirmed = f"<p>All right, say {said}.</p>" if said else ""
         return (
             f"<p><b>{count} box{'es' * (count != 1)}</b> on this frame, {edited} corrected.</p>{confirmed}"
-            "<table><tr><td>Click</td><td style='text-align:left'>selects a box; drag its corners</td></tr>"
-            "<tr><td><kbd>Shift</kbd> drag</td><td style='text-align:left'>draws a new box</td></tr>"
-            "<tr><td><kbd>Delete</kbd></td><td style='text-align:left'>there is no vehicle</td></tr>"
-            "<tr><td><kbd>← →</kbd></td><td style='text-align:left'>next frame</td></tr>"
-            "<tr><td><kbd>Ctrl Z</kbd></td><td style='text-align:left'>takes the last one back</td></tr>"
-            "</table>"
+            f"{'' if boxes.selected is None else _selected_html(boxes.told()[1], boxes.draws_rear)}"
+            f"{_HELP}"
         )
+
+
+_HELP = (
+    "<table>"
+    + "".join(
+        f"<tr><td>{what}</td><td style='text-align:left'>{does}</td></tr>"
+        for what, does in (
+            ("Click, <kbd>V</kbd>", "selects a box; drag it, its edges or corners"),
+            ("<kbd>Shift</kbd> drag", "draws a new box"),
+            ("<kbd>Ctrl</kbd> arrows", "moves it a pixel, with Shift an edge"),
+            ("<kbd>Delete</kbd>", "there is no vehicle"),
+            ("<kbd>K</kbd>", "copies it to the next frame"),
+            ("<kbd>I</kbd>", "interpolates it since it was drawn"),
+            ("<kbd>J</kbd>", "follows it until it drifts"),
+            ("<kbd>← →</kbd>", "next frame"),
+            ("<kbd>Ctrl Z</kbd>", "takes the last step back"),
+        )
+    )
+    + "</table>"
+)
+
+
+def _selected_html(label: LabelledBox, draws_rear: bool) -> str:
+    """What is said of the selected box, to choose, and what is done with it."""
+    views = {view.name: view.value for view in View}
+    kinds = {kind.name: kind.value for kind in VehicleKind}
+    hidden = {"0": "not hidden", "1": "hidden up to 40 %", "2": "hidden by more"}
+    fields = (
+        _choice("boxview", "view?", views, label.view.name if label.view else "")
+        + _choice("boxkind", "kind?", kinds, label.kind.name if label.kind else "")
+        + _choice("boxoccluded", "hidden?", hidden, "" if label.occluded is None else str(label.occluded))
+    )
+    rear = "No rear face" if label.rear_box else "Rear face"
+    buttons = "".join(
+        f"<button {says(message)} class='{'on' if on else ''}'>{words}</button>"
+        for message, words, on in (
+            ("boxrear:", rear, draws_rear),
+            ("boxcopy:", "Copy on", False),
+            ("boxinterpolate:", "Interpolate", False),
+            ("boxfollow:", "Follow", False),
+        )
+    )
+    return f'<div class="fcw-fields">{fields}</div><div class="fcw-triage">{buttons}</div>'
+
+
+def _choice(name: str, empty: str, choices: Mapping[str, str], chosen: str) -> str:
+    options = "".join(
+        f'<option value="{value}"{" selected" * (value == chosen)}>{words}</option>'
+        for value, words in ({"": empty} | dict(choices)).items()
+    )
+    return f"<select {chooses(name)}>{options}</select>"

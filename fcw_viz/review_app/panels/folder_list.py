@@ -7,7 +7,15 @@ from fcw_viz.page.channel import says
 from fcw_viz.review_app.drive import by_severity, duration_text, time_text
 from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.time.axis import TimeAxis
-from fcw_viz.review_app.time.timeline import HEIGHT_PX, MISSED_COLOR, NOTE_COLOR, kind_color, timeline_svg
+from fcw_viz.review_app.time.timeline import (
+    HEIGHT_PX,
+    LABELLED_COLOR,
+    MISSED_COLOR,
+    NOTE_COLOR,
+    TOUCHED_COLOR,
+    kind_color,
+    timeline_svg,
+)
 from fcw_viz.review_app.triage.drive_filter import DriveFilter
 from fcw_viz.review_app.words import (
     DISAGREEMENT,
@@ -27,7 +35,7 @@ NARROW_PX = 672.0
 """A list of less stands in one column, as review_page.css has it."""
 
 
-MOST_LISTED = 60
+MOST_LISTED = 30
 """Drives that are drawn at once; of more the first ones, for a list of hundreds takes a browser seconds."""
 
 
@@ -69,6 +77,11 @@ def legend_html() -> str:
     meanings = {sign: judgement.value for judgement, sign in JUDGEMENT_SIGNS.items()}
     meanings[DISAGREEMENT_SIGN] = DISAGREEMENT
     meanings[f'<i class="missed" style="--kind: {MISSED_COLOR}"></i>'] = "a warning that people missed"
+    for color, meaning in (
+        (LABELLED_COLOR, "frames whose boxes are all right"),
+        (TOUCHED_COLOR, "frames with corrected boxes"),
+    ):
+        meanings[f'<i class="labelled" style="--kind: {color}"></i>'] = meaning
     meanings[f'<i class="note" style="--kind: {NOTE_COLOR}"></i>'] = "a note"
     signs = "".join(
         f"<tr><td>{sign}</td><td style='text-align:left'>{meaning}</td></tr>"

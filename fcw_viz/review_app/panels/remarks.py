@@ -58,6 +58,7 @@ class RemarksPanel:
             )
             change = (
                 f'<div class="fcw-change"><select {chooses("missedlevel")}>{options}</select>'
+                f"{self._range_html(entry_id)}"
                 f"<button {says(f'missedstart:{entry_id}')}>starts here</button>"
                 f"<button {says(f'missedend:{entry_id}')}>ends here</button>"
                 f'<input type="text" {enters(f"fcw-{entry_id}", f"missedtext:{entry_id}")} '
@@ -69,6 +70,11 @@ class RemarksPanel:
             f"<span {says(f'goto:{said.start_s!r}')}><b>{span}</b></span><span>{escape(about)}</span>"
             f"{self._take_back_html(entry)}{change}{_by_html(entry)}</div>"
         )
+
+    def _range_html(self, entry_id: str) -> str:
+        if self._place.marked is None:
+            return ""
+        return f"<button class='wide' {says(f'missedrange:{entry_id}')}>is the marked range</button>"
 
     def _is_own(self, entry: Entry[Any]) -> bool:
         return entry.person == self._place.session.reviewer

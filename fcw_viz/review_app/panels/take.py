@@ -42,12 +42,15 @@ class TakePanel:
         """Say which part of the drive is taken."""
         start_s, end_s = self._between()
         about = "around the event" if self._place.selected is not None else "around this moment"
+        about = "that is marked" if self._place.marked is not None else about
         html = f"<p>The clip {about}: <b>{time_text(start_s)} to {time_text(end_s)}</b></p>"
         set_html(self._clip, text_block(html))
         set_html(self._state, text_block(self._busy or self._result))
 
     def _between(self) -> tuple[float, float]:
         place = self._place
+        if place.marked is not None:
+            return place.marked
         if place.selected is None:
             return clip_around(place.time_s, place.time_s, place.opened.duration_s)
         event = place.opened.events[place.selected]

@@ -1,9 +1,10 @@
-"""Correcting the boxes of a frame on the picture: dragged at their corners, drawn, deleted, confirmed."""
+"""Correcting the boxes of a frame on the picture: moved, resized, drawn, deleted, confirmed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+from fcw.annotation.box_motion import moved, reshaped
 from fcw.annotation.records import BoxEdit, FrameConfirmed, LabelledBox, new_box_id, track_box_id
 from fcw.box import Box
 from fcw.errors import UserError
@@ -20,11 +21,25 @@ LOG_COLOR: Rgb = OTHER_TRACK_COLOR
 EDITED_COLOR: Rgb = (70, 200, 110)
 SELECTED_COLOR: Rgb = (255, 255, 255)
 HANDLE_COLOR: Rgb = (255, 215, 40)
+REAR_COLOR: Rgb = (120, 200, 255)
 SMALLEST_PX = 3.0
 """A box that is drawn smaller is a slip of the hand."""
-CORNERS = ("top left", "top right", "bottom right", "bottom left")
-RIGHT, LOW = (False, True, True, False), (False, False, True, True)
-"""Of the corners: which are at the right, which at the bottom."""
+GRIPS = {
+    "corner top left": (-1, -1),
+    "corner top right": (1, -1),
+    "corner bottom right": (1, 1),
+    "corner bottom left": (-1, 1),
+    "edge top": (0, -1),
+    "edge right": (1, 0),
+    "edge bottom": (0, 1),
+    "edge left": (-1, 0),
+}
+"""What can be dragged of a box, and which of its sides go along: left -1, right 1; top -1, bottom 1."""
+EDGE_CSS_PX = 64.0
+"""The middle of an edge has its own mark where the edge is at least so long on the screen."""
+
+Sides = tuple[float, float, float, float]
+"""Left, top, right and bottom; dragged over each other, they may have changed places."""
 
 
 class BoxEditor:
@@ -35,7 +50,8 @@ class BoxEditor:
 
     Attributes:
         active: whether boxes are corrected now.
-        selected: id of the box whose corners can be dragged; None for none.
+        selected: id of the box that is worked on; None for none.
+        draws_rear: whether the next box that is drawn is the rear face of the selected one.
     """
 
     def __init__(
@@ -54,9 +70,14 @@ class BoxEditor:
         self._show_panels = show_panels
         self._result: FrameResult | None = None
         self._lines = LineOverlay(tab.view, tab.client, "boxes")
-        self._handles: list[Handle] = []
+        self._handles: dict[str, Handle] = {}
+        self._area = tab.view.add_area("box", self._move)
+        self._hovered: str | None = None
+        self._is_drawn = False
         self._dragged: tuple[str, LabelledBox] | None = None
-        self._grips_px: tuple[Point, ...] | None = None
+        self._sides: Sides | None = None
+        self._taken_px: Point = (0.0, 0.0)
+        self.draws_rear = False
         self._labels: dict[str, LabelledBox] = {}
         self.active = False
         self.selected: str | None = None
@@ -70,8 +91,8 @@ class BoxEditor:
 
     def stop(self) -> None:
         """Put the tool away."""
-        self.active, self.selected = False, None
-        self._dragged = self._grips_px = None
+        self.active, self.selected, self.draws_rear = False, None, False
+        self._dragged = self._sides = self._hovered = None
         self._view.on_box(None)
         self.redraw()
 
@@ -79,60 +100,82 @@ class BoxEditor:
         """Select the box that was clicked, the smallest where they overlap."""
         if not self.active:
             return
-        hit = [
-            (label.box.w * label.box.h, box_id)
-            for box_id, label in self._labels.items()
-            if label.box.x <= column_px <= label.box.right and label.box.y <= row_px <= label.box.bottom
-        ]
-        self.selected = min(hit)[1] if hit else None
-        self.redraw()
-        self._show_panels()
+        self._select(self._box_at(column_px, row_px))
+
+    def hover(self, mouse_px: Point | None) -> None:
+        """The box under the mouse can be taken hold of; it is moved and the picture stays."""
+        if self.active and self._dragged is None:
+            self._hovered = None if mouse_px is None else self._box_at(*mouse_px)
+            self._show_area()
+
+    def select_next(self) -> None:
+        """Select the next box of the frame, from left to right."""
+        self._check_active()
+        order = sorted(self._labels, key=lambda box_id: self._labels[box_id].box.x)
+        if order:
+            place = order.index(self.selected) + 1 if self.selected in order else 0
+            self._select(order[place % len(order)])
 
     def draw(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> None:
         """Add a box that was drawn."""
         if right_px - left_px < SMALLEST_PX or bottom_px - top_px < SMALLEST_PX:
             raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
+        box = self._inside(left_px, top_px, right_px, bottom_px)
+        if self.draws_rear:
+            box_id, label = self.told()
+            self.draws_rear = False
+            self.say(BoxEdit(self._frame_index, box_id, replace(label, rear_box=box)))
+            return
         box_id = new_box_id()
         self.selected = box_id
-        self._say(box_id, LabelledBox(self._inside(left_px, top_px, right_px, bottom_px)))
+        self.say(BoxEdit(self._frame_index, box_id, LabelledBox(box)))
 
     def delete(self) -> None:
         """Say that there should be no box where the selected one is."""
-        box_id = self._told()
+        box_id, _ = self.told()
         self.selected = None
-        self._say(box_id, None)
+        self.say(BoxEdit(self._frame_index, box_id, None))
 
     def switch_ignored(self) -> None:
         """Say that the selected box is neither to be found nor to be taken for background, or that it is."""
-        box_id = self._told()
-        label = self._labels[box_id]
-        self._say(box_id, replace(label, ignore=not label.ignore))
+        _, label = self.told()
+        self.change(replace(label, ignore=not label.ignore))
+
+    def change(self, label: LabelledBox) -> None:
+        """Say that the selected box is another one."""
+        box_id, _ = self.told()
+        self.say(BoxEdit(self._frame_index, box_id, label))
+
+    def say(self, *edits: BoxEdit) -> None:
+        """Keep edits, of any frames, as one step; the boxes are cut at the picture's edges."""
+        self._annotating.say(*map(self._cut, edits))
+        self.redraw()
+        self._show_panels()
 
     def confirm(self) -> None:
         """Say that all boxes of the frame are right as they stand."""
-        if not self.active:
-            raise UserError("correct boxes first: press E")
+        self._check_active()
         self._annotating.say(FrameConfirmed(self._frame_index))
 
     # What is shown
 
     def show(self, result: FrameResult) -> None:
         """Show the boxes of another frame: what the log says of it."""
-        self._result = result
+        self._result, self._hovered = result, None
         self.redraw()
 
     def review_changed(self) -> None:
         """Somebody has said something: show it, unless a box is being dragged."""
-        if self.active and self._dragged is None:
+        if self._dragged is None:
             self.redraw()
 
     def redraw(self) -> None:
         """Show the boxes of the frame, the selected one with its corners."""
         if not self.active or self._place.drive is None:
-            if self._handles or self._labels:
-                self._labels = {}
-                self._lines.show(())
-                self._show_handles(None)
+            self._labels = {}
+            self._show_handles(None)
+            self._show_area()
+            self._draw(() if self._view.away or self._place.drive is None else self._edited_lines())
             return
         self._labels = self._present_labels()
         if self._dragged is not None:
@@ -141,8 +184,20 @@ class BoxEditor:
             self.selected = None
         # At once: a handle that has no place yet could be taken hold of anywhere.
         with self._client.atomic():
-            self._lines.show([self._line(box_id, label) for box_id, label in self._labels.items()])
+            lines = [self._lines_of(box_id, label) for box_id, label in self._labels.items()]
+            self._draw([line for of_one in lines for line in of_one])
             self._show_handles(self._labels[self.selected] if self.selected else None)
+            self._show_area()
+
+    def told(self) -> tuple[str, LabelledBox]:
+        """The selected box and its id.
+
+        Raises:
+            UserError: none is selected.
+        """
+        if not self.active or self.selected is None:
+            raise UserError("select a box first: press E, then click the box")
+        return self.selected, self._labels[self.selected]
 
     @property
     def confirmed_by(self) -> tuple[str, ...]:
@@ -176,69 +231,138 @@ class BoxEditor:
     def _line(self, box_id: str, label: LabelledBox) -> LabelledLine:
         edited = box_id in self._edited()
         color = SELECTED_COLOR if box_id == self.selected else EDITED_COLOR if edited else LOG_COLOR
-        words = f"#{label.track_id}" if label.track_id is not None else "added"
-        if edited and label.track_id is not None:
-            words += "  corrected"
-        if label.ignore:
-            words += "  ignored"
-        return box_line(label.box, color, words)
+        parts = [f"#{label.track_id}" if label.track_id is not None else "added"]
+        parts += ["corrected"] * (edited and label.track_id is not None)
+        parts += [one.value for one in (label.view, label.kind) if one is not None]
+        parts += [f"hidden {label.occluded}"] * bool(label.occluded)
+        parts += ["ignored"] * label.ignore
+        return box_line(label.box, color, "  ".join(parts))
+
+    def _edited_lines(self) -> list[LabelledLine]:
+        """What people labelled, which is seen all the same."""
+        said = self._edited() if self._result else {}
+        return [self._line(box_id, label) for box_id, label in said.items() if label is not None]
+
+    def _draw(self, lines: Sequence[LabelledLine]) -> None:
+        if lines or self._is_drawn:
+            self._lines.show(lines)
+            self._is_drawn = bool(lines)
+
+    def _lines_of(self, box_id: str, label: LabelledBox) -> list[LabelledLine]:
+        """A box and its rear face."""
+        rear = [] if label.rear_box is None else [box_line(label.rear_box, REAR_COLOR, "")]
+        return [self._line(box_id, label), *rear]
+
+    def _show_area(self) -> None:
+        shown = self._hovered if self._hovered in self._labels else self.selected
+        self._area.show(self._labels[shown].box if shown in self._labels else None)
 
     def _show_handles(self, label: LabelledBox | None) -> None:
-        if label is None:
-            for handle in self._handles:
-                handle.remove()
-            self._handles = []
-            return
-        corners = self._grips_px or _corners(label.box)
-        if not self._handles:
-            self._handles = [
-                self._view.add_handle(
-                    f"corner {name}",
-                    *corners[number],
-                    HANDLE_COLOR,
-                    partial(self._drag, number),
-                    lambda: None,
+        places = {} if label is None else self._grip_places(self._sides or _sides(label.box))
+        for name in self._handles.keys() - places.keys():
+            self._handles.pop(name).remove()
+        for name, place_px in places.items():
+            if name not in self._handles:
+                self._handles[name] = self._view.add_handle(
+                    name, *place_px, HANDLE_COLOR, partial(self._drag, name), lambda: None
                 )
-                for number, name in enumerate(CORNERS)
-            ]
-        for handle, corner in zip(self._handles, corners, strict=True):
-            if handle.position_px != corner:
-                handle.move(*corner)
+            elif self._handles[name].position_px != place_px:
+                self._handles[name].move(*place_px)
 
-    def _drag(self, corner: int, phase: Phase, column_px: float, row_px: float) -> None:
-        """A corner is dragged; the opposite one stays."""
+    def _grip_places(self, sides: Sides) -> dict[str, Point]:
+        """Where the marks of a box stand; those in the middle of short edges are left out."""
+        left, top, right, bottom = sides
+        room_px = EDGE_CSS_PX * self._view.pixels_per_screen_pixel
+        places = {}
+        for name, (across, down) in GRIPS.items():
+            is_short = (across == 0 and abs(right - left) < room_px) or (
+                down == 0 and abs(bottom - top) < room_px
+            )
+            if is_short and self._sides is None:
+                continue
+            column_px = (left, (left + right) / 2, right)[across + 1]
+            places[name] = column_px, (top, (top + bottom) / 2, bottom)[down + 1]
+        return places
+
+    def _drag(self, grip: str, phase: Phase, column_px: float, row_px: float) -> None:
+        """A corner or an edge is dragged; the opposite ones stay."""
         if self.selected is None or self.selected not in self._labels:
             return
         if phase == "start":
             self._dragged = self.selected, self._labels[self.selected]
+            self._sides = _sides(self._labels[self.selected].box)
+            return
+        if self._dragged is None or self._sides is None:
+            return
+        across, down = GRIPS[grip]
+        left, top, right, bottom = self._sides
+        left, right = (column_px if across == -1 else left), (column_px if across == 1 else right)
+        top, bottom = (row_px if down == -1 else top), (row_px if down == 1 else bottom)
+        # Dragged over the opposite side, the box turns over and the mark stays in the hand.
+        self._sides = left, top, right, bottom
+        grabbed = self._grabbed(self._dragged[0])
+        columns, rows = sorted((left, right)), sorted((top, bottom))
+        box = self._inside(columns[0], rows[0], columns[1], rows[1])
+        self._dragged_to(reshaped(grabbed, box), phase)
+
+    def _move(self, phase: Phase, column_px: float, row_px: float) -> None:
+        """A box is dragged as a whole."""
+        if phase == "start":
+            box_id = self._hovered if self._hovered in self._labels else self.selected
+            if box_id is None or box_id not in self._labels:
+                return
+            self._select(box_id)
+            self._dragged, self._taken_px = (box_id, self._labels[box_id]), (column_px, row_px)
             return
         if self._dragged is None:
             return
-        box_id, label = self._dragged
-        fixed_px = _corners(self._grabbed(box_id).box)[(corner + 2) % 4]
-        columns, rows = sorted((fixed_px[0], column_px)), sorted((fixed_px[1], row_px))
-        # Dragged over the opposite corner, the box turns over and the corners stay in the hand.
-        self._grips_px = tuple(
-            (
-                column_px if at_right == RIGHT[corner] else fixed_px[0],
-                row_px if low == LOW[corner] else fixed_px[1],
-            )
-            for at_right, low in zip(RIGHT, LOW, strict=True)
-        )
-        dragged = replace(label, box=self._inside(columns[0], rows[0], columns[1], rows[1]))
-        self._dragged = box_id, dragged
-        if phase == "end":
-            self._dragged = self._grips_px = None
-            if dragged.box.w < SMALLEST_PX or dragged.box.h < SMALLEST_PX:
-                self.redraw()
-                raise UserError(f"a box has to be at least {SMALLEST_PX:g} pixels wide and high")
-            self._say(box_id, dragged)
-        else:
+        grabbed = self._grabbed(self._dragged[0])
+        self._dragged_to(moved(grabbed, column_px - self._taken_px[0], row_px - self._taken_px[1]), phase)
+
+    def _dragged_to(self, label: LabelledBox, phase: Phase) -> None:
+        assert self._dragged is not None
+        box_id = self._dragged[0]
+        self._dragged = box_id, label
+        if phase != "end":
             self.redraw()
+            return
+        self._dragged = self._sides = None
+        if label.box.w < SMALLEST_PX or label.box.h < SMALLEST_PX:
+            self.redraw()
+            raise UserError(f"a box has to be at least {SMALLEST_PX:g} pixels wide and high")
+        self.say(BoxEdit(self._frame_index, box_id, label))
 
     def _grabbed(self, box_id: str) -> LabelledBox:
         """The box as it was before it was dragged."""
         return self._present_labels().get(box_id, self._labels[box_id])
+
+    def _box_at(self, column_px: float, row_px: float) -> str | None:
+        """Id of the box there, the smallest where they overlap."""
+        hit = [
+            (label.box.w * label.box.h, box_id)
+            for box_id, label in self._labels.items()
+            if label.box.x <= column_px <= label.box.right and label.box.y <= row_px <= label.box.bottom
+        ]
+        return min(hit)[1] if hit else None
+
+    def _select(self, box_id: str | None) -> None:
+        if box_id != self.selected:
+            self.draws_rear = False
+        self.selected = box_id
+        self.redraw()
+        self._show_panels()
+
+    def _check_active(self) -> None:
+        if not self.active:
+            raise UserError("correct boxes first: press E")
+
+    def _cut(self, edit: BoxEdit) -> BoxEdit:
+        label = edit.label
+        if label is None:
+            return edit
+        box = label.box
+        cut = self._inside(box.x, box.y, box.right, box.bottom)
+        return replace(edit, label=replace(label, box=cut))
 
     def _inside(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> Box:
         """A box cut at the picture's edges."""
@@ -247,17 +371,6 @@ class BoxEditor:
         top_px, bottom_px = (min(max(y, -0.5), size.height - 0.5) for y in (top_px, bottom_px))
         return Box(left_px, top_px, max(right_px - left_px, 1e-3), max(bottom_px - top_px, 1e-3))
 
-    def _say(self, box_id: str, label: LabelledBox | None) -> None:
-        self._annotating.say(BoxEdit(self._frame_index, box_id, label))
-        self.redraw()
-        self._show_panels()
 
-    def _told(self) -> str:
-        if not self.active or self.selected is None:
-            raise UserError("select a box first: press E, then click the box")
-        return self.selected
-
-
-def _corners(box: Box) -> tuple[tuple[float, float], ...]:
-    """Column and row of the corners, in the order of `CORNERS`."""
-    return (box.x, box.y), (box.right, box.y), (box.right, box.bottom), (box.x, box.bottom)
+def _sides(box: Box) -> Sides:
+    return box.x, box.y, box.right, box.bottom

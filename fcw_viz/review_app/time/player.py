@@ -12,6 +12,9 @@ from fcw_viz.page.playback import NANOSECONDS, PlayingThread
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 """Seconds of the drive for each second."""
 
+REST_S = 0.3
+"""What is played again and again stands so long at its end: that it begins anew is seen."""
+
 
 class Player(PlayingThread):
     """Plays the rows of one drive after the other's clock, whatever showing one takes.
@@ -40,16 +43,26 @@ class Player(PlayingThread):
         self._show = show
         self._times_ns: NDArray[np.int64] = np.zeros(0, np.int64)
         self._last_row: int | None = None
+        self._again_row: int | None = None
 
     def load(self, times_ns: NDArray[np.int64]) -> None:
         """Play another drive from now on: the times of its frames, ascending."""
         self.stop()
-        self._times_ns, self._last_row = times_ns, None
+        self._times_ns, self._last_row, self._again_row = times_ns, None, None
 
-    def play_to(self, start_row: int, last_row: int | None, speed: float) -> None:
-        """Play from a row to another, which is shown last; None for the drive's end."""
+    def play_to(
+        self, start_row: int, last_row: int | None, speed: float, again_row: int | None = None
+    ) -> None:
+        """Play from a row to another, which is shown last.
+
+        Args:
+            start_row: the first one.
+            last_row: None for the drive's end.
+            speed: seconds of the drive for each second.
+            again_row: from which it is played again and again; None to play it once.
+        """
         self.stop()
-        self._last_row = last_row
+        self._last_row, self._again_row = last_row, again_row
         self.play(start_row, speed)
 
     def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
@@ -68,3 +81,10 @@ class Player(PlayingThread):
             due = int(np.searchsorted(times_ns, due_ns, side="right")) - 1
             row = min(max(due, row + 1), last)
             self._show(row)
+            if row >= last and self._again_row is not None and self._again_row < last:
+                clock.wait_s(REST_S, stop)
+                if stop.is_set():
+                    return
+                row = self._again_row
+                self._show(row)
+                started_s, first_ns = clock.now_s(), int(times_ns[row])

@@ -56,7 +56,7 @@ class Playing:
         self._place, self._run, self._stage = place, run, stage
         self.speed = 1.0
         self._toggled_s = float("-inf")
-        self._last_row: int | None = None
+        self._part: tuple[int | None, int | None] = None, None
         self._drawn = threading.Event()
         self._player = Player(self._wait_drawn, self._show, lambda message: run(lambda: self._ended(message)))
 
@@ -96,13 +96,28 @@ class Playing:
         event = place.opened.events[place.selected]
         self._play(place.opened.row_at(event.start_s - LEAD_IN_S), place.opened.row_at(event.end_s))
 
+    def loop(self) -> None:
+        """Play the marked range, else the selected event, again and again; or stop."""
+        if self.now:
+            self.stop()
+            return
+        place = self._place
+        span = place.marked
+        if span is None and place.selected is not None:
+            event = place.opened.events[place.selected]
+            span = event.start_s - LEAD_IN_S, event.end_s
+        if span is None:
+            raise UserError("mark a range first, with A and S, or select an event")
+        first = place.opened.row_at(span[0])
+        self._play(first, place.opened.row_at(span[1]), first)
+
     def set_speed(self, speed: float) -> None:
         """Play so much faster."""
         if speed not in SPEEDS:
             return
         self.speed = speed
         if self.now:
-            self._play(self._place.row, self._last_row)
+            self._play(self._place.row, *self._part)
         self._stage.speed_changed()
 
     def change_speed(self, faster: bool) -> None:
@@ -118,13 +133,13 @@ class Playing:
         """The browser has drawn a picture."""
         self._drawn.set()
 
-    def _play(self, row: int, last_row: int | None = None) -> None:
+    def _play(self, row: int, last_row: int | None = None, again_row: int | None = None) -> None:
         self._stage.before_playing()
         self.stop()
         if row != self._place.row:
             self._stage.turn_to(row, played=True)
-        self._last_row = last_row
-        self._player.play_to(row, last_row, self.speed)
+        self._part = last_row, again_row
+        self._player.play_to(row, last_row, self.speed, again_row)
         self._stage.speed_changed()
 
     def _wait_drawn(self, stop: threading.Event) -> None:

@@ -7,7 +7,7 @@ from html import escape
 
 import viser
 
-from fcw_viz.page.channel import chooses, says, says_size, slides
+from fcw_viz.page.channel import chooses, says, says_size, slides, slides_along
 from fcw_viz.page.style import set_html
 from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.session import DriveReview
@@ -15,7 +15,7 @@ from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.player import SPEEDS
 from fcw_viz.review_app.time.plots import Plotted, make_plots, plot_places, plots_svg, value_text
 from fcw_viz.review_app.time.timeline import HEIGHT_PX as TIMELINE_PX
-from fcw_viz.review_app.time.timeline import timeline_svg
+from fcw_viz.review_app.time.timeline import labelled_spans, timeline_svg
 
 RIGHT_PX, BOTTOM_PX = 14.0, 4.0
 LEFT_PX, NARROW_LEFT_PX = 150.0, 108.0
@@ -155,15 +155,19 @@ class Strip:
         window: tuple[float, float],
         selected: int | None,
         layout: StripLayout,
+        marked: tuple[float, float] | None = None,
     ) -> None:
-        """The whole drive."""
+        """The whole drive, with the range that is marked."""
         axis = whole_axis(drive, layout)
-        svg = timeline_svg(axis, shown.events, shown.review, window, selected, drive.header.imperial)
+        labelled = labelled_spans(drive, shown.review)
+        imperial = drive.header.imperial
+        svg = timeline_svg(axis, shown.events, shown.review, window, selected, imperial, labelled=labelled)
         area = (
             f'<div class="fcw-area" style="left:{layout.left_px:.0f}px;top:{BAR_PX:.0f}px;'
             f'width:{axis.width_px:.0f}px;height:{TIMELINE_PX:.0f}px;pointer-events:all">'
             f'<div class="fcw-slide" {slides("fcw-whole", "seek", axis.start_s, axis.end_s)}></div>'
-            f'<div class="fcw-marks" style="position:absolute;inset:0">{svg}</div></div>'
+            f'<div class="fcw-marks" style="position:absolute;inset:0">{svg}</div>'
+            f"{'' if marked is None else _marked_html(axis, marked)}</div>"
         )
         set_html(self._timeline, f'<div class="fcw-strip fcw-now">{area}</div>')
 
@@ -195,6 +199,19 @@ class Strip:
             )
         html += figures_html(drive, row, layout, layout.plots_px, PLOTS_TOP_PX)
         set_html(self._now, f'<div class="fcw-strip fcw-now">{"".join(html)}</div>')
+
+
+def _marked_html(axis: TimeAxis, marked: tuple[float, float]) -> str:
+    """A range on the time line; its ends are dragged (`markstart:<seconds>`, `markend:<seconds>`)."""
+    left, right = map(axis.x, marked)
+    height = f"top:8px;height:{TIMELINE_PX - 20:.0f}px"
+    ends = "".join(
+        f'<div class="fcw-end" style="left:{x:.1f}px;{height}" '
+        f"{slides_along(f'fcw-{name}', 'fcw-whole', name, axis.start_s, axis.end_s)}></div>"
+        for name, x in (("markstart", left), ("markend", right))
+    )
+    width = max(right - left, 1.0)
+    return f'<div class="fcw-marked" style="left:{left:.1f}px;width:{width:.1f}px;{height}"></div>{ends}'
 
 
 def whole_axis(drive: Drive, layout: StripLayout) -> TimeAxis:

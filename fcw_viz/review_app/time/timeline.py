@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
+from typing import NamedTuple
 
 from fcw.annotation.records import Entry, MissedEvent, Note
 from fcw.annotation.review import JudgedEvent, Review
@@ -9,7 +10,7 @@ from fcw.charts.svg import css_color, element, line, picture, words
 from fcw.logs.overlay import LEVEL_COLORS
 from fcw.warning.types import WarningLevel
 from fcw_viz.page.channel import says
-from fcw_viz.review_app.drive import time_text
+from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.words import (
     DISAGREEMENT_SIGN,
@@ -30,6 +31,9 @@ KIND_COLORS = {
 OTHER_COLOR = "rgb(134, 142, 150)"
 MISSED_COLOR = "rgb(230, 73, 128)"
 NOTE_COLOR = "rgb(250, 176, 5)"
+LABELLED_COLOR, TOUCHED_COLOR = "rgb(43, 138, 62)", "rgb(130, 201, 30)"
+"""Of frames whose boxes are all said to be right, and of those in which some were corrected."""
+LABELLED_PX = 4.0
 KIND_HEIGHTS = {"warning": 1.0, "caution": 0.72, "advisory": 0.45}
 """Of the track's height: how urgent it is reads without colours."""
 
@@ -41,6 +45,35 @@ REACH_PX = 4.0
 """So far beside a mark a click still means it."""
 APART_PX = 2.0
 """Of marks closer together only the worse one is drawn."""
+
+
+class LabelledSpan(NamedTuple):
+    """Frames in a row in which people labelled boxes.
+
+    Attributes:
+        start_s: the first one.
+        end_s: the last one.
+        confirmed: whether somebody said of all of them that every box is right.
+    """
+
+    start_s: float
+    end_s: float
+    confirmed: bool
+
+
+def labelled_spans(drive: Drive, review: Review) -> list[LabelledSpan]:
+    """Where people labelled boxes of a drive."""
+    known = set(drive.series.frame_index.tolist())
+    spans: list[tuple[int, int, bool]] = []
+    for index, frame in review.frames.items():
+        if index not in known:
+            continue
+        row, confirmed = drive.series.row_of(index), bool(frame.confirmed)
+        if spans and spans[-1][1] == row - 1 and spans[-1][2] == confirmed:
+            spans[-1] = spans[-1][0], row, confirmed
+        else:
+            spans.append((row, row, confirmed))
+    return [LabelledSpan(drive.time_s(first), drive.time_s(last), said) for first, last, said in spans]
 
 
 def kind_color(kind: str) -> str:
@@ -56,6 +89,7 @@ def timeline_svg(
     selected: int | None,
     imperial: bool,
     message: str = "event:",
+    labelled: Sequence[LabelledSpan] = (),
 ) -> str:
     """The marks over the whole drive.
 
@@ -67,6 +101,7 @@ def timeline_svg(
         selected: number of the selected event.
         imperial: units of the words.
         message: before an event's number, what a click on it says.
+        labelled: where people labelled boxes.
     """
     bottom = SIGNS_PX + TRACK_PX
     track = {"y": SIGNS_PX, "height": TRACK_PX, "rx": 3, "fill": "currentColor"}
@@ -84,6 +119,12 @@ def timeline_svg(
     # The worst last, over the others.
     for number in sorted(drawn, key=lambda number: (number == selected, events[number].event.severity)):
         parts += _event(axis, number, events[number], number == selected, imperial, message)
+    for span in labelled:
+        left, right = axis.x(span.start_s), axis.x(span.end_s)
+        place = {"x": left, "y": bottom - LABELLED_PX, "height": LABELLED_PX}
+        color = LABELLED_COLOR if span.confirmed else TOUCHED_COLOR
+        width = max(right - left, 1.0)
+        parts.append(element("rect", **place, width=width, fill=color, data_name="labelled"))
     parts += _remarks(axis, review.missed, review.notes)
     return picture(round(axis.width_px), HEIGHT_PX, parts, "The whole drive")
 

@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,9 +25,10 @@ from review_drives import (
 )
 from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
 
-from fcw.annotation.records import Judgement, Note, Reason
+from fcw.annotation.records import Judgement, LabelledBox, Note, Reason, VehicleKind
 from fcw.annotation.review import Review as Words
 from fcw.annotation.store import read_review
+from fcw.box import Box
 from fcw.logs.mcap.reader import DriveLog
 
 WORST_ROW = row_of(CAUTION_S)
@@ -161,7 +163,7 @@ def test_a_verdict_is_kept_and_seen_in_another_tab_that_looks_elsewhere(
     two.press("m")
     wait_for(lambda: [entry.said.start_s for entry in said_of(drive_log).missed] == [pytest.approx(14.4)])
     one.tab("Remarks")
-    wait_for(lambda: "Missed warning" in one.words(".fcw-remark"))
+    wait_for(lambda: "14.4 s to 16.4 s" in one.words(".fcw-remark"))
 
 
 def test_a_corner_goes_where_the_mouse_takes_it(
@@ -194,6 +196,98 @@ def test_a_corner_goes_where_the_mouse_takes_it(
     wait_for(lambda: None in said_of(drive_log).frames[WORST_ROW].labels.values())
 
 
+def label_of(log: Path, row: int, box_id: str = "track 7") -> LabelledBox | None:
+    frame = said_of(log).frames.get(row)
+    return frame.labels.get(box_id) if frame else None
+
+
+def test_a_box_is_moved_described_copied_on_and_interpolated(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(review({"made": drive_log}).url))
+    wait_for(lambda: person.sees(WORST_ROW))
+    person.press("e")
+    wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
+    person.press("v", "v")  # from left to right
+    wait_for(lambda: node_is_there(person, "/handles/edge left"))
+    person.browser.wait_until_still()
+    camera = person.browser.camera()
+    middle = BOX.x + BOX.w * 0.3, BOX.y + BOX.h * 0.3
+    start = person.browser.mouse_position(*middle)
+    end = person.browser.mouse_position(middle[0] + 30, middle[1] - 12)
+    scale = person.browser.screen_position(1, 0)[0] - person.browser.screen_position(0, 0)[0]
+    person.browser.drag(middle, (middle[0] + 30, middle[1] - 12))
+    wait_for(lambda: label_of(drive_log, WORST_ROW) is not None)
+    label = label_of(drive_log, WORST_ROW)
+    assert label is not None
+    assert (label.box.w, label.box.h) == (BOX.w, BOX.h)
+    assert label.box.x - BOX.x == pytest.approx((end[0] - start[0]) / scale, abs=0.6 / scale)
+    assert label.box.y - BOX.y == pytest.approx((end[1] - start[1]) / scale, abs=0.6 / scale)
+    assert person.browser.camera() == camera  # the picture stays
+
+    person.press("Control+ArrowRight", "Control+Shift+ArrowDown")
+    moved = Box(label.box.x + 1, label.box.y, label.box.w, label.box.h + 1)
+    wait_for(lambda: label_of(drive_log, WORST_ROW) == replace(label, box=moved))
+    person.tab("Boxes")
+    person.at("select[data-fcw-choice=boxkind]").select_option("VAN")
+    described = replace(label, box=moved, kind=VehicleKind.VAN)
+    wait_for(lambda: label_of(drive_log, WORST_ROW) == described)
+    person.press("k")
+    wait_for(lambda: person.sees(WORST_ROW + 1) and label_of(drive_log, WORST_ROW + 1) == described)
+
+    for row in range(WORST_ROW + 2, WORST_ROW + 5):
+        person.press("ArrowRight")
+        wait_for(lambda row=row: person.sees(row))
+    person.press("Control+ArrowLeft")
+    wait_for(lambda: label_of(drive_log, WORST_ROW + 4) is not None)
+    person.press("i")
+    wait_for(lambda: label_of(drive_log, WORST_ROW + 3) is not None)
+    last = Box(BOX.x - 1, BOX.y, BOX.w, BOX.h)
+    for row in range(1, 4):
+        between = label_of(drive_log, WORST_ROW + row)
+        assert between is not None
+        assert between.kind is VehicleKind.VAN
+        assert between.box.x == pytest.approx(moved.x + (last.x - moved.x) * row / 4)
+    person.press("Control+z")
+    wait_for(lambda: label_of(drive_log, WORST_ROW + 2) is None)
+    assert label_of(drive_log, WORST_ROW + 1) == described
+    # Seen on the time line, and on the picture without the tool.
+    wait_for(lambda: person.browser.page.locator("#fcw-whole + .fcw-marks [data-name=labelled]").count() == 2)
+    person.press("e")
+    wait_for(lambda: not node_is_there(person, "/handles/edge left"))
+    assert node_is_there(person, "/lines/boxes/lines_8")
+
+
+def test_a_range_is_marked_dragged_taken_and_missed(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(f"{review({'made': drive_log}).url}?at=made@2.0"))
+    wait_for(lambda: person.sees(row_of(2.0)))
+    person.press("a")
+    wait_for(lambda: person.browser.page.locator(".fcw-end").count() == 2)
+    mouse = person.browser.page.mouse
+    mouse.move(*person.place_on("#fcw-markend", 0.5))
+    mouse.down()
+    mouse.move(*person.place_on("#fcw-whole", 0.5), steps=3)
+    mouse.move(*person.place_on("#fcw-whole", 0.25), steps=3)
+    mouse.up()
+    end_s = 0.25 * (FRAMES - 1) / RATE_HZ
+    person.tab("Take")
+    wait_for(
+        lambda: (
+            f"The clip that is marked: 2.0 s to {end_s:.1f} s"
+            in person.browser.page.content().replace("<b>", "")
+        )
+    )
+    assert person.sees(row_of(2.0))
+    person.press("m")
+    wait_for(lambda: len(said_of(drive_log).missed) == 1)
+    (entry,) = said_of(drive_log).missed
+    assert (entry.said.start_s, entry.said.end_s) == (2.0, pytest.approx(end_s, abs=0.05))
+    person.press("Escape")
+    wait_for(lambda: person.browser.page.locator(".fcw-end").count() == 0)
+
+
 def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
     drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
 ):
@@ -202,6 +296,7 @@ def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
     # Whatever was pressed last: the space key plays, and an event to its end.
     for name in ("Keys", "Take", "Boxes"):
         person.tab(name)
+    person.browser.page.wait_for_function("document.activeElement === document.body")
     person.press("Shift+Space")
     wait_for(lambda: person.words(".fcw-bar .play") == "Stop")
     wait_for(lambda: person.words(".fcw-bar .play") == "Play" and person.sees(row_of(WARNING_END_S) - 1))

@@ -112,3 +112,19 @@ def test_a_part_is_played_to_its_end_and_no_further():
     player.play_to(100, 110, 1.0)
     assert ended.wait(WAIT_S)
     assert shown == list(range(101, 111))
+
+
+def test_a_part_is_played_again_and_again_until_it_is_stopped():
+    shown, enough = [], threading.Event()
+
+    def show(row: int) -> None:
+        shown.append(row)
+        if len(shown) >= 33:
+            enough.set()
+
+    player = Player(lambda stop: None, show, lambda message: None, FakeClock())
+    player.load(TIMES_NS)
+    player.play_to(100, 110, 1.0, 100)
+    assert enough.wait(WAIT_S)
+    player.stop()
+    assert shown[:32] == [*range(101, 111), *range(100, 111), *range(100, 111)]

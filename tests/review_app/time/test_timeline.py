@@ -5,13 +5,22 @@ import xml.etree.ElementTree as ET
 from dataclasses import replace
 
 import pytest
-from review_drives import ADVISORY_S, CAUTION_S, MOVED_S, NEAR_MISS_S, WARNING_END_S
+from review_drives import ADVISORY_S, CAUTION_S, MOVED_S, NEAR_MISS_S, RATE_HZ, WARNING_END_S
 
-from fcw.annotation.records import Entry, EventReference, Judgement, MissedEvent, Note, Verdict
+from fcw.annotation.records import (
+    BoxEdit,
+    Entry,
+    EventReference,
+    FrameConfirmed,
+    Judgement,
+    MissedEvent,
+    Note,
+    Verdict,
+)
 from fcw.annotation.review import JudgedEvent, fold, judged_events
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.time.axis import TimeAxis
-from fcw_viz.review_app.time.timeline import drawn_events, timeline_svg
+from fcw_viz.review_app.time.timeline import drawn_events, labelled_spans, timeline_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 TIME = "2026-11-20T10:00:00.00000{}Z"
@@ -87,3 +96,14 @@ def test_the_marks_of_a_folder_name_their_drive(drive: Drive):
     marks = ET.fromstring(text).findall(f".//{SVG}g[@data-event]")
     assert {mark.get("data-fcw") for mark in marks} == {f'open:a "b" <c>#{number}' for number in range(4)}
     assert not re.search(r"data-name=.shown", text)
+
+
+def test_labelled_frames_in_a_row_are_one_bar_with_what_is_confirmed_apart(drive: Drive):
+    said = [BoxEdit(index, "track 3", None) for index in (10, 11, 12, 40)]
+    said += [FrameConfirmed(index) for index in (12, 13)]
+    spans = labelled_spans(drive, fold(entries(*(("anna", one) for one in said))))
+    assert [(round(a * RATE_HZ), round(b * RATE_HZ), sure) for a, b, sure in spans] == [
+        (10, 11, False),
+        (12, 13, True),
+        (40, 40, False),
+    ]
