@@ -2,7 +2,7 @@
 
     python docs/licence_list.py
 
-Licences are what each package's own metadata say (Core Metadata 2.4: License-Expression, else the classifiers,
+Licences are what the metadata of each package say (Core Metadata 2.4: License-Expression, else classifiers,
 else the first line of License).
 """
 
