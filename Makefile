@@ -12,7 +12,7 @@ KERNELS := fcw/kernels/__pycache__/.compiled
 # Where the shell forbids bytecode, every worker and every program that a test starts would compile all anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo check test lint unit whole browser chromium bench format clean
+.PHONY: demo check test lint unit whole browser chromium bench soak format clean
 
 demo: $(VENV)/.runtime-installed
 	$(BIN)/fcw demo $(ARGS)
@@ -57,6 +57,10 @@ chromium:
 
 bench: $(VENV)/.runtime-installed
 	$(BIN)/fcw bench $(ARGS)
+
+# The fuzz corpus for ten minutes a format, and ten hours of drive.
+soak: $(VENV)/.dev-installed $(KERNELS)
+	$(BIN)/python tests/fuzz/soak.py --seconds $(or $(SECONDS_EACH),600) --each --drive-hours $(or $(HOURS),10)
 
 format: $(VENV)/.dev-installed
 	$(BIN)/ruff check --fix .

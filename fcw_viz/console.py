@@ -24,9 +24,11 @@ from rich.progress import (
 from rich.text import Text
 
 from fcw.json_form import without_non_finite
+from fcw_viz.console_text import printable
 
-RESULTS = Console(highlight=False)
-MESSAGES = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
+RESULTS = Console(highlight=False, markup=False, emoji=False)
+MESSAGES = Console(stderr=True, highlight=False, soft_wrap=True, markup=False, emoji=False)
+"""Names of files and drives may hold brackets and colons: no console takes a text for markup."""
 SILENT = Console(quiet=True)
 
 
@@ -38,7 +40,7 @@ def print_json(value: Any) -> None:  # noqa: ANN401 - JSON has no type
 
 def note(text: str, console: Console = MESSAGES) -> None:
     """Say what a person should know of a result that is there all the same."""
-    console.print(f"note: {text}")
+    console.print(f"note: {printable(text)}", markup=False)
 
 
 class Bar:

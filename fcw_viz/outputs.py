@@ -36,10 +36,8 @@ def check_outputs(command: object) -> None:
                 and read.is_dir()
                 and output.resolve().is_relative_to(read.resolve())
             ):
-                raise UserError(
-                    f"--{name} {output}: this is what is read, or part of it, and would be lost; "
-                    "name another file"
-                )
+                what = "the drive itself" if read.suffix == ".mcap" else "what is read, or part of it"
+                raise UserError(f"--{name} {output}: this is {what}, and would be lost; name another file")
 
 
 def _paths(value: object, name: str = "") -> Iterator[tuple[str, Path]]:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from enum import Enum
 from itertools import pairwise
 
+from fcw.bounded.pictures import LONGEST_SIDE_PX
 from fcw.camera.calibration import GroundPoint, Priors
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -66,6 +67,8 @@ def check_setup(
     """
     if image_size.width < 1 or image_size.height < 1:
         raise UserError(f"image size {image_size}: expected a width and height of at least 1 pixel")
+    if max(image_size.width, image_size.height) > LONGEST_SIDE_PX:
+        raise UserError(f"image size {image_size!s:.60}: expected at most {LONGEST_SIDE_PX} pixels a side")
     if not (math.isfinite(height_m) and height_m > 0):
         raise UserError(
             f"camera height {height_m:g} m: expected a height above 0; "

@@ -108,7 +108,7 @@ def _write_video(
     path: Path, frames: Iterator[tuple[Frame, FrameTruth]], on_frame: Callable[[], None] | None
 ) -> list[FrameTruth]:
     truths = []
-    with av.open(str(path), "w", format="mp4") as container:
+    with av.open(f"file:{path}", "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND, options=VIDEO_OPTIONS)
         stream.width, stream.height, stream.pix_fmt = IMAGE_SIZE.width, IMAGE_SIZE.height, "yuv420p"
         stream.time_base = Fraction(1, FRAMES_PER_SECOND)

@@ -22,6 +22,22 @@ __all__ = [
 MCAP_SUFFIX = ".mcap"
 
 
+def check_path(path: Path) -> None:
+    """See that a name can be one of a file.
+
+    Raises:
+        UserError: it is too long, holds a zero, or is no text.
+    """
+    try:
+        path.stat()
+        str(path).encode()
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "its name is no UTF-8"
+        raise UserError(f"{str(path)[:200]!a}: cannot be opened ({reason}); rename it") from None
+
+
 def is_mcap(path: Path) -> bool:
     """Whether a path is that of an MCAP file."""
     return path.suffix.lower() == MCAP_SUFFIX and path.is_file()
@@ -39,6 +55,7 @@ def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str
         UserError: nothing is there, it is none of these kinds, or an argument is not for its kind.
     """
     path = Path(path)
+    check_path(path)
     if topic is not None and path.exists() and not is_mcap(path):
         raise UserError(f"{path}: --topic {topic} was given, but only MCAP files have topics; leave it out")
     if path.is_dir() or (path.is_file() and path.suffix.lower() in PICTURE_SUFFIXES):
@@ -47,6 +64,10 @@ def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str
         raise UserError(
             f"{path}: no such file or folder; expected a video or MCAP file, "
             "a folder of pictures, or one picture"
+        )
+    if not path.is_file():
+        raise UserError(
+            f"{path}: neither a file nor a folder, but a pipe or device; write it to a file first"
         )
     if frame_rate_hz is not None:
         raise UserError(

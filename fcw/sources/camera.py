@@ -31,14 +31,17 @@ _NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
 
 def is_camera(address: str) -> bool:
     """Whether an address is that of a camera: a number, a video device, or a URL."""
-    return address.isdigit() or address.startswith("/dev/video") or "://" in address
+    return address.isdecimal() or address.startswith("/dev/video") or "://" in address
 
 
 def camera_name(address: str) -> str:
     """What a camera is called in logs and file names; passwords of a URL are no part of it."""
-    if address.isdigit() or "://" not in address:
+    if address.isdecimal() or "://" not in address:
         return f"camera-{address.removeprefix('/dev/video')}"
-    url = urlsplit(address)
+    try:
+        url = urlsplit(address)
+    except ValueError as error:
+        raise UserError(f"{address}: no address of a camera ({error}); expected rtsp://HOST/PATH") from None
     return _NOT_FOR_NAMES.sub("-", f"{url.hostname or ''}{url.path}").strip("-") or "camera"
 
 

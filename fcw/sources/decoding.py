@@ -34,10 +34,16 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
         UserError: the file is no video, or its codec is unknown here.
     """
     try:
-        container = av.open(str(path), metadata_errors="replace")  # cameras write all encodings
-    except FFmpegError as error:
+        # A name may look like a URL (12:30:05.mp4), and a playlist may name one.
+        container = av.open(
+            f"file:{path}",
+            options={"protocol_whitelist": "file"},
+            metadata_errors="replace",  # cameras write all encodings
+        )
+    except (FFmpegError, UnicodeError, ValueError) as error:
         raise UserError(
-            f"{path}: not a readable video ({error.strerror}); expected a video such as MP4, MKV or AVI. "
+            f"{path}: not a readable video ({getattr(error, 'strerror', None) or error}); "
+            "expected a video such as MP4, MKV or AVI. "
             "A recording that was cut off may lack its index: repair it first"
         ) from error
     with container:

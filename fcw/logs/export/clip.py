@@ -15,6 +15,8 @@ from fcw.logs.names import MCAP_NAME
 from fcw.logs.records import FrameResult
 
 NS_PER_S = 1_000_000_000
+LONGEST_S = 1e9
+"""Thirty years; their nanoseconds still fit into 64 bits."""
 
 Between = tuple[float, float]
 """Seconds from the drive's first frame; both ends belong to the range."""
@@ -85,10 +87,10 @@ def check_between(between: Between) -> None:
         UserError: it ends before it starts, or is not of numbers of at least 0.
     """
     start_s, end_s = between
-    if not 0 <= start_s <= end_s < np.inf:
+    if not 0 <= start_s <= end_s <= LONGEST_S:
         raise UserError(
             f"--between {start_s:g} {end_s:g}: expected two times in seconds from the drive's first frame, "
-            "the earlier one first"
+            f"the earlier one first, at most {LONGEST_S:g}"
         )
 
 

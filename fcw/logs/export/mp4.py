@@ -96,7 +96,7 @@ def _write(path: Path, clip: DriveClip, packets: Iterator[VideoPacket]) -> int:
     with (
         whole_file(path) as partial,
         av.open(io.BytesIO(first.data), format="h264") as sample,  # tells size, profile and parameter sets
-        av.open(str(partial), "w", format="mp4", options={"movflags": "faststart"}) as container,
+        av.open(f"file:{partial}", "w", format="mp4", options={"movflags": "faststart"}) as container,
     ):
         stream = container.add_stream_from_template(sample.streams.video[0])
         stream.time_base = Fraction(1, TICKS_PER_S)

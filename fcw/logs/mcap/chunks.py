@@ -26,7 +26,7 @@ from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
-DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError)
+DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError, MemoryError)
 """What mcap's readers raise where a file ends inside a record, or holds other bytes than were written."""
 _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")

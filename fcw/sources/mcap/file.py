@@ -20,7 +20,10 @@ from zstandard import ZstdError
 from fcw.bounded.mcap_chunks import check_chunks
 from fcw.errors import UserError
 
-DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError, RuntimeError)
+DAMAGED = (
+    *(McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError, RuntimeError),
+    MemoryError,  # a length that is damaged may be any
+)
 """What mcap's reader and its decompressors raise where a file ends early or holds other bytes."""
 UNDECODABLE = (DecodeError, *DAMAGED, IndexError, TypeError, NotImplementedError)
 """What the decoders of messages raise where a message is not of its schema."""

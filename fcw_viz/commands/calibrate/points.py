@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rich.text import Text
 
+from fcw.bounded.pictures import LONGEST_SIDE_PX
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.export import export_text
 from fcw.camera.file import default_path, write_calibration
@@ -169,4 +170,6 @@ def _stated_size(text: str) -> ImageSize:
         raise UserError(
             f"--image-size {text}: expected WIDTHxHEIGHT in pixels, for example 1280x720"
         ) from None
+    if not 1 <= min(width, height) <= max(width, height) <= LONGEST_SIDE_PX:
+        raise UserError(f"--image-size {text:.60}: expected sides from 1 to {LONGEST_SIDE_PX} pixels")
     return ImageSize(width, height)

@@ -12,6 +12,9 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 
+SMALLEST, LARGEST = 1e-6, 1e6
+SMALLEST_FIELD_OF_VIEW_DEG = 1.0
+
 
 def stated_priors(command: CalibrateCommand, size: ImageSize) -> Priors:
     """The field of view, the principal row and the horizon that are stated, for pictures of a size.
@@ -36,4 +39,8 @@ def _parse(option: str, text: str | None, default_sigma: float) -> Gaussian | No
         (sigma,) = rest or (default_sigma,)
     except ValueError:
         raise UserError(f"{option} {text}: expected VALUE or VALUE:SIGMA, for example 65 or 65:3") from None
+    if abs(value) > LARGEST or sigma > LARGEST or 0 < sigma < SMALLEST:
+        raise UserError(f"{option} {text}: expected numbers that can be measured, for example 65 or 65:3")
+    if option == "--field-of-view" and 0 < value < SMALLEST_FIELD_OF_VIEW_DEG:
+        raise UserError(f"{option} {text}: expected at least {SMALLEST_FIELD_OF_VIEW_DEG:g} degrees")
     return Gaussian(value, sigma)

@@ -113,7 +113,7 @@ def report_figures(figures: dict[str, Any], console: "Console") -> None:
 
     windows = figures["windows_per_frame"]
     console.print(
-        f"[bold]{figures['labels']}[/bold], {figures['detector']}: {figures['frames']} pictures, "
+        f"{figures['labels']}, {figures['detector']}: {figures['frames']} pictures, "
         f"{figures['vehicles']} boxes of {figures['distinct_vehicles']} vehicles"
         + (f", only {', '.join(figures['only'])}" if figures["only"] else ""),
         highlight=False,

@@ -15,16 +15,21 @@ FOXGLOVE_LAYOUT = Path(__file__).parents[2] / "foxglove_layout.json"
 def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False) -> None:
     """Print what a drive came to, and how to open its logs."""
     from rich.table import Table
+    from rich.text import Text
 
     from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
     from fcw.units import distance_text
+    from fcw_viz.console_text import printable
 
     summary = outcome.summary
     console.print(
-        f"[bold]{summary['source']}[/bold]: {summary['frames']} frames, {summary['duration_s']:.1f} s, "
-        f"{summary['frames_per_second']:.0f} frames/s, a lead vehicle in {summary['frames_with_lead']} frames"
-        + (" [yellow](interrupted)[/yellow]" if outcome.interrupted else ""),
-        highlight=False,
+        Text.assemble(
+            (printable(summary["source"]), "bold"),
+            f": {summary['frames']} frames, {summary['duration_s']:.1f} s, "
+            f"{summary['frames_per_second']:.0f} frames/s, "
+            f"a lead vehicle in {summary['frames_with_lead']} frames",
+            (" (interrupted)" if outcome.interrupted else "", "yellow"),
+        )
     )
     if summary["warnings"]:
         table = Table("level", "from", "to", "smallest TTC", "smallest distance", "track", box=None)

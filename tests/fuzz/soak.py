@@ -1,0 +1,196 @@
+"""Runs the corpus: every good and crafted file, mutations as long as there is time, and bad command lines.
+
+    python tests/fuzz/soak.py [--seconds 600] [--each] [--seed 1] [--format NAME] [--drive-hours H]
+
+Prints JSON: how many inputs, and every one that ended in anything but a result or a UserError (of a command
+line: exit code 0 or 2), took over 10 s, or took the process over 1 GB. The exit code is 1 where there is one.
+The inputs of a seed are always the same.
+"""
+
+import argparse
+import contextlib
+import gc
+import io
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1] / "helpers"))
+
+from command_lines import command_lines
+from mutations import mutated
+from readers import DEMO, Format, formats
+from review_drives import write_drive
+
+from fcw.errors import UserError
+from fcw.job import DriveJob
+from fcw_viz.cli import main as fcw
+
+LONGEST_S = 10.0
+LARGEST_MB = 1000
+FEWEST_MUTATIONS = 30
+"""Of each format, also where time is short."""
+
+
+class TooLongError(BaseException):
+    """Not caught by what is tested."""
+
+
+@dataclass
+class Outcome:
+    """What came of it."""
+
+    inputs: int = 0
+    failures: list[dict[str, str]] = field(default_factory=list)
+    slowest_s: float = 0.0
+    slowest: str = ""
+
+    def run(self, name: str, work: Callable[[], object]) -> None:
+        """One input."""
+        self.inputs += 1
+        started_s, trouble = time.monotonic(), ""
+        signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
+        try:
+            work()
+        except (UserError, OSError):  # what the system refuses ends a command with 2 as well
+            pass
+        except TooLongError:
+            trouble = f"over {LONGEST_S:g} s"
+        except BaseException:
+            trouble = traceback.format_exc(limit=-4)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        took_s = time.monotonic() - started_s
+        if took_s > self.slowest_s:
+            self.slowest_s, self.slowest = took_s, name
+        if took_s > LONGEST_S:
+            trouble = trouble or f"took {took_s:.1f} s"
+        if (
+            not trouble
+            and peak_mb() > LARGEST_MB
+            and not any("MB" in one["trouble"] for one in self.failures)
+        ):
+            trouble = f"{peak_mb():.0f} MB"
+        if trouble:
+            self.failures.append({"input": name, "trouble": trouble})
+
+
+def peak_mb() -> float:
+    """The most memory that the process has had."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def read(form: Format, data: bytes, folder: Path) -> None:
+    """One file, in a folder that is made for it."""
+    place = folder / "one"
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir()
+    path = place / form.name
+    path.write_bytes(data)
+    form.read(path)
+
+
+def command(arguments: list[str]) -> None:
+    """A command line in this process; argument mistakes end in tyro's own exit."""
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
+        try:
+            code = fcw(arguments)
+        except SystemExit as ended:
+            code = ended.code
+    if code not in (0, 2) or "Traceback" in said.getvalue():
+        raise AssertionError(f"exit code {code}: {said.getvalue()[-2000:]}")
+
+
+def soak(log: Path, seconds: float, seed: int, only: str = "") -> Outcome:
+    """All of it, in a folder that goes away."""
+    outcome, end_s = Outcome(), time.monotonic() + seconds
+
+    def too_long(*_: object) -> None:
+        raise TooLongError
+
+    signal.signal(signal.SIGALRM, too_long)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copy(log, folder / "good.mcap")
+        chosen = [form for form in formats(log.read_bytes()) if only in form.name]
+        for form in chosen:
+            good, crafted = form.good, form.crafted
+            for number, data in enumerate((good, b"", b"\0" * 1000, *crafted)):
+                outcome.run(
+                    f"{form.name} crafted {number}", lambda form=form, data=data: read(form, data, folder)
+                )
+        if not only:
+            for arguments in command_lines(str(folder)):
+                outcome.run(ascii(arguments)[:300], lambda arguments=arguments: command(arguments))
+        number = 0
+        while number < FEWEST_MUTATIONS or time.monotonic() < end_s:
+            for form in chosen:
+                dice = random.Random(f"{seed}/{form.name}/{number}")
+                data = mutated(form.good, dice)
+                outcome.run(
+                    f"{form.name} {seed}/{number}", lambda form=form, data=data: read(form, data, folder)
+                )
+            number += 1
+    return outcome
+
+
+def drive_for(hours: float) -> dict[str, object]:
+    """The shipped drive over and over through the pipeline: memory, handles and threads each time."""
+    from threading import active_count
+
+    from fcw_viz.console import SILENT
+    from fcw_viz.jobs.drive import run_on_console
+
+    rounds: list[tuple[int, int, int]] = []
+    drive = DEMO / "drive.mp4"
+    driven_s = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        while driven_s < hours * 3600:
+            job = DriveJob(drive, Path(folder) / "out")
+            driven_s += run_on_console(job, SILENT).summary["duration_s"]
+            gc.collect()
+            pages = int(Path("/proc/self/statm").read_text().split()[1])
+            handles = len(list(Path("/proc/self/fd").iterdir()))
+            rounds.append((pages * resource.getpagesize() >> 20, handles, active_count()))
+    return {"hours": driven_s / 3600, "first_rounds": rounds[:3], "last_rounds": rounds[-3:]}
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--each", action="store_true", help="so many seconds for each format")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--format", default="", help="the formats whose file's name holds this")
+    parser.add_argument("--drive-hours", type=float, default=0.0, help="drive so long afterwards")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        log = write_drive(Path(folder) / "drive.mcap", 2.0)
+        seconds = arguments.seconds * (len(formats(log.read_bytes())) if arguments.each else 1)
+        outcome = soak(log, seconds, arguments.seed, arguments.format)
+    result = {
+        "inputs": outcome.inputs,
+        "slowest_s": round(outcome.slowest_s, 2),
+        "slowest": outcome.slowest,
+        "peak_mb": round(peak_mb()),
+        "failures": outcome.failures,
+    }
+    if arguments.drive_hours:
+        result["drive"] = drive_for(arguments.drive_hours)
+    sys.stdout.write(json.dumps(result, indent=1) + "\n")
+    sys.stdout.flush()
+    os._exit(1 if outcome.failures else 0)  # a reader that hangs in a thread does not hold it up
+
+
+if __name__ == "__main__":
+    main()
