@@ -36,6 +36,10 @@ START_SIGMA_M = 20.0
 FLEET_SIGMA = 0.04
 """Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
 SMALLEST_DEPTH_M = 0.2
+LENGTH_M = 4.2
+"""Of a vehicle, for how much of its side it shows."""
+SIDE_SIGMA = 0.5
+"""Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
 HUBER_SIGMAS = 2.0
 TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET = range(8)
 UNKNOWN_COUNT = 8
@@ -351,10 +355,16 @@ class _JointFit:
         places = self._straight([(ruler.column_px, ruler.row_px) for ruler in rulers])
         below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
         widths_px = np.array([ruler.width_px for ruler in rulers])
-        seen_m = widths_px * camera.height_m / (below * math.cos(camera.pitch_rad))
+        metres_per_px = camera.height_m / (below * math.cos(camera.pitch_rad))
         usual_m = np.array([ruler.width_m.value for ruler in rulers])
+        # A vehicle beside our path shows its side, whose far end is a car's length farther away.
+        outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
+        distances_m = camera.focal_y_px * metres_per_px
+        sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
+        seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
         relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
-        sigmas = np.hypot(relative, np.array([ruler.row_sigma_px for ruler in rulers]) / below)
+        row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) / below
+        sigmas = np.sqrt(relative**2 + row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2)
         misfits = (np.log(seen_m / usual_m) - x[LOG_FLEET]) / sigmas
         sizes = np.abs(misfits)
         return np.where(
