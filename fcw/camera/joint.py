@@ -169,8 +169,9 @@ def calibrate_jointly(
         float(tape_error),
         replace(
             orientation,
-            yaw_sigma_rad=math.sqrt(covariance[YAW, YAW]),
-            roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]),
+            # What nothing tells of is taken as level, and known no better than that.
+            yaw_sigma_rad=math.sqrt(covariance[YAW, YAW]) if fit.tells_yaw else YAW_SIGMA_RAD,
+            roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]) if fit.tells_roll else ROLL_SIGMA_RAD,
         ),
         lens,
     )
@@ -214,16 +215,16 @@ class _JointFit:
         self._means = np.array(
             (USUAL_PITCH.value, math.log(focal_px), axis.value, 0.0, 0.0, math.log(height_m.value), 8.0, 0.0)
         )
-        aside = bool(evidence.lines) or evidence.travel_px is not None
         columns = {point.column_px for point in evidence.points}
-        rolled = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
+        self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None
+        self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
         self._sigmas = np.array(
             (
                 USUAL_PITCH.sigma,
                 10.0,
                 axis.sigma,
-                YAW_SIGMA_RAD if aside else 1e-6,
-                ROLL_SIGMA_RAD if rolled else 1e-6,
+                YAW_SIGMA_RAD if self.tells_yaw else 1e-6,
+                ROLL_SIGMA_RAD if self.tells_roll else 1e-6,
                 height_sigma,
                 START_SIGMA_M if evidence.first_unknown else 1e-6,
                 FLEET_SIGMA if evidence.rulers else 1e-6,
