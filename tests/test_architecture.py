@@ -14,6 +14,7 @@ LAYERS = (
     "camera",
     "detection",
     "motion",
+    "self_calibration",
     "tracking",
     "threat",
     "warning",

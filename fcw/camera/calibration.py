@@ -122,7 +122,9 @@ class Calibration:
 
     def __post_init__(self) -> None:
         support_m = np.array(self.support_distances_m) + self.reference_offset_m
-        row_map = UncertainRowMap.of(self.camera, support_m, np.array(self.covariance))
+        row_map = UncertainRowMap.of(
+            self.camera, support_m, np.array(self.covariance), clicked=bool(self.points)
+        )
         object.__setattr__(self, "_row_map", row_map)
 
     @classmethod

@@ -48,10 +48,30 @@ class UncertainRowMap:
 
     @classmethod
     def of(
-        cls, camera: GroundPlaneCamera, support_distances_m: FloatArray, covariance: FloatArray
+        cls,
+        camera: GroundPlaneCamera,
+        support_distances_m: FloatArray,
+        covariance: FloatArray,
+        clicked: bool = True,
     ) -> "UncertainRowMap":
-        """From a camera, three distances from it, and the covariance of the rows there."""
-        below_px = camera.row_scale_m_px / (support_distances_m + camera.pole_m)
+        """From a camera, three distances from it, and the covariance of the rows there.
+
+        Args:
+            camera: the camera.
+            support_distances_m: (3,) from the camera.
+            covariance: (3, 3) of the rows there.
+            clicked: whether rows are what was measured, and so normal. Where nothing was clicked, what is
+                known is the lens and the height, and g = K - (v - B) (x + C) is linear in B, K and C: a focal
+                length known to a third would bias the determinant.
+        """
+        depths_m = support_distances_m + camera.pole_m
+        below_px = camera.row_scale_m_px / depths_m
+        if not clicked:
+            by = np.column_stack((np.ones(3), 1 / depths_m, -below_px / depths_m))
+            horizon, scale, pole = np.linalg.inv(by)
+            none = np.zeros(3)
+            linear = np.column_stack((scale + camera.pole_m * horizon, horizon, -pole, none))
+            return cls._whitened(camera, linear, covariance)
         pairs = np.column_stack((np.ones(3), support_distances_m, below_px, support_distances_m * below_px))
         scale = _cofactors(pairs)[3]
         gradient = np.empty((3, 4))
@@ -59,6 +79,12 @@ class UncertainRowMap:
             moved = pairs.copy()
             moved[index] = 0.0, 0.0, 1.0, distance_m
             gradient[index] = -_cofactors(moved) / scale
+        return cls._whitened(camera, gradient, covariance)
+
+    @classmethod
+    def _whitened(
+        cls, camera: GroundPlaneCamera, gradient: FloatArray, covariance: FloatArray
+    ) -> "UncertainRowMap":
         values, vectors = np.linalg.eigh(covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         whitened = tuple(

@@ -36,6 +36,10 @@ START_SIGMA_M = 20.0
 FLEET_SIGMA = 0.04
 """Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
 SMALLEST_DEPTH_M = 0.2
+LENGTH_M = 4.2
+"""Of a vehicle, for how much of its side it shows."""
+SIDE_SIGMA = 0.5
+"""Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
 HUBER_SIGMAS = 2.0
 TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET = range(8)
 UNKNOWN_COUNT = 8
@@ -165,8 +169,9 @@ def calibrate_jointly(
         float(tape_error),
         replace(
             orientation,
-            yaw_sigma_rad=math.sqrt(covariance[YAW, YAW]),
-            roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]),
+            # What nothing tells of is taken as level, and known no better than that.
+            yaw_sigma_rad=math.sqrt(covariance[YAW, YAW]) if fit.tells_yaw else YAW_SIGMA_RAD,
+            roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]) if fit.tells_roll else ROLL_SIGMA_RAD,
         ),
         lens,
     )
@@ -210,16 +215,16 @@ class _JointFit:
         self._means = np.array(
             (USUAL_PITCH.value, math.log(focal_px), axis.value, 0.0, 0.0, math.log(height_m.value), 8.0, 0.0)
         )
-        aside = bool(evidence.lines) or evidence.travel_px is not None
         columns = {point.column_px for point in evidence.points}
-        rolled = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
+        self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None
+        self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
         self._sigmas = np.array(
             (
                 USUAL_PITCH.sigma,
                 10.0,
                 axis.sigma,
-                YAW_SIGMA_RAD if aside else 1e-6,
-                ROLL_SIGMA_RAD if rolled else 1e-6,
+                YAW_SIGMA_RAD if self.tells_yaw else 1e-6,
+                ROLL_SIGMA_RAD if self.tells_roll else 1e-6,
                 height_sigma,
                 START_SIGMA_M if evidence.first_unknown else 1e-6,
                 FLEET_SIGMA if evidence.rulers else 1e-6,
@@ -351,10 +356,16 @@ class _JointFit:
         places = self._straight([(ruler.column_px, ruler.row_px) for ruler in rulers])
         below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
         widths_px = np.array([ruler.width_px for ruler in rulers])
-        seen_m = widths_px * camera.height_m / (below * math.cos(camera.pitch_rad))
+        metres_per_px = camera.height_m / (below * math.cos(camera.pitch_rad))
         usual_m = np.array([ruler.width_m.value for ruler in rulers])
+        # A vehicle beside our path shows its side, whose far end is a car's length farther away.
+        outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
+        distances_m = camera.focal_y_px * metres_per_px
+        sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
+        seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
         relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
-        sigmas = np.hypot(relative, np.array([ruler.row_sigma_px for ruler in rulers]) / below)
+        row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) / below
+        sigmas = np.sqrt(relative**2 + row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2)
         misfits = (np.log(seen_m / usual_m) - x[LOG_FLEET]) / sigmas
         sizes = np.abs(misfits)
         return np.where(

@@ -12,7 +12,7 @@ FIELD_OF_VIEW_SIGMA_DEG = 3.0
 """Data sheets round, state the diagonal, or ignore what stabilisation crops."""
 PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
 """How far lens and sensor are off centre in ordinary cameras, in picture heights."""
-USUAL_FIELD_OF_VIEW_DEG, USUAL_FIELD_OF_VIEW_SIGMA_DEG = 70.0, 20.0
+USUAL_FIELD_OF_VIEW_DEG, USUAL_FIELD_OF_VIEW_SIGMA_DEG = 75.0, 25.0
 """Horizontal, of any camera that somebody puts behind a windscreen; telephones and cropped pictures see 45
 degrees, wide dash cameras 110 once they are rectilinear."""
 ROLL_SIGMA_RAD = math.radians(1.5)

@@ -20,11 +20,11 @@ from fcw.frame import ImageSize
 
 USUAL_TANGENT, USUAL_TANGENT_SIGMA = 0.05, 0.09
 """Of a dash camera's pitch: 3 degrees down, give or take 5."""
-TAPE_SCALES = {0.05: 0.4, 0.2: 0.3, 1.0: 0.3}
+TAPE_SCALES = {0.05: 0.6, 0.2: 0.3, 1.0: 0.1}
 """Each mark is laid with an error of its own, too: to the centimetre, or by pacing. Nobody says which, so it
 is one of these parts of the stated error of the tape, with these shares. Without the careful people the
 paper's own example, whose middle row is 3 px off, would pass for bad taping."""
-PROPOSED_ODDS = 1.5
+PROPOSED_ODDS = 1.6
 """A mistake is spoken of when it is this much likelier than what was said."""
 NAMED_SHARE = 0.75
 """It is named when it is this sure among all mistakes; the points may show that something is wrong,

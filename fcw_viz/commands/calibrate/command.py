@@ -13,6 +13,10 @@ def run_calibrate(command: CalibrateCommand) -> int:
         from fcw_viz.commands.calibrate.from_drive import run_calibrate_from_drive
 
         return run_calibrate_from_drive(command, command.from_drive)
+    if command.from_clip:
+        from fcw_viz.commands.calibrate.from_clip import run_calibrate_from_clip
+
+        return run_calibrate_from_clip(command)
     if command.source is not None and not (command.points or command.lane_line or command.dashes):
         from fcw_viz.commands.calibrate.page import run_calibrate_page
 

@@ -26,6 +26,13 @@ class CalibrateCommand:
     """Points of the road: distance in metres from the reference, row, and column where known."""
     from_drive: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
     """Make what a drive of `fcw run` believed of the mount at its end the calibration, saved to --save."""
+    from_clip: bool = False
+    """Without any mark: calibrate SOURCE, a recorded clip, by the vehicles ahead and the way that it drives,
+    beside whatever else is said. Rough unless the lens's field of view and the height are said too."""
+    vehicle_class: Literal["car", "van", "lorry"] = "car"
+    """With --from-clip and no --height: what the camera is in."""
+    speed: Annotated[float | None, tyro.conf.arg(metavar="MPS")] = None
+    """With --from-clip: mean speed over the clip; the height follows from it."""
     image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
     """Size of the picture that the points were clicked in; not needed with a source."""
     height: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None

@@ -71,7 +71,7 @@ def _calibration(command: CalibrateCommand) -> Calibration:
         )
     if command.height is None:
         raise UserError("--height is missing: the height of the camera's lens above the road, in metres")
-    points = tuple(_ground_point(text) for text in command.points)
+    points = tuple(ground_point(text) for text in command.points)
     size = _image_size(command)
     lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
     priors = stated_priors(command, size)
@@ -149,7 +149,7 @@ def _image_size(command: CalibrateCommand) -> ImageSize:
     return size
 
 
-def _ground_point(text: str) -> GroundPoint:
+def ground_point(text: str) -> GroundPoint:
     """A point from `DISTANCE:ROW` or `DISTANCE:ROW:COLUMN`."""
     try:
         distance_m, row_px, *rest = (float(part) for part in text.split(":"))

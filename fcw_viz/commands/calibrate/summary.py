@@ -123,13 +123,14 @@ def print_report(calibration: Calibration, saved: Path | None, console: Console,
         )
     console.print(table)
 
-    if len(calibration.points) + calibration.priors.count + calibration.assumed.count > PARAMETER_COUNT:
+    known = len(calibration.points) + calibration.priors.count + calibration.assumed.count
+    if known > PARAMETER_COUNT and calibration.points:
         residuals = ", ".join(
             f"{point} {residual:+.2f}"
             for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)
         )
         line(f"residuals in px (clicked row less row of the solution): {residuals}")
-    else:
+    elif calibration.points:
         line("The solution meets the points exactly, as any three do: that says nothing of its quality.")
     next_click = best_next_click(calibration)
     if next_click is not None:

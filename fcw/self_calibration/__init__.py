@@ -1,0 +1,1 @@
+"""Calibration of a recorded clip from what it shows: the way it leads, and the vehicles on it."""

@@ -1,0 +1,246 @@
+"""What a recorded clip shows of its camera, without any mark on the road.
+
+Driving straight, all things flow out of the point that we drive to: it lies on the horizon and tells the yaw.
+The vehicles ahead are about as wide as vehicles are. And the road below flows by as fast as the camera is
+high: with a known speed, the height follows. All of it becomes `fcw.camera.joint.Evidence`, beside whatever a
+person clicked.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fcw.box import Box
+from fcw.camera.calibration import Calibration, Gaussian, Priors
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint import Evidence, Ruler, calibrate_jointly
+from fcw.camera.lens.model import Lens
+from fcw.camera.prior_sigmas import usual_lens
+from fcw.camera.vanishing import combined
+from fcw.detection.boxes.overlap import intersection_over_union
+from fcw.detection.detector import Detector
+from fcw.errors import UserError
+from fcw.frame import ImageSize, Source
+from fcw.motion.estimator import MotionEstimator
+
+VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
+"""Of a camera at the windscreen of each class."""
+ASSUMED_PITCH_RAD = math.radians(2.0)
+DETECTED_EVERY_S = 0.5
+MOTION_STEP_S = 0.09
+VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
+"""Of passenger cars, vans among them, with what a box adds and takes; each is seen several times."""
+RULER_COUNT = 40
+SLOPE_SIGMA_RAD = math.radians(0.25)
+"""The road ahead is not level with the direction of travel, averaged over a clip."""
+AHEAD_PARTS = (0.2, 0.8)
+"""Boxes whose middle lies farther aside, as parts of the picture's width, show their sides."""
+SMALLEST_RULER_PX = 24.0
+BOTTOM_SIGMA_PART = 0.02
+"""Of the lower edge of a box, as a part of its height."""
+FASTEST_TURN_RADPS = math.radians(3.0)
+SPEED_SIGMA = 0.04
+"""Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
+FEWEST_SPEEDS = 10
+LONGEST_S = 40.0
+PASSES = 4
+SAME_OVERLAP = 0.2
+"""Boxes half a second apart that overlap so are of one vehicle."""
+SETTLED_PX = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class ClipObservations:
+    """What a clip shows.
+
+    Attributes:
+        travel_px: column and row that straight driving leads to; None where the car stood, or turned always.
+        rulers: vehicles.
+        speed_heights: speed by the picture in camera heights a second; None where it is not known.
+        frames: how many pictures were looked at for vehicles.
+    """
+
+    travel_px: tuple[Gaussian, Gaussian] | None
+    rulers: tuple[Ruler, ...]
+    speed_heights: float | None
+    frames: int
+
+    def evidence(self) -> Evidence:
+        """As the joint fit takes it."""
+        return Evidence(travel_px=self.travel_px, rulers=self.rulers)
+
+    def height_by_speed(self, speed_mps: float) -> Gaussian:
+        """Height of the camera, where the mean speed over the clip is known.
+
+        Raises:
+            UserError: the picture does not tell how fast the road went by.
+        """
+        if self.speed_heights is None:
+            raise UserError(
+                f"speed {speed_mps:g} m/s: the picture does not tell how fast the road goes by, so "
+                "no height follows; measure the camera's height"
+            )
+        height_m = speed_mps / self.speed_heights
+        return Gaussian(height_m, SPEED_SIGMA * height_m)
+
+
+def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | None = None) -> Calibration:
+    """A camera that nothing is known of but its height: the usual lens, looking slightly down."""
+    priors = priors or Priors()
+    view = priors.field_of_view_rad or usual_lens(image_size).field_of_view_rad
+    assert view is not None
+    camera = GroundPlaneCamera(
+        ASSUMED_PITCH_RAD,
+        image_size.width / 2 / math.tan(view.value / 2),
+        (image_size.height - 1) / 2 if priors.principal_row_px is None else priors.principal_row_px.value,
+        height_m,
+        (image_size.width - 1) / 2,
+    )
+    return Calibration.from_camera(camera, image_size)
+
+
+def calibrate_clip(
+    source: Source,
+    detector: Detector,
+    height_m: Gaussian,
+    evidence: Evidence | None = None,
+    priors: Priors | None = None,
+    lens: Lens | None = None,
+    speed_mps: float | None = None,
+    on_frame: Callable[[], None] = lambda: None,
+) -> Calibration:
+    """Calibrate a recorded clip from what it shows and what is known besides.
+
+    Args:
+        source: pictures of the camera; straight ones where a lens is given (`fcw.sources.straight`).
+        detector: that needs no calibration: it looks everywhere.
+        height_m: of the camera; a class of `VEHICLE_HEIGHTS_M` where nobody measured it.
+        evidence: what somebody clicked in a picture.
+        priors: what else is stated.
+        lens: intrinsics where they are known.
+        speed_mps: mean speed over the clip, where it is known.
+        on_frame: called after each picture.
+
+    Raises:
+        UserError: the clip shows neither vehicles nor motion, and nothing else is known.
+    """
+    priors, evidence, size = priors or Priors(), evidence or Evidence(), source.image_size
+    if lens is not None and priors.field_of_view_rad is None:
+        known_rad = 2 * math.atan(size.width / 2 / lens.focal_y_px)
+        guess = rough_calibration(size, height_m.value, Priors(Gaussian(known_rad, 0.01)))
+    else:
+        guess = rough_calibration(size, height_m.value, priors)
+    calibration, seen = guess, None
+    for _ in range(PASSES):
+        # Own motion believes the camera that it is given: what it finds is the next guess.
+        seen = observe_clip(source, calibration, None if seen else detector, on_frame=on_frame, seen=seen)
+        height = height_m
+        if speed_mps is not None:
+            by_speed = seen.height_by_speed(speed_mps)
+            height = combined([by_speed, height_m]) or by_speed
+        all_known = replace(evidence, travel_px=seen.travel_px, rulers=seen.rulers)
+        before, calibration = (
+            calibration,
+            calibrate_jointly(all_known, size, height, priors=priors, lens=lens),
+        )
+        if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
+            break
+    return calibration
+
+
+def observe_clip(
+    source: Source,
+    guess: Calibration,
+    detector: Detector | None,
+    longest_s: float = LONGEST_S,
+    on_frame: Callable[[], None] = lambda: None,
+    seen: ClipObservations | None = None,
+) -> ClipObservations:
+    """Look through a clip.
+
+    Args:
+        source: straight pictures.
+        guess: a rough calibration; its height is the unit of the speed, its angles are taken out again.
+        detector: that needs no calibration: it looks everywhere; None takes the vehicles of an earlier look.
+        longest_s: no more of the clip than this is looked at.
+        on_frame: called after each picture.
+        seen: the earlier look.
+    """
+    camera = guess.camera
+    estimator = MotionEstimator(guess)
+    boxes: tuple[Box, ...] = ()
+    rulers: list[Ruler] = []
+    mounts, speeds = [], []
+    first_ns = detected_ns = followed_ns = None
+    frames = 0
+    for frame in source.frames():
+        first_ns = frame.time_ns if first_ns is None else first_ns
+        if (frame.time_ns - first_ns) / 1e9 > longest_s:
+            break
+        if detector is not None and (
+            detected_ns is None or (frame.time_ns - detected_ns) / 1e9 >= DETECTED_EVERY_S
+        ):
+            detected_ns, frames = frame.time_ns, frames + 1
+            found = detector.detect(frame.image)
+            before, boxes = boxes, tuple(detection.box for detection in found)
+            # A vehicle that stays is one ruler, however often it is seen: the first time it is seen whole.
+            rulers += [
+                ruler
+                for box in boxes
+                if not _was_there(box, before) and (ruler := _ruler(box, guess.image_size)) is not None
+            ]
+        if followed_ns is None or (frame.time_ns - followed_ns) / 1e9 >= MOTION_STEP_S:
+            followed_ns = frame.time_ns
+            motion = estimator.update(frame.time_ns, frame.image, boxes)
+            if motion.mount is not None and motion.speed_mps is not None:
+                speeds.append(motion.speed_mps / camera.height_m)
+                if abs(motion.yaw_rate_radps or 0.0) < FASTEST_TURN_RADPS:
+                    mounts.append(motion.mount)
+        on_frame()
+    travel = None
+    if mounts:
+        last = mounts[-1]
+        focal_px = camera.focal_y_px
+        column_px = camera.principal_column_px + focal_px * math.tan(last.yaw_rad)
+        row_px = camera.principal_row_px - focal_px * math.tan(last.pitch_rad)
+        travel = (
+            Gaussian(column_px, focal_px * math.hypot(last.yaw_sigma_rad, SLOPE_SIGMA_RAD)),
+            Gaussian(row_px, focal_px * math.hypot(last.pitch_sigma_rad, SLOPE_SIGMA_RAD)),
+        )
+    speed = float(np.mean(speeds)) if len(speeds) >= FEWEST_SPEEDS else None
+    if seen is not None:
+        return ClipObservations(
+            travel or seen.travel_px, seen.rulers, speed or seen.speed_heights, seen.frames
+        )
+    return ClipObservations(travel, _spread(rulers), speed, frames)
+
+
+def _ruler(box: Box, size: ImageSize) -> Ruler | None:
+    """A box as a ruler; None where it is cut, small or far aside."""
+    left, right = (part * size.width for part in AHEAD_PARTS)
+    whole = box.x > 1 and box.right < size.width - 2 and box.bottom < size.height - 2
+    if not whole or not left < box.center_x < right or box.w < SMALLEST_RULER_PX:
+        return None
+    return Ruler(box.center_x, box.bottom, box.w, VEHICLE_WIDTH_M, max(1.0, BOTTOM_SIGMA_PART * box.h))
+
+
+def _was_there(box: Box, before: Sequence[Box]) -> bool:
+    """Whether the vehicle was seen before, wherever its box has moved to."""
+    if not before:
+        return False
+    (row,), others = (
+        np.array([(box.x, box.y, box.w, box.h)]),
+        np.array([(b.x, b.y, b.w, b.h) for b in before]),
+    )
+    return bool(intersection_over_union(row[None], others).max() > SAME_OVERLAP)
+
+
+def _spread(rulers: list[Ruler]) -> tuple[Ruler, ...]:
+    """Some of them, evenly over all sizes: near and far ones tell different things."""
+    ordered = sorted(rulers, key=lambda ruler: ruler.width_px)
+    if len(ordered) <= RULER_COUNT:
+        return tuple(ordered)
+    places = np.linspace(0, len(ordered) - 1, RULER_COUNT).round().astype(int)
+    return tuple(ordered[place] for place in places)

@@ -1,0 +1,71 @@
+"""`fcw calibrate SOURCE --from-clip`: a recorded clip calibrated without any mark on the road."""
+
+from dataclasses import replace
+
+from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.file import default_path
+from fcw.camera.joint import Evidence
+from fcw.camera.lens.files import read_lens
+from fcw.camera.points import check_priors
+from fcw.camera.straight import LEVEL
+from fcw.errors import UserError
+from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height_sigma
+from fcw_viz.commands.calibrate.options import CalibrateCommand
+from fcw_viz.commands.calibrate.points import ground_point, save_and_report
+from fcw_viz.commands.calibrate.priors import stated_priors
+from fcw_viz.console import progress
+
+DETECTOR = "acf-full"
+"""It looks everywhere: where the road is, is the question."""
+
+
+def run_calibrate_from_clip(command: CalibrateCommand) -> int:
+    """Look through the clip, solve, save and print; returns the exit code.
+
+    Raises:
+        UserError: there is no source, or what it shows does not determine a camera.
+    """
+    from fcw.camera.straight import Straightening
+    from fcw.detection.choice import load_model, make_detector
+    from fcw.self_calibration.clip import VEHICLE_HEIGHTS_M, calibrate_clip, rough_calibration
+    from fcw.sources import open_source
+    from fcw.sources.straight import StraightSource
+
+    if command.source is None:
+        raise UserError("--from-clip: name the video or folder of pictures to calibrate")
+    if command.exact:
+        raise UserError("--exact: takes --points alone; leave out --from-clip")
+    if command.speed is not None and not command.speed > 0:
+        raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
+    source = open_source(command.source, topic=command.topic)
+    size = source.image_size
+    priors = stated_priors(command, size)
+    check_priors(priors)
+    height_m = VEHICLE_HEIGHTS_M[command.vehicle_class]
+    if command.height is not None:
+        height_m = Gaussian(command.height, stated_height_sigma(command))
+    evidence = stated_evidence(command) or Evidence()
+    if command.points:
+        evidence = replace(evidence, points=tuple(ground_point(text) for text in command.points))
+    guess = rough_calibration(size, height_m.value, priors)
+    lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
+    shown = source
+    if lens is not None:
+        camera = replace(
+            guess.camera,
+            focal_y_px=lens.focal_y_px,
+            principal_row_px=lens.row_px,
+            principal_column_px=lens.column_px,
+        )
+        way = Straightening(camera, LEVEL, lens, size)
+        guess, shown = replace(guess, camera=camera), StraightSource(source, way)
+        known = Gaussian(guess.field_of_view_rad, 0.01)
+        priors = Priors(known, Gaussian(lens.row_px, 3.0), priors.horizon_row_px)
+    detector = make_detector(DETECTOR, load_model(DETECTOR), guess)
+    with progress(source.name, None) as bar:
+        calibration = calibrate_clip(
+            shown, detector, height_m, evidence, priors, speed_mps=command.speed, on_frame=bar.advance
+        )
+    calibration = replace(calibration, lens=lens, reference_offset_m=command.reference_offset)
+    save = command.save or default_path(command.source)
+    return save_and_report(calibration, save, command)
