@@ -42,6 +42,8 @@ class DriveSeries:
         headway_s: float32, to the lead; NaN where the own speed is unknown or zero.
         required_deceleration_mps2: float32, to avoid the lead; NaN when not closing.
         ego_speed_mps: float32; NaN where unknown.
+        ego_speed_sigma_mps: float32, its standard deviation, 0 where it was given; NaN where unknown, and in
+            logs of before it was kept.
         warned_distance_m: float32, of the vehicle that the warning is about, whether it is the lead or not;
             as are all `warned_...`.
         warned_distance_low_m: float32.
@@ -74,6 +76,7 @@ class DriveSeries:
     headway_s: NDArray[np.float32]
     required_deceleration_mps2: NDArray[np.float32]
     ego_speed_mps: NDArray[np.float32]
+    ego_speed_sigma_mps: NDArray[np.float32]
     warned_distance_m: NDArray[np.float32]
     warned_distance_low_m: NDArray[np.float32]
     warned_distance_high_m: NDArray[np.float32]
@@ -145,7 +148,9 @@ class DriveSeries:
         """
         try:
             stored = npz_arrays(data)
-            columns: dict[str, Any] = {name: stored[name] for name in _COLUMNS}
+            columns: dict[str, Any] = {name: stored[name] for name in _COLUMNS if name not in _LATER}
+            unknown = np.full(len(columns["time_ns"]), _NAN, np.float32)
+            columns |= {name: stored.get(name, unknown) for name in _LATER}
             texts = json_value(stored["texts"].tobytes().decode())
             columns |= {name: tuple(texts[name]) for name in _TEXTS}
         except (ValueError, KeyError, TypeError, OSError) as error:
@@ -169,6 +174,7 @@ _COLUMNS: dict[str, type[np.generic]] = {
     "headway_s": np.float32,
     "required_deceleration_mps2": np.float32,
     "ego_speed_mps": np.float32,
+    "ego_speed_sigma_mps": np.float32,
     "warned_distance_m": np.float32,
     "warned_distance_low_m": np.float32,
     "warned_distance_high_m": np.float32,
@@ -182,6 +188,8 @@ _COLUMNS: dict[str, type[np.generic]] = {
     "note_ns": np.int64,
     "note_end_ns": np.int64,
 }
+_LATER = ("ego_speed_sigma_mps",)
+"""Columns that older logs do not have."""
 _TEXTS = ("rules", "notes")
 
 
@@ -205,6 +213,7 @@ class SeriesBuilder:
             "rule": self._rules.setdefault(warning.rule, len(self._rules)),
             "lead_id": NO_TRACK if result.lead_id is None else result.lead_id,
             "ego_speed_mps": own_mps,
+            "ego_speed_sigma_mps": None if result.own_motion is None else result.own_motion.speed_sigma_mps,
             "warned_distance_m": warning.distance_m,
             "warned_distance_low_m": warning.distance_low_m,
             "warned_distance_high_m": warning.distance_high_m,

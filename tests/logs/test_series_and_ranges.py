@@ -1,5 +1,6 @@
 """Signals as columns, ranges of time, and single frames of a log."""
 
+import io
 import math
 from dataclasses import fields, replace
 from pathlib import Path
@@ -202,3 +203,14 @@ def test_signals_and_pictures_stand_apart(whole):
             assert len(seconds) == 1  # there is a keyframe each second, and chunks end before
         else:
             assert chunk.message_end_time - chunk.message_start_time < 300_000_000
+
+
+def test_a_log_of_before_the_interval_of_the_own_speed_is_read(short_drive):
+    series = series_of(short_drive)
+    with np.load(io.BytesIO(series.to_bytes())) as stored:
+        older = {name: stored[name] for name in stored if name != "ego_speed_sigma_mps"}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **older)
+    read = DriveSeries.from_bytes(buffer.getvalue())
+    assert np.isnan(read.ego_speed_sigma_mps).all()
+    assert len(read.ego_speed_sigma_mps) == len(series)

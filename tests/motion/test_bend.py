@@ -35,7 +35,7 @@ def test_turning_is_known_with_speed_and_yaw_rate():
 
 
 def test_a_bend_that_grows_goes_on_and_a_steady_one_stays():
-    growing, steady = Turning(), Turning()
+    growing, steady, change, none = Turning(), Turning(), 0.0, 1.0
     sigma = math.radians(0.1)
     for k in range(60):
         change = growing.update(k * DT_NS, 12.0, 0.03 * k * DT_NS / 1e9, sigma)

@@ -6,19 +6,23 @@ from typing import Annotated
 
 import tyro
 
+from fcw.errors import UserError
+
 
 @dataclass(frozen=True, slots=True)
 class EvaluateMotionCommand:
     """Measure own speed, yaw rate and the camera's mount, as the picture tells them, against true poses."""
 
-    frames: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FRAMES")]
-    """Video or MCAP file, or folder of pictures."""
-    poses: Annotated[Path, tyro.conf.arg(metavar="FILE")]
+    frames: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="FRAMES")] = None
+    """Video or MCAP file, or folder of pictures; not with --bends."""
+    poses: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """True poses, one line a picture: the rows of a 3x4 matrix, camera to the first camera (KITTI)."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Calibration file; by default `<name>.calibration.yaml` beside the pictures."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
     """Frames per second of a folder of pictures without time stamps."""
+    bends: bool = False
+    """The own path 30 m ahead on simulated bends of 150 to 800 m radius, from rendered pictures."""
     json: bool = False
     """Print the result as JSON on stdout, alone."""
 
@@ -35,6 +39,12 @@ def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
     from fcw.sources.straight import straightened
     from fcw_viz.console import RESULTS, print_json, progress
 
+    if command.bends:
+        if command.frames is not None or command.poses is not None:
+            raise UserError("--bends: it has its own pictures and poses; leave FRAMES and --poses out")
+        return _bends(command.json)
+    if command.frames is None or command.poses is None:
+        raise UserError("fcw evaluate motion: give FRAMES and --poses FILE, or --bends")
     poses = read_poses(command.poses)
     source = open_source(command.frames, command.frame_rate, None)
     calibration = load_calibration(
@@ -58,4 +68,33 @@ def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
         f"{result.ms_per_frame:.2f} ms a picture",
         highlight=False,
     )
+    return 0
+
+
+def _bends(as_json: bool) -> int:
+    from dataclasses import asdict
+
+    from rich.table import Table
+
+    from fcw.evaluation.motion.bends import RADII_M, evaluate_bends, picture_count
+    from fcw_viz.console import RESULTS, print_json, progress
+
+    with progress("bends", sum(picture_count(radius_m) for radius_m in RADII_M)) as bar:
+        results = evaluate_bends(on_frame=bar.advance)
+    if as_json:
+        print_json({"bends": [asdict(result) for result in results]})
+        return 0
+    table = Table(
+        "radius", "own speed", "30 m ahead, median", "9 of 10", "without lines", "9 of 10", box=None
+    )
+    for result in results:
+        table.add_row(
+            f"{result.radius_m:g} m",
+            f"{result.speed_mps * 3.6:.0f} km/h",
+            f"{result.median_m:.2f} m",
+            f"{result.p90_m:.2f} m",
+            f"{result.without_lines_median_m:.2f} m",
+            f"{result.without_lines_p90_m:.2f} m",
+        )
+    RESULTS.print(table)
     return 0

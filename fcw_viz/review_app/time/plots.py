@@ -1,4 +1,4 @@
-"""The plots under the picture: distance with its interval, closing speed, TTC and headway, as SVG."""
+"""The plots under the picture: distance, closing speed, TTC, headway and own speed, as SVG."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -89,9 +89,9 @@ class Plot:
 
 
 def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, ...]:
-    """The four plots of a range of rows, each with a scale that holds what is there.
+    """The plots of a range of rows, each with a scale that holds what is there.
 
-    They are of the warned vehicle while one is warned of, else of the lead.
+    They are of the warned vehicle while one is warned of, else of the lead; the last is our own speed.
     """
     metre = FEET_PER_METRE if imperial else 1.0
     speed = MPH_PER_MPS if imperial else KMH_PER_MPS
@@ -108,6 +108,12 @@ def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, 
     interval = low_m * metre, high_m * metre
     ttc_s = _up_to(series.about("ttc_s")[rows], LONGEST_TTC_S)
     headway_s = _up_to(series.about("headway_s")[rows], LONGEST_HEADWAY_S)
+    own_mps = series.ego_speed_mps[rows].astype(np.float64)
+    # A speed that was given has no interval.
+    own_sigma_mps = np.where(series.ego_speed_sigma_mps[rows] > 0, series.ego_speed_sigma_mps[rows], np.nan)
+    own_low_mps, own_high_mps = np.maximum(own_mps - own_sigma_mps, 0.0), own_mps + own_sigma_mps
+    own_top = _above(_largest(np.fmax(own_mps, own_high_mps)), SPEED_TOPS_MPS) * speed
+    own_interval = own_low_mps * speed, own_high_mps * speed
     length, rate = ("ft", "mph") if imperial else ("m", "km/h")
     return (
         Plot(
@@ -116,11 +122,12 @@ def make_plots(series: DriveSeries, rows: slice, imperial: bool) -> tuple[Plot, 
         Plot("closing", "Closing speed", rate, closing_mps * speed, bottom, speed_top, 0),
         Plot("ttc", "Time to collision", "s", ttc_s, 0.0, LONGEST_TTC_S, 1),
         Plot("headway", "Headway", "s", headway_s, 0.0, LONGEST_HEADWAY_S, 1),
+        Plot("own", "Own speed", rate, own_mps * speed, 0.0, own_top, 0, 1.0, *own_interval),
     )
 
 
 def plots_svg(drive: Plotted, axis: TimeAxis, height_px: float) -> str:
-    """The four plots one above the other along the same axis of time, whose words stand under them."""
+    """The plots one above the other along the same axis of time, whose words stand under them."""
     rows = drive.rows_between(axis.start_s, axis.end_s)
     times_s = (drive.series.time_ns[rows] - drive.first_ns) / NS_PER_S
     plots = make_plots(drive.series, rows, drive.header.imperial)

@@ -118,3 +118,20 @@ def test_plots_share_the_height(drive: Drive):
     assert all(end <= top for end, (top, _) in zip(ends, heights[1:], strict=False))
     assert ends[-1] <= HEIGHT_PX
     assert drive.duration_s < DURATION_S  # the last frame begins a period before the end
+
+
+def test_the_own_speed_has_its_interval_where_it_was_measured(drive: Drive):
+    series = replace(
+        drive.series,
+        ego_speed_mps=np.full(len(drive.series), 20.0, np.float32),
+        ego_speed_sigma_mps=np.full(len(drive.series), 1.0, np.float32),
+    )
+    own = make_plots(series, slice(0, FRAMES), False)[-1]
+    assert own.low is not None
+    assert own.high is not None
+    assert (own.key, own.unit) == ("own", "km/h")
+    assert (own.low[0], own.values[0], own.high[0]) == pytest.approx((68.4, 72.0, 75.6))
+    given = replace(series, ego_speed_sigma_mps=np.zeros(len(series), np.float32))
+    interval = make_plots(given, slice(0, FRAMES), False)[-1].low
+    assert interval is not None
+    assert np.isnan(interval).all()
