@@ -1,5 +1,6 @@
 """A recorded clip without a tape measure: what its distances are worth on drives whose truth is known."""
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from fcw_viz.calibrate_app.document.ways.ways import TYPICAL_LENSES, middle_row
 from fcw_viz.calibrate_app.proposals.drive_look import look_at
 from fcw_viz.page.pictures import Pictures
 
+LOGGER = logging.getLogger(__name__)
+"""`pytest --log-cli-level=INFO` tells the numbers."""
 AT_M = 30.0
 
 
@@ -83,7 +86,7 @@ def test_a_clip_is_worth_what_its_interval_says(data_dir: Path, drive: Drive):
         assert calibration is not None
         seen_m = calibration.distance_at(drive.row_px)
         low_m, high_m = calibration.distance_interval(drive.row_px)
-        print(f"{drive.path}: {name}: 30 m reads {seen_m:.1f} ({low_m:.1f} to {high_m:.1f})")
+        LOGGER.info("%s: %s: 30 m reads %.1f (%.1f to %.1f)", drive.path, name, seen_m, low_m, high_m)
         half = max(high_m - seen_m, seen_m - low_m)
         assert abs(seen_m - AT_M) < 2 * half, name
         if lens[1] < math.radians(4):

@@ -55,8 +55,8 @@ TYPICAL_LENSES = (
     TypicalLens("Dash camera", math.radians(85), math.radians(15)),
     TypicalLens("I do not know", math.radians(70), math.radians(13)),
 )
-"""Beliefs: phones' main cameras are near 26 mm of 35 mm film, 69 degrees, of which video crops some; the cameras
-of the real drives whose lens is published or was calibrated see 58 (Udacity), 81 (KITTI) and 84 degrees
+"""Beliefs: phones' main cameras are near 26 mm of 35 mm film, 69 degrees, of which video crops some; the
+cameras of the real drives whose lens was published or calibrated see 58 (Udacity), 81 (KITTI) and 84 degrees
 (TuSimple)."""
 
 
