@@ -156,7 +156,7 @@ WAYS = (
     Way(
         TAPE,
         "Points at distances I taped",
-        "Parked on a level street: three marks on the road ahead, one of them 20 m away or more.",
+        "Parked on a level street: three marks on the road ahead, one of them far away.",
         False,
         (Part.POINTS,),
         _with_marks(5.0, 10.0, 20.0),
