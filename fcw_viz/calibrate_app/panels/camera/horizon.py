@@ -25,7 +25,7 @@ from fcw_viz.page.style import set_html, text_block
 LOOK, TAKE = "Find the horizon in the drive", "Take this horizon"
 LOOKING_WORDS = "Looking at the drive; some seconds."
 DRAG_HORIZON = "Drag the horizon"
-FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw two", "Remove them"
+FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove them"
 HORIZON_WORDS = "Drag the horizon to where a flat, straight road would end, or click there. Esc when done."
 LINE_WORDS = (
     "Click a point of the left lane marking, near the bottom of the picture.",
