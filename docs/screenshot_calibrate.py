@@ -44,20 +44,20 @@ class Scene:
     Attributes:
         name: of the file.
         edits: what was said.
-        tab: of the panel over the sky.
+        tab: of the panel.
         dark: its colours.
         mend: whether the first mend is pressed.
     """
 
     name: str
     edits: tuple[Edit, ...]
-    tab: str = "Error"
+    tab: str = "Calibrate"
     dark: bool = False
     mend: bool = False
 
 
 SCENES = (
-    Scene("calibrate-empty", (), "Keys"),
+    Scene("calibrate-empty", ()),
     Scene("calibrate-three-points", (NEAR, MIDDLE, FAR, HEIGHT, BUMPER)),
     Scene("calibrate-implausible", (NEAR, MIDDLE, FAR, HEIGHT)),
     Scene("calibrate-bumper-mend", (NEAR, MIDDLE, FAR, HEIGHT), "From above", mend=True),
@@ -65,7 +65,6 @@ SCENES = (
     Scene(
         "calibrate-more-knowledge",
         (*NEAR_ONLY, FAR, HEIGHT, BUMPER, SetFieldOfView(Belief(LENS))),
-        "Know more",
     ),
     Scene(
         "calibrate-dark",
@@ -99,9 +98,10 @@ def take(scene: Scene, page: Page, file: Path) -> None:
                 served.session.apply(SOMEBODY, *scene.edits)
             page.goto(f"{served.url}/?fixedDpr=1")
             page.wait_for_function("window.__viserMutable?.cameraControl", timeout=READY_MS)
-            page.get_by_text(scene.tab, exact=True).click(timeout=READY_MS)
+            page.get_by_role("tab", name=scene.tab).wait_for(timeout=READY_MS)
             if scene.mend:
                 page.get_by_role("button", name="measured from the bumper").click()
+            page.get_by_role("tab", name=scene.tab).click()
             file.write_bytes(steady_screenshot(page))
         finally:
             served.stop()

@@ -1,6 +1,7 @@
 // Runs once in each tab: manners of viser's fields that it has no call for.
 (() => {
-  if (window.fcwFocus) return;
+  if (window.fcwFields) return;
+  window.fcwFields = true;
   const inputOf = (uuid) => {
     let node = document.querySelector(`label[for="${uuid}"]`);
     while (node && !node.querySelector("input")) node = node.parentElement;
@@ -110,6 +111,8 @@
         }
       }
     }
+    const commands = document.querySelector(".tabler-icon-list-search")?.closest("button");
+    commands?.setAttribute("aria-label", "Every command (Ctrl K)");
     window.__viserMutable?.canvas?.setAttribute("aria-label", "The picture of the drive");
     window.__viserMutable?.canvas?.setAttribute("role", "img");
   };

@@ -8,7 +8,7 @@ import viser
 STYLE = f"<style>{Path(__file__).with_suffix('.css').read_text()}</style>"
 SHEET_STYLE = f"<style>{Path(__file__).with_name('sheet.css').read_text()}</style>"
 """The picture first and the panel as a sheet below it, in small windows that are higher than wide."""
-CROSSHAIR_STYLE = "<style>div:has(> canvas) { cursor: crosshair; }</style>"
+CROSSHAIR_STYLE = "<style>canvas[data-engine], div:has(> canvas) { cursor: crosshair !important; }</style>"
 """For pages on whose picture a click is a measurement."""
 
 

@@ -68,9 +68,9 @@ def hint_clip(document: Document) -> str:
         return "Say how high the camera is above the road, or choose your kind of vehicle."
     if document.field_of_view is None:
         return "Say how much the lens sees from side to side, or choose your kind of camera."
-    if document.horizon is None:
+    if document.horizon is None and None in document.lane_lines:
         return "Take the horizon that the drive shows, or drag it to where the road ends."
-    return "Switch the lens, its axis and the horizon on: all three are needed without points."
+    return "Switch the lens, its axis and the horizon or the lane lines on: all are needed without points."
 
 
 def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:

@@ -67,9 +67,13 @@ def comparison_html(here: Calibration, there: Calibration, path: Path, imperial:
         f"<tr><th>{unit}</th><th>row here</th><th>row there</th><th>there it reads</th><th></th></tr>",
         *(_line(here, there, float(distance_m), imperial) for distance_m in COMPARED_M),
     ]
+    cameras = "<br>".join(
+        f"{name}: {camera_words(calibration, imperial)}."
+        for name, calibration in (("Here", here), ("There", there))
+    )
     return (
         f"<table>{''.join(lines)}</table><p class='dim'>Distances from the reference here; “there” is "
-        f"{escape(path.name)}.</p><p>Here: {camera_words(here)}.<br>There: {camera_words(there)}.</p>"
+        f"{escape(path.name)}.</p><p>{cameras}</p>"
     )
 
 
@@ -79,13 +83,13 @@ def read_there(here: Calibration, there: Calibration, distance_m: float) -> floa
     return from_camera_m - here.reference_offset_m
 
 
-def camera_words(calibration: Calibration) -> str:
+def camera_words(calibration: Calibration, imperial: bool) -> str:
     """Pitch, field of view, horizon and height in one line."""
     camera = calibration.camera
     return (
         f"pitch {math.degrees(camera.pitch_rad):.1f}°, field of view "
         f"{math.degrees(calibration.field_of_view_rad):.0f}°, horizon at row {camera.horizon_row_px:.0f}, "
-        f"height {camera.height_m:.2f} m"
+        f"height {in_units(camera.height_m, imperial):.2f} {unit_name(imperial)}"
     )
 
 

@@ -168,7 +168,7 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
     person = Person(open_page(page.url))
     expect(None)
     checkbox(person, "Say more").click()
-    person.button("Draw two lane lines").click()
+    person.button("Draw lane lines").click()
     for side, name in ((1, "left"), (-1, "right")):
         for place, end in zip(lane_line(side), ("bottom", "far away"), strict=True):
             wait_for(lambda name=name, end=end: name in person.banner and end in person.banner)

@@ -7,22 +7,25 @@ import viser
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
+from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.document import Belief, Line
 from fcw_viz.calibrate_app.document.edits import EnableLaneLines, SetHorizon, SetLaneLine
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
+from fcw_viz.calibrate_app.drawing.drawing import HORIZON_COLOR
 from fcw_viz.calibrate_app.panels.camera.belief import effect_words
 from fcw_viz.calibrate_app.proposals.drive_look import assumed_camera
 from fcw_viz.calibrate_app.proposals.lane_lines import propose_lane_lines
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.controls import on_button, on_choice, on_press
+from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, Place
 from fcw_viz.page.style import set_html, text_block
 
 LOOK, TAKE = "Find the horizon in the drive", "Take this horizon"
 LOOKING_WORDS = "Looking at the drive; some seconds."
 DRAG_HORIZON = "Drag the horizon"
-FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw two", "Remove them"
+FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove them"
 HORIZON_WORDS = "Drag the horizon to where a flat, straight road would end, or click there. Esc when done."
 LINE_WORDS = (
     "Click a point of the left lane marking, near the bottom of the picture.",
@@ -30,6 +33,15 @@ LINE_WORDS = (
     "Click a point of the right lane marking, near the bottom of the picture.",
     "Click the right marking again, far away.",
 )
+
+
+def proposal_lines(horizon: Gaussian, size: ImageSize) -> tuple[LabelledLine, ...]:
+    """The horizon that the drive shows, to be seen before it is taken."""
+    row_px = horizon.value
+    ends = ((-0.5, row_px), (size.width - 0.5, row_px))
+    words = f"the drive's horizon  ±{horizon.sigma:.0f} px"
+    places = tuple(Place(size.width * part, row_px, 0.0, -0.7) for part in (0.02, 0.3, 0.7))
+    return (LabelledLine(ends, HORIZON_COLOR, words, places),)
 
 
 class HorizonPanel:
@@ -45,6 +57,7 @@ class HorizonPanel:
         self._lines_used = gui.add_checkbox("Use them", False, visible=False)
         self._lines_words = gui.add_html("")
         self._line_start: tuple[float, float] | None = None
+        self._proposed = LineOverlay(desk.view, desk.client, "proposal", lambda: desk.overlay.label_areas)
 
         on_button(self._look, desk.run, self._pressed)
         on_press(
@@ -71,6 +84,9 @@ class HorizonPanel:
         )
         self._look.disabled = self._desk.look.running
         self._look.label = LOOK if look is None else TAKE
+        proposed = None if look is None or belief is not None else look.horizon
+        size = self._desk.pictures.image_size
+        self._proposed.show(() if proposed is None else proposal_lines(proposed, size))
         words = LOOKING_WORDS if self._desk.look.running else "" if look is None else look.words
         set_html(self._words, text_block(f'<p class="dim">{escape(words)}</p>') if words else "")
         drawn = any(line is not None for line in state.document.lane_lines)

@@ -8,7 +8,7 @@ import pytest
 from session_helpers import SIZE
 
 from fcw.camera.uncertainty import relative_errors
-from fcw_viz.calibrate_app.document.document import Document
+from fcw_viz.calibrate_app.document.document import Document, Line
 from fcw_viz.calibrate_app.document.edits import AddMark
 from fcw_viz.calibrate_app.document.solution import calibration_of, solve
 from fcw_viz.calibrate_app.document.state import Status
@@ -81,6 +81,23 @@ def test_the_interval_of_a_clip_without_a_tape_holds_its_errors():
     distances_m = height_m * focal_px / (row_px - horizon_px)
     low_m, high_m = calibration.distance_interval(row_px)
     assert np.mean((distances_m > low_m) & (distances_m < high_m)) == pytest.approx(0.68, abs=0.05)
+
+
+def test_a_clip_is_told_what_is_missing_step_by_step_and_lane_lines_do_for_the_horizon():
+    (way,) = (way for way in WAYS if way.key == CLIP)
+    whole, document = way.example(SIZE), Document(SIZE)
+    for edit in way.start(document):
+        document = edit.apply(document)
+    hints = [solve(document).hint]
+    document = replace(document, height_m=whole.height_m, height_sigma_m=whole.height_sigma_m)
+    hints.append(solve(document).hint)
+    document = replace(document, field_of_view=whole.field_of_view)
+    hints.append(solve(document).hint)
+    for hint, words in zip(hints, ("how high", "how much the lens sees", "the horizon"), strict=True):
+        assert words in hint
+    lines = (Line((300.0, 700.0), (600.0, 360.0)), Line((979.0, 700.0), (679.0, 360.0)))
+    assert solve(replace(document, lane_lines=lines)).status is Status.GOOD
+    assert solve(replace(document, horizon=whole.horizon)).status is Status.GOOD
 
 
 def test_guesses_are_less_sure_than_measurements():
