@@ -88,10 +88,8 @@ def speed_chart(times_s: list[float], results: list[FrameResult]) -> Chart:
     ]
     errors = [abs(seen / given - 1) for _, seen, given in pairs if given is not None and given > 2]
     sys.stdout.write(f"own speed above 2 m/s: off by {statistics.median(errors):.1%} (median)\n")
-    seen = curve("by the picture", *zip(*((t, v) for t, v, _ in pairs[::EVERY]), strict=True))
-    given = curve(
-        "given", *zip(*((t, v) for t, _, v in pairs[::EVERY] if v is not None), strict=True), line=True
-    )
+    seen = Series("by the picture", [(t, v) for t, v, _ in pairs[::EVERY]])
+    given = Series("given", [(t, v) for t, _, v in pairs[::EVERY] if v is not None], line=True)
     return Chart("Own speed", "s", "m/s", (0.0, 40.0), (0.0, 20.0), (given, seen))
 
 
