@@ -4,12 +4,15 @@ What went wrong is the verdict of `fcw.camera.verdicts`. Nothing here is an erro
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint import FLEET_SIGMA, Ruler
 from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
 from fcw.camera.uncertainty import camera_sigmas
@@ -45,6 +48,7 @@ class FindingKind(Enum):
     PRIOR = "prior"
     CAUSE = "cause"
     ROLL = "roll"
+    VEHICLES = "vehicles"
 
 
 SMALLEST_SIGMA_PX = 0.01
@@ -248,6 +252,36 @@ def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
             "check its distance and click it again",
             point=worst,
         )
+
+
+def vehicle_finding(calibration: Calibration, rulers: Sequence[Ruler]) -> Finding | None:
+    """What vehicles in the picture say against a calibration: they would be as wide as none is.
+
+    Args:
+        calibration: to judge.
+        rulers: vehicles straight ahead, in the picture's pixels; several of one vehicle count as one only.
+    """
+    way, seen = calibration.straightening, []
+    for ruler in rulers:
+        row_px = ruler.row_px
+        if way is not None:
+            row_px = float(way.to_straight(np.array([(ruler.column_px, row_px)]))[0, 1])
+        left_m = calibration.lateral_at(0.0, row_px)
+        width_m = (left_m - calibration.lateral_at(1.0, row_px)) * ruler.width_px
+        if math.isfinite(width_m):
+            seen.append((math.log(width_m / ruler.width_m.value), width_m, ruler))
+    if not seen:
+        return None
+    off, width_m, ruler = sorted(seen, key=lambda item: item[0])[len(seen) // 2]
+    spread = ruler.width_m.sigma / ruler.width_m.value / math.sqrt(len(seen))
+    if abs(off) <= OUTLIER_SIGMAS * math.hypot(FLEET_SIGMA, spread):
+        return None
+    return Finding(
+        FindingKind.VEHICLES,
+        f"the vehicle at column {ruler.column_px:.0f}, row {ruler.row_px:.0f} would be {width_m:.2f} m wide; "
+        f"vehicles are about {ruler.width_m.value:.1f} m: the camera's height, the horizon or "
+        "the distances are wrong",
+    )
 
 
 def _roll_finding(calibration: Calibration) -> Iterator[Finding]:

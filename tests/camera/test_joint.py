@@ -1,6 +1,8 @@
 """One fit of points, lines, horizon, dashes and vehicles: the whole orientation, and honest intervals."""
 
 import math
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from fcw.camera.file import calibration_text, parse_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint import Evidence, Ruler, calibrate_jointly
 from fcw.camera.lens.model import Lens
-from fcw.camera.plausibility import FindingKind, plausibility
+from fcw.camera.plausibility import FindingKind, plausibility, vehicle_finding
 from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -158,6 +160,19 @@ def evidence_of(kind: str, there: Straightening, rng: np.random.Generator) -> Ev
         width_px = camera.focal_y_px * width_m / depth_m
         rulers.append(Ruler(640.0, row_px, width_px, Gaussian(1.8, 0.108), 1.0))
     return Evidence(rulers=tuple(rulers), lines=lines)
+
+
+def test_vehicles_of_a_width_that_none_has_are_told():
+    there, rng = way(Orientation()), np.random.default_rng(3)
+    rulers = evidence_of("vehicles", there, rng).rulers
+    right = Calibration.from_camera(there.camera, SIZE)
+    assert vehicle_finding(right, rulers) is None
+    low = Calibration.from_camera(replace(there.camera, height_m=0.9), SIZE)
+    finding = vehicle_finding(low, rulers)
+    assert finding is not None
+    assert finding.kind is FindingKind.VEHICLES
+    assert re.search(r"would be 1\.[123]\d m wide", finding.text)
+    assert vehicle_finding(right, ()) is None
 
 
 def test_dashes_tell_their_first_distance():

@@ -276,6 +276,12 @@ def test_lane_lines_and_points_with_columns_tell_the_whole_orientation(tmp_path,
     assert read_calibration(file).orientation.yaw_rad == orientation["yaw_rad"]
 
 
+def test_a_line_that_the_lens_bends_is_said(capsys):
+    bent = ":".join(f"{u}:{400 + u / 4 + 20 * (u / 400 - 1) ** 2}" for u in range(0, 801, 100))
+    result = result_of([*GOOD, "--lane-line", bent, LANES[2]], capsys)
+    assert any("give it with --lens" in warning for warning in result["warnings"])
+
+
 def test_dashes_of_a_known_period_need_no_first_distance(capsys):
     rows = [f"{TRUTH.row_at(9.0 + 12 * k):.2f}" for k in range(4)]
     arguments = ["calibrate", "--dashes", *rows, "--dash-period", "12", "--image-size", "1280x720"]

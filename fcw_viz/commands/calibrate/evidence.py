@@ -2,6 +2,7 @@
 
 from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.joint import Evidence
+from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS, bend_px
 from fcw.camera.vanishing import Segment
 from fcw.errors import UserError
 from fcw_viz.commands.calibrate.options import CalibrateCommand
@@ -37,6 +38,21 @@ def stated_evidence(command: CalibrateCommand) -> Evidence | None:
     return Evidence(dashes, bool(dashes), lines, width, horizon)
 
 
+def bent_lines(command: CalibrateCommand) -> list[str]:
+    """Warnings of lane lines that the lens bends: by five points or more along a line it shows."""
+    if command.lens is not None:
+        return []
+    warnings = []
+    for text in command.lane_line:
+        places = _places("--lane-line", text)
+        if len(places) >= FEWEST_LINE_POINTS and (off_px := bend_px(places)) > BENT_PX:
+            warnings.append(
+                f"the lane line {text} bends by {off_px:.1f} px: either the road does, or the lens, whose "
+                "distortion is not known here; give it with --lens"
+            )
+    return warnings
+
+
 def stated_height_sigma(command: CalibrateCommand) -> float:
     """How well the height is known, in metres."""
     assert command.height is not None
@@ -64,8 +80,15 @@ def _dashes(command: CalibrateCommand) -> tuple[GroundPoint, ...]:
 
 
 def _segment(option: str, text: str) -> Segment:
-    a, b, c, d = _numbers(option, text, (4,), "COLUMN:ROW:COLUMN:ROW, such as 210:700:590:420")
-    return (a, b), (c, d)
+    first, *_, last = _places(option, text)
+    return first, last
+
+
+def _places(option: str, text: str) -> list[tuple[float, float]]:
+    """Two or more places along a line."""
+    expected = "COLUMN:ROW:COLUMN:ROW, such as 210:700:590:420, or more places of the line"
+    numbers = _numbers(option, text, tuple(range(4, 100, 2)), expected)
+    return list(zip(numbers[::2], numbers[1::2], strict=True))
 
 
 def _numbers(option: str, text: str, counts: tuple[int, ...], expected: str) -> tuple[float, ...]:

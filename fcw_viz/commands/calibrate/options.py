@@ -54,7 +54,7 @@ class CalibrateCommand:
     lens: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Intrinsics and distortion of the lens: a camera_info of ROS, a camchain of Kalibr, OpenCV's YAML."""
     lane_line: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V ...")] = ()
-    """Straight lines along the road, each by column and row of two of its points: they tell where the camera
+    """Straight lines along the road, each by column and row of two or more points: they tell where the camera
     looks (yaw, horizon, and with points or a third line the roll)."""
     lane_width: Annotated[str | None, tyro.conf.arg(metavar="M[:SIGMA]")] = None
     """Between the first two of the lane lines, in metres (known to 3 % unless said)."""

@@ -1,5 +1,6 @@
 """`fcw calibrate --points`: the calibration from points on the command line; it needs no browser."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
-from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height_sigma
+from fcw_viz.commands.calibrate.evidence import bent_lines, stated_evidence, stated_height_sigma
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
@@ -33,18 +34,22 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
     save = command.save
     if save is None and command.source is not None:
         save = default_path(command.source)
-    return save_and_report(_calibration(command), save, command)
+    return save_and_report(_calibration(command), save, command, bent_lines(command))
 
 
-def save_and_report(calibration: Calibration, save: Path | None, command: CalibrateCommand) -> int:
+def save_and_report(
+    calibration: Calibration, save: Path | None, command: CalibrateCommand, warnings: Sequence[str] = ()
+) -> int:
     """Save and print a calibration; returns the exit code.
 
     Args:
         calibration: the result.
         save: where to; None does not.
         command: how to print it, and what else to write.
+        warnings: what else speaks against it.
     """
     summary = calibration_summary(calibration)
+    summary["warnings"] += warnings
     if save is not None:
         write_calibration(calibration, save)
     if command.export is not None:

@@ -116,8 +116,8 @@ def test_every_label_of_a_row_tells_its_distance_and_its_interval() -> None:
     texts = [label.text for label in draw(state_of(good_document()), None, 0, WHOLE).labels]
     # notes/calibration.md: 5, 10, 20 m at 1 px, 37.9 to 42.6 m without what every lens has
     assert "20 m  19.7–20.3" in texts
-    assert "10 m  9.93–10.07" in texts
-    assert any(text.startswith("40 m  38.4–41.9") for text in texts)
+    assert "10 m  9.89–10.11" in texts
+    assert any(text.startswith("40 m  38.7–41.4") for text in texts)
     imperial = replace(good_document(), imperial=True)
     assert all(" m " not in label.text for label in draw(state_of(imperial), None, 0, WHOLE).labels)
 
@@ -130,7 +130,7 @@ def test_zoomed_in_no_row_of_the_window_goes_without_its_label() -> None:
 
 
 def test_bands_that_overlap_stand_side_by_side() -> None:
-    state = state_of(good_document((4.0, 5.0, 7.0)))
+    state = state_of(replace(good_document((4.0, 5.0, 7.0)), row_sigma_px=4.0))
     bands = [fill for fill in draw(state, None, 0, WHOLE).fills if fill.kind is FillKind.ROW_BAND]
     rectangles = [(*fill.corners_px[0], *fill.corners_px[2]) for fill in bands]
     assert len(rectangles) >= 8
@@ -189,7 +189,8 @@ def test_a_residual_leads_from_the_mark_to_the_row_of_the_solution() -> None:
 
 def test_the_next_click_is_shown_with_what_it_gains() -> None:
     texts = [label.text for label in draw(state_of(good_document()), None, 0, WHOLE).labels]
-    assert "one more point here, at about 40 m, would halve the error" in texts
+    words = "one more point here, at about 40 m, would cut the error by "
+    assert any(text.startswith(words) for text in texts)
 
 
 def test_lines_that_meet_nowhere_are_drawn_without_a_crossing() -> None:
