@@ -21,8 +21,9 @@ from fcw.camera.calibration import (
 )
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.lens.model import Lens
+from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_setup, check_tape_error
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR, usual_lens
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR
 from fcw.camera.solve import row_jacobian, support_distances
 from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw.camera.vanishing import Segment

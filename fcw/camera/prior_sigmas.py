@@ -5,9 +5,6 @@ From data sheets and the cameras of the data (KITTI, TuSimple, Udacity), not fro
 
 import math
 
-from fcw.camera.calibration import Gaussian, Priors
-from fcw.frame import ImageSize
-
 FIELD_OF_VIEW_SIGMA_DEG = 3.0
 """Data sheets round, state the diagonal, or ignore what stabilisation crops."""
 PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
@@ -21,16 +18,3 @@ TAPE_ERROR = 0.01
 """Of taped distances, all together, as a part of them: the tape sags, or lies askew."""
 HORIZON_ROW_SIGMA_PX = 2.0
 """How well a horizon is dragged by eye, and how well two straight lane lines extended by eye meet."""
-
-
-def usual_lens(image_size: ImageSize, stated: Priors = Priors()) -> Priors:  # noqa: B008 - immutable
-    """What every lens has, of all that is not stated: an axis near the middle, a plausible field of view."""
-    field_of_view = principal_row = None
-    if stated.field_of_view_rad is None:
-        field_of_view = Gaussian(
-            math.radians(USUAL_FIELD_OF_VIEW_DEG), math.radians(USUAL_FIELD_OF_VIEW_SIGMA_DEG)
-        )
-    if stated.principal_row_px is None:
-        middle_px = (image_size.height - 1) / 2
-        principal_row = Gaussian(middle_px, PRINCIPAL_ROW_SIGMA_HEIGHTS * image_size.height)
-    return Priors(field_of_view, principal_row)

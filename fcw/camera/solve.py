@@ -20,6 +20,7 @@ from fcw.camera.calibration import (
 )
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.interval import Vector3
+from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import (
     PARAMETER_COUNT,
     check_exact,
@@ -31,7 +32,7 @@ from fcw.camera.points import (
     distinct_distances,
     horizon_below_road,
 )
-from fcw.camera.prior_sigmas import TAPE_ERROR, usual_lens
+from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 

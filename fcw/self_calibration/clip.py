@@ -17,7 +17,7 @@ from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint import Evidence, Ruler, calibrate_jointly
 from fcw.camera.lens.model import Lens
-from fcw.camera.prior_sigmas import usual_lens
+from fcw.camera.lens.usual import usual_lens
 from fcw.camera.vanishing import combined
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.detector import Detector

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR, usual_lens
+from fcw.camera.lens.usual import usual_lens
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR
 from fcw.camera.verdicts.evidence import OFFSET, Beliefs, Fits, Rows, fit, log_sum
 from fcw.camera.verdicts.hypotheses import (
     POINT_SIGMA_HEIGHTS,

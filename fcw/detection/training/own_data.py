@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fcw.bounded.files import MalformedError, read_text
 from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import calibrate
 from fcw.detection.training.dataset import LabelledImage, read_labels
 from fcw.errors import UserError
@@ -149,6 +150,8 @@ def read_calibration_table(path: Path) -> dict[str, Calibration]:
                 tuple(GroundPoint(float(distance_m), float(row_px)) for distance_m, row_px in pairs),
                 ImageSize(int(width), int(height)),
                 float(height_m),
+                tape_error=0.0,
+                exact=len(pairs) == PARAMETER_COUNT,  # they are rows of a known camera
             )
         except ValueError:
             raise UserError(
