@@ -6,6 +6,8 @@ from pathlib import Path
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
+from fcw.camera.prior_sigmas import TAPE_ERROR
+from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
@@ -49,6 +51,8 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
         UserError: the journal cannot be used (see `Journal.open`).
     """
     in_file, notice = _read(save_path, image_size)
+    if in_file is not None:
+        notice = _left_out(in_file, save_path.name)
     loaded = None if in_file is None else document_of(in_file)
     digest = file_digest(save_path)
     start = Document(image_size) if loaded is None else loaded
@@ -62,7 +66,7 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
         saved = own if own == in_file else saved
     if not existed:
         if loaded is not None:
-            notice = f"The points of {save_path.name} were loaded."
+            notice = f"The points of {save_path.name} were loaded. {notice}".strip()
         return Beginning(journal, history, saved, notice)
     steps = f"{content.event_count} step" + ("" if content.event_count == 1 else "s")
     notices = [f"Your work goes on where it was: {steps} from {journal.path.name}."] * bool(
@@ -126,6 +130,23 @@ def _read(save_path: Path, image_size: ImageSize) -> tuple[Calibration | None, s
         return read_calibration(save_path).for_image_size(image_size), ""
     except UserError as error:
         return None, f"The calibration there is not used: {error}. Saving replaces it."
+
+
+def _left_out(calibration: Calibration, name: str) -> str:
+    """What a calibration file holds that the page has no place for; empty where there is nothing."""
+    parts = {
+        "the lens": calibration.lens is not None,
+        "how the camera is turned to the side and tilted": calibration.orientation != LEVEL,
+        f"a tape error of {calibration.tape_error:.1%}": bool(calibration.points)
+        and calibration.tape_error not in (0.0, TAPE_ERROR),
+    }
+    held = [part for part, is_held in parts.items() if is_held]
+    if not held:
+        return ""
+    return (
+        f"{name} holds {' and '.join(held)}, which this page does not keep: saving here leaves it out. "
+        "Keep a copy of the file, or use `fcw calibrate --points`."
+    )
 
 
 def _calibration(document: Document) -> Calibration | None:
