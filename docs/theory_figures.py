@@ -64,10 +64,11 @@ def calibration_chart(calibration: fcw.Calibration) -> Chart:
 
 
 def fitted(calibration: fcw.Calibration, random: np.random.Generator) -> fcw.Calibration:
-    """The calibration of the same marks, clicked again."""
+    """The calibration of the same marks, taped and clicked again."""
     sigma_px = calibration.row_sigma_px
+    tape = 1 + random.normal(0.0, calibration.tape_error)
     points = [
-        replace(p, row_px=calibration.row_at(p.distance_m) + random.normal(0.0, sigma_px))
+        replace(p, row_px=calibration.row_at(p.distance_m * tape) + random.normal(0.0, sigma_px))
         for p in calibration.points
     ]
     return fcw.calibrate(
@@ -76,6 +77,7 @@ def fitted(calibration: fcw.Calibration, random: np.random.Generator) -> fcw.Cal
         calibration.camera.height_m,
         calibration.reference_offset_m,
         sigma_px,
+        tape_error=calibration.tape_error,
     )
 
 
