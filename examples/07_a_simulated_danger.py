@@ -6,6 +6,7 @@ The scenarios are YAML files in fcw/simulation/world/scenarios; `fcw simulate` t
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import fcw
@@ -15,7 +16,8 @@ from fcw.simulation.truth.file import read_truth
 from fcw.simulation.world.scenario import load_scenario
 
 out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("simulated")
-write_drive(load_scenario("braking"), out)
+scenario = replace(load_scenario("braking"), duration_s=9.0)  # a frozen dataclass: change what you like
+write_drive(scenario, out)
 fcw.run_drive(fcw.DriveJob(out / "drive.mp4", out / "run", ego_speed=str(out / "drive.speed.csv")))
 comparison = compare_with_truth(list(fcw.read_drive(out / "run").results()), read_truth(out / "truth.csv"))
 print(f"{comparison.detection_rate:.0%} of {comparison.vehicles} vehicles found")

@@ -265,6 +265,10 @@ class _JointFit:
         )
         jacobian = self.jacobian(fit.x)
         scale = np.linalg.norm(jacobian, axis=0)
+        if not (np.isfinite(scale).all() and scale.all()):
+            raise UserError(
+                "no camera fits all that was said; check the marks, their distances and the camera's height"
+            )
         _, singular, right = np.linalg.svd(jacobian / scale, full_matrices=False)
         root = right.T / singular / scale[:, None]
         return fit.x, root @ root.T
@@ -281,12 +285,13 @@ class _JointFit:
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """(M,) in sigmas."""
+        beliefs = (x - self._means) / self._sigmas  # also where it is out of range, which leads back
         x = x.copy()
         x[TANGENT] = np.clip(x[TANGENT], -1.0, 1.5)
         x[LOG_FOCAL] = np.clip(x[LOG_FOCAL], 3.0, 12.0)
         camera, orientation = self.camera(x)
         self._way = Straightening(camera, orientation, self._lens, self._size)
-        found = [(x - self._means) / self._sigmas]
+        found = [beliefs]
         if self._focal_px is not None:
             found.append(np.array([(x[LOG_FOCAL] - self._focal_px.value) / self._focal_px.sigma]))
         else:

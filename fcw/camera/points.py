@@ -14,6 +14,8 @@ PARAMETER_COUNT = 3
 """Pitch, focal length and principal row; as many independent facts are needed."""
 LARGEST_TAPE_ERROR = 0.5
 """Of its distance; more than that is no measurement."""
+LEAST_HEIGHT_M, MOST_M, LEAST_SIGMA_PX = 0.01, 10_000.0, 1e-6
+"""Beyond these numbers lose their digits; a height in millimetres is within."""
 OUTSIDE_LIMIT = 1.0
 """How far outside the picture a point may lie, in pictures: an extrapolated mark may be just below it, but a
 row further off belongs to another picture or is a slip of the pen."""
@@ -69,19 +71,20 @@ def check_setup(
         raise UserError(f"image size {image_size}: expected a width and height of at least 1 pixel")
     if max(image_size.width, image_size.height) > LONGEST_SIDE_PX:
         raise UserError(f"image size {image_size!s:.60}: expected at most {LONGEST_SIDE_PX} pixels a side")
-    if not (math.isfinite(height_m) and height_m > 0):
+    if not LEAST_HEIGHT_M <= height_m <= MOST_M:
         raise UserError(
-            f"camera height {height_m:g} m: expected a height above 0; "
+            f"camera height {height_m:g} m: expected a height above 0 ({LEAST_HEIGHT_M:g} to {MOST_M:g}); "
             "measure from the road up to the lens, in metres"
         )
-    if not (math.isfinite(reference_offset_m) and reference_offset_m >= 0):
+    if not 0 <= reference_offset_m <= MOST_M:
         raise UserError(
-            f"reference offset {reference_offset_m:g} m: expected 0 or more, "
+            f"reference offset {reference_offset_m:g} m: expected 0 or more (to {MOST_M:g}), "
             "the metres from the camera forward to where the distances start (the front bumper)"
         )
-    if not (math.isfinite(row_sigma_px) and row_sigma_px > 0):
+    if not LEAST_SIGMA_PX <= row_sigma_px <= LONGEST_SIDE_PX:
         raise UserError(
-            f"row sigma {row_sigma_px:g} px: expected a number above 0, the error of a click in pixels"
+            f"row sigma {row_sigma_px:g} px: expected a number above 0 ({LEAST_SIGMA_PX:g} to "
+            f"{LONGEST_SIDE_PX}), the error of a click in pixels"
         )
 
 

@@ -73,7 +73,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
     """
     lane_horizon, lane_troubles = _lane_horizon(document)
     facts = _facts(document, lane_horizon)
-    sky = sky_troubles(document, calibration_of) if effects and not lane_troubles else ()
+    sky = () if lane_troubles else sky_troubles(document, calibration_of)
     height_assumed = document.height_m is None
     assumed = height_assumed or document.reference_offset_m is None
     told = _effects(document, lane_horizon) if effects and not assumed else {}
