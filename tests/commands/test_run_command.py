@@ -69,6 +69,7 @@ def test_both_logs_hold_every_shown_frame_of_a_real_clip_at_its_own_time(
     write_calibration(rough_calibration(data_dir, clip), calibration_path)
 
     arguments = ["run", str(path), "--calibration", str(calibration_path), "--out", str(tmp_path), "--json"]
+    arguments += ["--detector", "acf"]  # the quicker one: this is about the logs
     assert main(arguments) == 0
 
     times_ns = [frame.time_ns for frame in open_source(path).frames()]
@@ -121,7 +122,18 @@ def test_ctrl_c_closes_both_logs_and_exits_with_130(tmp_path: Path) -> None:
     out = tmp_path / "out"
     # A session of its own: the signal must reach this process alone, as a terminal's reaches its group.
     process = subprocess.Popen(
-        [sys.executable, "-m", "fcw_viz.cli", "run", str(DEMO / "drive.mp4"), "--out", str(out), "--json"],
+        [
+            sys.executable,
+            "-m",
+            "fcw_viz.cli",
+            "run",
+            str(DEMO / "drive.mp4"),
+            "--out",
+            str(out),
+            "--json",
+            "--detector",
+            "acf",
+        ],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -152,7 +164,17 @@ def test_a_disk_that_fills_up_ends_the_run_with_a_message_and_keeps_the_beginnin
     resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
     out = tmp_path / "out"
     process = subprocess.run(
-        [sys.executable, "-m", "fcw_viz.cli", "run", str(DEMO / "drive.mp4"), "--out", str(out)],
+        [
+            sys.executable,
+            "-m",
+            "fcw_viz.cli",
+            "run",
+            str(DEMO / "drive.mp4"),
+            "--out",
+            str(out),
+            "--detector",
+            "acf",
+        ],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes)),
         capture_output=True,
         text=True,

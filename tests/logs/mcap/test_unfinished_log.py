@@ -72,6 +72,8 @@ def test_a_killed_run_loses_half_a_second_at_most_and_is_made_whole(tmp_path, li
             "-c",
             TELLING_RUN,
             "run",
+            "--detector",
+            "acf",
             str(root / "recordings/demo/drive.mp4"),
             "--out",
             tmp_path,
