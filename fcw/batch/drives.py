@@ -10,8 +10,8 @@ from fcw.camera.file import default_path
 from fcw.errors import UserError
 from fcw.logs.names import MCAP_NAME
 from fcw.sources import MCAP_SUFFIX
+from fcw.sources.images import VIDEO_SUFFIXES
 
-VIDEO_SUFFIXES = frozenset({".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".ts", ".webm"})
 FOLDER_CALIBRATION = "calibration.yaml"
 """Of all drives of a folder that have none of their own."""
 TABLE_COLUMNS = ("camera", "calibration")

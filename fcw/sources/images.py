@@ -13,6 +13,8 @@ from fcw.bounded.pictures import read_picture
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 
+VIDEO_SUFFIXES = frozenset({".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".ts", ".webm"})
+"""By which a folder's videos are found; a video that is named may have any."""
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
 TIMES_NAME = "timestamps.txt"
 KITTI_FOLDER_NAME = "data"
@@ -48,8 +50,10 @@ class ImageFolderSource:
         self.path = path
         self._pictures = [path] if path.is_file() else _listed(path)
         if not self._pictures:
+            videos = sorted(file for file in path.iterdir() if file.suffix.lower() in VIDEO_SUFFIXES)
             raise UserError(
                 f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files"
+                + (f", or name the video in it: {videos[0]}" if videos else "")
             )
         if frame_rate_hz is not None and not SLOWEST_HZ <= frame_rate_hz <= FASTEST_HZ:
             raise UserError(

@@ -127,6 +127,9 @@ def test_a_picture_of_another_size_is_named(tmp_path):
 def test_a_folder_without_pictures(tmp_path):
     with pytest.raises(UserError, match="no pictures in this folder"):
         open_source(tmp_path)
+    (tmp_path / "drive.MP4").write_bytes(b"")
+    with pytest.raises(UserError, match=r"name the video in it: .*drive\.MP4"):
+        open_source(tmp_path)
     (tmp_path / "bad.png").write_bytes(b"no picture")
     with pytest.raises(UserError, match="none of its 1 pictures can be read"):
         open_source(tmp_path)
