@@ -113,7 +113,9 @@ const queue = viewer.messageQueue;
 const enqueue = queue.push.bind(queue);
 queue.push = (message) => {
   const isForPanels = message.type.startsWith("Gui") && !message.type.startsWith("Gui3D");
-  if (!isForPanels) hasArrived = true;
+  // The point and the glass come before the rows are solved: they are drawn with these, or in the tail.
+  const isHeld = dragging && /^\/(handles|magnifier)/.test(message.name ?? "");
+  if (!isForPanels && !isHeld) hasArrived = true;
   if (message.name === "/picture" && message.updates?._data) {
     pictureSentAt = performance.now();
     pictureBefore = picture();
