@@ -109,6 +109,9 @@ def run_batch(command: BatchCommand) -> int:
         print_json([as_json(record) for record in ordered])
     else:
         RESULTS.print(_result_table(ordered))
+        for record in ordered:
+            if record.reason:  # whole lines, for commands and paths are there to be copied
+                RESULTS.print(f"{record.name}: {record.reason}", soft_wrap=True, markup=False)
         done = sum(record.state is State.DONE for record in ordered)
         RESULTS.print(
             f"{done} of {len(ordered)} drives done, {events} events in {command.out / EVENTS_NAME}",
@@ -183,9 +186,9 @@ def _result_table(records: Sequence["Record"]) -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    table = Table("drive", "state", "frames/s", "warnings", "why not, and what to do", box=None)
+    table = Table("drive", "state", "frames/s", "warnings", box=None)
     for record in records:
         rate = f"{record.frames_per_second:.0f}" if record.frames else ""
         warnings = str(record.warnings) if record.frames else ""
-        table.add_row(*map(Text, (record.name, record.state.value, rate, warnings, record.reason)))
+        table.add_row(*map(Text, (record.name, record.state.value, rate, warnings)))
     return table
