@@ -17,9 +17,12 @@ from fcw_viz.page.keys import help_table
 from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.panels.layout import OWN_STYLE, PANEL_WIDTH_PX
+from fcw_viz.review_app.plots.area import figures_html, plots_html
+from fcw_viz.review_app.plots.plot import make_plots
+from fcw_viz.review_app.plots.signals import LIVE
+from fcw_viz.review_app.plots.values import Run
 from fcw_viz.review_app.time.axis import TimeAxis
-from fcw_viz.review_app.time.plots import plots_svg
-from fcw_viz.review_app.time.strip import BOTTOM_PX, StripLayout, figures_html
+from fcw_viz.review_app.time.strip import BOTTOM_PX, StripLayout
 from fcw_viz.review_app.words import why
 
 LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text()
@@ -132,14 +135,15 @@ class LivePanels:
         layout, end_s = self._layout, max(history.last_s, HISTORY_S)
         axis = TimeAxis(end_s - HISTORY_S, end_s, layout.axis_px)
         height_px = layout.height_px - TOP_PX - BOTTOM_PX
-        svg = plots_svg(history, axis, height_px)
-        area = (
-            f'<div class="fcw-area" style="left:{layout.left_px:.0f}px;top:{TOP_PX:.0f}px;'
-            f'width:{axis.width_px:.0f}px;height:{height_px:.0f}px">{svg}</div>'
+        runs = [Run.of(history, axis.start_s, axis.end_s)]
+        plots = make_plots(runs, LIVE, history.header.imperial)
+        place = layout.left_px, TOP_PX, height_px
+        set_html(
+            self._plots,
+            f'<div class="fcw-strip fcw-now">{plots_html(plots, runs, axis, *place, slide=False)}</div>',
         )
-        set_html(self._plots, f'<div class="fcw-strip fcw-now">{area}</div>')
-        figures = figures_html(history, len(history.series) - 1, layout, height_px, TOP_PX)
-        set_html(self._figures, f'<div class="fcw-strip fcw-now">{"".join(figures)}</div>')
+        figures = figures_html(plots, history.last_s, *place)
+        set_html(self._figures, f'<div class="fcw-strip fcw-now">{figures}</div>')
 
 
 def _sound_html() -> str:

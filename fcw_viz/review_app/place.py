@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from fcw.annotation.review import JudgedEvent, find_event, reference_to
 from fcw.errors import UserError
 from fcw_viz.review_app.drive import Drive, by_severity
+from fcw_viz.review_app.plots.choice import PlotChoice
 from fcw_viz.review_app.session import DriveReview, ReviewSession
 from fcw_viz.review_app.triage.drive_filter import DriveFilter
 
@@ -26,6 +27,7 @@ class Place:
         asked: which drives and events they want to see.
         marked: a range of the drive that somebody has marked, in seconds; None for none.
         goes_on: whether a verdict leads to the next unjudged event.
+        plots: which curves they want to see.
     """
 
     def __init__(self, session: ReviewSession) -> None:
@@ -37,6 +39,7 @@ class Place:
         self.asked = DriveFilter()
         self.goes_on = False
         self.marked: tuple[float, float] | None = None
+        self.plots = PlotChoice()
 
     @property
     def opened(self) -> Drive:
@@ -85,6 +88,7 @@ class Place:
     def leave(self) -> None:
         """Be in no drive."""
         self.drive = self.selected = self.marked = None
+        self.plots.leave_drive()
 
     def mark(self, start_s: float | None = None, end_s: float | None = None) -> None:
         """Move an end of the marked range; over the other end it takes that along."""

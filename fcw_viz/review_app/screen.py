@@ -1,16 +1,20 @@
 """What a tab shows of its drive: the picture, and under it the strip with the time line and the plots."""
 
+import json
 import threading
 import time
 from collections.abc import Callable
 
 from fcw_viz.page.picture.hover import HoverHints
+from fcw_viz.page.script import run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
 from fcw_viz.review_app.picture.box_editor import BoxEditor
 from fcw_viz.review_app.picture.frames import FramePictures
 from fcw_viz.review_app.place import Place
+from fcw_viz.review_app.plots.signals import in_series
+from fcw_viz.review_app.plots.values import FrameSignals, Run
 from fcw_viz.review_app.time.axis import window_around
 from fcw_viz.review_app.time.playing import DRAWN_PATIENCE_S, Playing
 from fcw_viz.review_app.time.strip import DEFAULT_WINDOW, WINDOWS_S, Strip, StripLayout
@@ -48,6 +52,8 @@ class Screen:
         self._show_panels = show_panels
         self._strip = Strip(tab.client.gui)
         self._frames: FramePictures | None = None
+        self._signals: FrameSignals | None = None
+        self._signals_wait = False
         self._layout = FIRST_LAYOUT
         self._window = (0.0, 1.0)
         self._outlined: int | None = None
@@ -61,6 +67,7 @@ class Screen:
     def open(self, drive: Drive) -> None:
         """Begin with a drive, at the place's row."""
         self._frames = FramePictures(drive)
+        self._signals = FrameSignals(drive.log, self._signals_came)
         self._tab.view.set_size(drive.header.image_size)
         self.birds_eye.load(drive.header)
         self._center_window()
@@ -72,6 +79,9 @@ class Screen:
         if self._frames is not None:
             self._frames.close()
         self._frames = FramePictures(drive)
+        before, self._signals = self._signals, FrameSignals(drive.log, self._signals_came, self._signals)
+        if before is not None:
+            before.close()
         self._tab.view.set_size(drive.header.image_size)
         if not self._playing.now:
             self.show_picture()
@@ -82,7 +92,9 @@ class Screen:
         self.birds_eye.come_back()
         if self._frames is not None:
             self._frames.close()
-        self._frames = None
+        if self._signals is not None:
+            self._signals.close()
+        self._frames = self._signals = None
         self.hover.show(None)
         self._strip.hide()
 
@@ -101,6 +113,18 @@ class Screen:
         names = list(WINDOWS_S)
         index = names.index(self.window_name) + (1 if wider else -1)
         self.set_window(names[min(max(index, 0), len(names) - 1)])
+
+    def switch_height(self) -> None:
+        """Higher plots under a lower picture, or as before."""
+        run_script(self._tab.client, "window.fcwTaller();")
+
+    def choose_plots(self) -> None:
+        """Other curves have been chosen."""
+        kept = json.dumps(self._place.plots.kept_text())
+        run_script(self._tab.client, f"localStorage.setItem('fcwPlots', {kept});")
+        if self._place.drive is not None:
+            self._show_strip()
+            self._show_panels()
 
     def switch_overlay(self) -> None:
         """The picture with all that is drawn over it, or bare."""
@@ -184,6 +208,8 @@ class Screen:
         image, trouble = self._frames.image(row, drawn)
         if trouble:
             self._tab.notify("This picture is missing", trouble, trouble=True)
+        by_distance = sorted(result.tracks, key=lambda track: track.distance_m)
+        self._place.plots.vehicles = tuple(track.track_id for track in by_distance)
         self._playing.sent()
         self._tab.view.show(image, quality)
         self.birds_eye.show(result)
@@ -215,9 +241,30 @@ class Screen:
 
     def _show_strip(self) -> None:
         """Time line, plots and cursors."""
-        self._strip.show_plots(self._place.opened, self._window, self._layout)
+        self._show_plots()
         self._show_timeline()
         self._show_now()
+
+    def _show_plots(self) -> None:
+        drive, chosen, signals = self._place.opened, self._place.plots.chosen, self._signals
+        run = Run.of(drive, *self._window, signals)
+        reading = False
+        if signals is not None and not all(map(in_series, chosen)):
+            signals.want(run.rows)
+            reading = signals.reading
+        self._strip.show_plots([run], chosen, self._window, self._layout, drive.header.imperial, reading)
+
+    def _signals_came(self) -> None:
+        """More of the frames' signals is there; in their thread."""
+        if not self._signals_wait:
+            self._signals_wait = True
+            self._tab.run(self._draw_signals)
+
+    def _draw_signals(self) -> None:
+        self._signals_wait = False
+        if self._place.drive is not None:
+            self._show_plots()
+            self._show_now()
 
     def _show_timeline(self) -> None:
         """The time line with what is said of the events."""

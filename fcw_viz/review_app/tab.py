@@ -1,5 +1,7 @@
 """One browser tab of the review page: its desk, its panels, its keys, and what its page says."""
 
+from pathlib import Path
+
 import viser
 
 from fcw.annotation.records import Judgement
@@ -7,6 +9,7 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.page.channel import PageChannel
 from fcw_viz.page.keys import add_keys
+from fcw_viz.page.script import run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import Desk
 from fcw_viz.review_app.keys import all_keys
@@ -16,6 +19,7 @@ from fcw_viz.review_app.triage.filter_bar import filter_messages
 
 FIRST_SIZE = ImageSize(1280, 720)
 """Of the picture before a drive is opened."""
+STRIP_MANNERS = Path(__file__).with_name("plots").joinpath("strip.js").read_text()
 
 
 class Tab(PageTab):
@@ -69,6 +73,7 @@ class Tab(PageTab):
             "birdseye": lambda _: desk.screen.switch_birds_eye(),
             **desk.annotating.messages,
             **desk.box_commands.messages,
+            **desk.place.plots.messages(desk.screen.choose_plots),
             "verdict": lambda about: desk.judge(Judgement[about]),
             "note": desk.keep_note,
             "unjudged": lambda _: desk.next_unjudged(),
@@ -79,6 +84,7 @@ class Tab(PageTab):
             channel.on(name, callback)
         channel.open()
         desk.screen.hover.start()
+        run_script(self.client, STRIP_MANNERS)
 
     def _arrive(self, text: str) -> None:
         """The page is there, with the place that its address names."""

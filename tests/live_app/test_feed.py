@@ -13,8 +13,9 @@ from fcw.logs.records import Sink
 from fcw.sources.live import LiveSource
 from fcw_viz.live_app.feed import HISTORY_S, LiveFeed
 from fcw_viz.live_app.panels import History
-from fcw_viz.review_app.time.axis import TimeAxis
-from fcw_viz.review_app.time.plots import plots_svg
+from fcw_viz.review_app.plots.plot import make_plots
+from fcw_viz.review_app.plots.signals import LIVE
+from fcw_viz.review_app.plots.values import Run
 
 WAIT_S = 120.0
 
@@ -118,5 +119,5 @@ def test_the_history_reaches_back_as_far_as_the_plots(source: LiveSource):
     assert series.time_ns[-1] == result(frames - 1).time_ns
     history = History(header(), series, feed.first_ns)
     assert history.last_s == pytest.approx((frames - 1) / RATE_HZ)
-    svg = plots_svg(history, TimeAxis(history.last_s - HISTORY_S, history.last_s, 800.0), 200.0)
-    assert 'data-name="curve"' in svg
+    distance = make_plots([Run.of(history, history.last_s - HISTORY_S, history.last_s)], LIVE, False)[0]
+    assert np.isfinite(distance.curves[0].told.value).all()

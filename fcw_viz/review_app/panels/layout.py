@@ -58,6 +58,8 @@ class Panels:
             self._remarks = RemarksPanel(gui, place)
         with self._tabs.add_tab("Boxes"):
             self._boxes = BoxesPanel(gui, tab.run, desk.boxes, desk.screen.switch_boxes)
+        with self._tabs.add_tab("Plots"):
+            self._plots = gui.add_html("")
         with self._tabs.add_tab("Take"):
             self._take = TakePanel(tab, place)
         with self._tabs.add_tab("Keys"):
@@ -79,6 +81,7 @@ class Panels:
             self._remarks.show()
             self._boxes.show()
             self._take.show()
+            set_html(self._plots, text_block(self._place.plots.html()))
 
     def show_more(self) -> None:
         """List all drives."""

@@ -1,24 +1,27 @@
 """The strip under the picture: the buttons of playback, the time line of the drive and the plots."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
 import viser
 
-from fcw_viz.page.channel import chooses, says, says_size, slides, slides_along
+from fcw_viz.page.channel import chooses, leads_to, says, says_size, slides, slides_along
 from fcw_viz.page.style import set_html
 from fcw_viz.review_app.drive import Drive, time_text
+from fcw_viz.review_app.plots.area import figures_html, plots_html
+from fcw_viz.review_app.plots.choice import PLACE as PLOTS_PLACE
+from fcw_viz.review_app.plots.plot import Plot, make_plots, wanted_px
+from fcw_viz.review_app.plots.signals import Chosen
+from fcw_viz.review_app.plots.values import Run
 from fcw_viz.review_app.session import DriveReview
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.player import SPEEDS
-from fcw_viz.review_app.time.plots import Plotted, make_plots, plot_places, plots_svg, value_text
 from fcw_viz.review_app.time.timeline import HEIGHT_PX as TIMELINE_PX
 from fcw_viz.review_app.time.timeline import labelled_spans, timeline_svg
 
 RIGHT_PX, BOTTOM_PX = 14.0, 4.0
-LEFT_PX, NARROW_LEFT_PX = 150.0, 108.0
+LEFT_PX, NARROW_LEFT_PX = 190.0, 132.0
 """Of the time line and the plots inside the strip: their names and figures stand at the left."""
 BAR_PX, PLOTS_TOP_PX = 38.0, 38.0 + TIMELINE_PX + 8.0
 """The time line stands under the buttons, the plots under it."""
@@ -102,6 +105,7 @@ class Strip:
     def __init__(self, gui: viser.GuiApi) -> None:
         parts = (gui.add_html("", order=PANEL_END + number) for number in range(5))
         self._frame, self._bar, self._timeline, self._plots, self._now = parts
+        self._drawn: tuple[Plot, ...] = ()
 
     def hide(self) -> None:
         """Nothing of it is seen."""
@@ -109,8 +113,14 @@ class Strip:
             set_html(part, "")
 
     def show_frame(self) -> None:
-        """Its ground, which tells its size."""
-        set_html(self._frame, f'<div class="fcw-strip" {says_size("strip")}></div>')
+        """Its ground, which tells its size, and is as high as the plots want at the least."""
+        least_px = PLOTS_TOP_PX + wanted_px(self._drawn) + BOTTOM_PX
+        html = (
+            f"<style>:root {{ --fcw-least: {least_px:.0f}px; }}</style>"
+            f'<div class="fcw-strip" {says_size("strip")}>'
+            '<div class="fcw-splitter" data-fcw-splitter title="Drag: higher or lower plots (H)"></div></div>'
+        )
+        set_html(self._frame, html)
 
     def show_bar(
         self,
@@ -138,12 +148,14 @@ class Strip:
             if layout.narrow
             else ('<span class="dim">speed</span>', '<span class="dim">plots of</span>')
         )
+        above, add = ("Above", "+") if layout.narrow else ("From above", "+ Plot")
         html = (
             f'<div class="fcw-strip fcw-now"><div class="fcw-bar" style="height:{BAR_PX:.0f}px">'
             f"{buttons}"
             f'{speed_words}{speeds}<span class="space"></span>'
             f'<button class="{"on" if from_above else ""}" {says("birdseye:")} '
-            'title="The road from above, or the picture (B)">From above</button>'
+            f'title="The road from above, or the picture (B)">{above}</button>'
+            f'<button {leads_to("Plots", PLOTS_PLACE)} title="Choose what is plotted">{add}</button>'
             f"{window_words}{windows}</div></div>"
         )
         set_html(self._bar, html)
@@ -171,16 +183,34 @@ class Strip:
         )
         set_html(self._timeline, f'<div class="fcw-strip fcw-now">{area}</div>')
 
-    def show_plots(self, drive: Drive, window: tuple[float, float], layout: StripLayout) -> None:
-        """The plots of a range of time."""
+    def show_plots(
+        self,
+        runs: Sequence[Run],
+        chosen: Sequence[Chosen],
+        window: tuple[float, float],
+        layout: StripLayout,
+        imperial: bool,
+        reading: bool = False,
+    ) -> None:
+        """The plots of a range of time.
+
+        Args:
+            runs: the parts of the drives that are drawn, the one that is reviewed first.
+            chosen: the curves.
+            window: start and end.
+            layout: of the strip.
+            imperial: units.
+            reading: whether some values have still to come.
+        """
         axis = TimeAxis(*window, layout.axis_px)
-        area = (
-            f'<div class="fcw-area" style="left:{layout.left_px:.0f}px;top:{PLOTS_TOP_PX:.0f}px;'
-            f'width:{axis.width_px:.0f}px;height:{layout.plots_px:.0f}px;pointer-events:all">'
-            f"{plots_svg(drive, axis, layout.plots_px)}"
-            f'<div class="fcw-slide" {slides("fcw-plots", "seek", axis.start_s, axis.end_s)}></div></div>'
-        )
-        set_html(self._plots, f'<div class="fcw-strip fcw-now">{area}</div>')
+        self._drawn = make_plots(runs, chosen, imperial)
+        html = plots_html(self._drawn, runs, axis, layout.left_px, PLOTS_TOP_PX, layout.plots_px)
+        if not chosen:
+            html += f'<p class="fcw-none" style="left:{layout.left_px:.0f}px">No plot is chosen: + Plot</p>'
+        if reading:
+            html += '<div class="fcw-reading">reading …</div>'
+        set_html(self._plots, f'<div class="fcw-strip fcw-now">{html}</div>')
+        self.show_frame()
 
     def show_now(self, drive: Drive, row: int, window: tuple[float, float], layout: StripLayout) -> None:
         """The cursors and the figures of a moment."""
@@ -197,7 +227,7 @@ class Strip:
             html.append(
                 _cursor("plots", layout.left_px + plots.x(time_s), PLOTS_TOP_PX, layout.plots_px - 16)
             )
-        html += figures_html(drive, row, layout, layout.plots_px, PLOTS_TOP_PX)
+        html.append(figures_html(self._drawn, time_s, layout.left_px, PLOTS_TOP_PX, layout.plots_px))
         set_html(self._now, f'<div class="fcw-strip fcw-now">{"".join(html)}</div>')
 
 
@@ -224,25 +254,6 @@ def _cursor(name: str, x: float, top: float, height: float) -> str:
         f'<div class="fcw-cursor" data-cursor="{name}" '
         f'style="left:{x:.2f}px;top:{top:.0f}px;height:{height:.0f}px"></div>'
     )
-
-
-def figures_html(
-    drive: Plotted, row: int, layout: StripLayout, height_px: float, top_px: float
-) -> Sequence[str]:
-    """Name and value of each plot, beside it."""
-    plots = make_plots(drive.series, slice(row, row + 1), drive.header.imperial)
-    figures = []
-    for plot, (own_top_px, _) in zip(plots, plot_places(plots, height_px), strict=True):
-        small = ""
-        if not (layout.narrow or plot.low is None or plot.high is None or math.isnan(plot.low[0])):
-            high = f"{plot.high[0]:.{plot.decimals}f}" if plot.high[0] < float("inf") else "∞"
-            small = f"<small>{plot.low[0]:.{plot.decimals}f} – {high}</small>"
-        figures.append(
-            f'<div class="fcw-figure" data-figure="{plot.key}" '
-            f'style="top:{top_px + own_top_px:.0f}px;width:{layout.left_px - 16:.0f}px">'
-            f"<span>{escape(plot.title)}</span><b>{value_text(float(plot.values[0]), plot)}</b>{small}</div>"
-        )
-    return figures
 
 
 def _choice(name: str, choices: Mapping[str, str], chosen: str, as_list: bool) -> str:

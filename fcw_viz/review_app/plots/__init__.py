@@ -1,0 +1,1 @@
+"""The plots under the picture: which signals there are, their values, and how they are drawn."""

@@ -1,0 +1,83 @@
+// Runs in each tab, once the page's channel is open: what the strip does by itself.
+//   data-fcw-readout="[...]"   of the plots: of each run its moments and curves; all values of the moment under the
+//                              mouse are told beside it
+//   data-fcw-splitter          dragged, the strip grows or shrinks; a double click gives it its own height again
+const LEAST_STRIP_PX = 150, LEAST_PICTURE_PX = 120, TALLER = 1.7;
+const root = document.documentElement;
+const strip = () => document.querySelector(".fcw-strip:not(.fcw-now)");
+const resize = (px) => {
+  const sheet = parseFloat(getComputedStyle(root).getPropertyValue("--fcw-sheet")) || 0;
+  const room = innerHeight * (1 - sheet / 100) - LEAST_PICTURE_PX;
+  if (px === null) root.style.removeProperty("--fcw-strip");
+  else root.style.setProperty("--fcw-strip", `${Math.round(Math.max(LEAST_STRIP_PX, Math.min(px, room)))}px`);
+  dispatchEvent(new Event("resize"));
+};
+window.fcwTaller = () =>
+  resize(root.style.getPropertyValue("--fcw-strip") ? null : strip().getBoundingClientRect().height * TALLER);
+
+if (!window.fcwStrip) {
+  window.fcwStrip = true;
+  let splits = false;
+  document.addEventListener("pointerdown", (event) => {
+    splits = event.button === 0 && !!event.target.closest?.("[data-fcw-splitter]");
+    if (splits) event.preventDefault();
+  });
+  document.addEventListener("pointermove", (event) => {
+    if (splits) resize(strip().getBoundingClientRect().bottom - event.clientY);
+  });
+  for (const end of ["pointerup", "pointercancel"]) document.addEventListener(end, () => (splits = false));
+  document.addEventListener("dblclick", (event) => {
+    if (event.target.closest?.("[data-fcw-splitter]")) resize(null);
+  });
+
+  const tip = document.createElement("div"), hair = document.createElement("div");
+  [tip.className, hair.className] = ["fcw-readout", "fcw-hair"];
+  document.body.append(tip, hair);
+  const show = (visible) => { for (const node of [tip, hair]) node.style.display = visible ? "block" : "none"; };
+  show(false);
+  const clock = (seconds) => {
+    const minutes = Math.floor(seconds / 60), rest = (seconds - 60 * minutes).toFixed(2);
+    return minutes ? `${minutes}:${rest.padStart(5, "0")}` : `${rest} s`;
+  };
+  const line = (color, name, value) => {
+    const row = document.createElement("div");
+    for (const text of [name, value]) row.append(Object.assign(document.createElement("span"), { textContent: text }));
+    row.style.setProperty("--curve", color);
+    return row;
+  };
+  const lastBefore = (times, time) => {
+    let [low, high] = [0, times.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= time) low = middle + 1;
+      else high = middle;
+    }
+    return low - 1;
+  };
+  let text = "", runs = [];
+  const move = (event) => {
+    const plots = event.target.closest?.("[data-fcw-readout]");
+    if (!plots) return show(false);
+    if (plots.dataset.fcwReadout !== text) runs = JSON.parse((text = plots.dataset.fcwReadout));
+    const { left, top, width, height } = plots.getBoundingClientRect();
+    const [, from, to] = plots.dataset.fcwSlide.split(":").map(Number);
+    const time = from + ((event.clientX - left) / width) * (to - from);
+    const rows = [];
+    for (const { times_s, curves } of runs) {
+      const at = lastBefore(times_s, time);
+      for (const { name, unit, color, values } of curves)
+        rows.push(line(color, name, at < 0 || values[at] === "" ? "–" : `${values[at]} ${unit}`));
+    }
+    tip.replaceChildren(line("transparent", "at", clock(Math.max(time, 0))), ...rows);
+    show(true);
+    hair.style.cssText += `;left:${event.clientX}px;top:${top}px;height:${height}px`;
+    const box = tip.getBoundingClientRect();
+    const beside = event.clientX + 16 + box.width < left + width ? event.clientX + 16 : event.clientX - 16 - box.width;
+    tip.style.left = `${Math.max(beside, 2)}px`;
+    tip.style.top = `${Math.max(Math.min(event.clientY - box.height / 2, innerHeight - box.height - 4), 4)}px`;
+  };
+  document.addEventListener("pointermove", move);
+  root.addEventListener("pointerleave", () => show(false));
+  const chosen = localStorage.getItem("fcwPlots");
+  if (chosen !== null) window.fcwChannel.tell(`plots:${chosen}`);
+}
