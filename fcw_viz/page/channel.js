@@ -9,6 +9,7 @@
 //                                           until the server has taken it
 //   data-fcw-typed="search"                 of a field: what stands in it while it is typed, "search:ab"
 //   data-fcw-scroll="list"                  drawn anew, it is scrolled to where it was
+//   data-fcw-seen                           drawn anew, it is scrolled into sight
 //   data-fcw-size="strip"                   its size in CSS pixels, "size:strip 1040x315", now and when it changes
 const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
 const TYPED_MS = 80; // after the last letter
@@ -107,12 +108,19 @@ if (!channel.listens) {
       element.scrollTop = channel.scrolled[element.dataset.fcwScroll] ?? 0;
     }
   };
+  const showChosen = () => {
+    for (const element of document.querySelectorAll("[data-fcw-seen]")) {
+      if (!element.fcwSeen) element.scrollIntoView({ block: "nearest" });
+      element.fcwSeen = true;
+    }
+  };
   // Panels are drawn by React in its own time, and sizes follow the window and the panels' edges.
   const sizes = new ResizeObserver(measure);
   new MutationObserver(() => {
     for (const element of document.querySelectorAll("[data-fcw-size]")) sizes.observe(element);
     measure();
     scrollBack();
+    showChosen();
   }).observe(document.body, { childList: true, subtree: true });
 }
 measure();

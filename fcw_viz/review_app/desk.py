@@ -11,6 +11,7 @@ from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.picture.box_commands import BoxCommands
 from fcw_viz.review_app.picture.box_editor import BoxEditor
 from fcw_viz.review_app.place import Place, parse_place
+from fcw_viz.review_app.runs.comparing import Comparing
 from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.time.playing import Playing
@@ -30,6 +31,7 @@ class Desk:
         annotating: what is said here of it.
         boxes: corrects the boxes of a frame.
         box_commands: what is done with the selected box at once.
+        runs: another run that the drive is compared with.
         screen: what is shown of the drive.
     """
 
@@ -50,7 +52,8 @@ class Desk:
         self.annotating = Annotating(self.place, tab.notify)
         self.boxes = BoxEditor(tab, self.place, self.annotating, show_panels)
         self.box_commands = BoxCommands(self.place, self.boxes, self.go_to, tab.notify)
-        self.screen = Screen(tab, self.place, self.playing, self.boxes, show_panels)
+        self.runs = Comparing(self.place, tab.run, self.go_to_time, self.refresh)
+        self.screen = Screen(tab, self.place, self.playing, self.boxes, self.runs, show_panels)
         self.view.on_click(self.boxes.click)
         self.view.on_view_change(self.boxes.redraw)
 
@@ -106,6 +109,7 @@ class Desk:
         self.playing.stop()
         self.boxes.stop()
         self.screen.close()
+        self.runs.leave()
         self.place.leave()
         self._wanted_row = None
 

@@ -34,6 +34,7 @@ class DriveCard:
         thumbnail: its worst moment, a JPEG in base 64; empty before it was read.
         trouble: why it cannot be read; empty where it can.
         read: False before it was looked at.
+        source: of which it is a run; empty before it was read.
     """
 
     name: str
@@ -47,6 +48,7 @@ class DriveCard:
     thumbnail: str = ""
     trouble: str = ""
     read: bool = True
+    source: str = ""
 
     @property
     def severity(self) -> float:
@@ -93,6 +95,7 @@ def card_of(drive: Drive, review: Review, thumbnail: str) -> DriveCard:
         review,
         judged_events(review, drive.events)[0],
         thumbnail,
+        source=drive.header.source,
     )
 
 

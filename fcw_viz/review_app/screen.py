@@ -4,8 +4,12 @@ import json
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
+from fcw.logs.overlay import Rgb
+from fcw.units import distance_text
 from fcw_viz.page.picture.hover import HoverHints
+from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, box_line
 from fcw_viz.page.script import run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.drive import Drive
@@ -15,7 +19,9 @@ from fcw_viz.review_app.picture.frames import FramePictures
 from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.plots.signals import in_series
 from fcw_viz.review_app.plots.values import FrameSignals, Run
+from fcw_viz.review_app.runs.comparing import Comparing
 from fcw_viz.review_app.time.axis import window_around
+from fcw_viz.review_app.time.other_run import OtherRun
 from fcw_viz.review_app.time.playing import DRAWN_PATIENCE_S, Playing
 from fcw_viz.review_app.time.strip import DEFAULT_WINDOW, WINDOWS_S, Strip, StripLayout
 
@@ -25,6 +31,7 @@ STILL_QUALITY, PLAYED_QUALITY = 95, 80
 """Of the JPEGs; a played picture has half the bytes of one that is looked at."""
 PAGE_AT, PAGE_TO = 0.95, 0.08
 """Parts of the plots' width: played to the first, they go on with the moment at the second."""
+OTHER_RUN_COLOR: Rgb = (255, 121, 0)
 PANELS_S = 0.4
 """While the drive plays the panel at the right follows in such steps."""
 
@@ -45,10 +52,12 @@ class Screen:
         place: Place,
         playing: Playing,
         boxes: BoxEditor,
+        runs: Comparing,
         show_panels: Callable[[], None],
     ) -> None:
         self._tab, self._place = tab, place
-        self._playing, self._boxes = playing, boxes
+        self._playing, self._boxes, self._runs = playing, boxes, runs
+        self._other_lead = LineOverlay(tab.view, tab.client, "other")
         self._show_panels = show_panels
         self._strip = Strip(tab.client.gui)
         self._frames: FramePictures | None = None
@@ -90,13 +99,16 @@ class Screen:
     def close(self) -> None:
         """Let go of the drive, and show nothing."""
         self.birds_eye.come_back()
-        if self._frames is not None:
-            self._frames.close()
-        if self._signals is not None:
-            self._signals.close()
-        self._frames = self._signals = None
+        self.close_readers()
         self.hover.show(None)
         self._strip.hide()
+
+    def close_readers(self) -> None:
+        """Let go of the drive's pictures and signals."""
+        for reader in (self._frames, self._signals):
+            if reader is not None:
+                reader.close()
+        self._frames = self._signals = None
 
     # What is chosen
 
@@ -215,6 +227,18 @@ class Screen:
         self.birds_eye.show(result)
         self.hover.show(drawn, self._place.opened.header.imperial)
         self._boxes.show(result)
+        self._other_lead.show(self._other_line(row))
+
+    def _other_line(self, row: int) -> list[LabelledLine]:
+        """The lead of the run that is compared with."""
+        other, other_row = self._runs.other, self._runs.row_at(row)
+        if other is None or other_row is None or self.birds_eye.active or not self.overlay_shown:
+            return []
+        lead = other.log.result_at(other.frame_index(other_row)).lead
+        if lead is None:
+            return []
+        text = f"{other.name}: {distance_text(lead.distance_m, other.header.imperial)}"
+        return [box_line(lead.box, OTHER_RUN_COLOR, text)]
 
     def show_bar(self) -> None:
         """The buttons of playback."""
@@ -247,12 +271,16 @@ class Screen:
 
     def _show_plots(self) -> None:
         drive, chosen, signals = self._place.opened, self._place.plots.chosen, self._signals
-        run = Run.of(drive, *self._window, signals)
+        run, other = Run.of(drive, *self._window, signals), self._runs.other
+        runs = [run]
+        if other is not None:
+            run = replace(run, name=drive.name)
+            runs = [run, Run.of(other, *self._window, name=other.name, first_ns=drive.first_ns)]
         reading = False
         if signals is not None and not all(map(in_series, chosen)):
             signals.want(run.rows)
             reading = signals.reading
-        self._strip.show_plots([run], chosen, self._window, self._layout, drive.header.imperial, reading)
+        self._strip.show_plots(runs, chosen, self._window, self._layout, drive.header.imperial, reading)
 
     def _signals_came(self) -> None:
         """More of the frames' signals is there; in their thread."""
@@ -270,8 +298,9 @@ class Screen:
         """The time line with what is said of the events."""
         place = self._place
         self._outlined = place.selected
+        other = OtherRun(self._runs.events(), self._runs.later_s, self._runs.differences or ())
         self._strip.show_timeline(
-            place.opened, place.review, self._window, place.selected, self._layout, place.marked
+            place.opened, place.review, self._window, place.selected, self._layout, place.marked, other
         )
 
     def _show_now(self) -> None:

@@ -48,6 +48,8 @@ class Tab(PageTab):
         """The tab is gone: stop, and leave the session."""
         super().close()
         self._desk.playing.stop()
+        self._desk.screen.close_readers()
+        self._desk.runs.leave()
         self._session.leave(self._desk.place)
 
     def _open_channel(self) -> None:
@@ -73,6 +75,7 @@ class Tab(PageTab):
             "birdseye": lambda _: desk.screen.switch_birds_eye(),
             **desk.annotating.messages,
             **desk.box_commands.messages,
+            **desk.runs.messages,
             **desk.place.plots.messages(desk.screen.choose_plots),
             "verdict": lambda about: desk.judge(Judgement[about]),
             "note": desk.keep_note,

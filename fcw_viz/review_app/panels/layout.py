@@ -16,6 +16,7 @@ from fcw_viz.review_app.panels.event import EventPanel
 from fcw_viz.review_app.panels.folder_list import MOST_LISTED, folder_html, legend_html
 from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
+from fcw_viz.review_app.runs.panel import runs_html
 from fcw_viz.review_app.triage.filter_bar import filter_html, goes_on_html
 
 PANEL_WIDTH_PX = 350
@@ -40,7 +41,7 @@ class Panels:
             dark: colours at the beginning.
         """
         gui, place = tab.client.gui, desk.place
-        self._place, self._title = place, title
+        self._place, self._title, self._desk = place, title, desk
         self._folder_px = FIRST_FOLDER_PX
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH_PX)
@@ -60,6 +61,8 @@ class Panels:
             self._boxes = BoxesPanel(gui, tab.run, desk.boxes, desk.screen.switch_boxes)
         with self._tabs.add_tab("Plots"):
             self._plots = gui.add_html("")
+        with self._tabs.add_tab("Runs"):
+            self._runs = gui.add_html("")
         with self._tabs.add_tab("Take"):
             self._take = TakePanel(tab, place)
         with self._tabs.add_tab("Keys"):
@@ -82,6 +85,11 @@ class Panels:
             self._boxes.show()
             self._take.show()
             set_html(self._plots, text_block(self._place.plots.html()))
+            runs = self._desk.runs
+            listed = runs_html(
+                runs, drive.name, runs.candidates(self._place.session.cards), drive.header.imperial
+            )
+            set_html(self._runs, text_block(listed))
 
     def show_more(self) -> None:
         """List all drives."""

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fcw.charts.svg import css_color
 from fcw.logs.overlay import ROW_COLOR
 from fcw_viz.review_app.plots.signals import AHEAD, OWN, SIGNALS, Chosen, Signal, subject_name
-from fcw_viz.review_app.plots.values import Column, Run, Values
+from fcw_viz.review_app.plots.values import Run, Values
 from fcw_viz.review_app.time.axis import TimeAxis
 
 COLORS = (
@@ -151,7 +152,8 @@ def _drawn(signal: Signal, values: Values) -> Values:
 
 
 def _scaled(values: Values, factor: float) -> Values:
-    return Values(*(None if part is None else part * factor for part in values))
+    low, high = (None if part is None else part * factor for part in values[1:])
+    return Values(values.value * factor, low, high)
 
 
 def plot_places(plots: Sequence[Plot], height_px: float) -> list[tuple[float, float]]:
@@ -178,7 +180,7 @@ def readout(plots: Sequence[Plot], axis: TimeAxis) -> str:
     Of each run its moments, at most one a pixel, and of each curve its name, unit, colour and figures there.
     """
     runs: list[dict[str, object]] = []
-    known: dict[str, tuple[int, Column]] = {}
+    known: dict[str, tuple[int, NDArray[np.intp]]] = {}
     for plot in plots:
         for curve in plot.curves:
             run = curve.run

@@ -16,12 +16,13 @@ from fcw_viz.review_app.plots.signals import Chosen
 from fcw_viz.review_app.plots.values import Run
 from fcw_viz.review_app.session import DriveReview
 from fcw_viz.review_app.time.axis import TimeAxis
+from fcw_viz.review_app.time.other_run import NO_OTHER_RUN, OtherRun, other_run_svg
 from fcw_viz.review_app.time.player import SPEEDS
 from fcw_viz.review_app.time.timeline import HEIGHT_PX as TIMELINE_PX
 from fcw_viz.review_app.time.timeline import labelled_spans, timeline_svg
 
 RIGHT_PX, BOTTOM_PX = 14.0, 4.0
-LEFT_PX, NARROW_LEFT_PX = 190.0, 132.0
+LEFT_PX, NARROW_LEFT_PX = 190.0, 144.0
 """Of the time line and the plots inside the strip: their names and figures stand at the left."""
 BAR_PX, PLOTS_TOP_PX = 38.0, 38.0 + TIMELINE_PX + 8.0
 """The time line stands under the buttons, the plots under it."""
@@ -168,8 +169,9 @@ class Strip:
         selected: int | None,
         layout: StripLayout,
         marked: tuple[float, float] | None = None,
+        other: OtherRun = NO_OTHER_RUN,
     ) -> None:
-        """The whole drive, with the range that is marked."""
+        """The whole drive, with the range that is marked, and what differs from another run."""
         axis = whole_axis(drive, layout)
         labelled = labelled_spans(drive, shown.review)
         imperial = drive.header.imperial
@@ -179,6 +181,7 @@ class Strip:
             f'width:{axis.width_px:.0f}px;height:{TIMELINE_PX:.0f}px;pointer-events:all">'
             f'<div class="fcw-slide" {slides("fcw-whole", "seek", axis.start_s, axis.end_s)}></div>'
             f'<div class="fcw-marks" style="position:absolute;inset:0">{svg}</div>'
+            f'<div class="fcw-marks" style="position:absolute;inset:0">{other_run_svg(axis, other)}</div>'
             f"{'' if marked is None else _marked_html(axis, marked)}</div>"
         )
         set_html(self._timeline, f'<div class="fcw-strip fcw-now">{area}</div>')

@@ -1,0 +1,18 @@
+"""The drive that the tests of the review page look at."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from review_drives import write_drive
+
+
+@pytest.fixture(scope="session")
+def made_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_drive(tmp_path_factory.mktemp("made") / "drive.mcap")
+
+
+@pytest.fixture
+def drive_log(made_log: Path, tmp_path: Path) -> Path:
+    """A copy of the made drive, to write beside."""
+    return Path(shutil.copy(made_log, tmp_path))
