@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,4 +93,14 @@ class Source(Protocol):
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Frames from the first one at or after `start_ns` (None: from the beginning)."""
+        ...
+
+
+@runtime_checkable
+class DatedSource(Protocol):
+    """A source that may know when its drive was."""
+
+    @property
+    def zero_utc_ns(self) -> int | None:
+        """What time 0 of its clock is in UTC, in nanoseconds since 1970; None where it does not know."""
         ...

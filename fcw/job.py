@@ -17,7 +17,7 @@ from fcw.detection.detector import Detector
 from fcw.detection.model import model_sha256
 from fcw.errors import UserError
 from fcw.files import write_whole
-from fcw.frame import Source
+from fcw.frame import DatedSource, Source
 from fcw.logs.drive_folder import drive_folder
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
@@ -31,6 +31,7 @@ from fcw.summary import DriveSummary
 from fcw.tracking.tracker import Tracker
 from fcw.versions import versions
 from fcw.warning.ego_speed import EgoSpeed
+from fcw.warning.gpx import gpx_bytes
 from fcw.warning.policies import DEFAULT_POLICY, DEFAULT_TIMING, make_policy, without_own_speed
 from fcw.warning.types import WarningPolicy
 
@@ -238,6 +239,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         from fcw.sources.mcap.facts import mcap_facts
 
         facts = mcap_facts(job.source, job.topic)
+    zero_utc_ns = source.zero_utc_ns if isinstance(source, DatedSource) else None
     source, calibration = straightened(source, load_calibration(job, source, facts))
     detector = job.detector
     model = load_model(detector, job.detector_classes) if isinstance(detector, str) else None
@@ -267,6 +269,8 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         model_sha256=sha256,
         versions=versions(),
         imperial=job.imperial,
+        zero_utc_ns=zero_utc_ns,
+        gpx=_gpx(job),
     )
     return PreparedDrive(job, source, header, detectors, policy, ego_speed, notes)
 
@@ -314,6 +318,12 @@ def _field_of_view(facts: "McapFacts | None") -> str:
         f"; {facts.camera_topic} does not say where the camera is, only its field of view: "
         f"add `--field-of-view {degrees:.1f}` to the points"
     )
+
+
+def _gpx(job: DriveJob) -> bytes:
+    """The track that the own speed comes from."""
+    given = job.ego_speed
+    return gpx_bytes(Path(given)) if isinstance(given, str) and given.lower().endswith(".gpx") else b""
 
 
 def _ego_speed(job: DriveJob, source: Source, facts: "McapFacts | None") -> EgoSpeed | None:

@@ -89,6 +89,9 @@ class DriveHeader:
         model_sha256: hash of the detector's weights; empty where it has none.
         versions: program and library versions by name.
         imperial: whether distances shown to a person are in feet.
+        zero_utc_ns: what time 0 of the source's clock is in UTC, in nanoseconds since 1970, as the source's
+            file says it; None where that says nothing.
+        gpx: the GPX file that the own speed came from, which begins with the drive; empty for none.
     """
 
     source: str
@@ -100,6 +103,8 @@ class DriveHeader:
     model_sha256: str
     versions: Mapping[str, str]
     imperial: bool = False
+    zero_utc_ns: int | None = None
+    gpx: bytes = b""
 
 
 Record = TypeVar("Record")

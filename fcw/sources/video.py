@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 
@@ -28,6 +29,8 @@ from fcw.sources.orientation import orientation
 FALLBACK_FRAME_RATE_HZ = 25.0
 """Only where a file states no rate that can be; frames keep their own times all the same."""
 MAXIMUM_FRAME_RATE_HZ = 1000.0
+FIRST_YEAR = 2000
+"""Clocks that were never set begin in 1904, 1970 or 1980."""
 SHORTFALL_S = 1.0
 """A file that ends this much before its stated length is called cut short; sound may outlast pictures."""
 
@@ -91,6 +94,8 @@ class VideoSource:
         path: of the file.
         image_size: of every picture, after rotation.
         frame_rate_hz: average rate as the file states it.
+        zero_utc_ns: when it was created, as the file states it: UTC in nanoseconds since 1970, if the camera
+            knew; None where it states nothing.
     """
 
     def __init__(self, path: Path) -> None:
@@ -119,6 +124,7 @@ class VideoSource:
                 codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and not self._turn
             )
             self._avi = container.format.name == "avi"
+            self.zero_utc_ns = _created_ns(container.metadata.get("creation_time"))
 
     @property
     def name(self) -> str:
@@ -259,3 +265,13 @@ def _pictures(count: int) -> str:
 
 def _seconds(time_ns: int | None) -> str:
     return "the start" if time_ns is None else f"{time_ns / NANOSECONDS:.3f} s"
+
+
+def _created_ns(text: str | None) -> int | None:
+    """A container's time of creation; None for none, and for those of clocks that were never set."""
+    try:
+        created = datetime.fromisoformat(text or "")
+    except ValueError:
+        return None
+    created = created if created.tzinfo else created.replace(tzinfo=UTC)
+    return None if created.year < FIRST_YEAR else round(created.timestamp()) * NANOSECONDS

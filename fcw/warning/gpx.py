@@ -1,6 +1,8 @@
-"""Own speed from a GPX track, as phones and dash cameras write it (GPX 1.0 and 1.1, topografix.com/GPX)."""
+"""A GPX track, as phones and dash cameras write it (GPX 1.0 and 1.1, topografix.com/GPX), and its speed."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +14,23 @@ from fcw.errors import UserError
 
 EARTH_RADIUS_M = 6_371_000.0
 EXPECTED = "expected a GPX track, <trkpt lat lon> with <time>"
+
+
+@dataclass(frozen=True, slots=True)
+class GpxTrack:
+    """The points of a track, in the order of time.
+
+    Attributes:
+        start_s: time of the first point, in seconds since 1970, UTC.
+        times_s: of the points, from the first one.
+        places: latitude and longitude of each, in degrees.
+        speeds_mps: the receiver's own; None where a point has none.
+    """
+
+    start_s: float
+    times_s: tuple[float, ...]
+    places: tuple[tuple[float, float], ...]
+    speeds_mps: tuple[float | None, ...]
 
 
 def read_gpx(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -26,17 +45,45 @@ def read_gpx(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     Raises:
         UserError: the file cannot be read, has fewer than two points, or a point is not as expected.
     """
+    track = parse_gpx(gpx_bytes(path), f"ego speed {path}")
+    given = tuple(speed for speed in track.speeds_mps if speed is not None)
+    whole = len(given) == len(track.times_s)
+    return track.times_s, given if whole else _from_places(track.times_s, track.places)
+
+
+def gpx_bytes(path: Path) -> bytes:
+    """A GPX file as it is.
+
+    Raises:
+        UserError: it cannot be read.
+    """
     try:
-        root = xml_root(read_bytes(path, MOST_XML_BYTES))
+        return read_bytes(path, MOST_XML_BYTES)
     except FileNotFoundError:
         raise UserError(
             f"ego speed {path}: no such file; give metres per second or the path of a CSV or GPX file"
         ) from None
     except (OSError, MalformedError) as error:
         raise UserError(f"ego speed {path}: cannot be read ({error}); {EXPECTED}") from error
+
+
+def parse_gpx(data: bytes, name: str) -> GpxTrack:
+    """The track in a GPX file.
+
+    Args:
+        data: the file.
+        name: of it, for messages.
+
+    Raises:
+        UserError: it has fewer than two points, or a point is not as expected.
+    """
+    try:
+        root = xml_root(data)
+    except MalformedError as error:
+        raise UserError(f"{name}: cannot be read ({error}); {EXPECTED}") from error
     points = [element for element in root.iter() if _name(element) == "trkpt"]
     if len(points) < 2:
-        raise UserError(f"ego speed {path}: {len(points)} track points; {EXPECTED}, at least two")
+        raise UserError(f"{name}: {len(points)} track points; {EXPECTED}, at least two")
     times_s: list[float] = []
     places: list[tuple[float, float]] = []
     speeds: list[str | None] = []
@@ -46,24 +93,23 @@ def read_gpx(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
             time_s = _seconds(texts["time"])
             place = _degrees(point, "lat", 90.0), _degrees(point, "lon", 180.0)
         except (KeyError, ValueError, OverflowError) as error:
-            raise UserError(f"ego speed {path}, track point {number}: {error!s}; {EXPECTED}") from None
+            raise UserError(f"{name}, track point {number}: {error!s}; {EXPECTED}") from None
         if times_s and time_s <= times_s[-1]:
             raise UserError(
-                f"ego speed {path}, track point {number}: its time is not after that of the point before; "
+                f"{name}, track point {number}: its time is not after that of the point before; "
                 "sort the points by time, each once"
             )
         times_s.append(time_s)
         places.append(place)
         speeds.append(texts.get("speed"))
-    relative_s = tuple(time_s - times_s[0] for time_s in times_s)
     try:
-        given = tuple(float(speed) for speed in speeds if speed is not None)
+        given = tuple(None if speed is None else float(speed) for speed in speeds)
     except ValueError as error:
-        raise UserError(f"ego speed {path}: {error}; expected metres per second in <speed>") from None
-    return relative_s, given if len(given) == len(points) else _from_places(relative_s, places)
+        raise UserError(f"{name}: {error}; expected metres per second in <speed>") from None
+    return GpxTrack(times_s[0], tuple(time_s - times_s[0] for time_s in times_s), tuple(places), given)
 
 
-def _from_places(times_s: tuple[float, ...], places: list[tuple[float, float]]) -> tuple[float, ...]:
+def _from_places(times_s: tuple[float, ...], places: Sequence[tuple[float, float]]) -> tuple[float, ...]:
     ways_m = [_distance_m(a, b) for a, b in pairwise(places)]
     last = len(places) - 1
     speeds = []

@@ -1,7 +1,10 @@
 """A drive log as the page reads it: its columns and events at once, pictures and results by the index."""
 
+import logging
 import math
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +16,15 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries
+from fcw.warning.gpx import GpxTrack, parse_gpx
 
 NS_PER_S = 1_000_000_000
+FIRST_UTC_NS = 946_684_800 * NS_PER_S
+"""The year 2000: what a source's clock says before is a time since its start, not a date."""
+LOGGER = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Drive:
     """A drive that is open; for several threads at once.
 
@@ -79,6 +86,25 @@ class Drive:
         return int(self.series.time_ns[0])
 
     @property
+    def zero_utc_ns(self) -> int | None:
+        """What the first frame's time is in UTC, in nanoseconds since 1970; None where nothing says so."""
+        if self.header.zero_utc_ns is not None:
+            return self.header.zero_utc_ns + self.first_ns
+        # Clocks of recorders count from 1970.
+        return self.first_ns if self.first_ns > FIRST_UTC_NS else None
+
+    @cached_property
+    def track(self) -> GpxTrack | None:
+        """Where it went; None where its own speed came from no GPX track."""
+        if not self.header.gpx:
+            return None
+        try:
+            return parse_gpx(self.header.gpx, f"{self.log.path}: its track")
+        except UserError as error:
+            LOGGER.warning("%s", error)
+            return None
+
+    @property
     def duration_s(self) -> float:
         """From the first frame to the last."""
         return self.series.duration_s
@@ -135,6 +161,12 @@ def time_text(time_s: float, decimals: int = 1) -> str:
     width = 3 + decimals if decimals else 2
     tail = f"{seconds:0{width}.{decimals}f}"
     return f"{hours}:{minutes:02d}:{tail}" if hours else f"{minutes}:{tail}"
+
+
+def utc_text(utc_ns: int, date: bool) -> str:
+    """A moment by the clock: 2021-06-01 06:52:07 UTC, or without the date."""
+    moment = datetime.fromtimestamp(utc_ns // NS_PER_S, UTC)
+    return moment.strftime("%Y-%m-%d %H:%M:%S UTC" if date else "%H:%M:%S UTC")
 
 
 def duration_text(duration_s: float) -> str:

@@ -280,7 +280,9 @@ class Screen:
         if signals is not None and not all(map(in_series, chosen)):
             signals.want(run.rows)
             reading = signals.reading
-        self._strip.show_plots(runs, chosen, self._window, self._layout, drive.header.imperial, reading)
+        self._strip.show_plots(
+            runs, chosen, self._window, self._layout, drive.header.imperial, reading, drive.zero_utc_ns
+        )
 
     def _signals_came(self) -> None:
         """More of the frames' signals is there; in their thread."""

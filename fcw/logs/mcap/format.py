@@ -2,7 +2,8 @@
 
 A drive is one MCAP file (https://mcap.dev/spec). Before the first message stand the metadata records
 `fcw.drive` and `fcw.versions` and the attachment `calibration.yaml`, so that a file whose writer was killed
-still says what it is. Log times are the source's presentation times. They cannot be negative in MCAP:
+still says what it is, and `track.gpx` where the own speed came from one.
+Log times are the source's presentation times. They cannot be negative in MCAP:
 packets before 0, which only feed the decoder, have log time 0, keep their order, and have their own time on
 `/fcw/video_index`, whose message for a packet has the sequence number of its message on `/camera/image`.
 Pictures stand in chunks of their own, all else in others. At the end stands the attachment `drive.series`
@@ -19,6 +20,7 @@ FORMAT_VERSION = "1"
 DRIVE_METADATA = "fcw.drive"
 VERSIONS_METADATA = "fcw.versions"
 CALIBRATION_NAME = "calibration.yaml"
+TRACK_NAME = "track.gpx"
 SERIES_NAME = "drive.series"
 SERIES_MEDIA_TYPE = "application/x-npz"
 
@@ -45,7 +47,8 @@ _TRUTH = {True: "true", False: "false"}
 
 def drive_metadata(header: DriveHeader) -> dict[str, str]:
     """The `fcw.drive` record; numbers keep all their digits."""
-    return {
+    dated = {} if header.zero_utc_ns is None else {"zero_utc_ns": str(header.zero_utc_ns)}
+    return dated | {
         "format_version": FORMAT_VERSION,
         "source": header.source,
         "image_width": str(header.image_size.width),
@@ -59,7 +62,7 @@ def drive_metadata(header: DriveHeader) -> dict[str, str]:
 
 
 def drive_header(
-    drive: Mapping[str, str], versions: Mapping[str, str], calibration_yaml: str, name: str
+    drive: Mapping[str, str], versions: Mapping[str, str], calibration_yaml: str, name: str, gpx: bytes = b""
 ) -> DriveHeader:
     """The header that a log was opened with.
 
@@ -77,4 +80,6 @@ def drive_header(
         model_sha256=drive["model_sha256"],
         versions=dict(versions),
         imperial=drive["imperial"] == _TRUTH[True],
+        zero_utc_ns=int(drive["zero_utc_ns"]) if "zero_utc_ns" in drive else None,
+        gpx=gpx,
     )

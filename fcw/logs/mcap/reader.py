@@ -304,7 +304,9 @@ class DriveLog:
                     f"{mcap.FORMAT_VERSION}; run the drive again with this version of fcw"
                 )
             calibration = attachments[mcap.CALIBRATION_NAME].decode()
-            return mcap.drive_header(drive, metadata[mcap.VERSIONS_METADATA], calibration, str(self.path))
+            gpx = attachments.get(mcap.TRACK_NAME, b"")
+            versions = metadata[mcap.VERSIONS_METADATA]
+            return mcap.drive_header(drive, versions, calibration, str(self.path), gpx)
         except (KeyError, ValueError) as error:
             raise UserError(
                 f"{self.path}: an MCAP file, but no drive log of fcw (no {error}); "

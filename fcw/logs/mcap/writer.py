@@ -93,6 +93,8 @@ class McapSink:
         self._writer.add_metadata(mcap.VERSIONS_METADATA, dict(header.versions))
         calibration = calibration_text(header.calibration).encode()
         self._writer.add_attachment(0, 0, mcap.CALIBRATION_NAME, "application/yaml", calibration)
+        if header.gpx:
+            self._writer.add_attachment(0, 0, mcap.TRACK_NAME, "application/gpx+xml", header.gpx)
         self._channels = {
             topic: self._writer.register_channel(topic, "protobuf", register_schema(self._writer, message))
             for topic, message in _TOPICS.items()

@@ -9,11 +9,12 @@ from fcw_viz.page.panel import add_page_panel
 from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import NOTE_ID, Desk
-from fcw_viz.review_app.drive import duration_text
+from fcw_viz.review_app.drive import duration_text, utc_text
 from fcw_viz.review_app.keys import HELP_ROWS
 from fcw_viz.review_app.panels.boxes import BoxesPanel
 from fcw_viz.review_app.panels.event import EventPanel
 from fcw_viz.review_app.panels.folder_list import MOST_LISTED, folder_html, legend_html
+from fcw_viz.review_app.panels.map import map_html
 from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
 from fcw_viz.review_app.runs.panel import runs_html
@@ -52,6 +53,7 @@ class Panels:
         self._most = MOST_LISTED
         self._head = gui.add_html("")
         self._note = gui.add_html(text_block(NOTE_FIELD), visible=False)
+        self._map = gui.add_html("")
         self._tabs = gui.add_tab_group(visible=False)
         with self._tabs.add_tab("Events"):
             self._events = EventPanel(gui, place, desk.annotating)
@@ -78,6 +80,7 @@ class Panels:
         )
         self._tabs.visible = self._note.visible = drive is not None
         set_html(self._head, text_block(self._head_html()))
+        set_html(self._map, "" if drive is None else map_html(drive, self._place.time_s))
         self._show_folder()
         if drive is not None:
             self._events.show()
@@ -140,12 +143,13 @@ class Panels:
             else ""
         )
         torn = "" if drive.complete else " · never finished"
+        date = "" if drive.zero_utc_ns is None else f"{utc_text(drive.zero_utc_ns, True)} · "
         return (
             f'<div class="fcw-drive"><b title="{escape(str(drive.log.path))}">'
             f"{escape(drive.name)}</b>"
             f"<span>{back}</span></div>"
             f'<div class="fcw-triage"><button {says("unjudged:")} title="Next unjudged event (U)">'
             f"Next unjudged</button>{goes_on_html(self._place.goes_on)}</div>"
-            f'<p class="dim">{duration_text(drive.duration_s)} · {header.image_size} · '
+            f'<p class="dim">{date}{duration_text(drive.duration_s)} · {header.image_size} · '
             f"{escape(header.detector)}{torn} · reviewed as {escape(session.reviewer)}</p>"
         )

@@ -23,7 +23,7 @@ from fcw.logs.records import FrameResult
 from fcw.motion.state import OwnPath
 from fcw.tracking.lead import Corridor, path_curvature_per_m
 from fcw.tracking.types import Track
-from fcw.units import distance_text
+from fcw.units import distance_text, speed_text
 
 Point = tuple[float, float, float]
 Floats = NDArray[np.float64]
@@ -81,12 +81,14 @@ class Ground:
         path_left_m: (`PATH_POINTS`, 3) left edge of the own path, from us on.
         path_right_m: its right edge, likewise.
         path_color: that of the warning level.
+        own_speed: in words; empty where it is unknown.
     """
 
     vehicles: tuple[GroundVehicle, ...]
     path_left_m: Floats
     path_right_m: Floats
     path_color: Rgb
+    own_speed: str = ""
 
 
 def ground(
@@ -108,7 +110,10 @@ def ground(
     else:
         left, right = path_edges(path_curvature_per_m(result.ego_speed_mps, yaw_rate_radps))
     vehicles = tuple(_vehicle(track, calibration, box) for track, box in nearest_first)
-    return Ground(vehicles, left, right, level_color)
+    own_mps = result.ego_speed_mps
+    return Ground(
+        vehicles, left, right, level_color, "" if own_mps is None else speed_text(own_mps, imperial)
+    )
 
 
 def own_path_edges(path: OwnPath, reference_offset_m: float) -> tuple[Floats, Floats]:

@@ -152,6 +152,13 @@ class _Nodes:
             thickness_units="screen",
             visible=False,
         )
+        self._speed = scene.add_label(
+            f"{ROOT}/speed",
+            "",
+            position=(-length_m / 2, 0.0, height_m),
+            anchor="bottom-center",
+            visible=False,
+        )
         self._vehicles: list[_VehicleNode] = []
 
     def remove(self) -> None:
@@ -181,6 +188,9 @@ class _Nodes:
         if not np.array_equal(path, self._path_at):
             self._path_at = path
             self._path.vertices = path.astype(np.float32)
+        if self._speed.text != seen.own_speed:
+            self._speed.visible = bool(seen.own_speed)
+            self._speed.text = seen.own_speed
         if self._path.color != seen.path_color:
             self._path.color = seen.path_color
 

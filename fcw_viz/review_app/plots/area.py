@@ -26,6 +26,7 @@ def plots_html(
     top_px: float,
     height_px: float,
     slide: bool = True,
+    zero_utc_ns: int | None = None,
 ) -> str:
     """The curves with their names; a click or a drag along them is `seek:<seconds>`.
 
@@ -37,11 +38,13 @@ def plots_html(
         top_px: where the plots begin in it.
         height_px: of them.
         slide: whether moments can be chosen and curves be taken away.
+        zero_utc_ns: UTC of the axis's 0; None where it is not known.
     """
     legend = "".join(_legend(plots, left_px, top_px, height_px, slide))
+    utc = "" if zero_utc_ns is None else f' data-fcw-utc="{zero_utc_ns // 1_000_000}"'
     catch = (
         f'<div class="fcw-slide" {slides("fcw-plots", "seek", axis.start_s, axis.end_s)} '
-        f'data-fcw-readout="{escape(readout(plots, axis))}"></div>'
+        f'data-fcw-readout="{escape(readout(plots, axis))}"{utc}></div>'
         if slide
         else ""
     )

@@ -1,6 +1,7 @@
 // Runs in each tab, once the page's channel is open: what the strip does by itself.
 //   data-fcw-readout="[...]"   of the plots: of each run its moments and curves; all values of the moment under the
 //                              mouse are told beside it
+//   data-fcw-utc="..."         of the same: milliseconds since 1970 of the axis's 0, where they are known
 //   data-fcw-splitter          dragged, the strip grows or shrinks; a double click gives it its own height again
 const LEAST_STRIP_PX = 150, LEAST_PICTURE_PX = 120, TALLER = 1.7;
 const root = document.documentElement;
@@ -68,6 +69,9 @@ if (!window.fcwStrip) {
       for (const { name, unit, color, values } of curves)
         rows.push(line(color, name, at < 0 || values[at] === "" ? "–" : `${values[at]} ${unit}`));
     }
+    const { fcwUtc } = plots.dataset;
+    if (fcwUtc !== undefined)
+      rows.unshift(line("transparent", "UTC", new Date(Number(fcwUtc) + time * 1000).toISOString().slice(11, 23)));
     tip.replaceChildren(line("transparent", "at", clock(Math.max(time, 0))), ...rows);
     show(true);
     hair.style.cssText += `;left:${event.clientX}px;top:${top}px;height:${height}px`;

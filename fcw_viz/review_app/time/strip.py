@@ -8,7 +8,7 @@ import viser
 
 from fcw_viz.page.channel import chooses, leads_to, says, says_size, slides, slides_along
 from fcw_viz.page.style import set_html
-from fcw_viz.review_app.drive import Drive, time_text
+from fcw_viz.review_app.drive import NS_PER_S, Drive, time_text, utc_text
 from fcw_viz.review_app.plots.area import figures_html, plots_html
 from fcw_viz.review_app.plots.choice import PLACE as PLOTS_PLACE
 from fcw_viz.review_app.plots.plot import Plot, make_plots, wanted_px
@@ -194,6 +194,7 @@ class Strip:
         layout: StripLayout,
         imperial: bool,
         reading: bool = False,
+        zero_utc_ns: int | None = None,
     ) -> None:
         """The plots of a range of time.
 
@@ -204,10 +205,13 @@ class Strip:
             layout: of the strip.
             imperial: units.
             reading: whether some values have still to come.
+            zero_utc_ns: UTC of the axis's 0; None where it is not known.
         """
         axis = TimeAxis(*window, layout.axis_px)
         self._drawn = make_plots(runs, chosen, imperial)
-        html = plots_html(self._drawn, runs, axis, layout.left_px, PLOTS_TOP_PX, layout.plots_px)
+        html = plots_html(
+            self._drawn, runs, axis, layout.left_px, PLOTS_TOP_PX, layout.plots_px, zero_utc_ns=zero_utc_ns
+        )
         if not chosen:
             html += f'<p class="fcw-none" style="left:{layout.left_px:.0f}px">No plot is chosen: + Plot</p>'
         if reading:
@@ -220,11 +224,17 @@ class Strip:
         time_s = drive.time_s(row)
         whole, plots = whole_axis(drive, layout), TimeAxis(*window, layout.axis_px)
         frame = "" if layout.narrow else f", frame {drive.frame_index(row)}"
+        zero_ns = drive.zero_utc_ns
+        clock = (
+            ""
+            if zero_ns is None
+            else f"<br><small>{utc_text(zero_ns + round(time_s * NS_PER_S), False)}</small>"
+        )
         html = [
             _cursor("whole", layout.left_px + whole.x(time_s), BAR_PX, TIMELINE_PX - 12),
-            f'<div class="fcw-clock" style="top:{BAR_PX + 8:.0f}px" data-time="{time_s!r}" '
+            f'<div class="fcw-clock" style="top:{BAR_PX - 1:.0f}px" data-time="{time_s!r}" '
             f'data-row="{row}"><b>{time_text(time_s, 2)}</b><br><small>of {time_text(drive.duration_s)}'
-            f"{frame}</small></div>",
+            f"{frame}</small>{clock}</div>",
         ]
         if plots.holds(time_s):
             html.append(
