@@ -4,6 +4,7 @@
 //   data-fcw-slide="seek:12.5:32.5"         a click or a drag along it is "seek:" and the number under the mouse,
 //                                           12.5 at its left edge and 32.5 at its right one; it has an id
 //   data-fcw-along="fcw-whole"              of such an element: the id of another one along which it is dragged
+//   data-fcw-waits                          of the same: the message is sent when it is let go of, and only then
 //   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
 //   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, which stays
 //                                           until the server has taken it
@@ -38,13 +39,15 @@ const measure = () => {
 
 if (!channel.listens) {
   channel.listens = true;
-  let slid = null, toldAt = 0, later = null;
+  let slid = null, moved = false, toldAt = 0, later = null;
+  const waits = (element) => element.dataset.fcwWaits !== undefined;
   const slide = (event) => {
     const along = document.getElementById(slid.dataset.fcwAlong) ?? slid;
     const { left, width } = along.getBoundingClientRect();
-    const [name, from, to] = slid.dataset.fcwSlide.split(":");
+    const parts = slid.dataset.fcwSlide.split(":"); // the name may have colons of its own
+    const [to, from] = [parts.pop(), parts.pop()];
     const part = Math.min(Math.max((event.clientX - left) / width, 0), 1);
-    return `${name}:${Number(from) + part * (Number(to) - Number(from))}`;
+    return `${parts.join(":")}:${Number(from) + part * (Number(to) - Number(from))}`;
   };
   const tellSlide = (words) => {
     clearTimeout(later);
@@ -81,16 +84,24 @@ if (!channel.listens) {
     if (event.button !== 0 || !element?.dataset.fcwSlide) return;
     slid = element;
     event.preventDefault(); // words are not selected while sliding
-    tellSlide(slide(event));
+    if (!waits(slid)) tellSlide(slide(event));
   });
   document.addEventListener("pointermove", (event) => {
     if (!slid) return;
     // What was taken hold of may have been drawn anew since.
     if (!slid.isConnected) slid = document.getElementById(slid.id);
-    if (slid) tellSlide(slide(event));
+    if (!slid) return;
+    if (!waits(slid)) return tellSlide(slide(event));
+    // Only its end counts; until then it follows the mouse.
+    const { left, width } = document.getElementById(slid.dataset.fcwAlong).getBoundingClientRect();
+    slid.style.left = `${Math.min(Math.max(event.clientX - left, 0), width)}px`;
+    moved = true;
+  });
+  document.addEventListener("pointerup", (event) => {
+    if (slid && waits(slid) && moved) channel.tell(slide(event));
   });
   for (const end of ["pointerup", "pointercancel"])
-    document.addEventListener(end, () => (slid = null));
+    document.addEventListener(end, () => ([slid, moved] = [null, false]));
   let typed = null;
   document.addEventListener("input", ({ target }) => {
     if (target.dataset?.fcwTyped === undefined) return;

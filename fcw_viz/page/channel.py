@@ -117,9 +117,21 @@ def slides(element: str, name: str, start: float, end: float) -> str:
     return f'id="{escape(element)}" data-fcw-slide="{escape(name)}:{start!r}:{end!r}"'
 
 
-def slides_along(element: str, other: str, name: str, start: float, end: float) -> str:
-    """As `slides`, for a small element that is dragged along another one, whose edges the numbers are of."""
-    return f'{slides(element, name, start, end)} data-fcw-along="{escape(other)}"'
+def slides_along(
+    element: str, other: str, name: str, start: float, end: float, *, waits: bool = False
+) -> str:
+    """As `slides`, for a small element that is dragged along another one, whose edges the numbers are of.
+
+    Args:
+        element: its id.
+        other: the other one's.
+        name: of the message; after a colon there may be what it is about, before the number.
+        start: the number at the other one's left edge.
+        end: the number at its right edge.
+        waits: the message is sent once, when the element is let go of.
+    """
+    waiting = " data-fcw-waits" if waits else ""
+    return f'{slides(element, name, start, end)} data-fcw-along="{escape(other)}"{waiting}'
 
 
 def says_size(name: str) -> str:

@@ -47,6 +47,8 @@ class Annotating:
             "missedrange": self._set_to_range,
             "missedstart": lambda about: self.change_missed(about, start_s=self._place.time_s),
             "missedend": lambda about: self.change_missed(about, end_s=self._place.time_s),
+            "missedfrom": lambda about: self._drag_missed(about, start=True),
+            "missedto": lambda about: self._drag_missed(about, start=False),
             "missedlevel": self._choose_level,
             "missedtext": self._write_missed,
         }
@@ -185,6 +187,18 @@ class Annotating:
             raise UserError("mark a range first: A where it starts, S where it ends")
         start_s, end_s = self._place.marked
         self.change_missed(entry_id, start_s=start_s, end_s=end_s)
+
+    def _drag_missed(self, about: str, *, start: bool) -> None:
+        """Move an end of a missed event; over the other end it takes that along."""
+        entry_id, _, text = about.partition(":")
+        time_s = min(max(float(text), 0.0), self._place.opened.duration_s)
+        entry = next((one for one in self._place.review.review.missed if one.entry_id == entry_id), None)
+        if entry is None:
+            return  # somebody has changed it meanwhile
+        if start:
+            self.change_missed(entry_id, start_s=time_s, end_s=max(entry.said.end_s, time_s))
+        else:
+            self.change_missed(entry_id, start_s=min(entry.said.start_s, time_s), end_s=time_s)
 
     def _choose_level(self, about: str) -> None:
         entry_id, _, level = about.partition(" ")

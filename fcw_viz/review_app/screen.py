@@ -302,7 +302,14 @@ class Screen:
         self._outlined = place.selected
         other = OtherRun(self._runs.events(), self._runs.later_s, self._runs.differences or ())
         self._strip.show_timeline(
-            place.opened, place.review, self._window, place.selected, self._layout, place.marked, other
+            place.opened,
+            place.review,
+            self._window,
+            place.selected,
+            self._layout,
+            place.marked,
+            other,
+            place.session.reviewer,
         )
 
     def _show_now(self) -> None:

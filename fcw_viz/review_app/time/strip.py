@@ -6,6 +6,7 @@ from html import escape
 
 import viser
 
+from fcw.annotation.review import Review
 from fcw_viz.page.channel import chooses, leads_to, says, says_size, slides, slides_along
 from fcw_viz.page.style import set_html
 from fcw_viz.review_app.drive import NS_PER_S, Drive, time_text, utc_text
@@ -19,7 +20,7 @@ from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.other_run import NO_OTHER_RUN, OtherRun, other_run_svg
 from fcw_viz.review_app.time.player import SPEEDS
 from fcw_viz.review_app.time.timeline import HEIGHT_PX as TIMELINE_PX
-from fcw_viz.review_app.time.timeline import labelled_spans, timeline_svg
+from fcw_viz.review_app.time.timeline import SIGNS_PX, TRACK_PX, labelled_spans, timeline_svg
 
 RIGHT_PX, BOTTOM_PX = 14.0, 4.0
 LEFT_PX, NARROW_LEFT_PX = 190.0, 144.0
@@ -170,8 +171,12 @@ class Strip:
         layout: StripLayout,
         marked: tuple[float, float] | None = None,
         other: OtherRun = NO_OTHER_RUN,
+        reviewer: str = "",
     ) -> None:
-        """The whole drive, with the range that is marked, and what differs from another run."""
+        """The whole drive, with the range that is marked, and what differs from another run.
+
+        The reviewer's own missed events have ends that are dragged.
+        """
         axis = whole_axis(drive, layout)
         labelled = labelled_spans(drive, shown.review)
         imperial = drive.header.imperial
@@ -182,6 +187,7 @@ class Strip:
             f'<div class="fcw-slide" {slides("fcw-whole", "seek", axis.start_s, axis.end_s)}></div>'
             f'<div class="fcw-marks" style="position:absolute;inset:0">{svg}</div>'
             f'<div class="fcw-marks" style="position:absolute;inset:0">{other_run_svg(axis, other)}</div>'
+            f"{_missed_ends_html(axis, shown.review, reviewer)}"
             f"{'' if marked is None else _marked_html(axis, marked)}</div>"
         )
         set_html(self._timeline, f'<div class="fcw-strip fcw-now">{area}</div>')
@@ -255,6 +261,28 @@ def _marked_html(axis: TimeAxis, marked: tuple[float, float]) -> str:
     )
     width = max(right - left, 1.0)
     return f'<div class="fcw-marked" style="left:{left:.1f}px;width:{width:.1f}px;{height}"></div>{ends}'
+
+
+def _missed_ends_html(axis: TimeAxis, review: Review, reviewer: str) -> str:
+    """The ends of missed events (`missedfrom:<id>:<seconds>`, `missedto:<id>:<seconds>`), told once."""
+    ends = []
+    for entry in review.missed:
+        if entry.person != reviewer:
+            continue
+        for name, time_s in (("missedfrom", entry.said.start_s), ("missedto", entry.said.end_s)):
+            slide = slides_along(
+                f"fcw-{name}-{entry.entry_id}",
+                "fcw-whole",
+                f"{name}:{entry.entry_id}",
+                axis.start_s,
+                axis.end_s,
+                waits=True,
+            )
+            ends.append(
+                f'<div class="fcw-end missed" style="left:{axis.x(time_s):.1f}px;top:{SIGNS_PX:.0f}px;'
+                f'height:{TRACK_PX:.0f}px" title="Drag: where it was missed" {slide}></div>'
+            )
+    return "".join(ends)
 
 
 def whole_axis(drive: Drive, layout: StripLayout) -> TimeAxis:

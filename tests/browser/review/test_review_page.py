@@ -274,7 +274,19 @@ def test_a_range_is_marked_dragged_taken_and_missed(
     (entry,) = said_of(drive_log).missed
     assert (entry.said.start_s, entry.said.end_s) == (2.0, pytest.approx(end_s, abs=0.05))
     person.press("Escape")
-    wait_for(lambda: person.browser.page.locator(".fcw-end").count() == 0)
+    wait_for(lambda: person.browser.page.locator(".fcw-end:not(.missed)").count() == 0)
+    # Its own ends are dragged, too; what is kept is where they are let go of, once.
+    mouse.move(*person.place_on(".fcw-end.missed >> nth=1", 0.5))
+    mouse.down()
+    mouse.move(*person.place_on("#fcw-whole", 0.2), steps=4)
+    mouse.move(*person.place_on("#fcw-whole", 0.15), steps=4)
+    mouse.up()
+    end_s = 0.15 * (FRAMES - 1) / RATE_HZ
+    wait_for(lambda: said_of(drive_log).missed[0].said.end_s == pytest.approx(end_s, abs=0.05))
+    assert [entry.said.start_s for entry in said_of(drive_log).missed] == [2.0]
+    assert len(said_of(drive_log).entries) == 2
+    person.press("Control+z")
+    wait_for(lambda: said_of(drive_log).missed[0].said == entry.said)
 
 
 def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
