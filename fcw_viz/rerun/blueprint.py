@@ -20,6 +20,7 @@ Entities (all paths below the root, without a leading slash):
 
 import rerun.blueprint as rrb
 from rerun.blueprint import encodings
+from rerun.blueprint.components import AbsoluteTimeRange
 
 FRAMES = "frames"
 EGO = "world/ego"
@@ -47,13 +48,15 @@ TTC_AXIS_S = (0.0, 10.0)
 """Beyond ten seconds nobody is warned: the plot keeps its room for what matters."""
 
 
-def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
+def drive_blueprint(imperial: bool = False, played_ns: tuple[int, int] | None = None) -> rrb.Blueprint:
     """Camera, ground view, plots and the warnings' log at once; the rest is folded away.
 
     Every property here costs 3 kB in each file, so only what a person would miss is set.
 
     Args:
         imperial: whether the plots are in feet and miles per hour.
+        played_ns: a part of the drive, on its clock, that is played again and again from the beginning;
+            None to stand at the drive's first frame.
     """
     distance_unit, speed_unit = ("ft", "mph") if imperial else ("m", "m/s")
     camera = rrb.Spatial2DView(
@@ -106,8 +109,21 @@ def drive_blueprint(imperial: bool = False) -> rrb.Blueprint:
             rrb.Vertical(level, *plots, row_shares=[2, 4, 4, 4]),
             column_shares=[11, 5],
         ),
-        rrb.TimePanel(state="collapsed", timeline=TIME_TIMELINE, play_state="paused"),
+        _time_panel(played_ns),
         auto_layout=False,
         auto_views=False,
         collapse_panels=True,
+    )
+
+
+def _time_panel(played_ns: tuple[int, int] | None) -> rrb.TimePanel:
+    """Where the viewer stands in time: it has no cursor to set, but goes to the part that it plays."""
+    if played_ns is None:
+        return rrb.TimePanel(state="collapsed", timeline=TIME_TIMELINE, play_state="paused")
+    return rrb.TimePanel(
+        state="collapsed",
+        timeline=TIME_TIMELINE,
+        play_state="playing",
+        loop_mode="selection",
+        time_selection=AbsoluteTimeRange(*played_ns),
     )

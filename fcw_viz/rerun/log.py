@@ -53,10 +53,11 @@ class RerunSink:
 
     Args:
         path: the `.rrd` file; one that exists is replaced when the drive is complete.
+        played_ns: see `drive_blueprint`.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, played_ns: tuple[int, int] | None = None) -> None:
+        self._path, self._played_ns = path, played_ns
         self._partial_path = path.with_suffix(".partial.rrd")
         self._recording: rr.RecordingStream | None = None
         self._results: list[FrameResult] = []
@@ -74,7 +75,8 @@ class RerunSink:
         self._header = header
         recording = rr.RecordingStream("fcw")
         try:
-            recording.save(self._partial_path, default_blueprint=scene.drive_blueprint(header.imperial))
+            blueprint = scene.drive_blueprint(header.imperial, self._played_ns)
+            recording.save(self._partial_path, default_blueprint=blueprint)
         except RuntimeError as error:
             raise UserError(
                 f"{self._path}: cannot write the recording ({error}); "

@@ -3,16 +3,24 @@
 import tempfile
 import threading
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
-from fcw.logs.export.clip import DriveClip
-from fcw.logs.export.replay import with_its_keyframe
+from fcw.frame import Frame
+from fcw.logs.encode import VideoEncoder
+from fcw.logs.export.clip import NS_PER_S, DriveClip
+from fcw.logs.export.replay import replay, with_its_keyframe
+from fcw.logs.pictures import LogPictures
+from fcw.logs.records import Sink
 from fcw_viz.console import SILENT
 from fcw_viz.jobs.export import ExportJob, run_export_job
+from fcw_viz.rerun.log import RerunSink
 from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer
 
 AROUND_S = 5.0
 """A clip begins so long before its event, and ends so long after it."""
+FALLBACK_RATE_HZ = 25.0
+"""Of a log that states no rate."""
 MOST_VIEWERS = 4
 """Rerun viewers at once; the oldest is ended for another one."""
 
@@ -56,6 +64,24 @@ def event_table(log: Path) -> bytes:
         return file.read_bytes()
 
 
+def write_from_its_start(clip: DriveClip, sink: Sink) -> None:
+    """Write a clip that begins where it should: encoded anew where its video has no keyframe there."""
+    if not with_its_keyframe(clip)[1]:
+        replay(clip, sink, lambda: None)
+        return
+    header, pictures = clip.log.header, LogPictures(clip.log)
+    encoder = VideoEncoder(header.image_size, header.frame_rate_hz or FALLBACK_RATE_HZ)
+    sink.open(replace(header, relays_video=False))
+    try:
+        for result in clip.results():
+            image = pictures.at(result.index)
+            sink.write(result, encoder.encode(Frame(result.index, result.time_ns, image)))
+    finally:
+        encoder.close()
+        pictures.close()
+        sink.close()
+
+
 class RerunViewers:
     """Rerun viewers that were started from the page; they end with it."""
 
@@ -63,8 +89,13 @@ class RerunViewers:
         self._viewers: list[ExitStack] = []
         self._lock = threading.Lock()
 
-    def open(self, log: Path, between: tuple[float, float]) -> str | None:
+    def open(self, log: Path, between: tuple[float, float], played: tuple[float, float]) -> str | None:
         """Start a viewer on a part of a drive.
+
+        Args:
+            log: the drive's.
+            between: the part that it holds, and at whose start it opens.
+            played: the part that it plays again and again.
 
         Returns:
             Where a browser finds it; None where it has a window of its own.
@@ -75,7 +106,9 @@ class RerunViewers:
         with ExitStack() as stack:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
             recording = folder / "drive.rrd"
-            run_export_job(ExportJob((log,), "rrd", recording, between=between), SILENT)
+            clip = DriveClip.open(log, between=between)
+            start_ns, end_ns = (clip.first_ns + round(time_s * NS_PER_S) for time_s in played)
+            write_from_its_start(clip, RerunSink(recording, (start_ns, end_ns)))
             make = native_viewer if has_display() else web_viewer
             viewer = stack.enter_context(make(recording))
             with self._lock:

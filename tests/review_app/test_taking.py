@@ -6,11 +6,20 @@ from pathlib import Path
 
 import av
 import pytest
-from review_drives import CAUTION_S, RATE_HZ, WARNING_END_S
+from review_drives import CAUTION_S, RATE_HZ, WARNING_END_S, frame_number
 
+from fcw.logs.export.clip import DriveClip
 from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.writer import McapSink
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.taking import AROUND_S, clip_around, event_table, exported_file, held_range
+from fcw_viz.review_app.taking import (
+    AROUND_S,
+    clip_around,
+    event_table,
+    exported_file,
+    held_range,
+    write_from_its_start,
+)
 
 
 def test_a_clip_reaches_around_its_event_and_not_beyond_the_drive():
@@ -36,6 +45,17 @@ def test_what_a_clip_is_said_to_hold_is_what_it_holds(drive: Drive, tmp_path: Pa
     assert held[0] <= between[0]
     assert (clip.first_ns - drive.first_ns) / 1e9 == pytest.approx(held[0])
     assert held[0] + clip.duration_s == pytest.approx(held[1])
+
+
+def test_the_clip_for_rerun_begins_where_it_should(drive: Drive, tmp_path: Path):
+    between = CAUTION_S + 0.36, WARNING_END_S
+    assert held_range(drive.log.path, between)[0] < between[0]  # there is no keyframe
+    sink = McapSink(tmp_path / "clip.mcap")
+    write_from_its_start(DriveClip.open(drive.log.path, between=between), sink)
+    clip = Drive.open("clip", tmp_path / "clip.mcap")
+    assert (clip.first_ns - drive.first_ns) / 1e9 == pytest.approx(between[0])
+    first, last = (clip.frame_index(row) for row in (0, clip.last_row))
+    assert [frame_number(clip.pictures().at(index)) for index in (first, last)] == [first, last]
 
 
 def test_the_clip_as_mp4_plays_as_long(drive: Drive):

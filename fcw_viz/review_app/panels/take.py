@@ -13,9 +13,10 @@ from fcw_viz.page.style import set_html, text_block
 from fcw_viz.page.tab import PageTab
 from fcw_viz.rerun.viewer import FOREIGN_WORDS
 from fcw_viz.review_app.drive import Drive, time_text
-from fcw_viz.review_app.place import Place
+from fcw_viz.review_app.place import LEAD_IN_S, Place
 from fcw_viz.review_app.taking import clip_around, event_table, exported_file, held_range
 
+SHORTEST_PLAYED_S = 0.5
 WAIT_WORDS = "One at a time: the last one is still being made."
 
 
@@ -61,7 +62,10 @@ class TakePanel:
         name = f"{drive.name}-{between[0]:.0f}s.{export_format}"
         self._do(
             f"Making {name}",
-            lambda: self._send(name, exported_file(drive.log.path, export_format, between)),
+            lambda: (
+                self._send(name, exported_file(drive.log.path, export_format, between))
+                + _held_words(drive, export_format, between)
+            ),
         )
 
     def _take_table(self) -> None:
@@ -71,15 +75,25 @@ class TakePanel:
 
     def _open_rerun(self) -> None:
         drive, between = self._place.opened, self._between()
-        moment_s = self._place.time_s
-        self._do("Starting rerun", lambda: self._rerun(drive, between, moment_s))
+        played = self._played(between)
+        between = max(played[0] - LEAD_IN_S, 0.0), between[1]
+        self._do("Starting rerun", lambda: self._rerun(drive, between, played))
 
-    def _rerun(self, drive: Drive, between: tuple[float, float], moment_s: float) -> str:
-        url = self._place.session.rerun.open(drive.log.path, between)
-        start_s, end_s = held_range(drive.log.path, between)
+    def _played(self, between: tuple[float, float]) -> tuple[float, float]:
+        """What rerun plays: the marked range, the event, or from this moment on."""
+        place = self._place
+        if place.marked is not None:
+            return place.marked
+        if place.selected is None:
+            return place.time_s, between[1]
+        event = place.opened.events[place.selected]
+        return event.start_s, max(event.end_s, event.start_s + SHORTEST_PLAYED_S)
+
+    def _rerun(self, drive: Drive, between: tuple[float, float], played: tuple[float, float]) -> str:
+        url = self._place.session.rerun.open(drive.log.path, between, played)
         words = (
-            f"It holds {time_text(start_s)} to {time_text(end_s)} and opens at its start; this moment comes "
-            f"{moment_s - start_s:.1f} s later."
+            f"It holds {time_text(between[0])} to {time_text(between[1])}, opens at its start, and plays "
+            f"{time_text(played[0])} to {time_text(played[1])} again and again."
         )
         if url is None:
             return f"<p>rerun has a window of its own. {words}</p>"
@@ -112,3 +126,9 @@ class TakePanel:
         self._busy, self._result = "", result
         if self._place.drive is not None:
             self.show()
+
+
+def _held_words(drive: Drive, export_format: str, between: tuple[float, float]) -> str:
+    """What a clip holds; with its own packets it begins at a keyframe."""
+    start_s, end_s = held_range(drive.log.path, between) if export_format == "mcap" else between
+    return f'<p class="dim">It holds {time_text(start_s)} to {time_text(end_s)}.</p>'

@@ -79,6 +79,7 @@ class BoxEditor:
         self._taken_px: Point = (0.0, 0.0)
         self.draws_rear = False
         self._labels: dict[str, LabelledBox] = {}
+        self._last: tuple[str, LabelledBox] | None = None
         self.active = False
         self.selected: str | None = None
 
@@ -117,7 +118,7 @@ class BoxEditor:
             self._select(order[place % len(order)])
 
     def draw(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> None:
-        """Add a box that was drawn."""
+        """Take a box that was drawn: the selected one's where the frame has none of it, else another one."""
         if right_px - left_px < SMALLEST_PX or bottom_px - top_px < SMALLEST_PX:
             raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
         box = self._inside(left_px, top_px, right_px, bottom_px)
@@ -125,6 +126,9 @@ class BoxEditor:
             box_id, label = self.told()
             self.draws_rear = False
             self.say(BoxEdit(self._frame_index, box_id, replace(label, rear_box=box)))
+            return
+        if self._is_missing:
+            self.change(reshaped(self.told()[1], box))
             return
         box_id = new_box_id()
         self.selected = box_id
@@ -180,14 +184,28 @@ class BoxEditor:
         self._labels = self._present_labels()
         if self._dragged is not None:
             self._labels[self._dragged[0]] = self._dragged[1]
-        if self.selected not in self._labels:
-            self.selected = None
+        self._keep_selected()
         # At once: a handle that has no place yet could be taken hold of anywhere.
         with self._client.atomic():
             lines = [self._lines_of(box_id, label) for box_id, label in self._labels.items()]
             self._draw([line for of_one in lines for line in of_one])
             self._show_handles(self._labels[self.selected] if self.selected else None)
             self._show_area()
+
+    def _keep_selected(self) -> None:
+        """Have the selected box stand where it was seen last, also in a frame that has none of it."""
+        if self.selected in self._labels:
+            if self._dragged is None:
+                self._last = self.selected, self._labels[self.selected]
+        elif self._last is not None and self._last[0] == self.selected and self._is_missing:
+            self._labels[self.selected] = self._last[1]
+        else:
+            self.selected = None
+
+    @property
+    def _is_missing(self) -> bool:
+        """Whether the frame has none of the selected box, and nobody said that there is none."""
+        return self.selected is not None and self.selected not in (self._present_labels() | self._edited())
 
     def told(self) -> tuple[str, LabelledBox]:
         """The selected box and its id.
@@ -208,7 +226,7 @@ class BoxEditor:
     @property
     def box_count(self) -> tuple[int, int]:
         """How many boxes there are, and how many of them are not the log's."""
-        return len(self._labels), len(self._edited())
+        return len(self._present_labels()), len(self._edited())
 
     @property
     def _frame_index(self) -> int:
@@ -232,6 +250,7 @@ class BoxEditor:
         edited = box_id in self._edited()
         color = SELECTED_COLOR if box_id == self.selected else EDITED_COLOR if edited else LOG_COLOR
         parts = [f"#{label.track_id}" if label.track_id is not None else "added"]
+        parts += ["not in this frame yet"] * (box_id == self.selected and self._is_missing)
         parts += ["corrected"] * (edited and label.track_id is not None)
         parts += [one.value for one in (label.view, label.kind) if one is not None]
         parts += [f"hidden {label.occluded}"] * bool(label.occluded)
@@ -334,7 +353,8 @@ class BoxEditor:
 
     def _grabbed(self, box_id: str) -> LabelledBox:
         """The box as it was before it was dragged."""
-        return self._present_labels().get(box_id, self._labels[box_id])
+        last = {} if self._last is None else dict([self._last])
+        return (last | self._present_labels()).get(box_id, self._labels[box_id])
 
     def _box_at(self, column_px: float, row_px: float) -> str | None:
         """Id of the box there, the smallest where they overlap."""
