@@ -74,8 +74,11 @@ def read_review(log: DriveLog) -> tuple[Review, tuple[str, ...]]:
     Raises:
         UserError: a file cannot be read.
     """
+    paths = review_files(log.path)
+    if not paths:  # nobody has said anything, as of most drives of a long list
+        return Review(), ()
     digest = log_digest(log)
-    contents = [_read_file(path, digest) for path in review_files(log.path)]
+    contents = [_read_file(path, digest) for path in paths]
     review = fold(entry for content in contents for entry in content.entries)
     return review, tuple(trouble for content in contents for trouble in content.troubles)
 

@@ -63,7 +63,7 @@ def list_key(card: DriveCard) -> tuple[bool, bool, float, int, str]:
 
 
 def read_card(name: str, path: Path, drive: Drive | None = None, thumbnail: str = "") -> DriveCard:
-    """Read a drive for the list; its card says so where it cannot be read.
+    """Read a drive for the list, but not its picture; its card says so where it cannot be read.
 
     Args:
         name: of the drive.
@@ -74,7 +74,6 @@ def read_card(name: str, path: Path, drive: Drive | None = None, thumbnail: str 
     try:
         drive = drive or Drive.open(name, path)
         review, _ = read_review(drive.log)
-        thumbnail = thumbnail or _thumbnail(drive)
     except UserError as error:
         return DriveCard(name, path, trouble=str(error))
     except Exception:
@@ -97,6 +96,17 @@ def card_of(drive: Drive, review: Review, thumbnail: str) -> DriveCard:
         thumbnail,
         source=drive.header.source,
     )
+
+
+def read_thumbnail(name: str, path: Path) -> str:
+    """The picture of a drive's card; empty where there is none."""
+    try:
+        return _thumbnail(Drive.open(name, path))
+    except UserError:
+        return ""  # its card says why
+    except Exception:
+        LOGGER.exception("%s has no picture", path)
+        return ""
 
 
 def _thumbnail(drive: Drive) -> str:

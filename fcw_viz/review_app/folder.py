@@ -4,18 +4,21 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from fcw.annotation.store import review_files
 from fcw.errors import UserError
 from fcw.logs.export.clip import find_drives
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.drive_card import DriveCard, list_key, read_card
+from fcw_viz.review_app.drive_card import DriveCard, list_key, read_card, read_thumbnail
 
 LOOK_S = 1.0
 """So often it is looked what has changed."""
 TOLD_S = 0.4
 """A list that is being read is shown anew so often."""
+PICTURES_S = 2.0
+"""Pictures are read for so long before it is looked again what has changed."""
 
 _Stamp = tuple[tuple[str, int, int], ...]
 
@@ -36,6 +39,7 @@ class Folder:
         self._stamps: dict[str, _Stamp] = {}
         self._growing: dict[str, Drive] = {}
         self._unread = set(drives)
+        self._pictured: set[str] = set()
         self._lock = threading.RLock()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._follow, name="folder", daemon=True)
@@ -102,7 +106,32 @@ class Folder:
                     self._publish()
             if changed:
                 self._publish()
+            self._add_pictures()
             self._stop.wait(LOOK_S)
+
+    def _add_pictures(self) -> None:
+        """Give cards their pictures, those at the top of the list first, for as long as nothing has changed.
+
+        All cards are read before the first picture is: the list is in its order, and can be searched, soon.
+        """
+        told_s, changed = time.monotonic(), False
+        end_s = told_s + PICTURES_S
+        for card in self.cards:
+            if self._stop.is_set() or time.monotonic() > end_s:
+                break
+            if card.name in self._pictured or not card.read or card.trouble:
+                continue
+            self._pictured.add(card.name)
+            thumbnail = read_thumbnail(card.name, card.path)
+            with self._lock:
+                now = self._cards.get(card.name)
+                if now is not None:
+                    self._cards[card.name], changed = replace(now, thumbnail=thumbnail), True
+            if changed and time.monotonic() - told_s > TOLD_S:
+                told_s, changed = time.monotonic(), False
+                self._publish()
+        if changed:
+            self._publish()
 
     def _find(self) -> bool:
         """Add drives that have come, leave out those that have gone; whether there are any."""
@@ -119,6 +148,7 @@ class Folder:
             for name in gone:
                 for kept in (self._drives, self._cards, self._stamps, self._growing):
                     kept.pop(name, None)
+                self._pictured.discard(name)
                 self._unread.discard(name)
             for wanted, path in new.items():
                 # Those that are there keep their names, which stand in the addresses of open pages.
@@ -137,7 +167,9 @@ class Folder:
             drive = Drive.open(name, path) if drive is None or _is_other(drive, path) else drive.grown()
         except UserError:
             drive = None  # the card says so
-        card = read_card(name, path, drive)
+        card = read_card(name, path, drive, self.thumbnail(name))
+        # Its worst moment may be another one by now.
+        self._pictured.discard(name)
         if drive is not None and not drive.complete:
             self._growing[name] = drive
         with self._lock:

@@ -11,8 +11,11 @@ Pictures stand in chunks of their own, all else in others. At the end stands the
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 
+from fcw.camera.calibration import Calibration
 from fcw.camera.file import parse_calibration
+from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.logs.records import DriveHeader
 
@@ -74,7 +77,7 @@ def drive_header(
         source=drive["source"],
         image_size=ImageSize(int(drive["image_width"]), int(drive["image_height"])),
         frame_rate_hz=float(drive["frame_rate_hz"]),
-        calibration=parse_calibration(calibration_yaml, f"{name}: attachment {CALIBRATION_NAME}"),
+        calibration=_calibration(calibration_yaml, f"{name}: attachment {CALIBRATION_NAME}"),
         relays_video=drive["relays_video"] == _TRUTH[True],
         detector=drive["detector"],
         model_sha256=drive["model_sha256"],
@@ -83,3 +86,16 @@ def drive_header(
         zero_utc_ns=int(drive["zero_utc_ns"]) if "zero_utc_ns" in drive else None,
         gpx=gpx,
     )
+
+
+def _calibration(text: str, name: str) -> Calibration:
+    """The calibration in a text; many drives of one camera have the same, and YAML is slow to read."""
+    try:
+        return _known_calibration(text)
+    except UserError:
+        return parse_calibration(text, name)
+
+
+@lru_cache(maxsize=32)
+def _known_calibration(text: str) -> Calibration:
+    return parse_calibration(text, "")
