@@ -30,6 +30,7 @@ def plan_batch(
     ledger: Ledger,
     retry: bool = False,
     on_drive: Callable[[], None] = lambda: None,
+    piece_s: float | None = None,
 ) -> Plan:
     """Look at every drive once.
 
@@ -39,6 +40,7 @@ def plan_batch(
         ledger: of the batch's folder.
         retry: run those alone that failed.
         on_drive: called after each drive.
+        piece_s: see `Task`; results do not depend on it.
 
     Raises:
         UserError: there is no such detector.
@@ -78,7 +80,7 @@ def plan_batch(
             name = f"{name}-{identity.key[:8]}"
             identities[name] = identity
         named = replace(drive, name=name)
-        tasks.append(Task(named, identity.key, options, ledger.folder(name)))
+        tasks.append(Task(named, identity.key, options, ledger.folder(name), piece_s))
     return Plan(tuple(tasks), tuple(records), identities)
 
 
