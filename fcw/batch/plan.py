@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions, Identity, identity_of
 from fcw.batch.ledger import Ledger, Record, State
+from fcw.batch.remote import StoreError
 from fcw.batch.work import Task
 
 
@@ -70,6 +71,8 @@ def plan_batch(
             record = _record(
                 drive, State.FAILED, f"{drive.source}: cannot be read ({error.strerror}); check the file"
             )
+        except StoreError as error:
+            record = _record(drive, State.FAILED, str(error))
         if record is not None:
             records.append(record)
         on_drive()

@@ -10,6 +10,7 @@ from pathlib import Path
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions
 from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
+from fcw.batch.remote import fetched
 from fcw.errors import UserError
 from fcw.job import DriveJob, prepare_drive
 from fcw.logs.records import FrameResult
@@ -47,7 +48,7 @@ def run_task(
     Args:
         task: which and how.
         tell: called about once a second with the frames done, and how many there are if that is known.
-        executor: makes one for the pieces of a long drive; None runs it whole.
+        executor: makes one for the pieces of a long drive; None runs it whole, as one that was fetched is.
     """
     drive, options = task.drive, task.options
     begun = Record(drive.name, str(drive.source), drive.camera, State.LOST, identity=task.identity)
@@ -55,32 +56,35 @@ def run_task(
     # An earlier run's record says nothing of the log that is written now.
     (task.folder / RECORD_NAME).unlink(missing_ok=True)
     try:
-        job = DriveJob(
-            source=drive.source,
-            out=task.folder,
-            calibration=drive.calibration,
-            detector=options.detector,
-            warning_policy=options.warning_policy,
-            warning_timing=options.warning_timing,
-            own_motion=options.own_motion,
-            detection_threads=1,
-        )
-        prepared = prepare_drive(job)
-        total = prepared.source.frame_count
+        with fetched(drive.source, drive.calibration) as (source, calibration):
+            assert source is not None
+            job = DriveJob(
+                source=source,
+                out=task.folder,
+                calibration=calibration,
+                detector=options.detector,
+                warning_policy=options.warning_policy,
+                warning_timing=options.warning_timing,
+                own_motion=options.own_motion,
+                detection_threads=1,
+            )
+            prepared = prepare_drive(job)
+            total = prepared.source.frame_count
 
-        def on_result(result: FrameResult) -> None:
-            nonlocal told_s
-            if (now_s := time.perf_counter()) - told_s >= TELL_EVERY_S:
-                told_s = now_s
-                tell(result.index + 1, total)
+            def on_result(result: FrameResult) -> None:
+                nonlocal told_s
+                if (now_s := time.perf_counter()) - told_s >= TELL_EVERY_S:
+                    told_s = now_s
+                    tell(result.index + 1, total)
 
-        piece_s = task.piece_s
-        if executor and piece_s and len(plan_pieces(prepared.source, piece_s)) > 1:
-            with executor() as pool:
-                outcome = run_in_pieces(job, piece_s, pool, task.identity, prepared, on_result=on_result)
-        else:
-            outcome = prepared.run(on_result=on_result)
-        summary = outcome.summary
+            # What was fetched is on this machine alone.
+            piece_s = task.piece_s if source is drive.source else None
+            if executor and piece_s and len(plan_pieces(prepared.source, piece_s)) > 1:
+                with executor() as pool:
+                    outcome = run_in_pieces(job, piece_s, pool, task.identity, prepared, on_result=on_result)
+            else:
+                outcome = prepared.run(on_result=on_result)
+            summary = outcome.summary
     except UserError as error:
         failed = replace(begun, state=State.FAILED, reason=str(error))
         write_record(failed, task.folder)

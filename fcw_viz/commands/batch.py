@@ -29,8 +29,9 @@ class BatchCommand:
     its reason and what to do.
     """
 
-    sources: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE ...")]
-    """Video and MCAP files, and folders, which are searched with all folders below."""
+    sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE ...")]
+    """Video and MCAP files, and folders, which are searched with all folders below; or URLs of such, as
+    s3://bucket/folder (`pip install 'fsspec[s3]'`), which each worker fetches."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Folder of the batch: a folder for each drive, events.parquet, drives.parquet and manifest.json."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE|TABLE.csv")] = None
