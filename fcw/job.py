@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import default_path, read_calibration
 from fcw.detection.choice import DEFAULT_DETECTOR, load_model, make_detector, model_path
-from fcw.detection.detector import Detector
+from fcw.detection.detector import Detection, Detector
 from fcw.detection.model import model_sha256
 from fcw.errors import UserError
 from fcw.files import write_whole
-from fcw.frame import DatedSource, Source
+from fcw.frame import DatedSource, Frame, Source
 from fcw.logs.drive_folder import drive_folder
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
@@ -122,14 +122,15 @@ class PreparedDrive:
         watchers: Sequence[Sink] = (),
         stop: threading.Event | None = None,
         on_result: Callable[[FrameResult], None] = lambda result: None,
+        known: Callable[[Frame], tuple[Detection, ...] | None] = lambda frame: None,
     ) -> DriveOutcome:
-        """Run the drive to its end, and write its log and summary; see `run_drive`."""
+        """Run the drive to its end, and write its log and summary; see `run_drive` and `Stages`."""
         out, stop = self.job.out, stop or threading.Event()
         summary = DriveSummary(
             self.source.name, self.header.versions, self.header.calibration.camera.pitch_rad
         )
         with drive_folder(out, self._inputs()):
-            return self._run(summary, sinks, watchers, stop, on_result)
+            return self._run(summary, sinks, watchers, stop, on_result, known)
 
     def _run(
         self,
@@ -138,6 +139,7 @@ class PreparedDrive:
         watchers: Sequence[Sink],
         stop: threading.Event,
         on_result: Callable[[FrameResult], None],
+        known: Callable[[Frame], tuple[Detection, ...] | None],
     ) -> DriveOutcome:
         """Run it in a folder that is ready."""
         out = self.job.out
@@ -154,6 +156,7 @@ class PreparedDrive:
             # For a watcher one in each detector, and none that waits.
             len(self.detectors) if watchers else FRAMES_IN_FLIGHT,
             EgoEstimator(self.header.calibration) if self.job.own_motion else None,
+            known,
         )
 
         def add(result: FrameResult) -> None:

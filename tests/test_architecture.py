@@ -21,6 +21,7 @@ LAYERS = (
     "logs",
     "sources",
     "pipeline summary job",
+    "pieces",
     "simulation",
     "evaluation",
     "annotation",

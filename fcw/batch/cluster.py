@@ -4,6 +4,7 @@ import logging
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fcw.batch.ledger import Record, State
@@ -11,10 +12,17 @@ from fcw.batch.work import Task, run_task
 from fcw.errors import UserError
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from distributed import Client, Future
 
 TOPIC = "fcw-progress"
 CONNECT_S = 10
+ENOUGH_DRIVES = 2
+"""With so many drives for each worker none is searched in pieces: that decodes it twice, and no worker would
+be idle."""
+PIECES_FIRST = 10
+"""Dask's priority: pieces of drives that have begun go before drives that have not."""
 
 OnProgress = Callable[[str, int, int | None], None]
 """Name of a drive, frames done, and how many there are."""
@@ -76,6 +84,9 @@ def run_tasks(client: "Client", tasks: Sequence[Task], on_progress: OnProgress) 
     from distributed import as_completed
 
     client.subscribe_topic(TOPIC, lambda event: on_progress(*event[1]))
+    threads = sum(client.nthreads().values())
+    if len(tasks) >= ENOUGH_DRIVES * max(threads, 1):
+        tasks = [replace(task, piece_s=None) for task in tasks]
     futures: dict[Future, Task] = {
         client.submit(_on_worker, task, key=f"fcw-{task.identity}", pure=False): task for task in tasks
     }
@@ -92,7 +103,21 @@ def _on_worker(task: Task) -> Record:
 
     worker = get_worker()
     worker.log_event(TOPIC, (task.drive.name, 0, None))
-    return run_task(task, lambda done, total: worker.log_event(TOPIC, (task.drive.name, done, total)))
+    return run_task(
+        task,
+        lambda done, total: worker.log_event(TOPIC, (task.drive.name, done, total)),
+        _executor_of_cluster,
+    )
+
+
+@contextmanager
+def _executor_of_cluster() -> "Iterator[Executor]":
+    """For a task that waits for others: the worker meanwhile runs these in its stead."""
+    from dask import annotate
+    from distributed import worker_client
+
+    with worker_client() as client, annotate(priority=PIECES_FIRST):
+        yield client.get_executor(pure=False)
 
 
 def _record(task: Task, future: "Future") -> Record:

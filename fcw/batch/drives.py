@@ -2,11 +2,12 @@
 
 import csv
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 
-from fcw.camera.file import default_path
+from fcw.batch.remote import Place, RemoteFile, files_below, place_of
+from fcw.camera.file import CALIBRATION_SUFFIX, default_path
 from fcw.errors import UserError
 from fcw.logs.names import MCAP_NAME
 from fcw.sources import MCAP_SUFFIX
@@ -29,36 +30,70 @@ class BatchDrive:
     """
 
     name: str
-    source: Path
+    source: Place
     camera: str
-    calibration: Path | None
+    calibration: Place | None
 
     @property
     def is_calibrated(self) -> bool:
         """Whether it can be run; of an MCAP file that shows when it is opened."""
-        return self.calibration is not None or self.source.suffix.lower() == MCAP_SUFFIX
+        return self.calibration is not None or _pure(self.source).suffix.lower() == MCAP_SUFFIX
 
 
-def find_batch_drives(paths: Sequence[Path], calibration: Path | None = None) -> list[BatchDrive]:
+def find_batch_drives(paths: Sequence[Path | str], calibration: Path | None = None) -> list[BatchDrive]:
     """The drives that some paths stand for, each once, in the order of their names.
 
     Args:
-        paths: videos, MCAP files, and folders, which are searched with all folders below.
+        paths: videos, MCAP files, and folders, which are searched with all folders below; as texts also the
+            URLs of such that fsspec reads.
         calibration: a file for all drives that have none; or a CSV table with the columns `camera` and
             `calibration`, of which a drive takes the line with the name of its folder.
 
     Raises:
-        UserError: a path does not exist or holds no drive, or the table is none.
+        UserError: a path does not exist or holds no drive, the table is none, or a store cannot be read.
     """
-    sources = list(dict.fromkeys(source.resolve() for path in paths for source in _sources(path)))
+    sources: list[Place] = []
+    listed: set[RemoteFile] = set()
+    named: set[RemoteFile] = set()
+    for path in paths:
+        place = place_of(path)
+        if isinstance(place, Path):
+            sources += [source.resolve() for source in _sources(place)]
+        else:
+            found, is_file = files_below(place.url)
+            if is_file:
+                named |= set(found)
+            elif not any(_is_drive(file.path) for file in found):
+                raise _none_in(place.url)
+            listed |= set(found)
+            sources += [file for file in found if is_file or _is_drive(file.path)]
+    sources = list(dict.fromkeys(sources))
     table = _table(calibration) if calibration is not None else {}
-    names = _names(sources)
-    return sorted(
-        (
-            BatchDrive(name, source, source.parent.name, _calibration(source, calibration, table))
-            for name, source in zip(names, sources, strict=True)
-        ),
-        key=lambda drive: drive.name,
+    drives = []
+    for name, source in zip(_names([_pure(source) for source in sources]), sources, strict=True):
+        camera = _pure(source).parent.name
+        given = table.get(camera) if table else calibration
+        own = _calibration(source) if isinstance(source, Path) else _remote_calibration(source, listed, named)
+        drives.append(BatchDrive(name, source, camera, own or given))
+    return sorted(drives, key=lambda drive: drive.name)
+
+
+def _pure(place: Place) -> PurePath:
+    return place if isinstance(place, Path) else place.path
+
+
+def _is_drive(path: PurePath) -> bool:
+    return (
+        path.suffix.lower() in VIDEO_SUFFIXES | {MCAP_SUFFIX}
+        and path.name != MCAP_NAME  # what `fcw run` wrote
+        and not path.name.startswith(".")
+    )
+
+
+def _none_in(folder: object) -> UserError:
+    return UserError(
+        f"{folder}: no drive in this folder or below it; expected videos "
+        f"({', '.join(sorted(VIDEO_SUFFIXES))}) or MCAP files"
     )
 
 
@@ -69,23 +104,13 @@ def _sources(path: Path) -> list[Path]:
         )
     if path.is_file():
         return [path]
-    found = sorted(
-        file
-        for file in path.rglob("*")
-        if file.suffix.lower() in VIDEO_SUFFIXES | {MCAP_SUFFIX}
-        and file.name != MCAP_NAME  # what `fcw run` wrote
-        and not file.name.startswith(".")
-        and file.is_file()
-    )
+    found = sorted(file for file in path.rglob("*") if _is_drive(file) and file.is_file())
     if not found:
-        raise UserError(
-            f"{path}: no drive in this folder or below it; expected videos "
-            f"({', '.join(sorted(VIDEO_SUFFIXES))}) or MCAP files"
-        )
+        raise _none_in(path)
     return found
 
 
-def _names(sources: Sequence[Path]) -> list[str]:
+def _names(sources: Sequence[PurePath]) -> list[str]:
     """The files' names without suffix; where two are alike, the folders above go before them."""
     depth = 1
     names = [source.stem for source in sources]
@@ -100,12 +125,22 @@ def _names(sources: Sequence[Path]) -> list[str]:
     return [source.name if counts[name] > 1 else name for name, source in zip(names, sources, strict=True)]
 
 
-def _calibration(source: Path, given: Path | None, table: dict[str, Path]) -> Path | None:
-    of_camera = table.get(source.parent.name)
-    for path in (default_path(source), source.parent / FOLDER_CALIBRATION, of_camera):
-        if path is not None and path.is_file():
+def _calibration(source: Path) -> Path | None:
+    for path in (default_path(source), source.parent / FOLDER_CALIBRATION):
+        if path.is_file():
             return path
-    return given if not table else None
+    return None
+
+
+def _remote_calibration(
+    source: RemoteFile, listed: Collection[RemoteFile], named: Collection[RemoteFile]
+) -> RemoteFile | None:
+    """Folders were listed once; beside a file that was named itself the store is asked."""
+    for name in (f"{source.path.stem}{CALIBRATION_SUFFIX}", FOLDER_CALIBRATION):
+        file = source.beside(name)
+        if file in listed or (source in named and file.exists()):
+            return file
+    return None
 
 
 def _table(path: Path) -> dict[str, Path]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions, Identity, identity_of
 from fcw.batch.ledger import Ledger, Record, State
+from fcw.batch.remote import StoreError
 from fcw.batch.work import Task
 
 
@@ -30,6 +31,7 @@ def plan_batch(
     ledger: Ledger,
     retry: bool = False,
     on_drive: Callable[[], None] = lambda: None,
+    piece_s: float | None = None,
 ) -> Plan:
     """Look at every drive once.
 
@@ -39,6 +41,7 @@ def plan_batch(
         ledger: of the batch's folder.
         retry: run those alone that failed.
         on_drive: called after each drive.
+        piece_s: see `Task`; results do not depend on it.
 
     Raises:
         UserError: there is no such detector.
@@ -68,6 +71,8 @@ def plan_batch(
             record = _record(
                 drive, State.FAILED, f"{drive.source}: cannot be read ({error.strerror}); check the file"
             )
+        except StoreError as error:
+            record = _record(drive, State.FAILED, str(error))
         if record is not None:
             records.append(record)
         on_drive()
@@ -78,7 +83,7 @@ def plan_batch(
             name = f"{name}-{identity.key[:8]}"
             identities[name] = identity
         named = replace(drive, name=name)
-        tasks.append(Task(named, identity.key, options, ledger.folder(name)))
+        tasks.append(Task(named, identity.key, options, ledger.folder(name), piece_s))
     return Plan(tuple(tasks), tuple(records), identities)
 
 

@@ -2,15 +2,19 @@
 
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions
 from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
+from fcw.batch.remote import fetched
 from fcw.errors import UserError
 from fcw.job import DriveJob, prepare_drive
 from fcw.logs.records import FrameResult
+from fcw.pieces import plan_pieces, run_in_pieces
 
 TELL_EVERY_S = 1.0
 
@@ -24,20 +28,27 @@ class Task:
         identity: key of what is run.
         options: how.
         folder: where its log goes.
+        piece_s: a long drive is searched in pieces of this length at the same time; None never.
     """
 
     drive: BatchDrive
     identity: str
     options: BatchOptions
     folder: Path
+    piece_s: float | None = None
 
 
-def run_task(task: Task, tell: Callable[[int, int | None], None] = lambda done, total: None) -> Record:
+def run_task(
+    task: Task,
+    tell: Callable[[int, int | None], None] = lambda done, total: None,
+    executor: Callable[[], AbstractContextManager[Executor]] | None = None,
+) -> Record:
     """Run a drive to its end; what is wrong with it is in its record, and stops nobody else.
 
     Args:
         task: which and how.
         tell: called about once a second with the frames done, and how many there are if that is known.
+        executor: makes one for the pieces of a long drive; None runs it whole, as one that was fetched is.
     """
     drive, options = task.drive, task.options
     begun = Record(drive.name, str(drive.source), drive.camera, State.LOST, identity=task.identity)
@@ -45,27 +56,35 @@ def run_task(task: Task, tell: Callable[[int, int | None], None] = lambda done, 
     # An earlier run's record says nothing of the log that is written now.
     (task.folder / RECORD_NAME).unlink(missing_ok=True)
     try:
-        prepared = prepare_drive(
-            DriveJob(
-                source=drive.source,
+        with fetched(drive.source, drive.calibration) as (source, calibration):
+            assert source is not None
+            job = DriveJob(
+                source=source,
                 out=task.folder,
-                calibration=drive.calibration,
+                calibration=calibration,
                 detector=options.detector,
                 warning_policy=options.warning_policy,
                 warning_timing=options.warning_timing,
                 own_motion=options.own_motion,
                 detection_threads=1,
             )
-        )
-        total = prepared.source.frame_count
+            prepared = prepare_drive(job)
+            total = prepared.source.frame_count
 
-        def on_result(result: FrameResult) -> None:
-            nonlocal told_s
-            if (now_s := time.perf_counter()) - told_s >= TELL_EVERY_S:
-                told_s = now_s
-                tell(result.index + 1, total)
+            def on_result(result: FrameResult) -> None:
+                nonlocal told_s
+                if (now_s := time.perf_counter()) - told_s >= TELL_EVERY_S:
+                    told_s = now_s
+                    tell(result.index + 1, total)
 
-        summary = prepared.run(on_result=on_result).summary
+            # What was fetched is on this machine alone.
+            piece_s = task.piece_s if source is drive.source else None
+            if executor and piece_s and len(plan_pieces(prepared.source, piece_s)) > 1:
+                with executor() as pool:
+                    outcome = run_in_pieces(job, piece_s, pool, task.identity, prepared, on_result=on_result)
+            else:
+                outcome = prepared.run(on_result=on_result)
+            summary = outcome.summary
     except UserError as error:
         failed = replace(begun, state=State.FAILED, reason=str(error))
         write_record(failed, task.folder)

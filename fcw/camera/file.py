@@ -36,11 +36,14 @@ class _Dumper(yaml.SafeDumper):
 _Dumper.add_multi_representer(float, lambda dumper, value: dumper.represent_float(float(value)))
 _Dumper.add_multi_representer(np.integer, lambda dumper, value: dumper.represent_int(int(value)))
 
+CALIBRATION_SUFFIX = ".calibration.yaml"
+"""Of a drive's own calibration, after the drive's name."""
+
 
 def default_path(source: Path) -> Path:
     """`<name>.calibration.yaml` beside a video or folder: where it is saved and looked for by default."""
     name = source.stem if source.is_file() else source.resolve().name
-    return source.parent / f"{name}.calibration.yaml"
+    return source.parent / f"{name}{CALIBRATION_SUFFIX}"
 
 
 def calibration_text(calibration: Calibration) -> str:

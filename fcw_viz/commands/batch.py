@@ -29,8 +29,9 @@ class BatchCommand:
     its reason and what to do.
     """
 
-    sources: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE ...")]
-    """Video and MCAP files, and folders, which are searched with all folders below."""
+    sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE ...")]
+    """Video and MCAP files, and folders, which are searched with all folders below; or URLs of such, as
+    s3://bucket/folder (`pip install 'fsspec[s3]'`), which each worker fetches."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Folder of the batch: a folder for each drive, events.parquet, drives.parquet and manifest.json."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE|TABLE.csv")] = None
@@ -40,6 +41,9 @@ class BatchCommand:
     """Processes on this machine; by default one for each core."""
     scheduler: Annotated[str | None, tyro.conf.arg(metavar="tcp://HOST:PORT")] = None
     """A Dask scheduler that runs already; its workers must see the same files by the same paths."""
+    piece_minutes: float = 10.0
+    """With fewer than two drives for each worker, vehicles in a drive of more than one and a half times this
+    length are looked for in pieces at the same time. The results are the same; 0 never does it."""
     retry: bool = False
     """Run only the drives that failed."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
@@ -73,6 +77,8 @@ def run_batch(command: BatchCommand) -> int:
         raise UserError(
             f"--workers {command.workers}: expected at least 1, and not with --scheduler, which has its own"
         )
+    if not command.piece_minutes >= 0:
+        raise UserError(f"--piece-minutes {command.piece_minutes:g}: expected 0 or more")
     model_path(command.detector)
     make_policy(command.warning_policy, command.warning_timing)
     options = BatchOptions(
@@ -81,7 +87,9 @@ def run_batch(command: BatchCommand) -> int:
     drives = find_batch_drives(command.sources, command.calibration)
     ledger = Ledger(command.out)
     with progress("looking at the drives", len(drives), MESSAGES) as bar:
-        plan = plan_batch(drives, options, ledger, command.retry, bar.advance)
+        plan = plan_batch(
+            drives, options, ledger, command.retry, bar.advance, command.piece_minutes * 60 or None
+        )
     records = {record.name: record for record in plan.records}
     records |= {
         task.drive.name: Record(

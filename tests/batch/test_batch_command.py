@@ -1,7 +1,7 @@
 """`fcw batch` on real workers: broken drives, killed workers, other people's schedulers."""
 
 import contextlib
-import dataclasses
+import filecmp
 import io
 import json
 import os
@@ -12,50 +12,61 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import duckdb
 import pyarrow.parquet as pq
 import pytest
+from short_drives import write_short_drive
 
 from fcw.annotation.records import EventReference, Judgement, Verdict
 from fcw.annotation.store import ReviewStore
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME
 from fcw.logs.events import find_events
 from fcw.logs.mcap.reader import read_drive
-from fcw.simulation.drive import write_drive
-from fcw.simulation.world.scenario import load_scenario
 from fcw_viz.cli import main
 
 pytestmark = pytest.mark.slow
 ARGUMENTS = ["--detector", "acf", "--json"]
+FRAMES = 45
 
 
 @pytest.fixture(scope="module")
-def rendered(tmp_path_factory) -> list[Path]:
-    """Three drives of two seconds that differ, each in a folder with its calibration: a lead brakes hard."""
-    folders = [tmp_path_factory.mktemp(f"drive{seed}") for seed in range(3)]
-    scenario = load_scenario("braking")
-    (lead,) = scenario.vehicles
-    (brakes,) = lead.actions
-    near = dataclasses.replace(
-        lead, gap_m=12.0, actions=(dataclasses.replace(brakes, at_s=0.2, rate_mps2=8.0),)
-    )
-    for seed, folder in enumerate(folders):
-        write_drive(dataclasses.replace(scenario, duration_s=2.0, vehicles=(near,)), folder, seed=seed)
-    return folders
+def rendered(tmp_path_factory) -> Path:
+    """Three drives of a second and a half that differ, each with a warning and its calibration."""
+    folder = tmp_path_factory.mktemp("rendered")
+    for number, start_s in enumerate((30.5, 31.0, 31.5)):
+        write_short_drive(folder / f"d{number}.mp4", start_s, FRAMES)
+    return folder
 
 
 @pytest.fixture
 def drives(rendered, tmp_path) -> Path:
-    folder = tmp_path / "drives"
-    folder.mkdir()
-    for seed, source in enumerate(rendered):
-        for path in source.glob("*.mp4"):
-            shutil.copy(path, folder / f"d{seed}.mp4")
-        (calibration,) = source.glob("*.calibration.yaml")
-        shutil.copy(calibration, folder / f"d{seed}.calibration.yaml")
-    return folder
+    return shutil.copytree(rendered, tmp_path / "drives")
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory) -> Iterator[str]:
+    """The address of a scheduler that somebody started by hand, with two workers."""
+    folder = tmp_path_factory.mktemp("cluster")
+    address_file = folder / "scheduler.json"
+    common = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(address_file)]
+    dask = [sys.executable, "-m", "dask"]
+    of_workers = ["--nthreads", "1", "--nworkers", "2", "--local-directory", str(folder / "scratch")]
+    processes = [
+        subprocess.Popen([*dask, "scheduler", "--port", "0", *common], stderr=subprocess.DEVNULL),
+        subprocess.Popen([*dask, "worker", *of_workers, *common], stderr=subprocess.DEVNULL),
+    ]
+    try:
+        while not address_file.exists():
+            assert processes[0].poll() is None
+            time.sleep(0.1)
+        yield json.loads(address_file.read_text())["address"]
+    finally:
+        for process in reversed(processes):
+            process.terminate()
+            process.wait()
 
 
 def batch(*arguments: object) -> tuple[int, dict[str, dict[str, object]]]:
@@ -65,25 +76,33 @@ def batch(*arguments: object) -> tuple[int, dict[str, dict[str, object]]]:
     return code, {record["name"]: record for record in json.loads(told.getvalue())}
 
 
-def test_good_drives_are_done_and_each_other_one_is_named(drives, tmp_path):
+def test_good_drives_are_done_and_each_other_one_is_named(drives, tmp_path, scheduler):
+    calibration = drives / "d0.calibration.yaml"
+    good = {f"d{number}" for number in range(5)}
+    for number in range(3, 5):
+        shutil.copy(calibration, drives / f"d{number}.calibration.yaml")
+        # The same pictures in another file: bytes after the end are read by nobody.
+        (drives / f"d{number}.mp4").write_bytes((drives / "d0.mp4").read_bytes() + bytes(number))
     shutil.copy(drives / "d0.mp4", drives / "copy.mp4")
-    shutil.copy(drives / "d0.calibration.yaml", drives / "copy.calibration.yaml")
+    shutil.copy(calibration, drives / "copy.calibration.yaml")
     shutil.copy(drives / "d1.mp4", drives / "bare.mp4")
-    (drives / "torn.mp4").write_bytes((drives / "d1.mp4").read_bytes()[:5000])
-    shutil.copy(drives / "d0.calibration.yaml", drives / "torn.calibration.yaml")
+    whole = (drives / "d1.mp4").read_bytes()
+    for name, data in (("torn", whole[:5000]), ("empty", b""), ("text", b"no video at all")):
+        (drives / f"{name}.mp4").write_bytes(data)
+        shutil.copy(calibration, drives / f"{name}.calibration.yaml")
     out = tmp_path / "out"
-    code, records = batch(drives, "--out", out, "--workers", 2)
+    code, records = batch(drives, "--out", out, "--scheduler", scheduler)
     assert code == 2
     states = {name: record["state"] for name, record in records.items()}
-    assert states == {
+    broken = ("torn", "empty", "text")
+    assert states == dict.fromkeys(good - {"d0"}, "done") | dict.fromkeys(broken, "failed") | {
         "copy": "done",
         "d0": "duplicate",
-        "d1": "done",
-        "d2": "done",
         "bare": "no calibration",
-        "torn": "failed",
     }
-    assert "torn.mp4" in str(records["torn"]["reason"])
+    for name in broken:
+        assert f"{name}.mp4" in str(records[name]["reason"])
+    assert "fcw calibrate" in str(records["bare"]["reason"])
     manifest = json.loads((out / MANIFEST_NAME).read_text())
     assert manifest["versions"]["fcw"]
     assert {drive["name"] for drive in manifest["drives"]} == set(records)
@@ -91,11 +110,11 @@ def test_good_drives_are_done_and_each_other_one_is_named(drives, tmp_path):
     assert dict(zip(table["drive"], table["state"], strict=True)) == states
     # Each drive is what `fcw run` makes of it, and nothing is run twice.
     assert main(["run", str(drives / "d1.mp4"), "--out", str(tmp_path / "alone"), "--detector", "acf"]) == 0
-    assert list(read_drive(out / "d1").results()) == list(read_drive(tmp_path / "alone").results())
+    assert filecmp.cmp(out / "d1" / "drive.mcap", tmp_path / "alone" / "drive.mcap", shallow=False)
     written = {path: path.stat().st_mtime_ns for path in out.glob("*/drive.mcap")}
     events = (out / "events.parquet").read_bytes()
     judge_first_warning(out / "d1")
-    assert batch(drives, "--out", out, "--workers", 1)[0] == 2
+    assert batch(drives, "--out", out, "--scheduler", scheduler)[0] == 2
     assert {path: path.stat().st_mtime_ns for path in out.glob("*/drive.mcap")} == written
     assert (out / "events.parquet").read_bytes() != events
     ask_the_questions_of_the_docs(out)
@@ -112,6 +131,8 @@ def ask_the_questions_of_the_docs(out: Path) -> None:
     assert {row[:2] for row in answers[-1]} == {
         ("bare", "no calibration"),
         ("d0", "duplicate"),
+        ("empty", "failed"),
+        ("text", "failed"),
         ("torn", "failed"),
     }
 
@@ -158,7 +179,7 @@ def test_killed_workers_lose_no_drive(drives, tmp_path):
         ("d0", "d1", "d2"), "done"
     )
     for name in records:
-        assert len(list(read_drive(out / name).results())) == 60
+        assert len(list(read_drive(out / name).results())) == FRAMES
 
 
 def worker_processes() -> list[int]:
@@ -173,52 +194,13 @@ def worker_processes() -> list[int]:
     return found
 
 
-def test_a_scheduler_started_by_hand_gives_the_same_table(drives, tmp_path):
-    assert batch(drives, "--out", tmp_path / "own", "--workers", 1)[0] == 0
-    address_file = tmp_path / "scheduler.json"
-    shell = [sys.executable, "-m", "dask"]
-    scheduler = subprocess.Popen(
-        [
-            *shell,
-            "scheduler",
-            "--host",
-            "127.0.0.1",
-            "--port",
-            "0",
-            "--no-dashboard",
-            "--scheduler-file",
-            str(address_file),
-        ],
-        stderr=subprocess.DEVNULL,
-    )
-    worker = subprocess.Popen(
-        [
-            *shell,
-            "worker",
-            "--scheduler-file",
-            str(address_file),
-            "--host",
-            "127.0.0.1",
-            "--nthreads",
-            "1",
-            "--no-dashboard",
-            "--local-directory",
-            str(tmp_path / "scratch"),
-        ],
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        while not address_file.exists():
-            assert scheduler.poll() is None
-            time.sleep(0.1)
-        address = json.loads(address_file.read_text())["address"]
-        assert batch(drives, "--out", tmp_path / "theirs", "--scheduler", address)[0] == 0
-    finally:
-        for process in (worker, scheduler):
-            process.terminate()
-            process.wait()
-    for table in ("events.parquet", "drives.parquet"):
-        assert (tmp_path / "own" / table).read_bytes() == (tmp_path / "theirs" / table).read_bytes()
+def test_any_cluster_gives_the_same_table_and_pieces_the_same_logs(drives, tmp_path, scheduler):
+    own, theirs = tmp_path / "own", tmp_path / "theirs"
+    assert batch(drives, "--out", own, "--workers", 1)[0] == 0
+    assert batch(drives, "--out", theirs, "--scheduler", scheduler, "--piece-minutes", 0.008)[0] == 0
+    for path in own.rglob("*"):
+        if path.suffix in (".parquet", ".mcap"):
+            assert filecmp.cmp(path, theirs / path.relative_to(own), shallow=False), path
 
 
 def test_what_cannot_be_is_refused(tmp_path, capsys):
@@ -226,6 +208,7 @@ def test_what_cannot_be_is_refused(tmp_path, capsys):
     for arguments, told in (
         (["--workers", "0"], "--workers 0"),
         (["--workers", "1", "--scheduler", "tcp://127.0.0.1:1"], "--workers 1"),
+        (["--piece-minutes", "-1"], "--piece-minutes -1"),
         (["--detector", "best"], "--detector best"),
         (["--warning-policy", "never"], "never"),
     ):

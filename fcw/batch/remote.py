@@ -1,0 +1,146 @@
+"""Files in object stores, by fsspec: found, known by their content, and fetched for the time of a run."""
+
+import hashlib
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from fcw.errors import UserError
+
+if TYPE_CHECKING:
+    from fsspec import AbstractFileSystem
+
+CONTENT_KEYS = ("sha256", "md5Hash", "ETag", "etag")
+"""What stores tell of a file's content; of them the first one that is there is taken."""
+CHUNK_BYTES = 4 << 20
+
+
+class StoreError(UserError):
+    """A file in a store cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class RemoteFile:
+    """A file that fsspec reads, e.g. `s3://bucket/van-3/a.mp4`."""
+
+    url: str
+
+    def __str__(self) -> str:
+        return self.url
+
+    @property
+    def path(self) -> PurePosixPath:
+        """Without the protocol."""
+        return PurePosixPath(self.url.partition("://")[2])
+
+    def beside(self, name: str) -> "RemoteFile":
+        """Another file of its folder."""
+        return RemoteFile(f"{self.url.rpartition('/')[0]}/{name}")
+
+    def exists(self) -> bool:
+        """Whether it is there.
+
+        Raises:
+            StoreError: the store cannot be asked.
+        """
+        with _told(self.url):
+            return bool(_filesystem(self.url).exists(self.url))
+
+    def content(self) -> str:
+        """What it is known by: what its store says of its content, or else its SHA-256.
+
+        Raises:
+            StoreError: it cannot be read.
+        """
+        with _told(self.url):
+            filesystem = _filesystem(self.url)
+            about = filesystem.info(self.url)
+            for key in CONTENT_KEYS:
+                if about.get(key):
+                    return f"{key} {about[key]} {about.get('size')}"
+            digest = hashlib.sha256()
+            with filesystem.open(self.url, "rb") as file:
+                while data := file.read(CHUNK_BYTES):
+                    digest.update(data)
+            return digest.hexdigest()
+
+
+Place = Path | RemoteFile
+"""Of a drive or a calibration."""
+
+
+def place_of(text: str | Path) -> Place:
+    """A path, or a URL with a protocol."""
+    return RemoteFile(text) if isinstance(text, str) and "://" in text else Path(text)
+
+
+def files_below(url: str) -> tuple[list[RemoteFile], bool]:
+    """All files in a folder and below, in the order of their names, and False; or a file, and True.
+
+    Raises:
+        UserError: nothing is there, or the store cannot be asked.
+    """
+    with _told(url):
+        filesystem = _filesystem(url)
+        found = [RemoteFile(filesystem.unstrip_protocol(name)) for name in sorted(filesystem.find(url))]
+        if not found:
+            raise UserError(f"{url}: no such file or folder; expected a video, an MCAP file, or a folder")
+        return found, bool(filesystem.isfile(url))
+
+
+@contextmanager
+def fetched(*places: Place | None) -> Iterator[tuple[Path | None, ...]]:
+    """Paths on this machine, under the files' own names; what had to be fetched goes at the end.
+
+    Raises:
+        StoreError: a file cannot be fetched.
+    """
+    with ExitStack() as stack:
+        yield tuple(
+            _fetch(place, Path(stack.enter_context(TemporaryDirectory(prefix="fcw-"))))
+            if isinstance(place, RemoteFile)
+            else place
+            for place in places
+        )
+
+
+def _fetch(file: RemoteFile, folder: Path) -> Path:
+    path = folder / file.path.name
+    with _told(file.url):
+        _filesystem(file.url).get_file(file.url, str(path))
+    return path
+
+
+def _filesystem(url: str) -> "AbstractFileSystem":
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError:
+        raise UserError(
+            f"{url}: needs fsspec, which is not installed; install it with `pip install 'fcw[batch]'`"
+        ) from None
+    return url_to_fs(url)[0]
+
+
+@contextmanager
+def _told(url: str) -> Iterator[None]:
+    """What goes wrong, in a sentence: each store has errors of its own."""
+    protocol = url.partition("://")[0]
+    try:
+        yield
+    except UserError:
+        raise
+    except ImportError as error:
+        raise StoreError(
+            f"{url}: files of {protocol}:// need a package that is not installed here ({error}); install it "
+            f"here and on every worker with `pip install 'fsspec[{protocol}]'`"
+        ) from error
+    except FileNotFoundError as error:
+        raise StoreError(f"{url}: no such file or folder ({error})") from error
+    except Exception as error:
+        raise StoreError(
+            f"{url}: cannot be read ({type(error).__name__}: {error}); expected a file or folder that this "
+            "machine, and every worker, may read"
+        ) from error
