@@ -15,7 +15,8 @@ import numpy as np
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.joint import Evidence, Ruler, calibrate_jointly
+from fcw.camera.joint.evidence import Evidence, Ruler
+from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.vanishing import combined
