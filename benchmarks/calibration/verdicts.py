@@ -3,9 +3,9 @@
     python benchmarks/calibration/verdicts.py [--trials 500] [--faults 200]
 
 Random plausible cameras of two populations (`random_cameras`), clicks good to 1 px; the thresholds were
-chosen on the first. Accused is who is told that something is wrong; asked is who is told what would be wrong if the
-marks were laid with care. The data can tell a mistake where its likelihood is twenty times that of what was
-said.
+chosen on the first. Accused is who is told that something is wrong; asked is who is told what would be wrong
+if the marks were laid with care. The data can tell a mistake where its likelihood is twenty times that of
+what was said.
 """
 
 import argparse

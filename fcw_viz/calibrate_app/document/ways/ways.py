@@ -11,7 +11,12 @@ from enum import Enum
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX, PRINCIPAL_ROW_SIGMA_HEIGHTS
+from fcw.camera.prior_sigmas import (
+    HORIZON_ROW_SIGMA_PX,
+    PRINCIPAL_ROW_SIGMA_HEIGHTS,
+    UNKNOWN_FIELD_OF_VIEW_DEG,
+    UNKNOWN_FIELD_OF_VIEW_SIGMA_DEG,
+)
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
 from fcw_viz.calibrate_app.document.edits import ChooseWay, Edit, PlanDistances, SetPrincipalRow
@@ -53,11 +58,13 @@ class TypicalLens:
 TYPICAL_LENSES = (
     TypicalLens("Phone, main camera", math.radians(63), math.radians(6)),
     TypicalLens("Dash camera", math.radians(85), math.radians(15)),
-    TypicalLens("I do not know", math.radians(70), math.radians(13)),
+    TypicalLens(
+        "I do not know",
+        math.radians(UNKNOWN_FIELD_OF_VIEW_DEG),
+        math.radians(UNKNOWN_FIELD_OF_VIEW_SIGMA_DEG),
+    ),
 )
-"""Beliefs: phones' main cameras are near 26 mm of 35 mm film, 69 degrees, of which video crops some; the
-cameras of the real drives whose lens was published or calibrated see 58 (Udacity), 81 (KITTI) and 84 degrees
-(TuSimple)."""
+"""Beliefs: phones' main cameras are near 26 mm of 35 mm film, 69 degrees, of which video crops some."""
 
 
 @dataclass(frozen=True, slots=True)
