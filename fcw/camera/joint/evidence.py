@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.vanishing import Segment
 
+VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
+"""Of passenger cars, vans among them, with what a box adds and takes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Ruler:
@@ -39,6 +42,9 @@ class Evidence:
         horizon: two points of it.
         travel_px: column and row that straight driving leads to.
         rulers: vehicles.
+        yaw_rad: of the camera to the left, where it is known besides.
+        roll_rad: of the camera to the right, likewise.
+        scale_px_m: focal length times height: what a known speed tells, by how fast the road flows by.
         period_sigma_m: of dashes whose period was measured; None of one that a rule says, which may err.
     """
 
@@ -50,3 +56,6 @@ class Evidence:
     travel_px: tuple[Gaussian, Gaussian] | None = None
     rulers: tuple[Ruler, ...] = ()
     period_sigma_m: float | None = None
+    yaw_rad: Gaussian | None = None
+    roll_rad: Gaussian | None = None
+    scale_px_m: Gaussian | None = None

@@ -71,19 +71,22 @@ class JointFit:
             axis, focal_px, focal_sigma = Gaussian(lens.row_px, 1e-6), lens.focal_y_px, 1e-6
             height_sigma = math.hypot(height_sigma, FOCAL_SIGMA)
             self._column_px = lens.column_px
+        yaw, roll = evidence.yaw_rad, evidence.roll_rad
+        turned = (yaw.value if yaw else 0.0, roll.value if roll else 0.0)
         self._means = np.array(
-            (USUAL_TANGENT, math.log(focal_px), axis.value, 0.0, 0.0, math.log(height_m.value), 8.0, 0.0)
+            (USUAL_TANGENT, math.log(focal_px), axis.value, *turned, math.log(height_m.value), 8.0, 0.0)
         )
         columns = {point.column_px for point in evidence.points}
-        self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None
+        self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None or yaw is not None
         self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
+        self.tells_roll = self.tells_roll or roll is not None
         self._sigmas = np.array(
             (
                 USUAL_TANGENT_SIGMA,
                 focal_sigma,
                 axis.sigma,
-                YAW_SIGMA_RAD if self.tells_yaw else 1e-6,
-                ROLL_SIGMA_RAD if self.tells_roll else 1e-6,
+                yaw.sigma if yaw else YAW_SIGMA_RAD if self.tells_yaw else 1e-6,
+                roll.sigma if roll else ROLL_SIGMA_RAD if self.tells_roll else 1e-6,
                 height_sigma,
                 START_SIGMA_M if evidence.first_unknown else 1e-6,
                 FLEET_SIGMA if evidence.rulers else 1e-6,
@@ -178,6 +181,10 @@ class JointFit:
             found.append(np.array([(view_rad - self._view.value) / self._view.sigma]))
         if self._horizon is not None:
             found.append(np.array([(camera.horizon_row_px - self._horizon.value) / self._horizon.sigma]))
+        scale = self._evidence.scale_px_m
+        if scale is not None:
+            off = x[LOG_FOCAL] + x[LOG_HEIGHT] - math.log(scale.value)
+            found.append(np.array([off / (scale.sigma / scale.value)]))
         found += [
             self._of_points(x, camera),
             self._of_lines(camera),

@@ -71,6 +71,7 @@ def calibrate_jointly(
     check_tape_error(tape_error)
     known = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
     known += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
+    known += evidence.scale_px_m is not None
     if known + 2 * (lens is not None) < 2:
         raise UserError(
             "nothing is known of where the road lies in the picture; give points, lane lines, the horizon "
