@@ -6,7 +6,7 @@ import math
 import types
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from fcw.bounded.formats import json_value
 
@@ -79,6 +79,10 @@ def _decoded(kind: Any, value: Any) -> Any:  # noqa: ANN401 - a type or a union 
         # Only "something or None" occurs.
         (inner,) = (argument for argument in arguments if argument is not type(None))
         return None if value is None else _decoded(inner, value)
+    if origin is Literal:
+        if value not in arguments:
+            raise ValueError(f"{value!r} is none of {', '.join(map(str, arguments))}")
+        return value
     if origin is tuple:
         if not isinstance(value, list):
             raise ValueError(f"{value!r} is not a list")

@@ -141,6 +141,14 @@ class Calibration:
         way = Straightening(self.camera, self.orientation, self.lens, self.image_size)
         return None if way.is_identity else way
 
+    def straight_place(self, column_px: float, row_px: float) -> tuple[float, float]:
+        """Column and row in the straight picture of a place in the picture."""
+        way = self.straightening
+        if way is None:
+            return column_px, row_px
+        column, row = way.to_straight(np.array([[column_px, row_px]]))[0]
+        return float(column), float(row)
+
     @property
     def straight_rows_px(self) -> tuple[float, ...]:
         """Rows of the points in the straight picture; a point without a column lies straight ahead."""

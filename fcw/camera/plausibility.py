@@ -5,20 +5,22 @@ What went wrong is the verdict of `fcw.camera.verdicts`. Nothing here is an erro
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.joint import FLEET_SIGMA, Ruler
+from fcw.camera.joint.evidence import Ruler
+from fcw.camera.joint.fit import FLEET_SIGMA
 from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
-from fcw.camera.uncertainty import camera_sigmas
+from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
 from fcw.camera.verdicts.hypotheses import BUMPER_M, BUMPER_SIGMA_M, Fault
 from fcw.camera.verdicts.judgement import Judgement, Suspicion, judge
-from fcw.camera.verdicts.words import cause_text, unclear_text
+from fcw.camera.verdicts.period import period_doubt
+from fcw.camera.verdicts.words import cause_text, period_text, unclear_text
 from fcw.frame import ImageSize
 
 MAXIMUM_PITCH_RAD = math.radians(20.0)
@@ -30,6 +32,8 @@ PRINCIPAL_ROW_TOLERANCE = 0.25
 the rest is for the noise of clicks and for cropped pictures."""
 TOLD_ROLL_RAD = math.radians(1.0)
 """A camera tilted by more than this is seen to be."""
+SLACK_SIGMAS = 2.0
+EXACT = CameraSigmas(0.0, 0.0, 0.0, 0.0)
 MAXIMUM_OFFSET_M = 4.0
 """No lens on a windscreen is farther behind the bumper."""
 OUTLIER_SIGMAS = 3.0
@@ -47,6 +51,7 @@ class FindingKind(Enum):
     RESIDUAL = "residual"
     PRIOR = "prior"
     CAUSE = "cause"
+    PERIOD = "period"
     ROLL = "roll"
     VEHICLES = "vehicles"
 
@@ -81,6 +86,7 @@ class Finding:
         point: the point it is about, where it is about one.
         prior: the field of `Priors` it is about, where it is about one.
         suspicion: the mistake that it names, where it names one.
+        is_question: nothing speaks against the calibration; only its maker can tell whether this is so.
     """
 
     kind: FindingKind
@@ -89,21 +95,29 @@ class Finding:
     point: GroundPoint | None = None
     prior: str | None = None
     suspicion: Suspicion | None = None
+    is_question: bool = False
 
 
-def plausibility(calibration: Calibration, imperial: bool = False) -> tuple[Finding, ...]:
+def plausibility(
+    calibration: Calibration, imperial: bool = False, paced: bool = False
+) -> tuple[Finding, ...]:
     """Everything that speaks against a calibration, with the likely cause; empty when all is well.
 
     Args:
         calibration: what followed from what was said.
         imperial: the distances were typed in feet.
+        paced: the points are said to be dashes of a period.
     """
-    findings = list(_camera_findings(calibration.camera, calibration.image_size))
+    findings = list(_camera_findings(calibration.camera, calibration.image_size, _slack(calibration)))
     judgement = judge(calibration, imperial) if len(calibration.points) >= PARAMETER_COUNT else None
+    question = judgement and judgement.question
     if findings or (judgement is not None and judgement.is_suspect):
-        findings.append(_cause(calibration, judgement))
+        findings.append(_cause(calibration, question or judgement))
+    elif question is not None:
+        findings.append(_question(calibration, question))
     if judgement is None or not judgement.is_suspect:
         findings.extend(_residual_finding(calibration))
+        findings.extend(_period_finding(calibration, paced))
     findings.extend(_roll_finding(calibration))
     return (*findings, *_outside_findings(calibration), *_prior_findings(calibration))
 
@@ -152,8 +166,18 @@ def _middle_row(size: ImageSize) -> float:
     return (size.height - 1) / 2
 
 
-def _camera_findings(camera: GroundPlaneCamera, size: ImageSize) -> Iterator[Finding]:
-    if abs(camera.pitch_rad) > MAXIMUM_PITCH_RAD:
+def _slack(calibration: Calibration) -> CameraSigmas:
+    """How far beyond its limits a camera may come out, being so uncertain; not at all where it is exact."""
+    if not calibration.assumed.count:
+        return EXACT
+    sigmas = camera_sigmas(calibration)
+    return CameraSigmas(*(SLACK_SIGMAS * sigma for sigma in astuple(sigmas)))
+
+
+def _camera_findings(
+    camera: GroundPlaneCamera, size: ImageSize, slack: CameraSigmas = EXACT
+) -> Iterator[Finding]:
+    if abs(camera.pitch_rad) > MAXIMUM_PITCH_RAD + slack.pitch_rad:
         side = "down" if camera.pitch_rad > 0 else "up"
         yield Finding(
             FindingKind.PITCH,
@@ -162,7 +186,9 @@ def _camera_findings(camera: GroundPlaneCamera, size: ImageSize) -> Iterator[Fin
         )
     field_of_view = 2 * math.atan(size.width / (2 * camera.focal_y_px))
     narrowest, widest = FIELD_OF_VIEW_RANGE_RAD
-    if not narrowest <= field_of_view <= widest:
+    focal_px = (size.width / 2 / math.tan(view / 2) for view in FIELD_OF_VIEW_RANGE_RAD)
+    longest_px, shortest_px = focal_px
+    if not shortest_px - slack.focal_y_px <= camera.focal_y_px <= longest_px + slack.focal_y_px:
         yield Finding(
             FindingKind.FIELD_OF_VIEW,
             f"the focal length of {camera.focal_y_px:.0f} px means a horizontal field of view of "
@@ -170,17 +196,39 @@ def _camera_findings(camera: GroundPlaneCamera, size: ImageSize) -> Iterator[Fin
             f"{math.degrees(narrowest):.0f} to {math.degrees(widest):.0f}",
         )
     middle_px = _middle_row(size)
-    if abs(camera.principal_row_px - middle_px) > PRINCIPAL_ROW_TOLERANCE * size.height:
+    if (
+        abs(camera.principal_row_px - middle_px)
+        > PRINCIPAL_ROW_TOLERANCE * size.height + slack.principal_row_px
+    ):
         yield Finding(
             FindingKind.PRINCIPAL_ROW,
             f"the optical axis would meet the picture at row {camera.principal_row_px:.0f}, "
             f"far from its middle, row {middle_px:g}",
         )
-    if not -0.5 <= camera.horizon_row_px <= size.height - 0.5:
+    beyond_px = max(-0.5 - camera.horizon_row_px, camera.horizon_row_px - size.height + 0.5)
+    if beyond_px > slack.horizon_row_px:
         yield Finding(
             FindingKind.HORIZON,
             f"the horizon would be at row {camera.horizon_row_px:.0f}, outside the picture of {size}",
         )
+
+
+def _question(calibration: Calibration, careful: Judgement) -> Finding:
+    """What is likely wrong if the marks were laid with care; if not, their own errors explain it."""
+    cause = _cause(calibration, careful)
+    nearest_m = min(point.distance_m for point in calibration.points)
+    off_cm = 100 * calibration.tape_error * nearest_m
+    text = (
+        f"{cause.text[:-1]}. Marks that each lie off by {calibration.tape_error:.0%} "
+        f"({off_cm:.0f} cm at {nearest_m:g} m) would explain it as well."
+    )
+    return replace(cause, text=text, is_question=True)
+
+
+def _period_finding(calibration: Calibration, paced: bool) -> Iterator[Finding]:
+    doubt = period_doubt(calibration, paced=paced)
+    if doubt is not None:
+        yield Finding(FindingKind.PERIOD, period_text(doubt), is_question=True)
 
 
 def _cause(calibration: Calibration, judgement: Judgement | None) -> Finding:
@@ -237,18 +285,22 @@ def _outside_findings(calibration: Calibration) -> Iterator[Finding]:
 
 def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
     # A wrong point pulls its neighbours off the curve too: the worst is the one to mend first.
-    sigma_px = max(calibration.row_sigma_px, SMALLEST_SIGMA_PX)
-    residual_px, worst = max(
-        zip(calibration.residuals_px, calibration.points, strict=True),
-        key=lambda pair: abs(pair[0]),
-        default=(0.0, None),
+    distances_m = np.array([point.distance_m for point in calibration.points])
+    slopes = calibration.camera.row_slope_at(distances_m + calibration.reference_offset_m)
+    # A mark may lie off for itself by the tape's whole error.
+    sigmas_px = np.hypot(calibration.row_sigma_px, calibration.tape_error * distances_m * slopes)
+    sigmas_px = np.maximum(sigmas_px, SMALLEST_SIGMA_PX).tolist()
+    residual_px, worst, sigma_px = max(
+        zip(calibration.residuals_px, calibration.points, sigmas_px, strict=True),
+        key=lambda found: abs(found[0]) / found[2],
+        default=(0.0, None, 1.0),
     )
     if abs(residual_px) > OUTLIER_SIGMAS * sigma_px:
         yield Finding(
             FindingKind.RESIDUAL,
             f"the point {worst} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} "
             "the row that all points and priors together give it, "
-            f"{abs(residual_px) / sigma_px:.1f} times the error of a click; "
+            f"{abs(residual_px) / sigma_px:.1f} times the error of a click and of a mark; "
             "check its distance and click it again",
             point=worst,
         )

@@ -32,7 +32,8 @@ from fcw.camera.points import (
     distinct_distances,
     horizon_below_road,
 )
-from fcw.camera.prior_sigmas import TAPE_ERROR
+from fcw.camera.prior_sigmas import MARK_ERROR_PART, TAPE_ERROR, USUAL_TANGENT, USUAL_TANGENT_SIGMA
+from fcw.camera.verdicts.period import period_doubt, widened
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -109,8 +110,15 @@ def calibrate(
         camera = exact_camera(distances_m, rows_px, height_m, (image_size.width - 1) / 2)
         covariance = row_sigma_px**2 * np.eye(3)
     else:
-        fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, _together(priors, assumed))
+        believed = _together(priors, assumed)
+        fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, believed, level=True)
         camera = _check_road(fit.solve(), points)
+        if tape_error:
+            # Each mark lies a little off for itself, which near the camera is more rows than a click.
+            laid_px = MARK_ERROR_PART * tape_error * reference_m * camera.row_slope_at(distances_m)
+            sigmas_px = np.hypot(row_sigma_px, laid_px)
+            fit = _Fit(distances_m, rows_px, image_size, height_m, sigmas_px, believed, level=True)
+            camera = _check_road(fit.solve(near=camera), points)
         covariance = fit.covariance(camera, np.array(support_m) + reference_offset_m)
     support = np.array(support_m)
     taped_px = tape_error * support * camera.row_slope_at(support + reference_offset_m)
@@ -134,7 +142,7 @@ def calibrate(
         if not priors.count and not exact:
             free = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, priors).solve()
             _check_road(free, points)
-    return calibration
+    return calibration if exact else widened(calibration, period_doubt(calibration))
 
 
 def _together(stated: Priors, assumed: Priors) -> Priors:
@@ -234,20 +242,27 @@ class _Fit:
         rows_px: FloatArray,
         image_size: ImageSize,
         height_m: float,
-        row_sigma_px: float,
+        row_sigma_px: float | FloatArray,
         priors: Priors,
+        level: bool = False,
     ) -> None:
+        """`level` believes that the camera looks about ahead."""
+        self._level = level
         self._distances_m = distances_m
         self._rows_px = rows_px
         self._size = image_size
         self._height_m = float(height_m)
-        self._row_sigma_px = row_sigma_px
+        self._row_sigma_px = np.broadcast_to(row_sigma_px, distances_m.shape)
         self._priors = priors
 
-    def solve(self) -> GroundPlaneCamera | None:
+    def solve(self, near: GroundPlaneCamera | None = None) -> GroundPlaneCamera | None:
         """The camera of least squares; among solutions as good, the one that looks straightest ahead.
 
-        None where no camera that has the points in front of it comes near them.
+        Args:
+            near: a camera that it is near to; None looks everywhere.
+
+        Returns:
+            None where no camera that has the points in front of it comes near them.
         """
         from scipy.optimize import least_squares
 
@@ -263,7 +278,7 @@ class _Fit:
                 gtol=1e-15,
                 max_nfev=300,
             )
-            for start in self._starts()
+            for start in (self._starts() if near is None else [_unknowns(near)])
         ]
         fits = [fit for fit in fits if np.all(self._distances_m + self._height_m * fit.x[0] > 0)]
         if not fits:
@@ -275,8 +290,7 @@ class _Fit:
 
     def covariance(self, camera: GroundPlaneCamera, support_m: FloatArray) -> FloatArray:
         """(3, 3) covariance of the rows at the support distances, from the information matrix."""
-        tangent = math.tan(camera.pitch_rad)
-        jacobian = self.jacobian(np.array([tangent, math.log(camera.focal_y_px), camera.horizon_row_px]))
+        jacobian = self.jacobian(_unknowns(camera))
         scale = np.linalg.norm(jacobian, axis=0)
         _, singular, right = np.linalg.svd(jacobian / scale, full_matrices=False)
         if len(singular) < PARAMETER_COUNT or singular[-1] < MINIMUM_CONDITION * singular[0]:
@@ -298,14 +312,16 @@ class _Fit:
             (priors.principal_row_px, camera.principal_row_px),
             (priors.horizon_row_px, camera.horizon_row_px),
         )
-        return np.append(rows, [(value - prior.value) / prior.sigma for prior, value in beliefs if prior])
+        told = [(value - prior.value) / prior.sigma for prior, value in beliefs if prior]
+        level = [(parameters[0] - USUAL_TANGENT) / USUAL_TANGENT_SIGMA] * self._level
+        return np.concatenate((rows, told, level))
 
     def jacobian(self, parameters: FloatArray) -> FloatArray:
         """(N, 3): derivatives of the residuals."""
         camera = self._camera(parameters)
         tangent, focal_px = parameters[0], camera.focal_y_px
         half_width = self._size.width / 2
-        rows = row_jacobian(camera, self._distances_m) / self._row_sigma_px
+        rows = row_jacobian(camera, self._distances_m) / self._row_sigma_px[:, None]
         priors = self._priors
         gradients = (
             (
@@ -316,7 +332,8 @@ class _Fit:
             (priors.horizon_row_px, (0.0, 0.0, 1.0)),
         )
         beliefs = [np.array(gradient) / prior.sigma for prior, gradient in gradients if prior]
-        return np.vstack((rows, *beliefs))
+        level = [np.array((1 / USUAL_TANGENT_SIGMA, 0.0, 0.0))] * self._level
+        return np.vstack((rows, *beliefs, *level))
 
     def _camera(self, parameters: FloatArray) -> GroundPlaneCamera:
         tangent, log_focal, horizon_px = (float(value) for value in parameters)
@@ -342,7 +359,7 @@ class _Fit:
         )
         systems[:, : len(d), 1] = 1.0
         systems[:, : len(d), 2] = self._rows_px
-        systems[:, : len(d)] /= self._row_sigma_px
+        systems[:, : len(d)] /= self._row_sigma_px[:, None]
         row = len(d)
         if belief := priors.field_of_view_rad:
             focal_px = half_width / math.tan(belief.value / 2)
@@ -363,3 +380,8 @@ class _Fit:
         starts = np.column_stack((tangents[ahead], np.log(solutions[ahead, 0]), solutions[ahead, 1]))
         minima = [k for k in range(1, len(costs) - 1) if costs[k - 1] >= costs[k] <= costs[k + 1]]
         return [starts[k - 1] for k in sorted(minima, key=lambda k: costs[k])[:START_COUNT]]
+
+
+def _unknowns(camera: GroundPlaneCamera) -> FloatArray:
+    """(3,) of a fit."""
+    return np.array([math.tan(camera.pitch_rad), math.log(camera.focal_y_px), camera.horizon_row_px])

@@ -7,6 +7,7 @@ import numpy as np
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
+from fcw.camera.prior_sigmas import MARK_ERROR_PART
 from fcw.camera.solve import row_jacobian
 
 CANDIDATE_COUNT = 60
@@ -93,7 +94,9 @@ def best_next_click(
     # One more row measured is a rank-one update of the covariance, as in a Kalman filter.
     gradients = calibration.row_gradients(candidates_m)
     spreads = covariance @ gradients.T
-    innovations = calibration.row_sigma_px**2 + np.einsum("ij,ji->i", gradients, spreads)
+    laid_px = MARK_ERROR_PART * calibration.tape_error * candidates_m
+    laid_px *= calibration.camera.row_slope_at(candidates_m + calibration.reference_offset_m)
+    innovations = calibration.row_sigma_px**2 + laid_px**2 + np.einsum("ij,ji->i", gradients, spreads)
     shared = calibration.row_gradients(targets_m) @ spreads
     gains = (_relative_per_row(calibration, targets_m)[:, None] * shared) ** 2 / innovations
     errors = np.sqrt(np.mean(np.maximum(before[:, None] ** 2 - gains, 0.0), axis=0))

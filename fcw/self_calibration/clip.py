@@ -15,10 +15,10 @@ import numpy as np
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.joint import Evidence, Ruler, calibrate_jointly
+from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Evidence, Ruler
+from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
-from fcw.camera.vanishing import combined
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
@@ -30,8 +30,6 @@ VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "l
 ASSUMED_PITCH_RAD = math.radians(2.0)
 DETECTED_EVERY_S = 0.5
 MOTION_STEP_S = 0.09
-VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
-"""Of passenger cars, vans among them, with what a box adds and takes; each is seen several times."""
 RULER_COUNT = 40
 SLOPE_SIGMA_RAD = math.radians(0.25)
 """The road ahead is not level with the direction of travel, averaged over a clip."""
@@ -136,14 +134,15 @@ def calibrate_clip(
     for _ in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         seen = observe_clip(source, calibration, None if seen else detector, on_frame=on_frame, seen=seen)
-        height = height_m
-        if speed_mps is not None:
-            by_speed = seen.height_by_speed(speed_mps)
-            height = combined([by_speed, height_m]) or by_speed
         all_known = replace(evidence, travel_px=seen.travel_px, rulers=seen.rulers)
+        if speed_mps is not None:
+            # How fast the road flows by tells height times focal length: with another lens another height.
+            focal_px, by_speed = calibration.camera.focal_y_px, seen.height_by_speed(speed_mps)
+            scale = Gaussian(by_speed.value * focal_px, by_speed.sigma * focal_px)
+            all_known = replace(all_known, scale_px_m=scale)
         before, calibration = (
             calibration,
-            calibrate_jointly(all_known, size, height, priors=priors, lens=lens),
+            calibrate_jointly(all_known, size, height_m, priors=priors, lens=lens),
         )
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
@@ -185,12 +184,7 @@ def observe_clip(
             detected_ns, frames = frame.time_ns, frames + 1
             found = detector.detect(frame.image)
             before, boxes = boxes, tuple(detection.box for detection in found)
-            # A vehicle that stays is one ruler, however often it is seen: the first time it is seen whole.
-            rulers += [
-                ruler
-                for box in boxes
-                if not _was_there(box, before) and (ruler := _ruler(box, guess.image_size)) is not None
-            ]
+            rulers += _new_rulers(boxes, before, guess.image_size)
         if followed_ns is None or (frame.time_ns - followed_ns) / 1e9 >= MOTION_STEP_S:
             followed_ns = frame.time_ns
             motion = estimator.update(frame.time_ns, frame.image, boxes)
@@ -215,6 +209,36 @@ def observe_clip(
             travel or seen.travel_px, seen.rulers, speed or seen.speed_heights, seen.frames
         )
     return ClipObservations(travel, _spread(rulers), speed, frames)
+
+
+def vehicles_of(
+    source: Source,
+    detector: Detector,
+    longest_s: float = LONGEST_S,
+    going_on: Callable[[], bool] = lambda: True,
+) -> tuple[tuple[Ruler, ...], int]:
+    """Vehicles of a clip, each once, and how many pictures were looked at; arguments as of `observe_clip`."""
+    rulers: list[Ruler] = []
+    before: tuple[Box, ...] = ()
+    first_ns = detected_ns = None
+    frames = 0
+    for frame in source.frames():
+        first_ns = frame.time_ns if first_ns is None else first_ns
+        if (frame.time_ns - first_ns) / 1e9 > longest_s or not going_on():
+            break
+        if detected_ns is not None and (frame.time_ns - detected_ns) / 1e9 < DETECTED_EVERY_S:
+            continue
+        detected_ns, frames = frame.time_ns, frames + 1
+        boxes = tuple(detection.box for detection in detector.detect(frame.image))
+        rulers += _new_rulers(boxes, before, source.image_size)
+        before = boxes
+    return _spread(rulers), frames
+
+
+def _new_rulers(boxes: Sequence[Box], before: Sequence[Box], size: ImageSize) -> list[Ruler]:
+    """A vehicle that stays is one ruler, however often it is seen: the first time it is seen whole."""
+    found = (_ruler(box, size) for box in boxes if not _was_there(box, before))
+    return [ruler for ruler in found if ruler is not None]
 
 
 def _ruler(box: Box, size: ImageSize) -> Ruler | None:

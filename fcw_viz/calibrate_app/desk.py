@@ -48,6 +48,7 @@ class Desk:
         session: what all tabs share.
         pictures: of the source.
         look: at the drive, for its horizon.
+        vehicles: the same, for the vehicles on it.
         channel: from the page's own HTML.
         view: the picture of this tab.
         run: does something in this tab's thread, after everything that came before.
@@ -72,13 +73,14 @@ class Desk:
         source: Path,
         display: Display,
         look: DriveLook,
+        vehicles: DriveLook,
     ) -> None:
         self.client, self.view = tab.client, tab.view
         self.run, self.notify, self._refuse = tab.run, tab.notify, tab.refuse
         self.source = source
         self.session = session
         self.pictures = pictures
-        self.look = look
+        self.look, self.vehicles = look, vehicles
         self.channel = PageChannel(tab.client, tab.run)
         self.selected: int | None = None
         self.tool = Tool.POINTS
@@ -97,7 +99,8 @@ class Desk:
     def sit_down(self) -> None:
         """Join the session, and show it: the display is ready."""
         self.channel.open()
-        self._forget_look = self.look.listen(lambda: self.run(self.refresh))
+        looks = (self.look, self.vehicles)
+        self._forget_looks = [look.listen(lambda: self.run(self.refresh)) for look in looks]
         self.view.on_click(self._clicked)
         self.person = self.session.join(self._hear)
         self.run(self.refresh)
@@ -106,7 +109,8 @@ class Desk:
 
     def leave(self) -> None:
         """The tab is gone: keep what was being typed, and leave the session."""
-        self._forget_look()
+        for forget in self._forget_looks:
+            forget()
         self.fields.flush()
         self.session.leave(self.person)
 

@@ -4,13 +4,14 @@ import logging
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
+from fcw.camera.straight import Straightening
 from fcw.detection.acf import AcfDetector
 from fcw.detection.detector import Detection, Detector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
@@ -78,6 +79,14 @@ def range_vehicle(calibration: Calibration, detection: Detection) -> RangedVehic
     low_m, high_m = calibration.distance_interval(box.bottom, row_sigma_px)
     distance_m = float(calibration.distance_at(box.bottom))
     return RangedVehicle(box, detection.score, max(distance_m, 0.0), max(low_m, 0.0), high_m)
+
+
+def _in_picture(box: Box, way: Straightening) -> Box:
+    """A box of the straight picture where it is seen in the picture itself."""
+    columns, rows = (box.x, box.right), (box.y, box.bottom)
+    corners = way.to_picture(np.array([(column, row) for column in columns for row in rows]))
+    (left, top), (right, bottom) = np.nanmin(corners, axis=0).tolist(), np.nanmax(corners, axis=0).tolist()
+    return Box(left, top, right - left, bottom - top)
 
 
 def make_acf(calibration: Calibration) -> Detector:
@@ -164,7 +173,12 @@ class FrameDetector:
     def _vehicles(self, image: NDArray[np.uint8], calibration: Calibration) -> tuple[RangedVehicle, ...]:
         if self._detector is None or self._detector[0] is not calibration:
             self._detector = calibration, self._make_detector(calibration)
+        way = calibration.straightening
+        if way is not None:
+            image = way.image(image, way.maps())
         found = [range_vehicle(calibration, detection) for detection in self._detector[1].detect(image)]
+        if way is not None:
+            found = [replace(vehicle, box=_in_picture(vehicle.box, way)) for vehicle in found]
         return tuple(sorted(found, key=lambda vehicle: vehicle.distance_m or 0.0))
 
     def _answer(self) -> None:

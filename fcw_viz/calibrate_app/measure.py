@@ -70,11 +70,12 @@ def measure_point(
         row_px: the click.
         row_sigma_px: standard deviation of the click's row.
     """
-    distance_m = calibration.distance_at(row_px)
+    straight_column_px, straight_row_px = calibration.straight_place(column_px, row_px)
+    distance_m = calibration.distance_at(straight_row_px)
     if not math.isfinite(distance_m):
         return None
-    low_m, high_m = calibration.distance_interval(row_px, row_sigma_px)
-    lateral_m = calibration.lateral_at(column_px, row_px)
+    low_m, high_m = calibration.distance_interval(straight_row_px, row_sigma_px)
+    lateral_m = calibration.lateral_at(straight_column_px, straight_row_px)
     return GroundMeasurement(column_px, row_px, distance_m, low_m, high_m, lateral_m)
 
 

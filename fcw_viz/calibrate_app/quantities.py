@@ -17,6 +17,12 @@ _LENGTH_UNITS: dict[str, float] = {
     **dict.fromkeys(("yd", "yard", "yards"), 3 * _FOOT_M),
 }
 _ANGLE_UNITS: dict[str, float] = dict.fromkeys(("°", "deg", "degree", "degrees"), math.radians(1))
+_SPEED_UNITS: dict[str, float] = {
+    **dict.fromkeys(("km/h", "kmh", "kph"), 1 / 3.6),
+    **dict.fromkeys(("m/s", "mps"), 1.0),
+    **dict.fromkeys(("mph", "mi/h"), 1609.344 / 3600),
+}
+_PART_UNITS: dict[str, float] = {"%": 0.01}
 _PIXEL_UNITS: dict[str, float] = dict.fromkeys(("px", "pixel", "pixels"), 1.0)
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)\s*(.*)", re.IGNORECASE)
 _FEET_AND_INCHES = re.compile(r"(\d+)\s*(?:ft|feet|foot|'|′)\s*(\d+(?:[.,]\d+)?)\s*(?:in|inches|\"|″)?")
@@ -92,3 +98,8 @@ FIELD_OF_VIEW = Quantity("a field of view", "65 or 65°", _ANGLE_UNITS, math.rad
 ANGLE_ERROR = Quantity("the error of an angle", "3 or 3°", _ANGLE_UNITS, math.radians(0.01), math.radians(90))
 ROW = Quantity("a row of the picture", "310 or 310.5", _PIXEL_UNITS, -1e5, 1e5)
 ROW_ERROR = Quantity("the error of a row", "1 or 0.3 px", _PIXEL_UNITS, 0.001, 1e4)
+TURN = Quantity("an angle to the side", "2, -1.5 or 2°", _ANGLE_UNITS, -math.radians(30), math.radians(30))
+WIDTH = Quantity("a width of a lane", "3.7, 3.5 m or 12 ft", _LENGTH_UNITS, 1.5, 8.0)
+SPEED = Quantity("a speed", "100, 27 m/s or 60 mph", _SPEED_UNITS, 1.0, 100.0)
+SPEED_ERROR = Quantity("the error of a speed", "2 or 1 mph", _SPEED_UNITS, 0.01, 30.0)
+TAPE = Quantity("the error of a tape", "1 or 0.5 %", _PART_UNITS, 0.0, 0.3)

@@ -30,9 +30,10 @@ class Tab(PageTab):
         source: Path,
         dark: bool,
         look: DriveLook,
+        vehicles: DriveLook,
     ) -> None:
         super().__init__(client, f"{pictures.name} · fcw calibrate", pictures.image_size)
-        desk = self.desk = Desk(self, session, pictures, source, self, look)
+        desk = self.desk = Desk(self, session, pictures, source, self, look, vehicles)
         self._handles = PictureHandles(desk)
         self._panels = Panels(client.gui, desk, dark)
         add_keys(client.gui, self.run, all_keys(desk))

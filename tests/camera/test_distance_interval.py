@@ -192,11 +192,11 @@ def test_next_click_is_far_for_near_clicks_and_its_promise_is_kept():
     advice = best_next_click(calibration)
     assert advice is not None
     assert advice.distance_m > 25
-    assert advice.row_px == pytest.approx(TRUTH.row_at(advice.distance_m))
+    assert advice.row_px == pytest.approx(TRUTH.row_at(advice.distance_m), abs=0.1)  # the weak priors' pull
     with_it = calibrate([*near_clicks, *points_at((advice.distance_m,))], SIZE, 1.225, field_of_view=lens)
     again = best_next_click(with_it)
     assert again is not None
-    assert again.error_before == pytest.approx(advice.error_after, rel=1e-6)
+    assert again.error_before == pytest.approx(advice.error_after, rel=1e-3)
     for other_m in (4.0, 10.0, 20.0):
         other = best_next_click(
             calibrate([*near_clicks, *points_at((other_m,))], SIZE, 1.225, field_of_view=lens)

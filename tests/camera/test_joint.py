@@ -10,7 +10,8 @@ import pytest
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.file import calibration_text, parse_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.joint import Evidence, Ruler, calibrate_jointly
+from fcw.camera.joint.evidence import Evidence, Ruler
+from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import FindingKind, plausibility, vehicle_finding
 from fcw.camera.straight import Orientation, Straightening, straight_column

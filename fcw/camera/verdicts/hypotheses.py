@@ -53,8 +53,21 @@ BUMPER_M, BUMPER_SIGMA_M = 2.0, 0.35
 OFFSET_SLIP_SIGMA_M = 0.7
 """Of an offset that was measured, where it is wrong."""
 DASH_START_SIGMA_M = 5.0
-DASH_PERIODS_M = (6.0, 7.5, 9.0, 10.0, 12.0, 12.19, 14.63, 15.0, 16.0, 18.0, 20.0, 24.0)
-"""Of broken lines in use: Vienna Convention countries, North America (40 and 48 ft), Japan, India ..."""
+DASH_PERIODS_M = {
+    6.0: "towns",
+    9.0: "Britain",
+    12.0: "Netherlands",
+    12.19: "USA",
+    13.0: "France",
+    14.63: "California",
+    15.0: "China",
+    17.0: "Spain",
+    18.0: "Germany",
+    20.0: "Japan",
+    24.0: "",
+}
+"""From one broken line to the next, and a place where it is so: 2 + 4, 2 + 7, 3 + 9, 10 + 30 ft, 3 + 10,
+12 + 36 ft, 6 + 9, 5 + 12, 6 + 12 and 8 + 12 m of line and gap, or every other dash of 12 m."""
 EVEN_PART = 0.01
 """Gaps that differ by less than this part are even."""
 POINT_SIGMA_HEIGHTS = 0.06

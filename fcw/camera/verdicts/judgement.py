@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,12 +21,17 @@ from fcw.frame import ImageSize
 
 USUAL_TANGENT, USUAL_TANGENT_SIGMA = 0.05, 0.09
 """Of a dash camera's pitch: 3 degrees down, give or take 5."""
-TAPE_SCALES = {0.05: 0.6, 0.2: 0.3, 1.0: 0.1}
-"""Each mark is laid with an error of its own, too: to the centimetre, or by pacing. Nobody says which, so it
-is one of these parts of the stated error of the tape, with these shares. Without the careful people the
-paper's own example, whose middle row is 3 px off, would pass for bad taping."""
-PROPOSED_ODDS = 1.6
+TAPE_SCALES = (0.05, 0.2, 1.0)
+"""Each mark is laid with an error of its own, too: one of these parts of the stated error of the tape."""
+CAREFUL = (0.6, 0.3, 0.1)
+"""How many people lay their marks so well, if they take care: the paper's own example, whose middle row is
+3 px off, is a mistake by them, and bad taping by those who lay each mark to the whole error of the tape."""
+ANYHOW = (0.0, 0.0, 1.0)
+"""A mistake that is likelier than noise even so is said; one that is so by the careful alone is asked."""
+PROPOSED_ODDS = 3.0
 """A mistake is spoken of when it is this much likelier than what was said."""
+ASKED_ODDS = 1.6
+"""The same of a question."""
 NAMED_SHARE = 0.75
 """It is named when it is this sure among all mistakes; the points may show that something is wrong,
 and not what."""
@@ -65,15 +70,25 @@ class Judgement:
     Attributes:
         as_said: probability that nothing is wrong but noise.
         suspicions: all mistakes, the likeliest first; one for each kind.
+        if_careful: the same if the marks were laid with care, each far better than the tape's error.
+        least_odds: from which a mistake is spoken of.
     """
 
     as_said: float
     suspicions: tuple[Suspicion, ...]
+    if_careful: "Judgement | None" = None
+    least_odds: float = PROPOSED_ODDS
+
+    @property
+    def question(self) -> "Judgement | None":
+        """What to ask about: a mistake that stands out only if the marks were laid with care."""
+        careful = self.if_careful
+        return careful if careful is not None and careful.is_suspect and not self.is_suspect else None
 
     @property
     def is_suspect(self) -> bool:
         """Whether a mistake is clearly likelier than noise."""
-        return sum(s.probability for s in self.suspicions) > PROPOSED_ODDS * self.as_said
+        return sum(s.probability for s in self.suspicions) > self.least_odds * self.as_said
 
     @property
     def named(self) -> Suspicion | None:
@@ -117,21 +132,31 @@ def judge_points(
     """
     supposed = hypotheses(points, reference_offset_m, imperial)
     tapes = [tape_error * scale for scale in TAPE_SCALES] if tape_error else [0.0]
-    tape_shares = np.log(list(TAPE_SCALES.values()) if tape_error else [1.0])
-    rows = Rows(
+    rows = rows_of(points, image_size, height_m)
+    fits = fit(rows, beliefs_of(supposed, tapes, image_size, row_sigma_px, priors))
+    if not tape_error:
+        return _judgement(supposed, fits, (1.0,))
+    careful = replace(_judgement(supposed, fits, CAREFUL), least_odds=ASKED_ODDS)
+    return replace(_judgement(supposed, fits, ANYHOW), if_careful=careful)
+
+
+def rows_of(points: Sequence[GroundPoint], image_size: ImageSize, height_m: float) -> Rows:
+    """What was clicked, as the evidence takes it."""
+    middle_px = (image_size.width - 1) / 2
+    told = all(point.column_px is not None for point in points)
+    return Rows(
         np.array([point.row_px for point in points]),
-        np.array([(point.column_px or 0.0) - (image_size.width - 1) / 2 for point in points])
-        if all(point.column_px is not None for point in points)
-        else np.zeros(len(points)),
+        np.array([(point.column_px or 0.0) - middle_px if told else 0.0 for point in points]),
         height_m,
         image_size.width / 2,
     )
-    beliefs = _beliefs(supposed, tapes, image_size, row_sigma_px, priors)
-    fits = fit(rows, beliefs)
-    shape = (len(supposed), len(tapes))
-    log_evidence = fits.log_evidence.reshape(shape) + tape_shares
-    shares = np.log([h.share for h in supposed])
-    log_posterior = log_sum(log_evidence, axis=1) + shares
+
+
+def _judgement(supposed: Sequence[Hypothesis], fits: Fits, tape_shares: Sequence[float]) -> Judgement:
+    """The posterior over hypotheses, where marks are laid so well by so many."""
+    with np.errstate(divide="ignore"):
+        log_evidence = fits.log_evidence.reshape(len(supposed), -1) + np.log(tape_shares)
+    log_posterior = log_sum(log_evidence, axis=1) + np.log([h.share for h in supposed])
     posterior = np.exp(log_posterior - log_sum(log_posterior))
     best_tape = np.argmax(log_evidence, axis=1)
     suspicions = []
@@ -140,11 +165,8 @@ def judge_points(
         if fault is Fault.NONE or not places:
             continue
         best = max(places, key=lambda k: posterior[k])
-        suspicions.append(
-            _suspicion(
-                supposed[best], float(posterior[places].sum()), fits, best * len(tapes) + best_tape[best]
-            )
-        )
+        fitted = best * len(tape_shares) + int(best_tape[best])
+        suspicions.append(_suspicion(supposed[best], float(posterior[places].sum()), fits, fitted))
     suspicions.sort(key=lambda s: -s.probability)
     return Judgement(float(posterior[0]), tuple(suspicions))
 
@@ -161,7 +183,7 @@ def _suspicion(hypothesis: Hypothesis, probability: float, fits: Fits, place: in
     )
 
 
-def _beliefs(
+def beliefs_of(
     supposed: Sequence[Hypothesis],
     tapes: Sequence[float],
     size: ImageSize,

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from fcw.camera.calibration import GroundPoint, Priors
 from fcw.camera.points import PARAMETER_COUNT, PointsError, PointsFault
-from fcw.camera.verdicts.hypotheses import Fault
+from fcw.camera.verdicts.hypotheses import DASH_PERIODS_M, Fault
 from fcw.camera.verdicts.judgement import Judgement, Suspicion, judge_points
+from fcw.camera.verdicts.period import PeriodDoubt
 from fcw.frame import ImageSize
 
 LISTED = 2
@@ -96,4 +97,17 @@ def unclear_text(judgement: Judgement) -> str:
     return (
         f"one of these: {'; or '.join(likely)}. The points do not tell which: measure again, and add a point "
         "far away"
+    )
+
+
+def period_text(doubt: PeriodDoubt) -> str:
+    """What another period of the dashes would change, and what would tell."""
+    place = DASH_PERIODS_M.get(doubt.other_m)
+    other = f"repeat every {doubt.other_m:g} m{f' ({place})' if place else ''}"
+    if doubt.other_m == doubt.said_m:
+        other = "are not next to each other: one was passed over"
+    return (
+        f"evenly spaced marks do not tell whether their period is {doubt.said_m:.4g} m: if these dashes "
+        f"{other}, what reads 40 m is {40 * doubt.scale:.0f} m away. Say the lens's field of view, or tape "
+        "the distances; until then the intervals are wider"
     )

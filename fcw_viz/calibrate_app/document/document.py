@@ -3,6 +3,9 @@
 from dataclasses import dataclass, replace
 
 from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.camera.joint.evidence import Ruler
+from fcw.camera.lens.model import Lens
+from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -83,6 +86,15 @@ class Document:
         lane_lines: two lines along straight lane markings; they meet on the horizon.
         lane_lines_enabled: whether they take part.
         imperial: whether distances are typed and shown in feet.
+        tape_error: standard deviation of all distances together, as a part of them.
+        paced: whether distances count from the first mark, whose own is not known: dashes.
+        lens: intrinsics and distortion, imported.
+        yaw: of the camera to the left of the direction of travel, in radians.
+        roll: of it to the right, in radians.
+        lane_width: from one lane line to the other, in metres.
+        vehicles: seen in the drive, whose widths are about known.
+        speed: mean speed over the stretch of the drive that was looked at, in m/s.
+        scale_per_mps: focal length times height in px m for each m/s of that speed, as the drive shows it.
     """
 
     image_size: ImageSize
@@ -101,6 +113,15 @@ class Document:
     imperial: bool = False
     way: str = ""
     height_sigma_m: float | None = None
+    tape_error: float = TAPE_ERROR
+    paced: bool = False
+    lens: Lens | None = None
+    yaw: Belief | None = None
+    roll: Belief | None = None
+    lane_width: Belief | None = None
+    vehicles: tuple[Ruler, ...] = ()
+    speed: Belief | None = None
+    scale_per_mps: float | None = None
 
     def mark(self, mark_id: int) -> Mark:
         """The mark of that id.

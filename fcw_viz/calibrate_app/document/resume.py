@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import read_calibration
-from fcw.camera.prior_sigmas import TAPE_ERROR
-from fcw.camera.straight import LEVEL
+from fcw.camera.joint.fit import YAW_SIGMA_RAD
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
+from fcw.camera.uncertainty import camera_sigmas
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
@@ -18,6 +19,8 @@ from fcw_viz.calibrate_app.document.solution import calibration_of
 
 FILE_PERSON = "calibration file"
 """Who did it, where the file did."""
+SURE_RAD, SURE_PX = 1e-3, 0.1
+"""A file may call its numbers exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +54,6 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
         UserError: the journal cannot be used (see `Journal.open`).
     """
     in_file, notice = _read(save_path, image_size)
-    if in_file is not None:
-        notice = _left_out(in_file, save_path.name)
     loaded = None if in_file is None else document_of(in_file)
     digest = file_digest(save_path)
     start = Document(image_size) if loaded is None else loaded
@@ -91,7 +92,10 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
 
 
 def document_of(calibration: Calibration) -> Document:
-    """What somebody must have said for this calibration: its points as marks, its priors as beliefs."""
+    """What somebody must have said for this calibration: its points as marks, its priors as beliefs.
+
+    One without points (of a clip, of vehicles) is its camera, as well as that is known.
+    """
     middle_px = (calibration.image_size.width - 1) / 2
     marks = tuple(
         Mark(
@@ -103,11 +107,14 @@ def document_of(calibration: Calibration) -> Document:
         for number, point in enumerate(calibration.points, 1)
     )
     priors = calibration.priors
+    if not marks and not priors.count:
+        priors = _of_camera(calibration)
     field_of_view, principal_row, horizon = (
         None if prior is None else Belief(prior)
         for prior in (priors.field_of_view_rad, priors.principal_row_px, priors.horizon_row_px)
     )
-    offset_m = calibration.reference_offset_m
+    offset_m, turned = calibration.reference_offset_m, calibration.orientation
+    default = Document(calibration.image_size)
     return Document(
         calibration.image_size,
         marks,
@@ -116,10 +123,36 @@ def document_of(calibration: Calibration) -> Document:
         from_bumper=offset_m > 0,
         bumper_offset_m=offset_m if offset_m > 0 else None,
         # A camera known by other means has no clicks, and so no error of one.
-        row_sigma_px=calibration.row_sigma_px or Document(calibration.image_size).row_sigma_px,
+        row_sigma_px=calibration.row_sigma_px or default.row_sigma_px,
         field_of_view=field_of_view,
         principal_row=principal_row,
         horizon=horizon,
+        tape_error=calibration.tape_error if calibration.points else default.tape_error,
+        lens=calibration.lens,
+        yaw=_turn(turned.yaw_rad, turned.yaw_sigma_rad, YAW_SIGMA_RAD),
+        roll=_turn(turned.roll_rad, turned.roll_sigma_rad, ROLL_SIGMA_RAD),
+    )
+
+
+def _turn(value_rad: float, sigma_rad: float, unknown_rad: float) -> Belief | None:
+    """What a file says of yaw or roll; None where it only says that nothing is known."""
+    if value_rad == 0 and sigma_rad in (0.0, unknown_rad):
+        return None
+    return Belief(Gaussian(value_rad, sigma_rad or SURE_RAD))
+
+
+def _of_camera(calibration: Calibration) -> Priors:
+    """The camera itself as beliefs."""
+    camera, sigmas = calibration.camera, camera_sigmas(calibration)
+    half_px = calibration.image_size.width / 2
+    view_by_focal = 2 * half_px / (camera.focal_y_px**2 + half_px**2)
+    horizon = Gaussian(camera.horizon_row_px, max(sigmas.horizon_row_px, SURE_PX))
+    if calibration.lens is not None:
+        return Priors(None, None, horizon)
+    return Priors(
+        Gaussian(calibration.field_of_view_rad, max(view_by_focal * sigmas.focal_y_px, SURE_RAD)),
+        Gaussian(camera.principal_row_px, max(sigmas.principal_row_px, SURE_PX)),
+        horizon,
     )
 
 
@@ -130,23 +163,6 @@ def _read(save_path: Path, image_size: ImageSize) -> tuple[Calibration | None, s
         return read_calibration(save_path).for_image_size(image_size), ""
     except UserError as error:
         return None, f"The calibration there is not used: {error}. Saving replaces it."
-
-
-def _left_out(calibration: Calibration, name: str) -> str:
-    """What a calibration file holds that the page has no place for; empty where there is nothing."""
-    parts = {
-        "the lens": calibration.lens is not None,
-        "how the camera is turned to the side and tilted": calibration.orientation != LEVEL,
-        f"a tape error of {calibration.tape_error:.1%}": bool(calibration.points)
-        and calibration.tape_error not in (0.0, TAPE_ERROR),
-    }
-    held = [part for part, is_held in parts.items() if is_held]
-    if not held:
-        return ""
-    return (
-        f"{name} holds {' and '.join(held)}, which this page does not keep: saving here leaves it out. "
-        "Keep a copy of the file, or use `fcw calibrate --points`."
-    )
 
 
 def _calibration(document: Document) -> Calibration | None:

@@ -45,4 +45,5 @@ def _in_sky(document: Document, mark: Mark, calibrate: Callable[[Document], Cali
         if calibration is None:
             return False
         row_px, sigma_px = calibration.horizon_row_px, camera_sigmas(calibration).horizon_row_px
+        mark = replace(mark, row_px=calibration.straight_place(mark.column_px, mark.row_px)[1])
     return mark.row_px < row_px - SURE_SIGMAS * (sigma_px + document.row_sigma_px)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian, Priors
-from fcw.camera.plausibility import OUTLIER_SIGMAS, FindingKind, plausibility
+from fcw.camera.plausibility import OUTLIER_SIGMAS, FindingKind, plausibility, vehicle_finding
 from fcw.camera.points import (
     PARAMETER_COUNT,
     check_order,
@@ -20,6 +20,7 @@ from fcw.errors import UserError
 from fcw.logs.overlay import ROW_DISTANCES_M
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document import words
+from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES, joint_calibration, needs_joint
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetHorizon
 from fcw_viz.calibrate_app.document.sky import sky_troubles
@@ -50,17 +51,19 @@ QUALITY_DISTANCE_FT = 130.0
 
 @dataclass(frozen=True, slots=True)
 class _Facts:
-    """What takes part in a calibration."""
+    """What takes part in a calibration; `besides` counts what the priors have no place for."""
 
     marks: tuple[Mark, ...]
     priors: Priors
     lane_horizon: Gaussian | None
+    besides: int = 0
 
     @property
     def missing(self) -> int:
         """How many more facts determine a camera."""
         distances_m = [mark.distance_m for mark in self.marks if mark.distance_m is not None]
-        return max(PARAMETER_COUNT - len(distinct_distances(distances_m)) - self.priors.count, 0)
+        told = len(distinct_distances(distances_m)) + self.priors.count + self.besides
+        return max(PARAMETER_COUNT - told, 0)
 
 
 def solve(document: Document, effects: bool = True) -> Solution:
@@ -108,8 +111,11 @@ def solve(document: Document, effects: bool = True) -> Solution:
     solution = replace(incomplete, result=result, troubles=(*lane_troubles, *troubles))
     if assumed:
         return solution
-    if result.findings or troubles:
+    asked = [finding for finding in result.findings if finding.is_question]
+    if len(result.findings) > len(asked) or (troubles and not asked):
         return replace(solution, status=Status.IMPLAUSIBLE, hint=words.hint_implausible())
+    if asked:
+        return replace(solution, status=Status.DOUBTFUL, hint=words.hint_doubtful())
     hint = words.hint_next_click(result.next_click, document.imperial)
     return replace(solution, status=Status.GOOD, hint=hint)
 
@@ -133,7 +139,9 @@ def _facts(document: Document, lane_horizon: Gaussian | None) -> _Facts:
     beliefs = (document.field_of_view, document.principal_row)
     field_of_view, principal_row = (belief.prior if belief and belief.enabled else None for belief in beliefs)
     marks = tuple(mark for mark in document.marks if mark.ground_point is not None)
-    return _Facts(marks, Priors(field_of_view, principal_row, combined(horizons)), lane_horizon)
+    # A lens is its field of view and its axis; vehicles show where the horizon is.
+    besides = 2 * (document.lens is not None) + (len(document.vehicles) >= FEWEST_VEHICLES)
+    return _Facts(marks, Priors(field_of_view, principal_row, combined(horizons)), lane_horizon, besides)
 
 
 def _calibration(document: Document, facts: _Facts) -> Calibration | None:
@@ -143,6 +151,8 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
         check_repeats(points, document.row_sigma_px)
         check_order(points)
         return None
+    if needs_joint(document):
+        return joint_calibration(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
     offset_m = document.reference_offset_m
 
     def with_height(height_m: float) -> Calibration:
@@ -155,6 +165,7 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
             facts.priors.field_of_view_rad,
             facts.priors.principal_row_px,
             facts.priors.horizon_row_px,
+            tape_error=document.tape_error,
         )
 
     calibration = with_height(ASSUMED_HEIGHT_M if document.height_m is None else document.height_m)
@@ -186,10 +197,15 @@ def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, .
 
 
 def _result(document: Document, facts: _Facts, calibration: Calibration) -> Result:
-    findings = plausibility(calibration, document.imperial)
+    findings = list(plausibility(calibration, document.imperial, document.paced))
+    if document.vehicles and (vehicles := vehicle_finding(calibration, document.vehicles)):
+        findings.append(vehicles)
+    rows_px = calibration.straight_rows_px
     residuals = {
-        mark.id: MarkResidual(residual_px, calibration.distance_at(mark.row_px) - (mark.distance_m or 0.0))
-        for mark, residual_px in zip(facts.marks, calibration.residuals_px, strict=True)
+        mark.id: MarkResidual(residual_px, calibration.distance_at(row_px) - point.distance_m)
+        for mark, residual_px, row_px, point in zip(
+            facts.marks, calibration.residuals_px, rows_px, calibration.points, strict=True
+        )
     }
     distances_m = ROW_DISTANCES_M
     if document.imperial:
@@ -212,14 +228,14 @@ def _result(document: Document, facts: _Facts, calibration: Calibration) -> Resu
         else words.quality(quality_m, low_m, high_m, document.imperial),
         best_next_click(calibration),
         residuals,
-        len(facts.marks) + facts.priors.count <= PARAMETER_COUNT,
-        findings,
+        len(facts.marks) + facts.priors.count + facts.besides <= PARAMETER_COUNT,
+        tuple(findings),
     )
 
 
 def _effects(document: Document, lane_horizon: Gaussian | None) -> dict[str, BeliefEffect]:
     effects: dict[str, BeliefEffect] = {}
-    for name in ("field_of_view", "principal_row", "horizon"):
+    for name in ("field_of_view", "principal_row", "horizon", "lane_width", "speed"):
         belief = getattr(document, name)
         if belief is not None:
             effects[name] = _effect(

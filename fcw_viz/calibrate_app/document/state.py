@@ -20,6 +20,8 @@ class Status(Enum):
     """What was said determines no camera; nothing can be saved."""
     IMPLAUSIBLE = "implausible"
     """It determines one that can hardly be behind a windscreen; saved, it carries its warning."""
+    DOUBTFUL = "doubtful"
+    """It determines a plausible one, and only its maker can answer a question about it."""
     GOOD = "good"
     """It determines a plausible one."""
 
@@ -154,7 +156,7 @@ class Solution:
     @property
     def can_save(self) -> bool:
         """Whether this state may be saved: it determines a camera, and nothing in it was assumed."""
-        return self.status in (Status.GOOD, Status.IMPLAUSIBLE)
+        return self.status in (Status.GOOD, Status.DOUBTFUL, Status.IMPLAUSIBLE)
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,8 @@ CAMERA_FINDINGS = frozenset(
         FindingKind.CAUSE,
     )
 )
+TOLD_FINDINGS = frozenset((FindingKind.PERIOD, FindingKind.VEHICLES))
+"""Said in the finding's own words."""
 OFFSET_DECIMALS = 2
 """Nobody measures a car more finely than to a centimetre."""
 HEIGHT_RANGE_M = (0.6, 3.5)
@@ -107,6 +109,9 @@ def implausible_troubles(
     for finding in result.findings:
         if finding.kind is FindingKind.CAUSE:
             continue
+        if finding.kind in TOLD_FINDINGS:
+            troubles.append(Trouble(_sentence(finding.text)))
+            continue
         if finding.point is not None:
             mark = by_point[finding.point]
             if finding.kind is FindingKind.RESIDUAL:
@@ -141,6 +146,8 @@ def _camera_trouble(document: Document, marks: Sequence[Mark], result: Result) -
         likely = words.lone_cause(wrong[0])
     else:
         likely = words.verdict_cause(document, marks, named)
+    if cause.is_question:
+        likely = f"{likely} {words.noise_would_do(document.tape_error)}"
     return Trouble(f"{text} {likely}".strip(), tuple(mark.id for mark in wrong), mend)
 
 
@@ -252,7 +259,7 @@ def _leave_one_out(document: Document, calibrate: Calibrate) -> tuple[Mark, Mend
     for mark in marks:
         mend = _leave_out(mark)
         calibration = _mended(document, mend, calibrate)
-        if calibration is not None and not plausibility(calibration):
+        if calibration is not None and not speaks_against(calibration):
             misfit = sum(residual**2 for residual in calibration.residuals_px)
             if best is None or misfit < best[0]:
                 best = misfit, mark, mend
@@ -284,7 +291,12 @@ def _solves(document: Document, mend: Mend, calibrate: Calibrate) -> bool:
 
 def _makes_plausible(document: Document, mend: Mend, calibrate: Calibrate) -> bool:
     calibration = _mended(document, mend, calibrate)
-    return calibration is not None and not plausibility(calibration)
+    return calibration is not None and not speaks_against(calibration)
+
+
+def speaks_against(calibration: Calibration) -> bool:
+    """Whether anything does, besides questions."""
+    return any(not finding.is_question for finding in plausibility(calibration))
 
 
 def _marks_of(document: Document, error: PointsError) -> list[Mark]:

@@ -18,7 +18,7 @@ from fcw_viz.calibrate_app.document.numbers_text import (
     interval_text,
     typed_text,
 )
-from fcw_viz.calibrate_app.document.ways.ways import CLIP
+from fcw_viz.calibrate_app.document.ways.ways import CLIP, LANE, SPEED, VEHICLES
 
 NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
@@ -45,8 +45,8 @@ def hint_incomplete(document: Document, missing: int) -> str:
     if not document.marks and not document.planned_m:
         if document.way == "":
             return "Choose what you have to calibrate with, or click a mark whose distance you know."
-        if document.way == CLIP:
-            return hint_clip(document)
+        if document.way in HINTS:
+            return HINTS[document.way](document)
         return "Click a mark on the road whose distance you know."
     untold = [mark for mark in document.marks if mark.enabled and mark.distance_m is None]
     if untold:
@@ -73,6 +73,34 @@ def hint_clip(document: Document) -> str:
     return "Switch the lens, its axis and the horizon or the lane lines on: all are needed without points."
 
 
+def hint_lane(document: Document) -> str:
+    """What to do next with a lane of known width."""
+    if None in document.lane_lines:
+        return "Go to a straight stretch and find or draw both lane lines."
+    if document.lane_width is None:
+        return "Say how far the lane lines are apart."
+    return hint_clip(document)
+
+
+def hint_speed(document: Document) -> str:
+    """What to do next with a known speed."""
+    if document.horizon is None and None in document.lane_lines:
+        return "Take the horizon that the drive shows; then say the mean speed."
+    if document.speed is None:
+        return "Say the mean speed over the stretch that was looked at."
+    return hint_clip(document)
+
+
+def hint_vehicles(document: Document) -> str:
+    """What to do next with vehicles as rulers."""
+    if not document.vehicles:
+        return "Let the program look for the vehicles ahead, and take them as rulers."
+    return hint_clip(document)
+
+
+HINTS = {CLIP: hint_clip, LANE: hint_lane, SPEED: hint_speed, VEHICLES: hint_vehicles}
+
+
 def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:
     """What to do with a good solution."""
     if next_click is None:
@@ -91,6 +119,16 @@ def hint_degenerate() -> str:
 def hint_implausible() -> str:
     """What to do with a solution that something speaks against."""
     return "Look at the warning first; saved now, the calibration carries it."
+
+
+def noise_would_do(tape_error: float) -> str:
+    """Why something is asked and not said."""
+    return f"If each mark may lie off by {tape_error:.0%}, that explains it as well."
+
+
+def hint_doubtful() -> str:
+    """What to do with a plausible solution that leaves a question open."""
+    return "One question is open; the interval allows for it."
 
 
 def quality(distance_m: float, low_m: float, high_m: float, imperial: bool) -> str:

@@ -142,10 +142,11 @@ def _row_lines(rows: Sequence[DistanceRow], scale: GroundScale, color: str, impe
 
 def _ground_marks(calibration: Calibration, marks: Sequence[Mark], scale: GroundScale) -> Iterator[str]:
     for mark in marks:
-        distance_m = calibration.distance_at(mark.row_px)
+        column_px, row_px = calibration.straight_place(mark.column_px, mark.row_px)
+        distance_m = calibration.distance_at(row_px)
         if not math.isfinite(distance_m) or distance_m > scale.ahead_m:
             continue
-        x, y = scale.place(distance_m, calibration.lateral_at(mark.column_px, mark.row_px))
+        x, y = scale.place(distance_m, calibration.lateral_at(column_px, row_px))
         fill = AMBER if mark.enabled else "none"
         yield element("circle", data_mark=str(mark.id), cx=x, cy=y, r=4, fill=fill, stroke="currentColor")
         yield words(x + 7, y + 4, mark.name)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.uncertainty import NextClick
@@ -104,7 +105,8 @@ def draw(
         measured: the measuring tool's point.
     """
     result, document = state.shown, state.document
-    pen = Pen(document.image_size, window)
+    way = None if result is None else result.calibration.straightening
+    pen = Pen(document.image_size, window, way)
     if measured is not None:
         _draw_measured(pen, measured)
     # Marks before the result: words that somebody typed are more important than those computed.
@@ -212,10 +214,10 @@ def _draw_rows(pen: Pen, result: Result, current: bool, imperial: bool) -> None:
         if any(top_px < other_bottom and other_top < bottom_px for other_top, other_bottom in others_px):
             first_lane = index % LANE_COUNT
             left_px, right_px = lanes_px[first_lane] - LANE_FILLED * lane_px, lanes_px[first_lane]
-            pen.line(color, (left_px, row.row_px), (right_px, row.row_px), strong=True)
+            pen.line(color, *pen.along((left_px, row.row_px), (right_px, row.row_px)), strong=True)
             for edge_px in (top_px, bottom_px):
                 if -0.5 <= edge_px <= pen.bottom_px:
-                    pen.line(color, (left_px, edge_px), (right_px, edge_px))
+                    pen.line(color, *pen.along((left_px, edge_px), (right_px, edge_px)))
         else:
             left_px, right_px = pen.left_px, pen.right_px
         pen.band(FillKind.ROW_BAND, left_px, right_px, top_px, bottom_px)
@@ -261,15 +263,19 @@ def _draw_corridor(pen: Pen, calibration: Calibration, current: bool) -> None:
     if not (math.isfinite(left_px) and math.isfinite(right_px)):
         return
     vanishing = (calibration.camera.principal_column_px, horizon_px)
-    left, right = (left_px, pen.bottom_px), (right_px, pen.bottom_px)
-    pen.fills.append(Fill(FillKind.CORRIDOR, (vanishing, vanishing, right, left)))
-    for corner in (left, right):
-        pen.line(ROW_COLOR if current else STALE_COLOR, corner, vanishing)
+    left = pen.along(vanishing, (left_px, pen.bottom_px))
+    right = pen.along(vanishing, (right_px, pen.bottom_px))
+    for (a, b), (c, d) in zip(pairwise(left), pairwise(right), strict=False):
+        pen.fills.append(Fill(FillKind.CORRIDOR, (a, c, d, b)))
+    for edge in (left, right):
+        if len(edge) > 1:
+            pen.line(ROW_COLOR if current else STALE_COLOR, *reversed(edge))
 
 
 def _draw_next_click(pen: Pen, click: NextClick, calibration: Calibration, imperial: bool) -> None:
     """Where one more point helps most: a dashed row with a target."""
     column_px, row_px = calibration.camera.principal_column_px, click.row_px
+    column_px, row_px = next(iter(pen.seen_at((column_px, row_px))), (column_px, row_px))
     half_px, radius_px = NEXT_ROW_PART / 2 * pen.size.width, pen.css(TARGET_RADIUS_CSS_PX)
     for side in (-1, 1):
         start, end = (column_px + side * radius_px, row_px), (column_px + side * half_px, row_px)

@@ -77,9 +77,9 @@ def interval_plot(result: Result, imperial: bool) -> str:
         if number > 0:  # the first one would run into the axis of the errors
             base = height - bottom + INTERVAL_LINES_PX[number % 2]
             parts.append(words(x(distance_m), base, short, "middle", 0.75, size=9.5))
-    for point in calibration.points:
+    for point, row_px in zip(calibration.points, calibration.straight_rows_px, strict=True):
         if NEAREST_M <= point.distance_m <= FARTHEST_M:
-            seen_m = calibration.distance_at(point.row_px)
+            seen_m = calibration.distance_at(row_px)
             relative = (seen_m - point.distance_m) / point.distance_m
             place = {"cx": x(point.distance_m), "cy": y(relative)}
             parts.append(

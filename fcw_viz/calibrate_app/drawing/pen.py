@@ -7,7 +7,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 
+import numpy as np
+
+from fcw.camera.straight import Straightening
 from fcw.frame import ImageSize
 from fcw.logs.overlay import Rgb
 from fcw_viz.page.picture.label_layout import (
@@ -22,6 +26,8 @@ from fcw_viz.page.picture.label_layout import (
 CROSS_GAP_CSS_PX = 2.5
 """The pixel that is marked stays free."""
 CIRCLE_CORNERS = 20
+BENDS = 33
+"""So many points make a line that the lens bends."""
 DASH_CSS_PX = 7.0
 MAXIMUM_DASHES = 120
 """Zoomed far in, a dashed line over the whole picture has longer dashes rather than thousands."""
@@ -65,8 +71,10 @@ class Pen:
         obstacles: what no words may cover.
     """
 
-    def __init__(self, size: ImageSize, window: Window) -> None:
+    def __init__(self, size: ImageSize, window: Window, way: Straightening | None = None) -> None:
+        """`way` leads from the straight picture to the one that is drawn on; None where they are the same."""
         self.size = size
+        self._way = way
         self.seen = Window(
             max(window.left_px, -0.5),
             max(window.top_px, -0.5),
@@ -102,9 +110,32 @@ class Pen:
         """A line through points."""
         self.strokes.append(Stroke(points, color, strong))
 
+    def seen_at(self, *points: Point) -> list[Point]:
+        """Points of the straight picture in the one that is drawn on, as many as are in front of the lens."""
+        if self._way is None:
+            return list(points)
+        places = self._way.to_picture(np.array(points, float))
+        return [(float(column), float(row)) for column, row in places if math.isfinite(column + row)]
+
+    def along(self, start: Point, end: Point) -> list[Point]:
+        """A straight line of the straight picture, bent as the lens bends it."""
+        if self._way is None:
+            return [start, end]
+        parts = np.linspace(0.0, 1.0, BENDS)
+        return self.seen_at(
+            *(
+                (start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1]))
+                for part in parts
+            )
+        )
+
     def across(self, color: Rgb, row_px: float) -> None:
-        """A line over the whole width."""
-        self.line(color, (self.left_px, row_px), (self.right_px, row_px))
+        """A row of the straight picture over the whole width."""
+        reach_px = 0.0 if self._way is None else self.size.width
+        ends = (self.left_px - reach_px, row_px), (self.right_px + reach_px, row_px)
+        points = tuple(self.along(*ends))
+        if len(points) > 1:
+            self.line(color, *points)
 
     def dashed(self, color: Rgb, start_px: Point, end_px: Point) -> None:
         """A dashed line."""
@@ -136,10 +167,22 @@ class Pen:
 
     def band(self, kind: FillKind, left_px: float, right_px: float, top_px: float, bottom_px: float) -> None:
         """A band, as much of it as lies in the picture."""
+        if self._way is not None:
+            self._bent_band(kind, left_px, right_px, top_px, bottom_px)
+            return
         top_px, bottom_px = max(top_px, -0.5), min(bottom_px, self.bottom_px)
         if bottom_px > top_px:
             corners = ((left_px, top_px), (right_px, top_px), (right_px, bottom_px), (left_px, bottom_px))
             self.fills.append(Fill(kind, corners))
+
+    def _bent_band(
+        self, kind: FillKind, left_px: float, right_px: float, top_px: float, bottom_px: float
+    ) -> None:
+        columns_px = np.linspace(left_px, right_px, BENDS)
+        for left, right in pairwise(columns_px.tolist()):
+            corners = self.seen_at((left, top_px), (right, top_px), (right, bottom_px), (left, bottom_px))
+            if len(corners) == 4:
+                self.fills.append(Fill(kind, (corners[0], corners[1], corners[2], corners[3])))
 
     def keep_free(self, center: Point, radius_css_px: float) -> None:
         """Let no words cover a place."""
@@ -168,7 +211,7 @@ class Pen:
     def words_left_of(self, text: str, row_px: float, columns_px: Sequence[float]) -> None:
         """Words on a row that end at one of the columns."""
         width_px = self.css(text_width_css_px(text) + LABEL_GAP_CSS_PX)
-        places = tuple((column_px - width_px, row_px) for column_px in columns_px)
+        places = tuple(self.seen_at(*((column_px - width_px, row_px) for column_px in columns_px)))
         self.wishes.append(LabelWish(text, places))
 
     def corners(self, text: str) -> tuple[Point, ...]:
@@ -182,6 +225,7 @@ class Pen:
     def words_at_right(self, text: str, row_px: float) -> None:
         """Words at the right edge of what is seen, on a row or next to it."""
         left_px = self.seen.right_px - self.css(text_width_css_px(text) + LABEL_GAP_CSS_PX)
+        row_px = next((row for _, row in self.seen_at((left_px, row_px))), row_px)
         rise_px = self.css(LABEL_HEIGHT_CSS_PX)
         places = tuple((left_px, row_px + shift) for shift in (0.0, -rise_px, rise_px))
         self.wishes.append(LabelWish(text, places))

@@ -55,6 +55,10 @@ def warp_to_ground(
     distance_m = np.asarray(np.broadcast_to(np.where(seen, distance_m, 1.0)[:, None], shape), np.float64)
     map_x = np.where(seen[:, None], calibration.column_at(lateral_m, distance_m), -1e4)
     map_y = calibration.row_at(distance_m)
+    way = calibration.straightening
+    if way is not None:
+        places = way.to_picture(np.column_stack((map_x.ravel(), map_y.ravel())))
+        map_x, map_y = (np.nan_to_num(places[:, k], nan=-1e4).reshape(shape) for k in (0, 1))
     return cv2.remap(
         image_bgr,
         map_x.astype(np.float32),

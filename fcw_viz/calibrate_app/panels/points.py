@@ -7,6 +7,7 @@ import viser
 
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.besides.knowledge import SetTapeError
 from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import SetDistance, SetRowSigma
 from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
@@ -17,7 +18,7 @@ from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.keys import NUMBER_KEYS
 from fcw_viz.calibrate_app.panels.preset import PresetPanel
 from fcw_viz.calibrate_app.panels.result import rounded
-from fcw_viz.calibrate_app.quantities import DISTANCE, ROW_ERROR
+from fcw_viz.calibrate_app.quantities import DISTANCE, ROW_ERROR, TAPE
 from fcw_viz.page.controls import on_press
 from fcw_viz.page.script import focus
 from fcw_viz.page.style import set_html, step_heading, text_block
@@ -54,6 +55,13 @@ class PointsPanel:
             lambda sigma_px: sigma_px is not None and desk.offer(SetRowSigma(sigma_px)),
             hint="Standard deviation of a click in rows: about 1 at fit, 0.3 where you zoomed in",
         )
+        self._tape = desk.fields.add(
+            gui,
+            "Tape error, %",
+            TAPE,
+            lambda part: part is not None and desk.offer(SetTapeError(part)),
+            hint="How wrong all distances may be together, and each for a quarter of it: 1 is usual",
+        )
         on_press(self._actions, desk.run, actions)
 
     def show(self, state: SessionState) -> None:
@@ -69,6 +77,8 @@ class PointsPanel:
         set_html(self._heading, step_heading(2, "Points on the road", done, note))
         self._sigma.visible = counted > 0
         self._sigma.show(document.row_sigma_px)
+        self._tape.visible = counted > 0
+        self._tape.show(document.tape_error, 0.01)
         self._preset.show(state)
         set_html(self._table, text_block(self._table_html(state)) if document.marks else "")
         self._actions.visible = bool(document.marks) or state.can_undo or state.can_redo

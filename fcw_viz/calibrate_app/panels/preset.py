@@ -4,12 +4,13 @@ import viser
 
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.besides.knowledge import SetPaced
 from fcw_viz.calibrate_app.document.document import Document
-from fcw_viz.calibrate_app.document.edits import PlanDistances
+from fcw_viz.calibrate_app.document.edits import PlanDistances, SetDistance
 from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.document.state import SessionState
-from fcw_viz.calibrate_app.document.ways.presets import Preset, SpacedPreset
-from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
+from fcw_viz.calibrate_app.document.ways.presets import Preset, SpacedPreset, dashes
+from fcw_viz.calibrate_app.document.ways.ways import DASHES, Part, chosen_way
 from fcw_viz.calibrate_app.quantities import DISTANCE
 from fcw_viz.page.controls import on_choice
 from fcw_viz.page.style import set_html, text_block
@@ -32,7 +33,14 @@ class PresetPanel:
             "First mark at",
             DISTANCE,
             self._plan_from,
-            hint="Distance of the near end of the first one, measured",
+            hint="Distance of the near end of the first one, measured; of dashes it may stay empty",
+        )
+        self._period = desk.fields.add(
+            gui,
+            "Repeat every",
+            DISTANCE,
+            self._take_period,
+            hint="From one dash's near end to the next one's",
         )
         on_choice(self._list, desk.run, self._choose)
 
@@ -43,13 +51,19 @@ class PresetPanel:
         self._first.visible = isinstance(self._chosen, SpacedPreset)
         self._first.handle.label = f"First mark at, {unit_name(imperial)}"
         self._first.show(self._first_m, 1 / FEET_PER_METRE if imperial else 1.0)
+        self._period.visible = self._may_pace(state.document)
+        self._period.handle.label = f"Repeat every, {unit_name(imperial)}"
+        period_m = self._chosen.spacing_m if isinstance(self._chosen, SpacedPreset) else None
+        self._period.show(period_m, 1 / FEET_PER_METRE if imperial else 1.0)
         way = chosen_way(state.document)
         needed = way is None or Part.POINTS in way.parts
         words = own_words(imperial) if needed and not state.document.marks else ""
         if self._chosen is not None:
             words = self._chosen.instruction
         planned = [f"{in_units(distance_m, imperial):.4g}" for distance_m in state.document.planned_m]
-        if planned:
+        if state.document.paced:
+            words += " Click three or more dashes that follow each other, the nearest first."
+        elif planned:
             words += f" Clicks get {', '.join(planned)} {unit_name(imperial)} in turn."
         set_html(self._words, text_block(f"<p class='dim'>{words.strip()}</p>") if words else "")
 
@@ -67,18 +81,41 @@ class PresetPanel:
         self._list.value = OWN_DISTANCES if self._chosen is None else self._chosen.name
 
     def _choose(self, name: str) -> None:
-        self._chosen = self._presets.get(name)
-        self._first_m = None
-        planned_m = self._chosen.distances_m if isinstance(self._chosen, Preset) else ()
-        if planned_m != self._desk.state.document.planned_m:
-            self._desk.apply(PlanDistances(planned_m))
+        self._take(self._presets.get(name))
+
+    def _take(self, chosen: Preset | SpacedPreset | None) -> None:
+        self._chosen, self._first_m = chosen, None
+        document = self._desk.state.document
+        paced = isinstance(chosen, SpacedPreset) and self._may_pace(document)
+        planned_m = chosen.distances_m if isinstance(chosen, Preset) else ()
+        if paced and isinstance(chosen, SpacedPreset):
+            planned_m = chosen.starting_at(chosen.spacing_m).distances_m
+        if (planned_m, paced) != (document.planned_m, document.paced):
+            self._desk.apply(SetPaced(paced), PlanDistances(planned_m))
         self._desk.refresh()
 
+    def _take_period(self, period_m: float | None) -> None:
+        """Dashes of a period that is in no list."""
+        self._take(None if period_m is None else dashes("as typed", period_m))
+
     def _plan_from(self, first_m: float | None) -> None:
-        if isinstance(self._chosen, SpacedPreset):
-            planned_m = () if first_m is None else self._chosen.starting_at(first_m).distances_m
-            self._desk.offer(PlanDistances(planned_m))
-            self._first_m = first_m
+        """The first distance known, or not any more: marks that have theirs by the plan move along."""
+        document, chosen = self._desk.state.document, self._chosen
+        if not isinstance(chosen, SpacedPreset):
+            return
+        paced = first_m is None and self._may_pace(document)
+        start_m = chosen.spacing_m if paced else first_m
+        planned_m = () if start_m is None else chosen.starting_at(start_m).distances_m
+        renamed = dict(zip(document.planned_m, planned_m, strict=False))
+        moved = [SetDistance(m.id, renamed[m.distance_m]) for m in document.marks if m.distance_m in renamed]
+        self._desk.offer(SetPaced(paced), *moved, PlanDistances(planned_m))
+        self._first_m = first_m
+
+    @staticmethod
+    def _may_pace(document: Document) -> bool:
+        """Whether the first distance need not be known."""
+        way = chosen_way(document)
+        return way is not None and way.key == DASHES
 
 
 def own_words(imperial: bool) -> str:

@@ -35,7 +35,7 @@ class ResultPanel:
 
     def show(self, state: SessionState) -> None:
         """Show the result of a moment of the session, or the last good one."""
-        marks = {Status.GOOD: "done", Status.IMPLAUSIBLE: "now"}
+        marks = {Status.GOOD: "done", Status.DOUBTFUL: "done", Status.IMPLAUSIBLE: "now"}
         set_html(self._heading, step_heading(5, "Result", marks.get(state.solution.status, "")))
         set_html(self._quality, text_block(_quality_html(state)))
         self._troubles.show(state)

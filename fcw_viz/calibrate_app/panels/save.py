@@ -68,7 +68,7 @@ class SavePanel:
             return card("<p>Cannot be saved: these points fit no camera.</p>")
         if not state.solution.can_save:
             return f'<p class="dim">Not yet: {escape(state.solution.hint)}</p>'
-        warning = "It will carry the warning above." if state.solution.status is Status.IMPLAUSIBLE else ""
+        warning = "It will carry the warning above." if state.solution.troubles else ""
         return f'<p class="dim">What you say is kept all the while, saved or not. {warning}</p>'
 
     def _download(self, kind: str) -> None:

@@ -11,12 +11,18 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint.evidence import Ruler
+from fcw.detection.choice import load_model, make_detector
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
+from fcw.self_calibration.clip import vehicles_of
+from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.page.pictures import Pictures
 
 LOGGER = logging.getLogger(__name__)
@@ -34,6 +40,8 @@ LONGEST_LOOK_S, ENOUGH_S = 90.0, 10.0
 LEAST_KNOWN_S = 1.0
 LEAST_KNOWN_PART = 0.5
 """Of the time since the speed was first known: where it comes and goes, the motion was not understood."""
+DETECTOR, VEHICLES_S = "acf-full", 20.0
+"""It looks everywhere: where the road is, is the question."""
 LARGEST_SIGMA_HEIGHTS = 0.012
 ROAD_SIGMA_HEIGHTS = 0.004
 """In picture heights: root mean square of what the drives of `test_drive_look.py` missed, with the error of
@@ -47,10 +55,14 @@ class Look:
     Attributes:
         horizon: row, with its standard deviation; None where the drive does not show it.
         words: what to tell, either way.
+        scale_per_mps: focal length times height, in px m, for each m/s of the mean speed; None where unknown.
+        vehicles: seen on the way.
     """
 
     horizon: Gaussian | None
     words: str
+    scale_per_mps: float | None = None
+    vehicles: tuple[Ruler, ...] = ()
 
 
 def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:
@@ -70,6 +82,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     estimator = MotionEstimator(Calibration.from_camera(camera, size), SETTINGS)
     first_s = last_s = None
     known_s = since_s = 0.0
+    speeds_mps: list[float] = []
     for frame in pictures.source.frames():
         now_s = frame.time_ns / 1e9
         first_s = now_s if first_s is None else first_s
@@ -77,6 +90,8 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
         step_s = 0.0 if last_s is None else now_s - last_s
         last_s = now_s
         known_s += step_s if motion.picture_speed_mps else 0.0
+        if motion.picture_speed_mps:
+            speeds_mps.append(motion.picture_speed_mps)
         since_s += step_s if known_s else 0.0
         if known_s >= ENOUGH_S or now_s - first_s >= LONGEST_LOOK_S or not going_on():
             break
@@ -88,7 +103,30 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     row_px = camera.principal_row_px - camera.focal_y_px * math.tan(mount.pitch_rad)
     sigma_px = math.hypot(sigma_px, ROAD_SIGMA_HEIGHTS * size.height)
     words = f"Over {known_s:.0f} s of driving the horizon is at row {row_px:.0f} ± {sigma_px:.0f}."
-    return Look(Gaussian(row_px, sigma_px), words)
+    # The road flows by as fast as lens and height together make it: what was assumed for both cancels.
+    scale = camera.focal_y_px * camera.height_m / float(np.mean(speeds_mps))
+    return Look(Gaussian(row_px, sigma_px), words, scale)
+
+
+def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:
+    """Vehicles ahead in the drive, each once, for the width that vehicles have.
+
+    Args:
+        pictures: of the drive.
+        going_on: whether somebody still wants to know.
+
+    Raises:
+        UserError: the pictures cannot be read.
+    """
+    size = pictures.image_size
+    detector = make_detector(
+        DETECTOR, load_model(DETECTOR), Calibration.from_camera(assumed_camera(size), size)
+    )
+    rulers, frames = vehicles_of(pictures.source, detector, VEHICLES_S, going_on)
+    if len(rulers) < FEWEST_VEHICLES:
+        return Look(None, f"{len(rulers)} vehicles found in {frames} pictures: too few to measure by.")
+    words = f"{len(rulers)} vehicles found in {frames} pictures; press again to take them as rulers."
+    return Look(None, words, vehicles=rulers)
 
 
 class DriveLook:
@@ -99,8 +137,10 @@ class DriveLook:
         look: what came of it; None before.
     """
 
-    def __init__(self, pictures: Pictures) -> None:
-        self._pictures = pictures
+    def __init__(
+        self, pictures: Pictures, look: Callable[[Pictures, Callable[[], bool]], Look] = look_at
+    ) -> None:
+        self._pictures, self._look_at = pictures, look
         self._listeners: list[Callable[[], None]] = []
         self._closed = threading.Event()
         self._lock = threading.Lock()
@@ -134,7 +174,7 @@ class DriveLook:
 
     def _run(self) -> None:
         try:
-            look = look_at(self._pictures, lambda: not self._closed.is_set())
+            look = self._look_at(self._pictures, lambda: not self._closed.is_set())
         except UserError as error:
             look = Look(None, f"{error}. Drag the horizon instead.")
         except Exception:

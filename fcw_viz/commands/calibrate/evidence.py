@@ -1,7 +1,7 @@
 """What the command line says of the road in the picture besides taped points."""
 
 from fcw.camera.calibration import Gaussian, GroundPoint
-from fcw.camera.joint import Evidence
+from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS, bend_px
 from fcw.camera.vanishing import Segment
 from fcw.errors import UserError

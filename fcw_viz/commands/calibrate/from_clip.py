@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from fcw.camera.calibration import Gaussian, Priors
 from fcw.camera.file import default_path
-from fcw.camera.joint import Evidence
+from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.files import read_lens
 from fcw.camera.points import check_priors
 from fcw.camera.straight import LEVEL

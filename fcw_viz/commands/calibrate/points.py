@@ -10,7 +10,8 @@ from fcw.bounded.pictures import LONGEST_SIDE_PX
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.export import export_text
 from fcw.camera.file import default_path, write_calibration
-from fcw.camera.joint import Evidence, calibrate_jointly
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.files import read_lens
 from fcw.camera.points import PointsError
 from fcw.camera.solve import calibrate

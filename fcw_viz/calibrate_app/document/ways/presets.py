@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 
+FEWEST_DASHES = 3
 FARTHEST_DASH_M = 45.0
 """Beyond the first one: farther ends are blurred, and a warning comes from nearer."""
 
@@ -86,13 +87,13 @@ def _tape_feet(*distances_ft: float) -> Preset:
     )
 
 
-def _dashes(where: str, period_m: float) -> SpacedPreset:
-    count = math.floor(FARTHEST_DASH_M / period_m + 1e-9) + 1
+def dashes(where: str, period_m: float) -> SpacedPreset:
+    """Lane dashes that repeat so."""
+    count = max(math.floor(FARTHEST_DASH_M / period_m + 1e-9) + 1, FEWEST_DASHES)
     return SpacedPreset(
         f"Lane dashes, {where}: every {period_m:.4g} m",
-        "Where you may stop beside such dashes (a lay-by, a closed road, a car park with the same paint), "
-        "measure to the near end of the first dash you see. "
-        f"Click the near ends of {count} dashes beside your lane, the nearest first.",
+        f"Click the near ends of up to {count} dashes beside your lane that follow each other, the nearest "
+        "first. If you can, measure or pace the way to the first one: without it, the height decides.",
         period_m,
         count,
     )
@@ -106,10 +107,10 @@ TAPE_PRESETS = (
 """Marks whose distances are known."""
 
 DASH_PRESETS = (
-    _dashes("USA", 40 / FEET_PER_METRE),
-    _dashes("California motorways", 48 / FEET_PER_METRE),
-    _dashes("Germany, motorways", 18.0),
-    _dashes("United Kingdom, above 40 mph", 9.0),
+    dashes("USA", 40 / FEET_PER_METRE),
+    dashes("California motorways", 48 / FEET_PER_METRE),
+    dashes("Germany, motorways", 18.0),
+    dashes("United Kingdom, above 40 mph", 9.0),
 )
 """Marks a known way apart, the first of which has to be measured."""
 

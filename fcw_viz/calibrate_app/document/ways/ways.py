@@ -11,9 +11,15 @@ from enum import Enum
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX, PRINCIPAL_ROW_SIGMA_HEIGHTS
+from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
+from fcw.camera.prior_sigmas import (
+    HORIZON_ROW_SIGMA_PX,
+    PRINCIPAL_ROW_SIGMA_HEIGHTS,
+    UNKNOWN_FIELD_OF_VIEW_DEG,
+    UNKNOWN_FIELD_OF_VIEW_SIGMA_DEG,
+)
 from fcw.frame import ImageSize
-from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
+from fcw_viz.calibrate_app.document.document import Belief, Document, Line, Mark
 from fcw_viz.calibrate_app.document.edits import ChooseWay, Edit, PlanDistances, SetPrincipalRow
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
 from fcw_viz.calibrate_app.document.ways.presets import (
@@ -53,11 +59,13 @@ class TypicalLens:
 TYPICAL_LENSES = (
     TypicalLens("Phone, main camera", math.radians(63), math.radians(6)),
     TypicalLens("Dash camera", math.radians(85), math.radians(15)),
-    TypicalLens("I do not know", math.radians(70), math.radians(13)),
+    TypicalLens(
+        "I do not know",
+        math.radians(UNKNOWN_FIELD_OF_VIEW_DEG),
+        math.radians(UNKNOWN_FIELD_OF_VIEW_SIGMA_DEG),
+    ),
 )
-"""Beliefs: phones' main cameras are near 26 mm of 35 mm film, 69 degrees, of which video crops some; the
-cameras of the real drives whose lens was published or calibrated see 58 (Udacity), 81 (KITTI) and 84 degrees
-(TuSimple)."""
+"""Beliefs: phones' main cameras are near 26 mm of 35 mm film, 69 degrees, of which video crops some."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +151,50 @@ def _without_marks(size: ImageSize) -> Document:
     )
 
 
-TAPE, CLIP, DASHES, BAY = "tape", "clip", "dashes", "bay"
+def _of_dashes(size: ImageSize) -> Document:
+    taped = _with_marks(9.0, 21.0, 33.0, 45.0)(size)
+    marks = tuple(replace(mark, distance_m=12.0 * mark.id) for mark in taped.marks)
+    return replace(taped, marks=marks, paced=True, height_sigma_m=MEASURED_SIGMA_M)
+
+
+def _of_lane(size: ImageSize) -> Document:
+    camera = _typical(size)
+
+    def line(lateral_m: float) -> Line:
+        near, far = ((camera.column_at(lateral_m, d), camera.row_at(d)) for d in (7.0, 40.0))
+        return Line(near, far)
+
+    width = Belief(Gaussian(3.5, 0.1))
+    return replace(_without_marks(size), horizon=None, lane_lines=(line(1.75), line(-1.75)), lane_width=width)
+
+
+def _of_speed(size: ImageSize) -> Document:
+    camera, mean_mps = _typical(size), 25.0
+    return replace(
+        _without_marks(size),
+        field_of_view=Belief(Gaussian(TYPICAL_LENSES[-1].view_rad, TYPICAL_LENSES[-1].sigma_rad)),
+        height_sigma_m=0.1,
+        speed=Belief(Gaussian(mean_mps, 0.5)),
+        scale_per_mps=camera.focal_y_px * camera.height_m / mean_mps,
+    )
+
+
+def _of_vehicles(size: ImageSize) -> Document:
+    camera = _typical(size)
+    vehicles = tuple(
+        Ruler(
+            camera.principal_column_px,
+            camera.row_at(distance_m),
+            camera.focal_y_px * VEHICLE_WIDTH_M.value / distance_m,
+            VEHICLE_WIDTH_M,
+            1.0,
+        )
+        for distance_m in (10.0, 14.0, 18.0, 22.0, 26.0, 30.0, 36.0, 42.0, 50.0, 60.0)
+    )
+    return replace(_without_marks(size), horizon=None, vehicles=vehicles)
+
+
+TAPE, CLIP, DASHES, BAY, LANE, SPEED, VEHICLES = "tape", "clip", "dashes", "bay", "lane", "speed", "vehicles"
 WAYS = (
     Way(
         CLIP,
@@ -165,11 +216,35 @@ WAYS = (
     Way(
         DASHES,
         "Lane dashes",
-        "Stopped where lane dashes are: the country's rule, and the way to the first dash by tape or paces.",
-        False,
+        "Three or more dashes in one picture, how far apart they are by the country's rule, and the height.",
+        True,
         (Part.POINTS,),
-        _with_marks(6.0, 15.0, 24.0, 33.0),
+        _of_dashes,
         DASH_PRESETS,
+    ),
+    Way(
+        LANE,
+        "A lane of known width",
+        "A picture of a straight road with both lane lines, their distance, the height and kind of camera.",
+        True,
+        (Part.LENS,),
+        _of_lane,
+    ),
+    Way(
+        SPEED,
+        "A known speed",
+        "A stretch of driving whose mean speed you know, by GPS or speedometer, and roughly the height.",
+        True,
+        (Part.LENS,),
+        _of_speed,
+    ),
+    Way(
+        VEHICLES,
+        "Vehicles ahead",
+        "A clip with five or more cars ahead, the height and the kind of camera: cars are about 1.8 m wide.",
+        True,
+        (Part.LENS,),
+        _of_vehicles,
     ),
     Way(
         BAY,

@@ -16,6 +16,7 @@ from fcw_viz.calibrate_app.document.edits import SetFieldOfView, SetHorizon, Set
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.document.ways.ways import TYPICAL_LENSES, Part, chosen_way
 from fcw_viz.calibrate_app.panels.camera.belief import BeliefControls, BeliefKind
+from fcw_viz.calibrate_app.panels.camera.besides import BesidesPanel
 from fcw_viz.calibrate_app.panels.camera.horizon import HorizonPanel
 from fcw_viz.calibrate_app.quantities import ANGLE_ERROR, FIELD_OF_VIEW, ROW, ROW_ERROR
 from fcw_viz.page.controls import on_choice
@@ -82,6 +83,7 @@ class LensPanel:
                     ),
                 )
             ]
+            self._besides = BesidesPanel(gui, desk)
         on_choice(self._typical, desk.run, self._take_typical)
         on_choice(self._more, desk.run, self._open)
 
@@ -110,6 +112,7 @@ class LensPanel:
         self._horizon.show(state)
         for controls in self._beliefs:
             controls.show(state)
+        self._besides.show(state)
 
     def _open(self, opened: bool) -> None:
         self._opened = opened
@@ -123,4 +126,5 @@ class LensPanel:
 
 def _anything_said(document: Document) -> bool:
     beliefs = (document.field_of_view, document.principal_row, document.horizon, *document.lane_lines)
-    return any(belief is not None for belief in beliefs)
+    besides = (document.lens, document.yaw, document.roll, document.lane_width, document.speed)
+    return any(belief is not None for belief in (*beliefs, *besides)) or bool(document.vehicles)

@@ -1,39 +1,30 @@
-"""One fit of all that is known of a camera: points, lines of the road, the horizon, vehicles, the height.
-
-Least squares over pitch, focal length, axis row, yaw, roll, height and what else the evidence leaves open,
-each with a belief of its own; so any of it may be missing, and the intervals say what that costs. All places
-are taken to the straight picture (`fcw.camera.straight`), where a line along the road runs to the point
-straight ahead, and a point at the distance d lies in the row v(d).
-"""
+"""Least squares over all that is open of a camera."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
 
 import numpy as np
 
 from fcw.camera.calibration import (
-    Calibration,
     Gaussian,
-    GroundPoint,
     Priors,
-    matrix3,
 )
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
-from fcw.camera.points import check_priors, check_setup, check_tape_error
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR
-from fcw.camera.solve import row_jacobian, support_distances
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, USUAL_TANGENT, USUAL_TANGENT_SIGMA
 from fcw.camera.straight import Orientation, Straightening, straight_column
-from fcw.camera.vanishing import Segment
+from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
-USUAL_PITCH = Gaussian(0.05, 0.12)
 YAW_SIGMA_RAD = math.radians(5.0)
 START_SIGMA_M = 20.0
 """Of the first of marks whose first distance is not known."""
+START_FIRST_M = (5.0, 9.0, 18.0)
+"""Where the iteration may start: farther dashes look much like nearer ones through another lens."""
 FLEET_SIGMA = 0.04
 """Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
 SMALLEST_DEPTH_M = 0.2
@@ -45,145 +36,11 @@ HUBER_SIGMAS = 2.0
 TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET = range(8)
 UNKNOWN_COUNT = 8
 STEPS = np.array((1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5))
-FOCAL_SIGMA, AXIS_SIGMA_PX = 0.01, 3.0
-"""Of a lens whose intrinsics are known, as a part and in pixels: focus, warmth, another copy of the lens."""
+FOCAL_SIGMA = 0.01
+"""Of a lens whose intrinsics are known, as a part: focus, warmth, another copy of the lens."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ruler:
-    """A vehicle on the road ahead, whose width is about known.
-
-    Attributes:
-        column_px: of the middle of its lower edge.
-        row_px: of its lower edge.
-        width_px: of its rear.
-        width_m: of its rear, as its kind has it.
-        row_sigma_px: error of the lower edge.
-    """
-
-    column_px: float
-    row_px: float
-    width_px: float
-    width_m: Gaussian
-    row_sigma_px: float
-
-
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """What is known, besides the lens and the height.
-
-    Attributes:
-        points: marks at distances from the reference; with a column they tell of the roll.
-        first_unknown: whether the points' distances count from the first of them, whose own is not known:
-            dashes of a known period.
-        lines: straight lines of the road along the direction of travel, each by two of its points; a known
-            lateral distance apart they tell of the height.
-        lane_width_m: between the first two lines.
-        horizon: two points of it.
-        travel_px: column and row that straight driving leads to.
-        rulers: vehicles.
-    """
-
-    points: tuple[GroundPoint, ...] = ()
-    first_unknown: bool = False
-    lines: tuple[Segment, ...] = ()
-    lane_width_m: Gaussian | None = None
-    horizon: Segment | None = None
-    travel_px: tuple[Gaussian, Gaussian] | None = None
-    rulers: tuple[Ruler, ...] = ()
-
-
-def calibrate_jointly(
-    evidence: Evidence,
-    image_size: ImageSize,
-    height_m: Gaussian,
-    reference_offset_m: float = 0.0,
-    click_sigma_px: float = 1.0,
-    priors: Priors = Priors(),  # noqa: B008 - immutable
-    lens: Lens | None = None,
-    tape_error: float = TAPE_ERROR,
-) -> Calibration:
-    """Calibrate from whatever is known.
-
-    Args:
-        evidence: what is known of the road in the picture.
-        image_size: of the picture.
-        height_m: of the camera, and how well it is known.
-        reference_offset_m: from the camera forward to where distances start.
-        click_sigma_px: standard deviation of a clicked column or row.
-        priors: what else is stated; what is not is as in every lens.
-        lens: the camera's intrinsics and distortion, where they are known.
-        tape_error: standard deviation of all distances together, as a part of them; of a period, too.
-
-    Raises:
-        UserError: something is not as it must be, or nothing is known of the horizon.
-    """
-    check_setup(image_size, height_m.value, reference_offset_m, click_sigma_px)
-    check_priors(priors)
-    check_tape_error(tape_error)
-    known = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
-    known += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
-    if known + 2 * (lens is not None) < 2:
-        raise UserError(
-            "nothing is known of where the road lies in the picture; give points, lane lines, the horizon "
-            "or vehicles"
-        )
-    fit = _JointFit(evidence, image_size, height_m, reference_offset_m, click_sigma_px, priors, lens)
-    x, covariance = fit.solve()
-    camera, orientation = fit.camera(x)
-    shift_m = float(x[START]) if evidence.first_unknown else 0.0
-    points = tuple(
-        GroundPoint(point.distance_m + shift_m, point.row_px, point.column_px) for point in evidence.points
-    )
-    if any(point.distance_m <= 0 for point in points):
-        raise UserError(
-            "the nearest mark would lie behind the reference; check the period, the order of the marks and "
-            "the camera's height"
-        )
-    support_m = support_distances(np.array([point.distance_m for point in points]))
-    support = np.array(support_m)
-    rows = row_jacobian(camera, support + reference_offset_m)
-    # Rows by tan(a), log(f), B and, with these fixed, log(h); the fit has v0 = B + f tan(a) and its own h.
-    tangent, focal_px = math.tan(camera.pitch_rad), camera.focal_y_px
-    by = np.zeros((3, UNKNOWN_COUNT))
-    by[:, TANGENT] = rows[:, 0] - focal_px
-    by[:, LOG_FOCAL] = rows[:, 1] - focal_px * tangent
-    by[:, AXIS] = 1.0
-    depths_m = support + reference_offset_m + camera.pole_m
-    by[:, LOG_HEIGHT] = rows[:, 1] * (1 - camera.pole_m / depths_m)
-    # Of a period the tape scales all but the first distance; of taped points all of it.
-    taped_px = np.zeros(3)
-    if points:
-        taped_px = tape_error * (support - shift_m) * camera.row_slope_at(support + reference_offset_m)
-    rows_covariance = by @ covariance @ by.T + np.outer(taped_px, taped_px)
-    calibration = Calibration(
-        camera,
-        image_size,
-        points,
-        float(click_sigma_px),
-        support_m,
-        matrix3((rows_covariance + rows_covariance.T) / 2),
-        float(reference_offset_m),
-        priors,
-        (0.0,) * len(points),
-        usual_lens(image_size, priors) if lens is None else Priors(),
-        float(tape_error),
-        replace(
-            orientation,
-            # What nothing tells of is taken as level, and known no better than that.
-            yaw_sigma_rad=math.sqrt(covariance[YAW, YAW]) if fit.tells_yaw else YAW_SIGMA_RAD,
-            roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]) if fit.tells_roll else ROLL_SIGMA_RAD,
-        ),
-        lens,
-    )
-    residuals = tuple(
-        row_px - calibration.row_at(point.distance_m)
-        for point, row_px in zip(points, calibration.straight_rows_px, strict=True)
-    )
-    return replace(calibration, residuals_px=residuals)
-
-
-class _JointFit:
+class JointFit:
     """Residuals in sigmas of all evidence and beliefs over the eight unknowns."""
 
     def __init__(
@@ -199,33 +56,37 @@ class _JointFit:
         self._evidence, self._size, self._offset_m, self._lens = evidence, size, offset_m, lens
         self._click_px = click_sigma_px
         self._horizon = priors.horizon_row_px
-        usual = usual_lens(size, priors)
+        usual = usual_lens(size, priors, bool(evidence.points))
         view = priors.field_of_view_rad or usual.field_of_view_rad
         axis = priors.principal_row_px or usual.principal_row_px
         assert view is not None
         assert axis is not None
         self._view = view
-        self._focal_px: Gaussian | None = None
         self._column_px = (size.width - 1) / 2
+        focal_px = size.width / 2 / math.tan(view.value / 2)
+        focal_sigma, height_sigma = 10.0, max(height_m.sigma / height_m.value, 1e-6)
         if lens is not None:
-            self._focal_px = Gaussian(math.log(lens.focal_y_px), FOCAL_SIGMA)
-            axis = Gaussian(lens.row_px, AXIS_SIGMA_PX)
+            # The straight picture is that of this lens: its axis and focal length are what they are there.
+            # What the focal length has wrong does to distances what the height would.
+            axis, focal_px, focal_sigma = Gaussian(lens.row_px, 1e-6), lens.focal_y_px, 1e-6
+            height_sigma = math.hypot(height_sigma, FOCAL_SIGMA)
             self._column_px = lens.column_px
-        focal_px = size.width / 2 / math.tan(view.value / 2) if lens is None else lens.focal_y_px
-        height_sigma = max(height_m.sigma / height_m.value, 1e-6)
+        yaw, roll = evidence.yaw_rad, evidence.roll_rad
+        turned = (yaw.value if yaw else 0.0, roll.value if roll else 0.0)
         self._means = np.array(
-            (USUAL_PITCH.value, math.log(focal_px), axis.value, 0.0, 0.0, math.log(height_m.value), 8.0, 0.0)
+            (USUAL_TANGENT, math.log(focal_px), axis.value, *turned, math.log(height_m.value), 8.0, 0.0)
         )
         columns = {point.column_px for point in evidence.points}
-        self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None
+        self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None or yaw is not None
         self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
+        self.tells_roll = self.tells_roll or roll is not None
         self._sigmas = np.array(
             (
-                USUAL_PITCH.sigma,
-                10.0,
+                USUAL_TANGENT_SIGMA,
+                focal_sigma,
                 axis.sigma,
-                YAW_SIGMA_RAD if self.tells_yaw else 1e-6,
-                ROLL_SIGMA_RAD if self.tells_roll else 1e-6,
+                yaw.sigma if yaw else YAW_SIGMA_RAD if self.tells_yaw else 1e-6,
+                roll.sigma if roll else ROLL_SIGMA_RAD if self.tells_roll else 1e-6,
                 height_sigma,
                 START_SIGMA_M if evidence.first_unknown else 1e-6,
                 FLEET_SIGMA if evidence.rulers else 1e-6,
@@ -249,20 +110,24 @@ class _JointFit:
         return straight, orientation
 
     def solve(self) -> tuple[FloatArray, FloatArray]:
-        """The unknowns and their covariance; Gauss-Newton with damping from the middle of all beliefs."""
+        """The unknowns and their covariance; Gauss-Newton with damping from each start, the best of all."""
         from scipy.optimize import least_squares
 
-        fit = least_squares(
-            self.residuals,
-            self._means,
-            jac=self.jacobian,  # pyright: ignore[reportArgumentType] - scipy's annotation misses callables
-            method="lm",
-            x_scale=np.maximum(self._sigmas, 1e-6),
-            xtol=1e-12,
-            ftol=1e-12,
-            gtol=1e-12,
-            max_nfev=400,
-        )
+        fits = [
+            least_squares(
+                self.residuals,
+                start,
+                jac=self.jacobian,  # pyright: ignore[reportArgumentType] - scipy's annotation misses callables
+                method="lm",
+                x_scale=np.maximum(self._sigmas, 1e-6),
+                xtol=1e-12,
+                ftol=1e-12,
+                gtol=1e-12,
+                max_nfev=400,
+            )
+            for start in self._starts()
+        ]
+        fit = min(fits, key=lambda fit: fit.cost)
         jacobian = self.jacobian(fit.x)
         scale = np.linalg.norm(jacobian, axis=0)
         if not (np.isfinite(scale).all() and scale.all()):
@@ -272,6 +137,25 @@ class _JointFit:
         _, singular, right = np.linalg.svd(jacobian / scale, full_matrices=False)
         root = right.T / singular / scale[:, None]
         return fit.x, root @ root.T
+
+    def _starts(self) -> list[FloatArray]:
+        """From the middle of all beliefs, with the horizon where two lines meet; dashes begin anywhere."""
+        start = self._means.copy()
+        lines = self._evidence.lines
+        if self._horizon is not None:
+            start[TANGENT] = (start[AXIS] - self._horizon.value) / math.exp(start[LOG_FOCAL])
+        elif len(lines) > 1:
+            with suppress(UserError):
+                meeting = vanishing_row(lines[0], lines[1], self._click_px)
+                start[TANGENT] = (start[AXIS] - meeting.value) / math.exp(start[LOG_FOCAL])
+        if not self._evidence.first_unknown:
+            return [start]
+        starts = []
+        for first_m in START_FIRST_M:
+            there = start.copy()
+            there[START] = first_m
+            starts.append(there)
+        return starts
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """(M, 8) by central differences: the straightening has no short derivative."""
@@ -292,13 +176,15 @@ class _JointFit:
         camera, orientation = self.camera(x)
         self._way = Straightening(camera, orientation, self._lens, self._size)
         found = [beliefs]
-        if self._focal_px is not None:
-            found.append(np.array([(x[LOG_FOCAL] - self._focal_px.value) / self._focal_px.sigma]))
-        else:
+        if self._lens is None:
             view_rad = 2 * math.atan2(self._size.width, 2 * camera.focal_y_px)
             found.append(np.array([(view_rad - self._view.value) / self._view.sigma]))
         if self._horizon is not None:
             found.append(np.array([(camera.horizon_row_px - self._horizon.value) / self._horizon.sigma]))
+        scale = self._evidence.scale_px_m
+        if scale is not None:
+            off = x[LOG_FOCAL] + x[LOG_HEIGHT] - math.log(scale.value)
+            found.append(np.array([off / (scale.sigma / scale.value)]))
         found += [
             self._of_points(x, camera),
             self._of_lines(camera),

@@ -1,0 +1,241 @@
+"""Each way to calibrate a recorded clip, on real drives whose camera is known: what 30 m read, and how sure.
+
+    FCW_DATA=... python benchmarks/calibration/ways.py [--quick]
+
+The truth of the Udacity pictures is the lens of the chessboards with the dashes (14.63 m, California) and the
+lane lines (3.7 m apart), all clicked in the picture; that of the clips is `calibrations.txt`, from many
+pictures, and that of KITTI is published. The clicks are those of a person, to about a pixel. `--quick` leaves
+out the ways that look through a clip for vehicles.
+"""
+
+import argparse
+import math
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.solve import calibrate_jointly
+from fcw.camera.lens.model import Lens
+from fcw.camera.lens.solve import lens_of_chessboards
+from fcw.camera.vanishing import Segment
+from fcw.detection.choice import load_model, make_detector
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+from fcw.self_calibration.clip import VEHICLE_HEIGHTS_M, calibrate_clip, rough_calibration
+from fcw.sources import open_source
+from fcw_viz.calibrate_app.document.ways.ways import TYPICAL_LENSES
+from fcw_viz.calibrate_app.proposals.drive_look import look_at
+from fcw_viz.page.pictures import Pictures
+
+AT_M = 30.0
+SIZE = ImageSize(1280, 720)
+PERIOD_M, LANE_M = 14.63, Gaussian(3.7, 0.11)
+DATA_SHEET = Gaussian(math.radians(58), math.radians(3))
+PHONE = Gaussian(TYPICAL_LENSES[0].view_rad, TYPICAL_LENSES[0].sigma_rad)
+CAR_M = VEHICLE_HEIGHTS_M["car"]
+
+
+@dataclass(frozen=True)
+class Clicked:
+    """What somebody clicked in one picture.
+
+    Attributes:
+        name: of the clip, and the picture's number.
+        left: the left lane line, near and far.
+        right: the right one.
+        ends: of dashes following each other, the nearest first; far ends or near ends, all alike.
+        height_m: as `calibrations.txt` has it.
+    """
+
+    name: str
+    left: Segment
+    right: Segment
+    ends: tuple[tuple[float, float], ...]
+    height_m: Gaussian
+
+
+PICTURES = (
+    Clicked(
+        "udacity_test_video, picture 0",
+        ((290.0, 684.0), (630.0, 449.0)),
+        ((908.0, 566.5), (729.5, 454.5)),
+        ((908.0, 566.5), (762.0, 477.3), (729.5, 454.5), (718.6, 445.7)),
+        Gaussian(1.2, 0.03),
+    ),
+    Clicked(
+        "udacity_test_small1, picture 70",
+        ((266.0, 683.0), (600.0, 444.0)),
+        ((995.0, 625.2), (703.0, 458.0)),
+        ((995.0, 625.2), (758.0, 490.5), (709.0, 461.6)),
+        Gaussian(1.19, 0.03),
+    ),
+)
+CLIPS = {
+    # Horizon's row, focal length times height in px m, height: `calibrations.txt`.
+    "udacity_test_video": (420.0, 1390.0, 1.2),
+    "udacity_test_small1": (419.5, 1385.0, 1.19),
+    "udacity_project_video_cut": (423.5, 1395.0, 1.205),
+}
+KITTI_FOCAL_PX, KITTI_HEIGHT_M, KITTI_HORIZON_PX = 721.538, 1.65, 176.6
+
+
+def say(text: str) -> None:
+    """A line of the report."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    options = parser.parse_args()
+    data = Path(os.environ["FCW_DATA"])
+    boards = [cv2.imread(str(path)) for path in sorted((data / "udacity-chessboards").rglob("*.jpg"))]
+    lens = lens_of_chessboards([np.asarray(board, np.uint8) for board in boards], (9, 6)).for_image_size(SIZE)
+    for picture in PICTURES:
+        _ways_of_a_picture(picture, lens)
+    for name, (horizon_px, scale, height_m) in CLIPS.items():
+        _ways_of_a_clip(data / "clips" / f"{name}.mp4", horizon_px + scale / AT_M, height_m, options.quick)
+    if not options.quick:
+        _known_speed(data / "kitti-odometry-03")
+
+
+def _ways_of_a_picture(picture: Clicked, lens: Lens) -> None:
+    lines = (picture.left, picture.right)
+    dashes = tuple(GroundPoint(PERIOD_M * k, row, column) for k, (column, row) in enumerate(picture.ends))
+    paced = Evidence(points=dashes, first_unknown=True)
+    road = Evidence(lines=lines, lane_width_m=LANE_M)
+    both = replace(paced, lines=lines, lane_width_m=LANE_M)
+    truth = calibrate_jointly(
+        replace(both, lane_width_m=Gaussian(LANE_M.value, 0.03), period_sigma_m=0.05),
+        SIZE,
+        Gaussian(1.25, 0.3),
+        lens=lens,
+    )
+    place = _place(truth)
+    say(f"\n{picture.name}: 30 m at column {place[0]:.0f}, row {place[1]:.1f}; camera {_height(truth)}")
+    height = picture.height_m
+    known = Priors(DATA_SHEET)
+    ways: dict[str, Callable[[], Calibration]] = {
+        "dashes by rule, height": lambda: calibrate_jointly(paced, SIZE, height),
+        "dashes measured, height": lambda: calibrate_jointly(
+            replace(paced, period_sigma_m=0.15), SIZE, height
+        ),
+        "dashes by rule, height, lens by chessboards": lambda: calibrate_jointly(
+            paced, SIZE, height, lens=lens
+        ),
+        "dashes, lane width, height, field of view": lambda: calibrate_jointly(
+            both, SIZE, height, priors=known
+        ),
+        "lane width, height, field of view": lambda: calibrate_jointly(road, SIZE, height, priors=known),
+        "lane width, height, a phone's lens": lambda: calibrate_jointly(
+            road, SIZE, height, priors=Priors(PHONE)
+        ),
+        "lane width, height, no lens": lambda: calibrate_jointly(road, SIZE, height),
+        "lane width, a car's height, lens by chessboards": lambda: calibrate_jointly(
+            road, SIZE, CAR_M, lens=lens
+        ),
+    }
+    for name, way in ways.items():
+        _report(name, way, place)
+
+
+def _ways_of_a_clip(path: Path, row_px: float, height_m: float, quick: bool) -> None:
+    pictures = Pictures(open_source(path))
+    horizon = look_at(pictures).horizon
+    middle_px = (pictures.image_size.width - 1) / 2
+    place = np.array([middle_px, row_px])
+    said = f"row {horizon.value:.1f} ± {horizon.sigma:.1f}" if horizon else "not found"
+    say(f"\n{path.stem}: 30 m at row {row_px:.1f}; the drive's horizon {said}")
+    measured = Gaussian(height_m, 0.03)
+    if horizon is not None:
+        unknown = TYPICAL_LENSES[-1]
+        for name, view, height in (
+            ("horizon of the drive, height, field of view", DATA_SHEET, measured),
+            ("horizon of the drive, height, a phone's lens", PHONE, measured),
+            (
+                "horizon of the drive, height, no lens",
+                Gaussian(unknown.view_rad, unknown.sigma_rad),
+                measured,
+            ),
+            ("horizon of the drive, a car, no lens", Gaussian(unknown.view_rad, unknown.sigma_rad), CAR_M),
+        ):
+            priors = Priors(view, None, horizon)
+            _report(name, lambda p=priors, h=height: calibrate_jointly(Evidence(), SIZE, h, priors=p), place)
+    if quick:
+        return
+    for name, priors, height in (
+        ("vehicles, height, field of view", Priors(DATA_SHEET), measured),
+        ("vehicles, height, no lens", Priors(), measured),
+        ("nothing known (a car)", Priors(), CAR_M),
+    ):
+        _report(name, lambda p=priors, h=height: _by_clip(path, p, h), place)
+
+
+def _by_clip(path: Path, priors: Priors, height_m: Gaussian) -> Calibration:
+    source = open_source(path)
+    guess = rough_calibration(source.image_size, height_m.value, priors)
+    detector = make_detector("acf-full", load_model("acf-full"), guess)
+    return calibrate_clip(source, detector, height_m, priors=priors)
+
+
+def _known_speed(folder: Path) -> None:
+    """KITTI's own speed is known from its poses; the height follows from it, and distances with the lens."""
+    poses = np.loadtxt(folder / "poses.txt").reshape(-1, 3, 4)[:, :, 3]
+    speed_mps = float(np.linalg.norm(np.diff(poses, axis=0), axis=1).mean() * 10)
+    source = open_source(folder / "drive.mp4")
+    size = source.image_size
+    place = np.array([609.559, KITTI_HORIZON_PX + KITTI_FOCAL_PX * KITTI_HEIGHT_M / AT_M])
+    say(f"\nkitti-odometry-03: 30 m at row {place[1]:.1f}; {speed_mps:.1f} m/s on average")
+    view = Gaussian(2 * math.atan(size.width / 2 / KITTI_FOCAL_PX), math.radians(3))
+    for name, priors in (("known speed, field of view", Priors(view)), ("known speed, no lens", Priors())):
+        _report(name, lambda p=priors: _by_speed(folder / "drive.mp4", p, speed_mps), place)
+
+
+def _by_speed(path: Path, priors: Priors, speed_mps: float) -> Calibration:
+    source = open_source(path)
+    # Nobody measured the height: what the speed says of it decides.
+    height_m = Gaussian(1.5, 0.5)
+    guess = rough_calibration(source.image_size, height_m.value, priors)
+    detector = make_detector("acf-full", load_model("acf-full"), guess)
+    return calibrate_clip(source, detector, height_m, priors=priors, speed_mps=speed_mps)
+
+
+def _place(truth: Calibration) -> np.ndarray:
+    """Column and row in the picture of the road `AT_M` straight ahead."""
+    straight = np.array([[truth.column_at(0.0, AT_M), truth.row_at(AT_M)]])
+    way = truth.straightening
+    return straight[0] if way is None else way.to_picture(straight)[0]
+
+
+def _height(calibration: Calibration) -> str:
+    camera: GroundPlaneCamera = calibration.camera
+    return f"{camera.height_m:.2f} m high, horizon at row {camera.horizon_row_px:.1f}"
+
+
+def _report(name: str, way: Callable[[], Calibration], place: np.ndarray) -> None:
+    """One line: what the way reads where the road is `AT_M` away."""
+    try:
+        calibration = way()
+    except UserError as error:
+        say(f"  {name:50} {error}")
+        return
+    straight = calibration.straightening
+    row_px = float(place[1] if straight is None else straight.to_straight(place[None])[0, 1])
+    seen_m = calibration.distance_at(row_px)
+    low_m, high_m = calibration.distance_interval(row_px)
+    holds = "inside" if low_m <= AT_M <= high_m else "OUTSIDE"
+    say(f"  {name:50} {seen_m:5.1f} m  {seen_m / AT_M - 1:+6.1%}  {low_m:5.1f} to {high_m:5.1f}  {holds}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""One fit of all that is known of a camera."""

@@ -1,0 +1,61 @@
+"""What is known of the road in a picture."""
+
+from dataclasses import dataclass
+
+from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.camera.vanishing import Segment
+
+VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
+"""Of passenger cars, vans among them, with what a box adds and takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ruler:
+    """A vehicle on the road ahead, whose width is about known.
+
+    Attributes:
+        column_px: of the middle of its lower edge.
+        row_px: of its lower edge.
+        width_px: of its rear.
+        width_m: of its rear, as its kind has it.
+        row_sigma_px: error of the lower edge.
+    """
+
+    column_px: float
+    row_px: float
+    width_px: float
+    width_m: Gaussian
+    row_sigma_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What is known, besides the lens and the height.
+
+    Attributes:
+        points: marks at distances from the reference; with a column they tell of the roll.
+        first_unknown: whether the points' distances count from the first of them, whose own is not known:
+            dashes of a known period.
+        lines: straight lines of the road along the direction of travel, each by two of its points; a known
+            lateral distance apart they tell of the height.
+        lane_width_m: between the first two lines.
+        horizon: two points of it.
+        travel_px: column and row that straight driving leads to.
+        rulers: vehicles.
+        yaw_rad: of the camera to the left, where it is known besides.
+        roll_rad: of the camera to the right, likewise.
+        scale_px_m: focal length times height: what a known speed tells, by how fast the road flows by.
+        period_sigma_m: of dashes whose period was measured; None of one that a rule says, which may err.
+    """
+
+    points: tuple[GroundPoint, ...] = ()
+    first_unknown: bool = False
+    lines: tuple[Segment, ...] = ()
+    lane_width_m: Gaussian | None = None
+    horizon: Segment | None = None
+    travel_px: tuple[Gaussian, Gaussian] | None = None
+    rulers: tuple[Ruler, ...] = ()
+    period_sigma_m: float | None = None
+    yaw_rad: Gaussian | None = None
+    roll_rad: Gaussian | None = None
+    scale_px_m: Gaussian | None = None

@@ -1,0 +1,146 @@
+"""One fit of all that is known of a camera: points, lines of the road, the horizon, vehicles, the height.
+
+Least squares over pitch, focal length, axis row, yaw, roll, height and what else the evidence leaves open,
+each with a belief of its own; so any of it may be missing, and the intervals say what that costs. All places
+are taken to the straight picture (`fcw.camera.straight`), where a line along the road runs to the point
+straight ahead, and a point at the distance d lies in the row v(d).
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fcw.camera.calibration import (
+    Calibration,
+    Gaussian,
+    GroundPoint,
+    Priors,
+    matrix3,
+)
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.fit import (
+    AXIS,
+    LOG_FOCAL,
+    LOG_HEIGHT,
+    ROLL,
+    START,
+    TANGENT,
+    UNKNOWN_COUNT,
+    YAW,
+    YAW_SIGMA_RAD,
+    JointFit,
+)
+from fcw.camera.lens.model import Lens
+from fcw.camera.lens.usual import usual_lens
+from fcw.camera.points import check_priors, check_setup, check_tape_error
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR
+from fcw.camera.solve import row_jacobian, support_distances
+from fcw.camera.verdicts.period import period_doubt, widened
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+
+def calibrate_jointly(
+    evidence: Evidence,
+    image_size: ImageSize,
+    height_m: Gaussian,
+    reference_offset_m: float = 0.0,
+    click_sigma_px: float = 1.0,
+    priors: Priors = Priors(),  # noqa: B008 - immutable
+    lens: Lens | None = None,
+    tape_error: float = TAPE_ERROR,
+) -> Calibration:
+    """Calibrate from whatever is known.
+
+    Args:
+        evidence: what is known of the road in the picture.
+        image_size: of the picture.
+        height_m: of the camera, and how well it is known.
+        reference_offset_m: from the camera forward to where distances start.
+        click_sigma_px: standard deviation of a clicked column or row.
+        priors: what else is stated; what is not is as in every lens.
+        lens: the camera's intrinsics and distortion, where they are known.
+        tape_error: standard deviation of all distances together, as a part of them; of a period, too.
+
+    Raises:
+        UserError: something is not as it must be, or nothing is known of the horizon.
+    """
+    check_setup(image_size, height_m.value, reference_offset_m, click_sigma_px)
+    check_priors(priors)
+    check_tape_error(tape_error)
+    known = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
+    known += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
+    known += evidence.scale_px_m is not None
+    if known + 2 * (lens is not None) < 2:
+        raise UserError(
+            "nothing is known of where the road lies in the picture; give points, lane lines, the horizon "
+            "or vehicles"
+        )
+    fit = JointFit(evidence, image_size, height_m, reference_offset_m, click_sigma_px, priors, lens)
+    x, covariance = fit.solve()
+    camera, orientation = fit.camera(x)
+    shift_m = float(x[START]) if evidence.first_unknown else 0.0
+    points = tuple(
+        GroundPoint(point.distance_m + shift_m, point.row_px, point.column_px) for point in evidence.points
+    )
+    if any(point.distance_m <= 0 for point in points):
+        raise UserError(
+            "the nearest mark would lie behind the reference; check the period, the order of the marks and "
+            "the camera's height"
+        )
+    support_m = support_distances(np.array([point.distance_m for point in points]))
+    support = np.array(support_m)
+    rows = row_jacobian(camera, support + reference_offset_m)
+    # Rows by tan(a), log(f), B and, with these fixed, log(h); the fit has v0 = B + f tan(a) and its own h.
+    tangent, focal_px = math.tan(camera.pitch_rad), camera.focal_y_px
+    by = np.zeros((3, UNKNOWN_COUNT))
+    by[:, TANGENT] = rows[:, 0] - focal_px
+    by[:, LOG_FOCAL] = rows[:, 1] - focal_px * tangent
+    by[:, AXIS] = 1.0
+    depths_m = support + reference_offset_m + camera.pole_m
+    by[:, LOG_HEIGHT] = rows[:, 1] * (1 - camera.pole_m / depths_m)
+    # Of a period the tape scales all but the first distance; of taped points all of it.
+    taped_px = np.zeros(3)
+    if points:
+        taped_px = tape_error * (support - shift_m) * camera.row_slope_at(support + reference_offset_m)
+    rows_covariance = by @ covariance @ by.T + np.outer(taped_px, taped_px)
+    calibration = Calibration(
+        camera,
+        image_size,
+        points,
+        float(click_sigma_px),
+        support_m,
+        matrix3((rows_covariance + rows_covariance.T) / 2),
+        float(reference_offset_m),
+        priors,
+        (0.0,) * len(points),
+        usual_lens(image_size, priors, bool(points)) if lens is None else Priors(),
+        float(tape_error),
+        replace(
+            orientation,
+            # What nothing tells of is taken as level, and known no better than that.
+            yaw_sigma_rad=math.sqrt(covariance[YAW, YAW]) if fit.tells_yaw else YAW_SIGMA_RAD,
+            roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]) if fit.tells_roll else ROLL_SIGMA_RAD,
+        ),
+        lens,
+    )
+    residuals = tuple(
+        row_px - calibration.row_at(point.distance_m)
+        for point, row_px in zip(points, calibration.straight_rows_px, strict=True)
+    )
+    calibration = replace(calibration, residuals_px=residuals)
+    if evidence.period_sigma_m is not None:
+        return calibration
+    return widened(
+        calibration, period_doubt(calibration, _height_sigma(evidence, height_m), evidence.first_unknown)
+    )
+
+
+def _height_sigma(evidence: Evidence, height_m: Gaussian) -> float:
+    """How well the height is known without the period: by itself, and by the width of a lane."""
+    width_m = evidence.lane_width_m
+    if width_m is None or len(evidence.lines) < 2:
+        return height_m.sigma
+    by_lane_m = width_m.sigma / width_m.value * height_m.value
+    return 1 / math.hypot(1 / height_m.sigma, 1 / by_lane_m)

@@ -1,0 +1,164 @@
+"""Edits of what is known besides marks, horizon and lane lines: tape, lens, turn, lane, vehicles, speed."""
+
+import math
+from dataclasses import dataclass, replace
+
+from fcw.camera.joint.evidence import Ruler
+from fcw.camera.lens.model import Lens
+from fcw.camera.points import LARGEST_TAPE_ERROR
+from fcw.errors import UserError
+from fcw_viz.calibrate_app.document.document import Belief, Document
+
+STEEPEST_TURN_RAD = math.radians(45.0)
+
+
+@dataclass(frozen=True, slots=True)
+class SetTapeError:
+    """The error of all taped distances together, as a part of them."""
+
+    tape_error: float
+
+    def apply(self, document: Document) -> Document:
+        """The document with that error.
+
+        Raises:
+            UserError: it is no part of a distance.
+        """
+        if not 0 <= self.tape_error < LARGEST_TAPE_ERROR:
+            raise UserError(
+                f"tape error {self.tape_error:.3g}: expected 0 to {LARGEST_TAPE_ERROR:.0%} of the distance"
+            )
+        return replace(document, tape_error=self.tape_error)
+
+
+@dataclass(frozen=True, slots=True)
+class SetPaced:
+    """Whether the marks are dashes, whose first distance is not known."""
+
+    paced: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document so."""
+        return replace(document, paced=self.paced)
+
+
+@dataclass(frozen=True, slots=True)
+class SetLens:
+    """The lens of a file of another tool; None forgets it."""
+
+    lens: Lens | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that lens, for the size of its pictures.
+
+        Raises:
+            UserError: the lens is of pictures of another shape.
+        """
+        lens, size = self.lens, document.image_size
+        if lens is not None:
+            across, down = size.width / lens.image_size.width, size.height / lens.image_size.height
+            if abs(across / down - 1) > 0.02:
+                raise UserError(
+                    f"the lens is of pictures of {lens.image_size}, these are {size}: another shape; "
+                    "import the lens of this camera in this mode"
+                )
+            lens = lens.for_image_size(size)
+        return replace(document, lens=lens)
+
+
+@dataclass(frozen=True, slots=True)
+class SetYaw:
+    """How far the camera looks to the left of the direction of travel."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that yaw.
+
+        Raises:
+            UserError: no camera that looks ahead is turned so far.
+        """
+        _check_turn("yaw", self.belief)
+        return replace(document, yaw=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetRoll:
+    """How far the camera is tilted to the right."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that roll.
+
+        Raises:
+            UserError: no camera that somebody put up is tilted so far.
+        """
+        _check_turn("roll", self.belief)
+        return replace(document, roll=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetLaneWidth:
+    """From one lane line to the other."""
+
+    belief: Belief | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that width.
+
+        Raises:
+            UserError: it is not a width.
+        """
+        _check_above_zero("lane width", self.belief, "metres from the middle of one line to the other's")
+        return replace(document, lane_width=self.belief)
+
+
+@dataclass(frozen=True, slots=True)
+class SetVehicles:
+    """Vehicles that the drive shows, taken as rulers; none takes them back."""
+
+    vehicles: tuple[Ruler, ...]
+
+    def apply(self, document: Document) -> Document:
+        """The document with them."""
+        return replace(document, vehicles=self.vehicles)
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeed:
+    """The mean speed over the stretch that was looked at, and what the drive makes of each m/s."""
+
+    belief: Belief | None
+    scale_per_mps: float | None
+
+    def apply(self, document: Document) -> Document:
+        """The document with that speed.
+
+        Raises:
+            UserError: it is not a speed.
+        """
+        _check_above_zero("speed", self.belief, "metres a second")
+        return replace(document, speed=self.belief, scale_per_mps=self.scale_per_mps)
+
+
+Knowledge = SetTapeError | SetPaced | SetLens | SetYaw | SetRoll | SetLaneWidth | SetVehicles | SetSpeed
+
+
+def _check_turn(name: str, belief: Belief | None) -> None:
+    if belief is None:
+        return
+    value, sigma = belief.prior.value, belief.prior.sigma
+    if not (abs(value) < STEEPEST_TURN_RAD and 0 < sigma < math.inf):
+        raise UserError(
+            f"{name} {math.degrees(value):.3g} degrees: expected less than "
+            f"{math.degrees(STEEPEST_TURN_RAD):.0f} to either side, with an error above 0"
+        )
+
+
+def _check_above_zero(name: str, belief: Belief | None, meaning: str) -> None:
+    if belief is None:
+        return
+    value, sigma = belief.prior.value, belief.prior.sigma
+    if not (math.isfinite(value) and value > 0 and math.isfinite(sigma) and sigma > 0):
+        raise UserError(f"{name} {value:g} ± {sigma:g}: expected numbers above 0, {meaning}")

@@ -1,0 +1,187 @@
+"""What else may be known: the lane's width, a speed, vehicles, how the camera is turned, its whole lens."""
+
+import math
+import tempfile
+from html import escape
+from pathlib import Path
+
+import viser
+
+from fcw.camera.joint.fit import YAW_SIGMA_RAD
+from fcw.camera.lens.files import read_lens
+from fcw.camera.lens.model import Lens
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
+from fcw.errors import UserError
+from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
+from fcw_viz.calibrate_app.document.besides.knowledge import (
+    SetLaneWidth,
+    SetLens,
+    SetRoll,
+    SetSpeed,
+    SetVehicles,
+    SetYaw,
+)
+from fcw_viz.calibrate_app.document.document import Belief
+from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.panels.camera.belief import BeliefControls, BeliefKind
+from fcw_viz.calibrate_app.quantities import (
+    ANGLE_ERROR,
+    LENGTH_ERROR,
+    SPEED,
+    SPEED_ERROR,
+    TURN,
+    WIDTH,
+)
+from fcw_viz.page.controls import on_button
+from fcw_viz.page.style import set_html, text_block
+
+LANE_WIDTH_SIGMA_M = 0.1
+SPEED_SIGMA_MPS = 0.5
+KILOMETRES_PER_HOUR = 1 / 3.6
+FIND_VEHICLES, FORGET_VEHICLES = "Take the vehicles ahead as rulers", "Forget the vehicles"
+LOOKING_WORDS = "Looking for vehicles; half a minute."
+IMPORT, FORGET_LENS = "Import a lens", "Forget the lens"
+LENS_WORDS = "camera_info, Kalibr or OpenCV, as YAML. Without one the picture is taken as free of distortion."
+LARGEST_LENS_BYTES = 1_000_000
+
+
+class BesidesPanel:
+    """A field each, beside the lens and the horizon."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        self._lane = BeliefControls(
+            gui,
+            desk,
+            BeliefKind(
+                "lane_width",
+                "Lane width, m",
+                "From the middle of the left line to that of the right one; counts with both lane lines",
+                WIDTH,
+                LENGTH_ERROR,
+                1.0,
+                LANE_WIDTH_SIGMA_M,
+                SetLaneWidth,
+            ),
+        )
+        self._speed = BeliefControls(
+            gui,
+            desk,
+            BeliefKind(
+                "speed",
+                "Mean speed, km/h",
+                "Over the stretch that the program looked at; it stands in for lens and height",
+                SPEED,
+                SPEED_ERROR,
+                KILOMETRES_PER_HOUR,
+                SPEED_SIGMA_MPS,
+                self._speed_edit,
+            ),
+        )
+        several = desk.pictures.count > 1
+        self._find = gui.add_button(FIND_VEHICLES, color="gray", icon=viser.Icon.CAR, visible=several)
+        self._vehicle_words = gui.add_html("")
+        self._turns = [
+            BeliefControls(gui, desk, kind)
+            for kind in (
+                BeliefKind(
+                    "yaw",
+                    "Looks to the left, °",
+                    "Of the direction of travel; to the right below 0",
+                    TURN,
+                    ANGLE_ERROR,
+                    math.radians(1),
+                    YAW_SIGMA_RAD / 5,
+                    SetYaw,
+                ),
+                BeliefKind(
+                    "roll",
+                    "Tilted to the right, °",
+                    "The horizon falls to the left in the picture; to the left below 0",
+                    TURN,
+                    ANGLE_ERROR,
+                    math.radians(1),
+                    ROLL_SIGMA_RAD / 3,
+                    SetRoll,
+                ),
+            )
+        ]
+        self._import = gui.add_upload_button(
+            IMPORT, color="gray", icon=viser.Icon.UPLOAD, mime_type=".yaml,.yml", hint=LENS_WORDS
+        )
+        self._lens_words = gui.add_html("")
+        self._forget = gui.add_button(FORGET_LENS, color="gray", visible=False)
+
+        on_button(self._find, desk.run, self._vehicles_pressed)
+        on_button(self._forget, desk.run, lambda: desk.apply(SetLens(None)))
+
+        @self._import.on_upload
+        async def _(_: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+            file = self._import.value
+            desk.run(lambda: self._imported(file.name, file.content))
+
+    def show(self, state: SessionState) -> None:
+        """Bring the fields to a moment of the session."""
+        document = state.document
+        self._lane.show(state)
+        self._speed.show(state)
+        for controls in self._turns:
+            controls.show(state)
+        self._find.label = FORGET_VEHICLES if document.vehicles else FIND_VEHICLES
+        look = self._desk.vehicles
+        self._find.disabled = look.running
+        words = "" if look.look is None else look.look.words
+        words = LOOKING_WORDS if look.running else words
+        set_html(self._vehicle_words, _dim(words))
+        lens = document.lens
+        self._forget.visible = lens is not None
+        set_html(self._lens_words, _dim("" if lens is None else lens_words(lens)))
+
+    def _speed_edit(self, belief: Belief | None) -> SetSpeed:
+        look = self._desk.look.look
+        scale = self._desk.state.document.scale_per_mps if look is None else look.scale_per_mps
+        if belief is not None and scale is None:
+            self._desk.look.start()
+            raise UserError(
+                "the drive has not shown yet how fast the road goes by; it is looked at now: type the speed "
+                "when the horizon is found"
+            )
+        return SetSpeed(belief, scale)
+
+    def _vehicles_pressed(self) -> None:
+        desk = self._desk
+        if desk.state.document.vehicles:
+            desk.apply(SetVehicles(()))
+            return
+        look = desk.vehicles.look
+        if look is None:
+            desk.vehicles.start()
+        elif len(look.vehicles) >= FEWEST_VEHICLES:
+            desk.apply(SetVehicles(look.vehicles))
+
+    def _imported(self, name: str, content: bytes) -> None:
+        if len(content) > LARGEST_LENS_BYTES:
+            raise UserError(f"{name}: {len(content)} bytes, expected a lens file of at most a megabyte")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / (Path(name).name or "lens.yaml")
+            path.write_bytes(content)
+            try:
+                lens = read_lens(path)
+            except UserError as error:
+                raise UserError(str(error).replace(str(path), Path(name).name)) from None
+        self._desk.apply(SetLens(lens))
+
+
+def lens_words(lens: Lens) -> str:
+    """The lens in a line."""
+    view_deg = math.degrees(2 * math.atan(lens.image_size.width / 2 / lens.focal_x_px))
+    first = ", ".join(f"{value:.3g}" for value in lens.coefficients[:2])
+    return (
+        f"Lens: {view_deg:.0f}° from side to side, axis at column {lens.column_px:.0f}, row "
+        f"{lens.row_px:.0f}, distortion {lens.model} {first}. Field of view and axis above are not used."
+    )
+
+
+def _dim(words: str) -> str:
+    return text_block(f'<p class="dim">{escape(words)}</p>') if words else ""
