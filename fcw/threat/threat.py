@@ -91,7 +91,7 @@ def assess(
     reference_offset_m: float = 0.0,
     turn: Turn | None = None,
 ) -> tuple[Threat, ...]:
-    """The threats of all vehicles that are believed, the most urgent first.
+    """The threats of all vehicles, the most urgent first, and after them those that may be none.
 
     Args:
         tracks: of a frame.
@@ -104,9 +104,8 @@ def assess(
     threats = [
         _assess_one(track, track.track_id == lead_id, path, own_mps, reference_offset_m, turn)
         for track in tracks
-        if not track.doubtful
     ]
-    threats.sort(key=lambda threat: (-threat.urgency, threat.track.distance_m))
+    threats.sort(key=lambda threat: (threat.track.doubtful, -threat.urgency, threat.track.distance_m))
     return tuple(threats)
 
 

@@ -17,6 +17,10 @@ class Evidence:
     Attributes:
         minimum_age_s: a younger track raises no rule that goes by the closing speed: that of its first few
             boxes is mostly their noise, and every new track is a chance of a false alarm.
+        imminent_age_s: the same for what is reached within `imminent_s`,
+        imminent_sigmas: where its closing speed is so many of its sigmas,
+        imminent_probability: and it is in our way now and will be with this probability: who stands beside a
+            bend and was just found seems to come in.
         minimum_lead_s: a vehicle that has been the lead for less raises no rule that goes by the own speed:
             one that is passed by, and seen in part, may seem to be in the path for a moment.
         overlap_probability: what goes by the closing speed is raised where the vehicle will probably be in
@@ -64,6 +68,9 @@ class Evidence:
     """
 
     minimum_age_s: float = 0.75
+    imminent_age_s: float = 0.3
+    imminent_sigmas: float = 4.0
+    imminent_probability: float = 0.9
     minimum_lead_s: float = 0.6
     overlap_probability: float = 0.5
     lead_probability: float = 0.45
@@ -74,7 +81,7 @@ class Evidence:
     oncoming_probability: float = 0.8
     oncoming_reach_s: float = 2.5
     steering_mps2: float = 1.0
-    imminent_s: float = 1.5
+    imminent_s: float = 2.0
     closing_sigmas: float = 3.0
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
@@ -129,8 +136,11 @@ class Evidence:
 
     def lead_evidence_s(self, threat: Threat) -> float:
         """For how long a lead must have been one before a rule that goes by the closing speed is raised."""
-        imminent = threat.reach_s is not None and threat.reach_s <= self.imminent_s
-        return self.minimum_course_s if imminent else self.minimum_lead_s
+        return self.minimum_course_s if self.is_imminent(threat) else self.minimum_lead_s
+
+    def is_imminent(self, threat: Threat) -> bool:
+        """Whether there is no time to see more of it."""
+        return threat.reach_s is not None and threat.reach_s <= self.imminent_s
 
     def is_too_early(self, threat: Threat) -> bool:
         """Whether nobody needs a `warning` yet.
@@ -148,14 +158,19 @@ class Evidence:
     def is_seen(self, vehicle: Track, own_mps: float | None) -> bool:
         """Whether it may raise anything."""
         creeps = own_mps is not None and own_mps < self.minimum_own_mps
-        return not vehicle.coasting and not creeps
+        return not (vehicle.coasting or vehicle.doubtful or creeps)
 
-    def surely_closes(self, vehicle: Track) -> bool:
+    def surely_closes(self, threat: Threat) -> bool:
         """Whether it may raise what goes by the closing speed."""
+        vehicle = threat.track
+        least_s, sigmas = self.minimum_age_s, self.closing_sigmas
+        ahead = threat.overlap_now_m > 0 and threat.overlap_probability >= self.imminent_probability
+        if vehicle.age_s < least_s and self.is_imminent(threat) and ahead:
+            least_s, sigmas = self.imminent_age_s, self.imminent_sigmas
         closing_mps = vehicle.closing_speed_mps
         return (
-            vehicle.age_s >= self.minimum_age_s
-            and closing_mps > self.closing_sigmas * vehicle.closing_speed_sigma_mps
+            vehicle.age_s >= least_s
+            and closing_mps > sigmas * vehicle.closing_speed_sigma_mps
             and vehicle.distance_m <= closing_mps * self.latest_ttc_s
         )
 
