@@ -21,6 +21,8 @@ OWN_WIDTH_M = 1.8
 WIDEST_CAR_M = 1.8
 """A car that looks wider is seen from a corner, if it does not cross our path; a lorry is taller than wide,
 or nearly so."""
+CAR_HEIGHT_M = 1.5
+"""As `fcw.tracking.range.model` has it: how wide a vehicle that crosses looks follows from its box."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady that is known to this lateral acceleration."""
@@ -152,7 +154,9 @@ def _assess_one(
     )
     bend_mps2 = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
-    width_m = track.width_m if is_tall or place.crosses else min(track.width_m, WIDEST_CAR_M)
+    width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
+    if place.crosses:
+        width_m = max(track.width_m, CAR_HEIGHT_M * track.box.w / track.box.h)
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
     overlap_m = in_the_way_m - abs(place.offset_m)

@@ -63,7 +63,7 @@ def associate(
         return []
     # What of a vehicle is beyond the picture's edges is not found.
     inside = [in_picture(box, size) for box in predicted]
-    cost = np.array([[_cost(box, other, settings) for other in found] for box in inside])
+    cost = np.array([[_cost(box, other, size, settings) for other in found] for box in inside])
     rows, columns = linear_sum_assignment(cost)
     return [
         (row, column)
@@ -107,7 +107,7 @@ def in_picture(box: Box, size: ImageSize) -> Box:
     return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
 
 
-def _cost(predicted: Box, found: Box, settings: TrackerSettings) -> float:
+def _cost(predicted: Box, found: Box, size: ImageSize, settings: TrackerSettings) -> float:
     # Small boxes are mostly noise: each is widened by it before their overlap is judged.
     pad = settings.padding_sigmas * settings.box_noise.edge_sigma_px(found)
     width = min(predicted.right, found.right) - max(predicted.x, found.x) + 2 * pad
@@ -124,7 +124,8 @@ def _cost(predicted: Box, found: Box, settings: TrackerSettings) -> float:
     if iou >= settings.minimum_iou and log_scale <= limit:
         return cost
     is_part = (
-        shared >= PART_INSIDE * min(areas)
+        measures_width(predicted, size, settings.box_noise)
+        and shared >= PART_INSIDE * min(areas)
         and 1 / PART_HEIGHT_RATIO <= found.h / predicted.h <= PART_HEIGHT_RATIO
         and abs(found.bottom - predicted.bottom) <= PART_BOTTOM * predicted.h
     )

@@ -64,6 +64,8 @@ class Followed:
         self._feet = self._feet_of(detection.box)
         self._hits = 1
         self._misses = 0
+        self._in_a_row = 0
+        """How often it was found in two frames in a row."""
         self._in_path = False
         self._part_ns: int | None = None
         """Since when a part of it was boxed."""
@@ -161,6 +163,7 @@ class Followed:
         self._seen = found
         self._hits += 1
         self._misses -= 1
+        self._in_a_row += dt_s <= self._dt_s
         if not carried:
             self._drift(found, dt_s)
         self.box = _towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
@@ -196,7 +199,9 @@ class Followed:
         return inside and self.state.distance_m > NEAREST_M and may_be
 
     def _is_seen_often(self) -> bool:
-        return self._hits >= self._settings.confirm_part * (self._hits + self._misses)
+        settings = self._settings
+        often = self._hits >= settings.confirm_part * (self._hits + self._misses)
+        return self._hits >= self._misses or (often and self._in_a_row >= settings.confirm_in_a_row)
 
     def track(self, time_ns: int, path: OwnPath, turn: Turn | None) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""

@@ -23,8 +23,9 @@ class TrackerSettings:
         maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
             than between a car and the car two places ahead of it.
         confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
-        confirm_part: and it was found in so large a part of the frames: detectors lose near vehicles in more
-            than half of them.
+        confirm_part: and it was found in half of the frames; or in so large a part of them, as detectors lose
+            vehicles in more than half,
+        confirm_in_a_row: and so often in two in a row.
         unconfirmed_s: a track that is not believed yet is kept so long without a detection.
         coast_s: a track without a detection for longer than this ends.
         box_smoothing_s: time constant of the filtered box.
@@ -44,7 +45,8 @@ class TrackerSettings:
     minimum_iou: float = 0.2
     maximum_scale_ratio: float = 1.5
     confirm_hits: int = 3
-    confirm_part: float = 0.43
+    confirm_part: float = 0.34
+    confirm_in_a_row: int = 2
     unconfirmed_s: float = 0.3
     coast_s: float = 0.8
     box_smoothing_s: float = 0.1

@@ -54,7 +54,11 @@ class Evidence:
             closing speed lags by a fifth.
         latest_warning_s: above this time to its rear, in which a lead that brakes goes on doing so, there is
             `caution` in the place of `warning`: ISO 15623's 4 s and what it lags.
+        latest_surely_s: and where it may well be more than this, its 84th percentile: a closing speed of which
+            little is known.
         latest_braking_s: the same by the mean behind a lead that brakes: that it goes on is only assumed.
+        earliest_before_s: behind any other vehicle there is `caution` until so long before the rule of
+            `warning` is due by the means: what is uncertain makes it come early, but no earlier.
         caution_first_s: so long `caution` comes before `warning`,
         caution_first_reach_s: where there is more than this time.
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
@@ -86,7 +90,9 @@ class Evidence:
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
     latest_warning_s: float = 4.3
-    latest_braking_s: float = 3.7
+    latest_surely_s: float = 4.8
+    latest_braking_s: float = 3.2
+    earliest_before_s: float = 1.2
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
     minimum_own_mps: float = 10 / KMH_PER_MPS
@@ -142,14 +148,23 @@ class Evidence:
         """Whether there is no time to see more of it."""
         return threat.reach_s is not None and threat.reach_s <= self.imminent_s
 
-    def is_too_early(self, threat: Threat) -> bool:
+    def is_too_early(self, threat: Threat, rule: Rule, own_mps: float | None) -> bool:
         """Whether nobody needs a `warning` yet.
 
         A lead that brakes goes on doing so in the time to its rear: what would be early, if it does not.
         """
-        if threat.track.closing_acceleration_mps2 >= SURE_GROWTH_MPS2:
+        vehicle = threat.track
+        if vehicle.closing_acceleration_mps2 >= SURE_GROWTH_MPS2:
             return threat.reach_s is None or threat.reach_s > self.latest_braking_s
-        return threat.reach_low_s is None or threat.reach_low_s > self.latest_warning_s
+        now = self.approach(vehicle, own_mps, holding=False)
+        soon_m = vehicle.distance_m - self.earliest_before_s * vehicle.closing_speed_mps
+        return (
+            threat.reach_low_s is None
+            or threat.reach_low_s > self.latest_warning_s
+            or threat.reach_high_s is None
+            or threat.reach_high_s > self.latest_surely_s
+            or soon_m > rule.needed_distance_m(now, holding=False)
+        )
 
     def has_time(self, threat: Threat) -> bool:
         """Whether there is time for `caution` before `warning`."""

@@ -161,7 +161,7 @@ class RulePolicy:
         level = found.level
         if found.by_closing and level == WarningLevel.WARNING and shown < WarningLevel.WARNING:
             cautioned = _lasts(memory.alarm_ns, time_ns, evidence.caution_first_s)
-            if evidence.is_too_early(threat) or (evidence.has_time(threat) and not cautioned):
+            if evidence.is_too_early(threat, found, own_mps) or (evidence.has_time(threat) and not cautioned):
                 level = WarningLevel.CAUTION
         return _Due(level, found, threat)
 

@@ -1,6 +1,7 @@
 """When the policies warn: closed-form motion, standards' figures, and invariants."""
 
 import re
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
