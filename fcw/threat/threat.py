@@ -21,6 +21,8 @@ OWN_WIDTH_M = 1.8
 WIDEST_CAR_M = 1.8
 """A car that looks wider is seen from a corner, if it does not cross our path; a lorry is taller than wide,
 or nearly so."""
+CAR_HEIGHT_M = 1.5
+"""As `fcw.tracking.range.model` has it: how wide a vehicle that crosses looks follows from its box."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady that is known to this lateral acceleration."""
@@ -91,7 +93,7 @@ def assess(
     reference_offset_m: float = 0.0,
     turn: Turn | None = None,
 ) -> tuple[Threat, ...]:
-    """The threats of all vehicles that are believed, the most urgent first.
+    """The threats of all vehicles, the most urgent first, and after them those that may be none.
 
     Args:
         tracks: of a frame.
@@ -104,9 +106,8 @@ def assess(
     threats = [
         _assess_one(track, track.track_id == lead_id, path, own_mps, reference_offset_m, turn)
         for track in tracks
-        if not track.doubtful
     ]
-    threats.sort(key=lambda threat: (-threat.urgency, threat.track.distance_m))
+    threats.sort(key=lambda threat: (threat.track.doubtful, -threat.urgency, threat.track.distance_m))
     return tuple(threats)
 
 
@@ -153,7 +154,9 @@ def _assess_one(
     )
     bend_mps2 = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
-    width_m = track.width_m if is_tall or place.crosses else min(track.width_m, WIDEST_CAR_M)
+    width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
+    if place.crosses:
+        width_m = max(track.width_m, CAR_HEIGHT_M * track.box.w / track.box.h)
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
     overlap_m = in_the_way_m - abs(place.offset_m)

@@ -15,6 +15,7 @@ from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw.motion.state import STRAIGHT, OwnPath
+from fcw.tracking.association import WHOLE, Edges
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.vehicle_sizes import SizePrior
@@ -44,11 +45,13 @@ class Sighting(NamedTuple):
         slot: number of the vehicle in the filter.
         kind: index of its kind.
         box: in the picture.
+        edges: which of its edges are the vehicle's own.
     """
 
     slot: int
     kind: int
     box: Box
+    edges: Edges = WHOLE
 
 
 class Measurements(NamedTuple):
@@ -168,7 +171,7 @@ class BoxGeometry:
             Pitch against the calibration, angle of its lower edge below the horizon, sigma of its log width,
             and sigma of the pitch by the box's noise; None where it is cut, or far aside.
         """
-        _, kind, box = sighting
+        _, kind, box, _ = sighting
         noise, size, camera = self._noise, self._image_size, self._calibrated
         if not (measures_row(box, size, noise) and measures_width(box, size, noise)):
             return None
@@ -203,7 +206,7 @@ class BoxGeometry:
         variances: list[float] = []
         common: list[bool] = []
         views: list[View] = []
-        for slot, kind, box in sightings:
+        for slot, kind, box, edges in sightings:
             at = CAMERA + VEHICLE * slot
             log_distance, _, _, log_width, log_height, aspect, bump_px, _ = x[at : at + VEHICLE].tolist()
             distance_m, width_m = math.exp(log_distance), math.exp(log_width)
@@ -212,14 +215,14 @@ class BoxGeometry:
             view = self.view(box, distance_m, width_m)
             views.append(view)
             before = len(residuals)
-            if measures_row(box, size, noise):
+            if edges.bottom and measures_row(box, size, noise):
                 row = rows[len(residuals)]
                 row[HORIZON] = row[SLOW] = row[FAST] = row[at + BUMP] = 1.0
                 row[SCALE], row[POLE] = below_px, -below_px / depth_m
                 row[at + DISTANCE] = -below_px * distance_m / depth_m
                 residuals.append(box.bottom - pitched_px - bump_px - below_px)
                 variances.append(noise.bottom_sigma_px(box) ** 2 * white)
-            if measures_height(box, size, noise):
+            if edges.top and measures_height(box, size, noise):
                 ratio = math.exp(log_height) / height_m
                 row = rows[len(residuals)]
                 row[HORIZON] = row[SLOW] = row[FAST] = row[at + BUMP] = 1.0
@@ -228,7 +231,7 @@ class BoxGeometry:
                 row[at + HEIGHT] = -below_px * ratio
                 residuals.append(box.y - pitched_px - bump_px - below_px * (1 - ratio))
                 variances.append(noise.edge_sigma_px(box) ** 2 * white)
-            if measures_width(box, size, noise):
+            if edges.across and measures_width(box, size, noise):
                 side_m = 0.0
                 if kind < self.prior.rear_count and noise.shows_side:
                     side_m = self._side_m(box, distance_m, width_m)

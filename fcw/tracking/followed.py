@@ -8,6 +8,7 @@ from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
+from fcw.tracking.association import WHOLE, Edges, completed, own_edges
 from fcw.tracking.box_measurement import road_slope
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
@@ -52,7 +53,7 @@ class Followed:
         self.seen_by = SeenBy.DETECTOR
         self.looks = Follower(settings.following)
         self.track_id = track_id
-        self._first_ns = time_ns
+        self._first_ns = self._time_ns = time_ns
         self._score = detection.score
         self.state = state
         self._calibration = calibration
@@ -63,7 +64,11 @@ class Followed:
         self._feet = self._feet_of(detection.box)
         self._hits = 1
         self._misses = 0
+        self._in_a_row = 0
+        """How often it was found in two frames in a row."""
         self._in_path = False
+        self._part_ns: int | None = None
+        """Since when a part of it was boxed."""
         self.doubtful = False
         self._seen: Box | None = None
         """The box of this frame, until its lateral position is taken."""
@@ -74,8 +79,9 @@ class Followed:
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 
-    def predict(self, dt_s: float, growth: float) -> None:
-        """Move on by dt; counts as a miss until a detection says otherwise."""
+    def predict(self, time_ns: int, dt_s: float, growth: float) -> None:
+        """Move on by dt to a time; counts as a miss until a detection says otherwise."""
+        self._time_ns = time_ns
         box, horizon_px = self.box, self._calibration.horizon_row_px
         axis_px = self._calibration.camera.principal_column_px
         # Offsets from the vanishing point grow as the picture of the vehicle does: all go with 1/D.
@@ -127,24 +133,42 @@ class Followed:
         self.looks.forget()
         self.seen_by = SeenBy.COASTING
 
-    def correct(self, time_ns: int, detection: Detection) -> None:
-        """Take the detection of this frame."""
-        settings, found, box = self._settings, detection.box, self.box
+    def view_of(self, time_ns: int, found: Box) -> tuple[Box, Edges]:
+        """Its box where it was found in this frame, and which edges of that were seen.
+
+        A vehicle that was well seen a moment ago and of which a part is boxed now is as wide and tall as
+        before; for no longer than `part_s`, then it is believed to be what is boxed.
+        """
+        settings, edges = self._settings, WHOLE
+        if self._hits >= settings.part_hits and time_ns - self.detected_ns <= settings.part_s * 1e9:
+            edges = own_edges(found, self.box, self._calibration.image_size, settings.box_noise)
+        if edges == WHOLE:
+            self._part_ns = None
+        elif self._part_ns is None:
+            self._part_ns = time_ns
+        elif time_ns - self._part_ns > settings.part_s * 1e9:
+            edges = WHOLE
+        return completed(found, self.box, edges), edges
+
+    def correct(self, time_ns: int, found: Box, score: float) -> None:
+        """Take the box of this frame, see `view_of`, and its score."""
+        settings, box = self._settings, self.box
         following, dt_s = settings.following, (time_ns - self.last_ns) / 1e9
         carried = self.seen_by == SeenBy.PICTURE
         self.seen_by, self.last_ns, self.detected_ns = SeenBy.DETECTOR, time_ns, time_ns
         self._rest = None
         self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
         self._feet = self._feet_of(found)
-        self._score = detection.score
+        self._score = score
         self._seen = found
         self._hits += 1
         self._misses -= 1
+        self._in_a_row += dt_s <= self._dt_s
         if not carried:
             self._drift(found, dt_s)
         self.box = _towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
-        # At least every second frame: a false alarm that flickers is not confirmed by patience.
-        self.confirmed |= self._hits >= settings.confirm_hits and self._hits >= self._misses
+        # A false alarm that flickers is not confirmed by patience.
+        self.confirmed |= self._hits >= settings.confirm_hits and self._is_seen_often()
 
     def settle(self, time_ns: int) -> None:
         """The frame's detections are taken: what is carried uses up what the detector vouched for."""
@@ -167,10 +191,17 @@ class Followed:
         return (box.bottom - self._calibration.horizon_row_px) / box.w
 
     def is_worth_keeping(self) -> bool:
-        """Whether it is still ahead and in the picture, and seen more often than missed until confirmed."""
+        """Whether it is still ahead and in the picture, and until confirmed seen often, or a moment ago."""
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
         inside = 0 <= self.box.center_x < width and self.box.y < height
-        return inside and self.state.distance_m > NEAREST_M and (self.confirmed or self._misses <= self._hits)
+        recent = (self._time_ns - self.detected_ns) / 1e9 <= self._settings.unconfirmed_s
+        may_be = self.confirmed or recent or self._is_seen_often()
+        return inside and self.state.distance_m > NEAREST_M and may_be
+
+    def _is_seen_often(self) -> bool:
+        settings = self._settings
+        often = self._hits >= settings.confirm_part * (self._hits + self._misses)
+        return self._hits >= self._misses or (often and self._in_a_row >= settings.confirm_in_a_row)
 
     def track(self, time_ns: int, path: OwnPath, turn: Turn | None) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""

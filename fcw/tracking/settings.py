@@ -23,10 +23,16 @@ class TrackerSettings:
         maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
             than between a car and the car two places ahead of it.
         confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
+        confirm_part: and it was found in half of the frames; or in so large a part of them, as detectors lose
+            vehicles in more than half,
+        confirm_in_a_row: and so often in two in a row.
+        unconfirmed_s: a track that is not believed yet is kept so long without a detection.
         coast_s: a track without a detection for longer than this ends.
         box_smoothing_s: time constant of the filtered box.
         padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
             smallest are as large as their noise.
+        part_hits: a vehicle found so often is known well enough to tell when a part of it is boxed,
+        part_s: for so long.
         mount: when a moved mount is said.
         speed_prior: of other vehicles, where the own speed is known.
         following: how vehicles are followed by the picture.
@@ -39,9 +45,14 @@ class TrackerSettings:
     minimum_iou: float = 0.2
     maximum_scale_ratio: float = 1.5
     confirm_hits: int = 3
+    confirm_part: float = 0.34
+    confirm_in_a_row: int = 2
+    unconfirmed_s: float = 0.3
     coast_s: float = 0.8
     box_smoothing_s: float = 0.1
     padding_sigmas: float = 2.0
+    part_hits: int = 5
+    part_s: float = 1.0
     mount: MountWatchSettings = field(default_factory=MountWatchSettings)
     speed_prior: SpeedPrior = field(default_factory=SpeedPrior)
     following: FollowingSettings = field(default_factory=FollowingSettings)

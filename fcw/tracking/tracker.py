@@ -5,15 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
-from fcw.frame import ImageSize
 from fcw.motion.bend.turn import Turn
 from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount, OwnPath
+from fcw.tracking.association import WHOLE, associate
 from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
@@ -28,8 +27,6 @@ from fcw.tracking.types import SeenBy, Track
 
 HIDDEN_PART = 0.75
 """A vehicle of which more is behind another one's box is not carried on."""
-NEVER = 1e6
-"""Cost of a pair that must not be associated."""
 
 
 class Tracker:
@@ -122,18 +119,29 @@ class Tracker:
         if mount is not None:
             self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
         for followed, growth in zip(self._followed, growths, strict=True):
-            followed.predict(dt_s, growth)
+            followed.predict(time_ns, dt_s, growth)
         moved = {} if image is None else self._carry(time_ns, image, before)
         unused = set(range(len(detections)))
-        pairs = self._associate(detections)
+        pairs = associate(
+            [followed.box for followed in self._followed],
+            [detection.box for detection in detections],
+            self._calibration.image_size,
+            self._settings,
+        )
+        views = {slot: self._followed[slot].view_of(time_ns, detections[index].box) for slot, index in pairs}
         step_s = max(dt_s, SHORTEST_STEP_S)
-        self._range.update([(slot, detections[index].box) for slot, index in pairs], step_s)
+        self._range.update(
+            [(slot, box) for slot, (box, _) in views.items()],
+            step_s,
+            {slot: edges for slot, (_, edges) in views.items()},
+        )
         grown = [(slot, *one[1:]) for slot, one in moved.items() if math.isfinite(one.sigma)]
         self._range.take_growths(grown, step_s)
-        self._mount.update(self._rulers(pairs, detections), dt_s)
+        whole = [(slot, box) for slot, (box, edges) in views.items() if edges == WHOLE]
+        self._mount.update(self._rulers(whole), dt_s)
         self._mount_note.update(self._range.mount, dt_s)
         for slot, index in pairs:
-            self._followed[slot].correct(time_ns, detections[index])
+            self._followed[slot].correct(time_ns, views[slot][0], detections[index].score)
             unused.discard(index)
         if image is not None:
             self._remember(time_ns, image)
@@ -185,14 +193,12 @@ class Tracker:
             if followed.looks.remember(image, followed.box, time_ns, detected):
                 self._range.begin_growth(slot)
 
-    def _rulers(
-        self, pairs: Sequence[tuple[int, int]], detections: Sequence[Detection]
-    ) -> list[RulerReading]:
+    def _rulers(self, boxes: Sequence[tuple[int, Box]]) -> list[RulerReading]:
         """What the vehicles that are believed say of the mount."""
         readings = []
-        for slot, index in pairs:
+        for slot, box in boxes:
             followed = self._followed[slot]
-            ruler = self._range.ruler(slot, detections[index].box) if followed.confirmed else None
+            ruler = self._range.ruler(slot, box) if followed.confirmed else None
             if ruler is not None:
                 readings.append(RulerReading((followed.track_id, self._range.kind(slot)), *ruler))
         return readings
@@ -202,39 +208,6 @@ class Tracker:
         if not all(worth):
             self._range.keep([slot for slot, keep in enumerate(worth) if keep])
             self._followed = [followed for followed, keep in zip(self._followed, worth, strict=True) if keep]
-
-    def _associate(self, detections: Sequence[Detection]) -> list[tuple[int, int]]:
-        """Pairs of least total cost: overlap lost, plus the difference in scale."""
-        if not self._followed or not detections:
-            return []
-        # What of a vehicle is beyond the picture's edges is not found.
-        predicted = [_in_picture(followed.box, self._calibration.image_size) for followed in self._followed]
-        cost = np.array([[self._cost(box, found.box) for found in detections] for box in predicted])
-        rows, columns = linear_sum_assignment(cost)
-        return [
-            (row, column)
-            for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
-            if cost[row, column] < NEVER
-        ]
-
-    def _cost(self, predicted: Box, found: Box) -> float:
-        settings = self._settings
-        # Small boxes are mostly noise: each is widened by it before their overlap is judged.
-        pad = settings.padding_sigmas * settings.box_noise.edge_sigma_px(found)
-        width = min(predicted.right, found.right) - max(predicted.x, found.x) + 2 * pad
-        height = min(predicted.bottom, found.bottom) - max(predicted.y, found.y) + 2 * pad
-        if width <= 0 or height <= 0:
-            return NEVER
-        shared = width * height
-        areas = [(box.w + 2 * pad) * (box.h + 2 * pad) for box in (predicted, found)]
-        iou = shared / (sum(areas) - shared)
-        log_scale = abs(math.log(found.w / predicted.w))
-        limit = math.log(
-            settings.maximum_scale_ratio
-        ) + settings.padding_sigmas * settings.box_noise.log_width_sigma(found)
-        if iou < settings.minimum_iou or log_scale > limit:
-            return NEVER
-        return 1 - iou + log_scale
 
     def _state(self, slot: int) -> RangeState:
         """What is believed of a vehicle, with what the own speed says of it."""
@@ -260,13 +233,6 @@ class Tracker:
                 )
             )
             self._next_id += 1
-
-
-def _in_picture(box: Box, size: ImageSize) -> Box:
-    """The part of a box in the picture; a vehicle that is kept has its middle column there."""
-    left, top = max(box.x, -0.5), max(box.y, -0.5)
-    right, bottom = min(box.right, size.width - 0.5), min(box.bottom, size.height - 0.5)
-    return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
 
 
 def _hides(box: Box, carried: Box) -> bool:

@@ -17,6 +17,10 @@ class Evidence:
     Attributes:
         minimum_age_s: a younger track raises no rule that goes by the closing speed: that of its first few
             boxes is mostly their noise, and every new track is a chance of a false alarm.
+        imminent_age_s: the same for what is reached within `imminent_s`,
+        imminent_sigmas: where its closing speed is so many of its sigmas,
+        imminent_probability: and it is in our way now and will be with this probability: who stands beside a
+            bend and was just found seems to come in.
         minimum_lead_s: a vehicle that has been the lead for less raises no rule that goes by the own speed:
             one that is passed by, and seen in part, may seem to be in the path for a moment.
         overlap_probability: what goes by the closing speed is raised where the vehicle will probably be in
@@ -50,7 +54,11 @@ class Evidence:
             closing speed lags by a fifth.
         latest_warning_s: above this time to its rear, in which a lead that brakes goes on doing so, there is
             `caution` in the place of `warning`: ISO 15623's 4 s and what it lags.
+        latest_surely_s: and where it may well be more than this, its 84th percentile: a closing speed of which
+            little is known.
         latest_braking_s: the same by the mean behind a lead that brakes: that it goes on is only assumed.
+        earliest_before_s: behind any other vehicle there is `caution` until so long before the rule of
+            `warning` is due by the means: what is uncertain makes it come early, but no earlier.
         caution_first_s: so long `caution` comes before `warning`,
         caution_first_reach_s: where there is more than this time.
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
@@ -64,6 +72,9 @@ class Evidence:
     """
 
     minimum_age_s: float = 0.75
+    imminent_age_s: float = 0.3
+    imminent_sigmas: float = 4.0
+    imminent_probability: float = 0.9
     minimum_lead_s: float = 0.6
     overlap_probability: float = 0.5
     lead_probability: float = 0.45
@@ -74,12 +85,14 @@ class Evidence:
     oncoming_probability: float = 0.8
     oncoming_reach_s: float = 2.5
     steering_mps2: float = 1.0
-    imminent_s: float = 1.5
+    imminent_s: float = 2.0
     closing_sigmas: float = 3.0
     upper_sigmas: float = 1.65
     latest_ttc_s: float = 7.0
     latest_warning_s: float = 4.3
-    latest_braking_s: float = 3.7
+    latest_surely_s: float = 4.8
+    latest_braking_s: float = 3.2
+    earliest_before_s: float = 1.2
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
     minimum_own_mps: float = 10 / KMH_PER_MPS
@@ -129,17 +142,29 @@ class Evidence:
 
     def lead_evidence_s(self, threat: Threat) -> float:
         """For how long a lead must have been one before a rule that goes by the closing speed is raised."""
-        imminent = threat.reach_s is not None and threat.reach_s <= self.imminent_s
-        return self.minimum_course_s if imminent else self.minimum_lead_s
+        return self.minimum_course_s if self.is_imminent(threat) else self.minimum_lead_s
 
-    def is_too_early(self, threat: Threat) -> bool:
+    def is_imminent(self, threat: Threat) -> bool:
+        """Whether there is no time to see more of it."""
+        return threat.reach_s is not None and threat.reach_s <= self.imminent_s
+
+    def is_too_early(self, threat: Threat, rule: Rule, own_mps: float | None) -> bool:
         """Whether nobody needs a `warning` yet.
 
         A lead that brakes goes on doing so in the time to its rear: what would be early, if it does not.
         """
-        if threat.track.closing_acceleration_mps2 >= SURE_GROWTH_MPS2:
+        vehicle = threat.track
+        if vehicle.closing_acceleration_mps2 >= SURE_GROWTH_MPS2:
             return threat.reach_s is None or threat.reach_s > self.latest_braking_s
-        return threat.reach_low_s is None or threat.reach_low_s > self.latest_warning_s
+        now = self.approach(vehicle, own_mps, holding=False)
+        soon_m = vehicle.distance_m - self.earliest_before_s * vehicle.closing_speed_mps
+        return (
+            threat.reach_low_s is None
+            or threat.reach_low_s > self.latest_warning_s
+            or threat.reach_high_s is None
+            or threat.reach_high_s > self.latest_surely_s
+            or soon_m > rule.needed_distance_m(now, holding=False)
+        )
 
     def has_time(self, threat: Threat) -> bool:
         """Whether there is time for `caution` before `warning`."""
@@ -148,14 +173,19 @@ class Evidence:
     def is_seen(self, vehicle: Track, own_mps: float | None) -> bool:
         """Whether it may raise anything."""
         creeps = own_mps is not None and own_mps < self.minimum_own_mps
-        return not vehicle.coasting and not creeps
+        return not (vehicle.coasting or vehicle.doubtful or creeps)
 
-    def surely_closes(self, vehicle: Track) -> bool:
+    def surely_closes(self, threat: Threat) -> bool:
         """Whether it may raise what goes by the closing speed."""
+        vehicle = threat.track
+        least_s, sigmas = self.minimum_age_s, self.closing_sigmas
+        ahead = threat.overlap_now_m > 0 and threat.overlap_probability >= self.imminent_probability
+        if vehicle.age_s < least_s and self.is_imminent(threat) and ahead:
+            least_s, sigmas = self.imminent_age_s, self.imminent_sigmas
         closing_mps = vehicle.closing_speed_mps
         return (
-            vehicle.age_s >= self.minimum_age_s
-            and closing_mps > self.closing_sigmas * vehicle.closing_speed_sigma_mps
+            vehicle.age_s >= least_s
+            and closing_mps > sigmas * vehicle.closing_speed_sigma_mps
             and vehicle.distance_m <= closing_mps * self.latest_ttc_s
         )
 

@@ -115,7 +115,7 @@ class RulePolicy:
         return (
             self._state.level >= WarningLevel.CAUTION
             and warned.track.ttc_s < longest_s
-            and evidence.surely_closes(warned.track)
+            and evidence.surely_closes(warned)
             and evidence.is_on_course(warned, holding=True)
         )
 
@@ -139,7 +139,7 @@ class RulePolicy:
                 _lasts(memory.lead_ns, time_ns, evidence.lead_evidence_s(threat))
                 or _lasts(memory.course_ns, time_ns, evidence.minimum_course_s)
             )
-            and evidence.surely_closes(vehicle)
+            and evidence.surely_closes(threat)
         )
         found = None
         for rule in self._rules:
@@ -161,7 +161,7 @@ class RulePolicy:
         level = found.level
         if found.by_closing and level == WarningLevel.WARNING and shown < WarningLevel.WARNING:
             cautioned = _lasts(memory.alarm_ns, time_ns, evidence.caution_first_s)
-            if evidence.is_too_early(threat) or (evidence.has_time(threat) and not cautioned):
+            if evidence.is_too_early(threat, found, own_mps) or (evidence.has_time(threat) and not cautioned):
                 level = WarningLevel.CAUTION
         return _Due(level, found, threat)
 

@@ -72,12 +72,12 @@ def test_the_probability_is_that_of_samples():
     assert found.overlap_probability == pytest.approx(float((np.abs(offset_m) < 1.775).mean()), abs=0.005)
 
 
-def test_the_most_urgent_is_first_and_the_doubtful_are_none():
+def test_the_most_urgent_is_first_and_what_may_be_none_is_last():
     far, near = make_lead(40, 10, track_id=1), make_lead(15, 10, track_id=2)
     beside, ghost = make_lead(8, 10, track_id=3, lateral_m=6.0), replace(near, track_id=4, doubtful=True)
     found = assess((far, near, beside, ghost), 1, STRAIGHT, 20.0)
-    assert [one.track.track_id for one in found] == [2, 1, 3]
-    assert [one.is_lead for one in found] == [False, True, False]
+    assert [one.track.track_id for one in found] == [2, 1, 3, 4]
+    assert [one.is_lead for one in found] == [False, True, False, False]
 
 
 def test_a_path_that_nobody_measured_is_uncertain_and_less_so_with_a_yaw_rate():

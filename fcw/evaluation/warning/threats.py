@@ -10,39 +10,35 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from fcw.box import Box
 from fcw.detection.detector import Detection, Detector
-from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
+from fcw.evaluation.distance.kitti import tracker_settings
 from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.simulated import vehicle_at
-from fcw.evaluation.warning.variants import Sight
+from fcw.evaluation.warning.sights import SEEN_FRACTION, USUAL_SIGHT, Eye, Sight, part_seen
 from fcw.frame import Frame
 from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
+from fcw.motion.state import OwnMotion
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
-from fcw.simulation.world.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
+from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
 from fcw.simulation.world.state import WorldState
 from fcw.simulation.world.world import World
 from fcw.threat.of_tracker import threats_of
+from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import OWN_WIDTH_M
 from fcw.tracking.tracker import Tracker
 from fcw.warning.driver import EXPECTED_DRIVER
 from fcw.warning.types import WarningLevel, WarningPolicy
 
-SEEN_FRACTION = 0.5
-"""A detector finds a vehicle of which so much is visible."""
-ACROSS_RATIO = 2.0
-"""A body that is so many times as wide as its near face stands across the road."""
-SIGHT_M = 80.0
-"""And so near."""
 EARLIEST_TTC_S = 4.5
 KNOWN_S = 1.0
 """From when it is seen to be on a collision course until it must be warned of."""
-SMALLEST_PX = 6.0
 NEAREST_M = 0.3
 """From here on it is hit: the end of the trial."""
 GHOST_BOX = Box(430.0, 380.0, 420.0, 330.0)
@@ -83,8 +79,22 @@ class ThreatTrial:
         return self.warned_s is not None and self.warned_s <= self.window.latest_s and not self.false_s
 
 
-Seen = tuple[Frame | None, FrameTruth, tuple[Detection, ...], Ego]
-"""The picture, the truth, what was detected, and own motion and path as the picture tells them."""
+class Seen(NamedTuple):
+    """One frame.
+
+    Attributes:
+        frame: its picture; None where there are boxes alone.
+        truth: of it.
+        detections: in it.
+        ego: own motion and path as the picture tells them.
+        in_sight: names of the vehicles that were found; from a picture, that could be.
+    """
+
+    frame: Frame | None
+    truth: FrameTruth
+    detections: tuple[Detection, ...]
+    ego: Ego
+    in_sight: frozenset[str]
 
 
 def run_threat_trial(
@@ -93,7 +103,7 @@ def run_threat_trial(
     policy: WarningPolicy,
     detector: Detector | None = None,
     ghost: bool = False,
-    sight: Sight | None = None,
+    sight: Sight = USUAL_SIGHT,
 ) -> ThreatTrial:
     """Run one scenario, with own motion by the picture; nobody gives the own speed.
 
@@ -106,54 +116,53 @@ def run_threat_trial(
         ghost: whether a box 3 m ahead is there for three seconds that is none.
         sight: how well vehicles are found where there are no pictures.
     """
-    calibration = true_calibration(scenario)
-    sight = sight or Sight()
-    settings = None if detector else tracker_settings(sight.noise_px)
-    tracker = Tracker(calibration, settings)
-    truths: list[FrameTruth] = []
+    tracker = Tracker(
+        sight.calibration(true_calibration(scenario)),
+        None if detector else tracker_settings(sight.noise_px),
+    )
+    seen: list[Seen] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
-    for frame, truth, detections, ego in _seen(scenario, seed, detector, sight):
-        time_s = truth.time_ns / 1e9
+    for one in _seen(scenario, seed, detector, sight):
+        seen.append(one._replace(frame=None))
+        time_s, motion, path = one.truth.time_ns / 1e9, one.ego.motion, one.ego.path
+        detections = one.detections
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
-        image, own_mps = None if frame is None else frame.image, ego.motion.speed_mps
-        turn = turn_of(ego.motion)
+        turn = turn_of(motion)
         tracks = tracker.update(
-            truth.time_ns,
+            one.truth.time_ns,
             detections,
-            own_mps,
-            image=image,
-            path=ego.path,
-            mount=ego.motion.mount,
-            ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+            motion.speed_mps,
+            image=None if one.frame is None else one.frame.image,
+            path=path,
+            mount=motion.mount,
+            ego_speed_sigma_mps=motion.speed_sigma_mps,
             turn=turn,
         )
-        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn)
-        state = policy.update(truth.time_ns, threats, own_mps)
-        truths.append(truth)
+        threats = threats_of(tracker, tracks, motion.speed_mps, path=path, turn=turn)
+        state = policy.update(one.truth.time_ns, threats, motion.speed_mps)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
-            shown.append((time_s, state.level, None if track is None else _vehicle(track.box, truth)))
-    return _judge(scenario.danger, truths, shown, sight.farthest_m)
+            shown.append((time_s, state.level, None if track is None else _vehicle(track.box, one.truth)))
+    return _judge(scenario.danger, seen, shown)
 
 
-def danger_window(name: str, truths: Sequence[FrameTruth], sight_m: float = SIGHT_M) -> Window | None:
+def danger_window(name: str, moments: Sequence[tuple[FrameTruth, bool]]) -> Window | None:
     """When a warning of the named vehicle is right; None where it is not hit.
 
     Args:
         name: of the vehicle.
-        truths: of every frame, up to when it is hit or passed.
-        sight_m: how far away it is found.
+        moments: truth of every frame, and whether the vehicle is in sight, up to when it is hit or passed.
     """
-    path = [(t.time_ns / 1e9, v) for t in truths for v in t.vehicles if v.name == name]
-    hit_s = next((time_s for time_s, v in path if v.distance_m <= NEAREST_M), None)
-    if hit_s is None and path and path[-1][0] < truths[-1].time_ns / 1e9:
+    path = [(t.time_ns / 1e9, v, sighted) for t, sighted in moments for v in t.vehicles if v.name == name]
+    hit_s = next((time_s for time_s, v, _ in path if v.distance_m <= NEAREST_M), None)
+    if hit_s is None and path and path[-1][0] < moments[-1][0].time_ns / 1e9:
         # It vanished below the bonnet, or we are past it.
         hit_s = path[-1][0]
     if hit_s is None:
         return None
     earliest_s = due_s = known_s = hit_s
-    for (before_s, before), (time_s, vehicle) in pairwise(path):
+    for (before_s, before, _), (time_s, vehicle, sighted) in pairwise(path):
         if time_s >= hit_s:
             break
         dt_s = time_s - before_s
@@ -163,7 +172,7 @@ def danger_window(name: str, truths: Sequence[FrameTruth], sight_m: float = SIGH
         then_m = math.inf if ttc_s is None else vehicle.path_lateral_m + across_mps * min(ttc_s, 4.0)
         if abs(then_m) >= width_m:
             known_s = hit_s
-        elif vehicle.visible_fraction >= SEEN_FRACTION and vehicle.distance_m < sight_m:
+        elif sighted:
             known_s = min(known_s, time_s)
         if ttc_s is not None and ttc_s <= EARLIEST_TTC_S:
             earliest_s = min(earliest_s, time_s)
@@ -175,11 +184,10 @@ def danger_window(name: str, truths: Sequence[FrameTruth], sight_m: float = SIGH
 
 def _judge(
     danger: str,
-    truths: Sequence[FrameTruth],
+    seen: Sequence[Seen],
     shown: Sequence[tuple[float, WarningLevel, VehicleTruth | None]],
-    sight_m: float,
 ) -> ThreatTrial:
-    window = danger_window(danger, truths, sight_m) if danger else None
+    window = danger_window(danger, [(s.truth, danger in s.in_sight) for s in seen]) if danger else None
     end_s = math.inf if window is None else window.contact_s
     of_danger = [
         (time_s, level)
@@ -203,60 +211,37 @@ def _judge(
     return ThreatTrial(window, warned_s, of_danger[0][0] if of_danger else None, tuple(false_s[:1]))
 
 
-def _seen(
-    scenario: Scenario, seed: int, detector: Detector | None, sight: Sight | None = None
-) -> Iterator[Seen]:
+def _seen(scenario: Scenario, seed: int, detector: Detector | None, sight: Sight) -> Iterator[Seen]:
     if detector is not None:
         estimator = EgoEstimator(true_calibration(scenario))
         for frame, truth in render_drive(scenario, seed):
             detections = detector.detect(frame.image)
-            boxes = [found.box for found in detections]
-            yield frame, truth, detections, estimator.update(frame.time_ns, frame.image, boxes)
+            ego = estimator.update(frame.time_ns, frame.image, [found.box for found in detections])
+            yield Seen(frame, truth, detections, ego, _could_be_found(truth))
         return
-    sight = sight or Sight()
-    camera, rng = scenario.camera.camera(), np.random.default_rng(seed)
-    losses = np.random.default_rng([seed, 2])
-    lost_until_s = 0.0
+    camera, eye = scenario.camera.camera(), Eye(sight, seed)
     measured = MeasuredMotion(camera.pitch_rad, 0.0, np.random.default_rng([seed, 1]))
+    ego = Ego(OwnMotion(), assumed_path(None))
     for state in World(scenario, seed).states():
         truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
-        ego = measured.at(truth.time_ns, truth.ego_speed_mps, _yaw_rate_radps(state))
-        boxes, time_s = tuple(_noisy_boxes(truth, rng, sight)), truth.time_ns / 1e9
-        # Lost for a while so often that the part of it comes out.
-        begins = sight.lost_part / max(1 - sight.lost_part, 0.01) / (sight.lost_s * FRAMES_PER_SECOND)
-        if time_s >= lost_until_s and losses.random() < begins:
-            lost_until_s = time_s + sight.lost_s
-        yield None, truth, () if time_s < lost_until_s else boxes, ego
+        if sight.own_motion:
+            ego = measured.at(truth.time_ns, truth.ego_speed_mps, _yaw_rate_radps(state))
+        found = eye.see(truth)
+        yield Seen(None, truth, tuple(found.values()), ego, frozenset(found))
+
+
+def _could_be_found(truth: FrameTruth) -> frozenset[str]:
+    return frozenset(
+        vehicle.name
+        for vehicle in truth.vehicles
+        if part_seen(vehicle) >= SEEN_FRACTION and vehicle.distance_m < USUAL_SIGHT.farthest_m
+    )
 
 
 def _yaw_rate_radps(state: WorldState) -> float:
     """Of the road where we are, which we follow."""
     before_rad, after_rad = (float(state.road.heading_at(state.ego.s_m + d_m)) for d_m in (-0.5, 0.5))
     return (after_rad - before_rad) * state.ego.speed_mps
-
-
-def _noisy_boxes(truth: FrameTruth, rng: np.random.Generator, sight: Sight) -> Iterator[Detection]:
-    """The whole bodies as a detector draws them, cut at the picture's border."""
-    for vehicle in truth.vehicles:
-        noise_px = sight.noise_px * np.array([1.0, 1.0, 1.0, BOTTOM_NOISE_RATIO]) * rng.standard_normal(4)
-        body = vehicle.body_box
-        seen = vehicle.visible_fraction
-        if body.w > ACROSS_RATIO * vehicle.box.w:
-            # It stands across: its near face is an end of it, and what is seen is its side.
-            seen = max(seen, _part_in_picture(body))
-        if seen < SEEN_FRACTION or vehicle.distance_m > sight.farthest_m:
-            continue
-        # The lower edge is that of the near face.
-        edges = np.array([body.x, body.y, body.right, vehicle.box.bottom]) + noise_px
-        left, right = np.clip(edges[[0, 2]], 0, IMAGE_SIZE.width - 1).tolist()
-        top, bottom = np.clip(edges[[1, 3]], 0, IMAGE_SIZE.height - 1).tolist()
-        if min(right - left, bottom - top) >= SMALLEST_PX:
-            yield Detection(Box(left, top, right - left, bottom - top), 1.0)
-
-
-def _part_in_picture(box: Box) -> float:
-    width = min(box.right, IMAGE_SIZE.width) - max(box.x, 0.0)
-    return max(width, 0.0) / box.w
 
 
 def _vehicle(box: Box, truth: FrameTruth) -> VehicleTruth | None:
@@ -306,7 +291,7 @@ def run_threats(
     seeds: Sequence[int],
     detector_of: Callable[[Scenario], Detector | None] = lambda scenario: None,
     on_trial: Callable[[], None] = lambda: None,
-    sight: Sight | None = None,
+    sight: Sight = USUAL_SIGHT,
 ) -> tuple[ThreatResult, ...]:
     """Run every scenario with every seed; see `run_threat_trial`."""
     results = []

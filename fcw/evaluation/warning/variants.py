@@ -1,12 +1,12 @@
 """Vehicles that come half into our way, or leave it too slowly: many ways, seen well and badly.
 
 What drives that nobody tuned to taught: a vehicle half in the path, its middle far aside, was not warned of.
-So each of these scenarios is run with other speeds across and other overlaps, and each of those with more
-noise in its boxes, found late, and with frames in which nothing is found.
+So each of these scenarios is run with other speeds across and other overlaps, each with every `SIGHTS` of
+`fcw.evaluation.warning.sights`.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from fcw.simulation.world.scenario import Scenario, VehiclePlan, load_scenario
 
@@ -16,33 +16,6 @@ PLACES_M = (-0.5, -0.9, -1.3)
 """Where its middle ends from the middle of our lane."""
 LEAVING_S = (8.0, 10.0, 14.0)
 """How long a vehicle takes to leave our lane."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sight:
-    """How well vehicles are found, at the level of boxes.
-
-    Attributes:
-        name: in the results.
-        noise_px: 1-sigma of the sides of the boxes, 1.5 times that of the lower edge.
-        farthest_m: from the bumper; farther ones are not found.
-        lost_part: part of the frames in which a vehicle is not found.
-        lost_s: how long it is not found each time.
-    """
-
-    name: str = "as usual"
-    noise_px: float = 2.0
-    farthest_m: float = 80.0
-    lost_part: float = 0.0
-    lost_s: float = 0.2
-
-
-SIGHTS = (
-    Sight(),
-    Sight(name="4 px of noise", noise_px=4.0),
-    Sight(name="found at 15 m", farthest_m=15.0),
-    Sight(name="lost in 30 %", lost_part=0.3),
-)
 
 
 def half_in_the_way() -> Iterator[tuple[str, Scenario]]:

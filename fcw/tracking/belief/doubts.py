@@ -110,9 +110,11 @@ class Doubts:
 
     def _has_earned(self, one: Followed, seen_s: float) -> bool:
         settings, state = self._settings, one.state
-        least_mps = max(settings.moving_sigmas * state.closing_speed_sigma_mps, settings.moving_mps)
-        moves = math.fabs(state.closing_speed_mps) > least_mps
-        return seen_s >= (settings.earned_s if moves else settings.earned_still_s)
+        speed_mps, sigma_mps = math.fabs(state.closing_speed_mps), state.closing_speed_sigma_mps
+        if speed_mps <= max(settings.moving_sigmas * sigma_mps, settings.moving_mps):
+            return seen_s >= settings.earned_still_s
+        surely = speed_mps > settings.surely_sigmas * sigma_mps
+        return seen_s >= (settings.earned_surely_s if surely else settings.earned_s)
 
 
 def _shared(a: Box, b: Box) -> float:

@@ -14,8 +14,11 @@ class BeliefSettings:
         side_part: a box this near to the picture's left or right edge, as a part of its width, came from
             there.
         start_s: what is there so soon after the first frame was there before.
-        earned_s: what appeared near us is believed after so long if it comes nearer or moves away.
+        earned_s: what appeared near us is believed after so long if it comes nearer or moves away,
+        earned_surely_s: or after so long where it does so at `surely_sigmas` of the closing speed: a
+            reflection does not grow.
         earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
+        surely_sigmas: see `earned_surely_s`.
         moving_sigmas: it does at this many sigmas of the closing speed,
         moving_mps: and this speed.
         through_part: somebody is seen through it where so much of their box is inside its own,
@@ -30,6 +33,8 @@ class BeliefSettings:
     side_part: float = 0.04
     start_s: float = 1.0
     earned_s: float = 0.6
+    earned_surely_s: float = 0.25
+    surely_sigmas: float = 4.0
     earned_still_s: float = 4.0
     moving_sigmas: float = 2.0
     moving_mps: float = 1.0

@@ -34,7 +34,8 @@ and, where it is followed by its looks, by how much they have grown, which knows
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
 from fcw.motion.state import STRAIGHT, Mount, OwnPath
+from fcw.tracking.association import WHOLE, Edges
 from fcw.tracking.box_measurement import (
     ASPECT,
     BUMP,
@@ -69,6 +71,7 @@ from fcw.tracking.range.model import RangeModel
 from fcw.tracking.range.state import RangeState
 from fcw.tracking.ranging import BoxNoise
 
+EVERY_EDGE: Mapping[int, Edges] = MappingProxyType({})
 OUTLIER_SIGMAS = 3.0
 """A measurement farther off than this counts as if it were just this far off (Huber), so that one wild
 box moves little and a persistent one still wins."""
@@ -265,15 +268,18 @@ class RangeFilter:
         residual = np.array([row_px - self._x[HORIZON]])
         self._take(by_state, residual, np.array([variance]), learns_camera=True)
 
-    def update(self, boxes: Sequence[tuple[int, Box]], dt_s: float) -> None:
+    def update(
+        self, boxes: Sequence[tuple[int, Box]], dt_s: float, edges: Mapping[int, Edges] = EVERY_EDGE
+    ) -> None:
         """Take the boxes of one frame.
 
         Args:
             boxes: number of the vehicle, and its box.
             dt_s: since the frame before; infinite for the first box of a vehicle.
+            edges: by number, those that a box shares with the vehicle, where a part of it was boxed.
         """
         before = self._x
-        sightings = [Sighting(slot, self._kinds[slot], box) for slot, box in boxes]
+        sightings = [Sighting(slot, self._kinds[slot], box, edges.get(slot, WHOLE)) for slot, box in boxes]
         rows, residuals, variances, common, views = self._geometry.measure(sightings, before, dt_s)
         for (slot, _), view in zip(boxes, views, strict=True):
             self._views[slot] = view

@@ -1,12 +1,14 @@
 """`fcw evaluate warning --threats` and `--nuisance`: simulated dangers, and warnings that nobody needs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fcw.evaluation.warning.sights import Sight
+    from fcw.simulation.world.scenario import Scenario
     from fcw.warning.types import WarningPolicy
 
 
@@ -20,12 +22,12 @@ def evaluate_threats(
     from fcw.detection.detector import Detector
     from fcw.evaluation.warning.threats import run_threats
     from fcw.simulation.drive import true_calibration
-    from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
+    from fcw.simulation.world.scenario import load_scenario, threat_names
     from fcw_viz.console import progress
 
     model = None if detector is None else load_model(detector)
 
-    def detector_of(scenario: Scenario) -> Detector | None:
+    def detector_of(scenario: "Scenario") -> Detector | None:
         if detector is None or model is None:
             return None
         return make_detector(detector, model, true_calibration(scenario))
@@ -73,39 +75,59 @@ def evaluate_variants(
     make_policy: "Callable[[], WarningPolicy]", seeds: range, console: "Console"
 ) -> dict[str, Any]:
     """Print and return how vehicles half in the way are warned of, seen well and badly."""
+    from fcw.evaluation.warning.sights import SIGHTS
+    from fcw.evaluation.warning.variants import half_in_the_way
+
+    return _evaluate_sights(list(half_in_the_way()), SIGHTS, "variants", make_policy, seeds, console)
+
+
+def evaluate_worse_boxes(
+    make_policy: "Callable[[], WarningPolicy]", seeds: range, console: "Console"
+) -> dict[str, Any]:
+    """Print and return how all scenarios are warned of with the boxes of a worse detector."""
+    from fcw.evaluation.warning.sights import WORSE_SIGHTS
+    from fcw.simulation.world.scenario import load_scenario, threat_names
+
+    scenarios = [(name, load_scenario(name)) for name in threat_names()]
+    return _evaluate_sights(scenarios, WORSE_SIGHTS, "worse_boxes", make_policy, seeds, console)
+
+
+def _evaluate_sights(
+    scenarios: "Sequence[tuple[str, Scenario]]",
+    sights: "Sequence[Sight]",
+    key: str,
+    make_policy: "Callable[[], WarningPolicy]",
+    seeds: range,
+    console: "Console",
+) -> dict[str, Any]:
     from rich.table import Table
 
     from fcw.evaluation.warning.threats import run_threats
-    from fcw.evaluation.warning.variants import SIGHTS, half_in_the_way
     from fcw_viz.console import progress
 
-    scenarios = list(half_in_the_way())
     found: dict[str, dict[str, int]] = {name: {} for name, _ in scenarios}
-    false_warnings = 0
-    with progress("runs", len(SIGHTS) * len(scenarios) * len(seeds)) as bar:
-        for sight in SIGHTS:
-            results = run_threats(
-                scenarios,
-                make_policy,
-                seeds,
-                on_trial=bar.advance,
-                sight=sight,
-            )
-            for result in results:
+    in_time = false_warnings = dangers = dangers_in_time = 0
+    with progress("runs", len(sights) * len(scenarios) * len(seeds)) as bar:
+        for sight in sights:
+            for result in run_threats(scenarios, make_policy, seeds, on_trial=bar.advance, sight=sight):
                 found[result.name][sight.name] = result.trials_passed
+                in_time += result.trials_passed
                 false_warnings += result.false_warnings
-    table = Table("variant", *(sight.name for sight in SIGHTS), box=None)
-    for name, passed in found.items():
-        table.add_row(name, *(f"{passed[sight.name]} of {len(seeds)}" for sight in SIGHTS))
+                if result.danger:
+                    dangers += len(result.trials)
+                    dangers_in_time += result.trials_passed
+    table = Table("scenario", "danger", *(sight.name for sight in sights), box=None)
+    for name, scenario in scenarios:
+        cells = (f"{found[name][sight.name]} of {len(seeds)}" for sight in sights)
+        table.add_row(name, scenario.danger or "-", *cells)
     console.print(table)
-    total = len(seeds) * len(scenarios) * len(SIGHTS)
-    in_time = sum(sum(passed.values()) for passed in found.values())
+    total = len(seeds) * len(scenarios) * len(sights)
     console.print(f"{in_time} of {total} as they should", highlight=False)
     return {
-        "variants": [{"name": name, "trials": len(seeds), "passed": each} for name, each in found.items()],
-        "dangers_in_window": in_time / total,
+        key: [{"name": name, "trials": len(seeds), "passed": each} for name, each in found.items()],
+        "dangers_in_window": dangers_in_time / dangers if dangers else None,
         "false_alarms": false_warnings,
-        "missed": total - in_time,
+        "missed": dangers - dangers_in_time,
     }
 
 

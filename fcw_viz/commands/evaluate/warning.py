@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from fcw.errors import UserError
-from fcw_viz.commands.evaluate.threats import evaluate_nuisance, evaluate_threats, evaluate_variants
+from fcw_viz.commands.evaluate.threats import (
+    evaluate_nuisance,
+    evaluate_threats,
+    evaluate_variants,
+    evaluate_worse_boxes,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,6 +60,9 @@ class EvaluateWarningCommand:
     variants: bool = False
     """With --threats: vehicles half in the way, with other speeds across and overlaps, and each of them with
     more noise, found late, and lost in part of the frames."""
+    worse: bool = False
+    """With --threats: with the boxes of a worse detector: vehicles lost, found late, boxed in part, cut; and
+    without own motion."""
     nuisance: bool = False
     """Warnings an hour in ordinary traffic by policy and timing: on the drives of --kitti-tracking and when
     following for --following-hours."""
@@ -114,8 +122,11 @@ def _check(command: EvaluateWarningCommand) -> None:
         raise UserError("--pixels: it is for --threats; add it, or leave --pixels out")
     if command.nuisance and command.kitti_tracking is None and command.following_hours is None:
         raise UserError("--nuisance: it needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
-    if command.variants and (command.pixels or not command.threats):
-        raise UserError("--variants: it is for --threats without --pixels; add or leave out the other")
+    for option, chosen in (("--variants", command.variants), ("--worse", command.worse)):
+        if chosen and (command.pixels or not command.threats):
+            raise UserError(f"{option}: it is for --threats without --pixels; add or leave out the other")
+    if command.variants and command.worse:
+        raise UserError("--variants and --worse are two tables; ask for one of them")
     if command.seeds < 1:
         raise UserError(f"--seeds {command.seeds}: expected a whole number of at least 1")
     if not command.ncap and not command.threats and parts == {None}:
@@ -145,6 +156,8 @@ def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, A
     make = partial(make_policy, command.warning_policy, command.warning_timing)
     if command.variants:
         return evaluate_variants(make, seeds, console)
+    if command.worse:
+        return evaluate_worse_boxes(make, seeds, console)
     return evaluate_threats(make, seeds, command.detector if command.pixels else None, console)
 
 

@@ -4,7 +4,8 @@ import pytest
 
 from fcw.evaluation.warning.nuisance import Policy, all_policies, nuisance_following
 from fcw.evaluation.warning.scenarios import BoxLevel
-from fcw.evaluation.warning.variants import SIGHTS, half_in_the_way
+from fcw.evaluation.warning.sights import SIGHTS
+from fcw.evaluation.warning.variants import half_in_the_way
 from fcw.warning.types import WarningLevel
 
 

@@ -3,8 +3,9 @@
 import pytest
 
 from fcw.box import Box
+from fcw.evaluation.warning.sights import SIGHTS
 from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
-from fcw.evaluation.warning.variants import SIGHTS, half_in_the_way
+from fcw.evaluation.warning.variants import half_in_the_way
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
 from fcw.simulation.world.scenario import load_scenario, threat_names
 from fcw.warning.policies import make_policy
@@ -34,7 +35,7 @@ def truth(time_s, distance_m, lateral_m, closing_mps, name="car"):
 def test_the_window_of_a_standing_car_ends_when_the_driver_of_1_2_s_and_0_4_g_must_be_warned():
     # 70 m at 10 m/s: 12 m of reaction and 12.75 m of braking are needed, 45 m are 4.5 s.
     frames = [truth(k / 30, 70 - k / 3, 0.0, 10.0) for k in range(211)]
-    window = danger_window("car", frames)
+    window = danger_window("car", [(frame, True) for frame in frames])
     assert window is not None
     assert window.earliest_s == pytest.approx(2.5, abs=0.05)
     assert window.latest_s == pytest.approx(7.0 - 2.475, abs=0.05)
@@ -44,7 +45,7 @@ def test_the_window_of_a_standing_car_ends_when_the_driver_of_1_2_s_and_0_4_g_mu
 def test_the_window_of_a_car_that_pulls_out_ends_a_second_after_it_can_be_known():
     # It moves from 3 m aside towards us from 5 s on, 1.5 m/s, when the driver should long have been warned.
     frames = [truth(k / 30, 70 - k / 3, -3.0 + max(k / 30 - 5.0, 0.0) * 1.5, 10.0) for k in range(211)]
-    window = danger_window("car", frames)
+    window = danger_window("car", [(frame, True) for frame in frames])
     assert window is not None
     assert window.latest_s == pytest.approx(6.03, abs=0.05)
 

@@ -1,0 +1,132 @@
+"""Which box that was found is which vehicle's, and which of its edges it shows.
+
+A detector may box a part of a vehicle: the rest is hidden, or dark, or was not taken for it. The box is still
+that vehicle's, and one of two opposite edges is where it was expected; the other one is the end of the part.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from fcw.box import Box
+from fcw.frame import ImageSize
+from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
+from fcw.tracking.settings import TrackerSettings
+
+NEVER = 1e6
+"""Cost of a pair that must not be associated."""
+PART_COST = 1.0
+"""Whole boxes go before parts."""
+PART_INSIDE = 0.8
+"""So much of a part is inside the whole, or of the whole inside what was thought to be it."""
+PART_HEIGHT_RATIO = 1.3
+PART_BOTTOM = 0.15
+"""It stands where the whole does, up to this part of its height: else it is another vehicle."""
+OFF_PART = 0.15
+OFF_SIGMAS = 4.0
+"""An edge is not where it was expected that is off by more than both: this part of the box's extent, and so
+many sigmas of its noise."""
+
+
+class Edges(NamedTuple):
+    """Which edges of a box are the vehicle's own."""
+
+    left: bool = True
+    top: bool = True
+    right: bool = True
+    bottom: bool = True
+
+    @property
+    def across(self) -> bool:
+        """Whether the width is the vehicle's."""
+        return self.left and self.right
+
+
+WHOLE = Edges()
+
+
+def associate(
+    predicted: Sequence[Box], found: Sequence[Box], size: ImageSize, settings: TrackerSettings
+) -> list[tuple[int, int]]:
+    """Pairs (predicted, found) of least total cost: overlap lost, plus the difference in scale.
+
+    Args:
+        predicted: of the vehicles that are followed, in or beyond the picture.
+        found: in the picture.
+        size: of the picture.
+        settings: of the tracker.
+    """
+    if not predicted or not found:
+        return []
+    # What of a vehicle is beyond the picture's edges is not found.
+    inside = [in_picture(box, size) for box in predicted]
+    cost = np.array([[_cost(box, other, size, settings) for other in found] for box in inside])
+    rows, columns = linear_sum_assignment(cost)
+    return [
+        (row, column)
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
+        if cost[row, column] < NEVER
+    ]
+
+
+def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> Edges:
+    """Which edges of a box are those of the vehicle that it was associated with.
+
+    Where one of two opposite edges is where it was expected and the other one is not, a part was boxed. Where
+    neither is, the vehicle is elsewhere than was thought.
+    """
+    predicted = in_picture(predicted, size)
+    least_px = OFF_SIGMAS * noise.edge_sigma_px(found)
+    across_px, down_px = max(least_px, OFF_PART * predicted.w), max(least_px, OFF_PART * predicted.h)
+    left, right = abs(found.x - predicted.x) <= across_px, abs(found.right - predicted.right) <= across_px
+    top = abs(found.y - predicted.y) <= down_px
+    bottom = abs(found.bottom - predicted.bottom) <= down_px * noise.bottom_ratio
+    # The picture's border is where it was expected, and says nothing.
+    across = (left or right) and measures_width(found, size, noise)
+    down = (top or bottom) and measures_row(found, size, noise) and measures_height(found, size, noise)
+    return Edges(left or not across, top or not down, right or not across, bottom or not down)
+
+
+def completed(found: Box, predicted: Box, edges: Edges) -> Box:
+    """The box of the whole vehicle of which a part was found."""
+    if edges == WHOLE:
+        return found
+    left, top = found.x if edges.left else predicted.x, found.y if edges.top else predicted.y
+    right = found.right if edges.right else predicted.right
+    bottom = found.bottom if edges.bottom else predicted.bottom
+    return Box(left, top, right - left, bottom - top) if right > left and bottom > top else found
+
+
+def in_picture(box: Box, size: ImageSize) -> Box:
+    """The part of a box in the picture; a vehicle that is kept has its middle column there."""
+    left, top = max(box.x, -0.5), max(box.y, -0.5)
+    right, bottom = min(box.right, size.width - 0.5), min(box.bottom, size.height - 0.5)
+    return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
+
+
+def _cost(predicted: Box, found: Box, size: ImageSize, settings: TrackerSettings) -> float:
+    # Small boxes are mostly noise: each is widened by it before their overlap is judged.
+    pad = settings.padding_sigmas * settings.box_noise.edge_sigma_px(found)
+    width = min(predicted.right, found.right) - max(predicted.x, found.x) + 2 * pad
+    height = min(predicted.bottom, found.bottom) - max(predicted.y, found.y) + 2 * pad
+    if width <= 0 or height <= 0:
+        return NEVER
+    shared = width * height
+    areas = [(box.w + 2 * pad) * (box.h + 2 * pad) for box in (predicted, found)]
+    iou = shared / (sum(areas) - shared)
+    log_scale = abs(math.log(found.w / predicted.w))
+    limit = math.log(settings.maximum_scale_ratio)
+    limit += settings.padding_sigmas * settings.box_noise.log_width_sigma(found)
+    cost = 1 - iou + log_scale
+    if iou >= settings.minimum_iou and log_scale <= limit:
+        return cost
+    is_part = (
+        measures_width(predicted, size, settings.box_noise)
+        and shared >= PART_INSIDE * min(areas)
+        and 1 / PART_HEIGHT_RATIO <= found.h / predicted.h <= PART_HEIGHT_RATIO
+        and abs(found.bottom - predicted.bottom) <= PART_BOTTOM * predicted.h
+    )
+    return PART_COST + cost if is_part else NEVER

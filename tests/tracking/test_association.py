@@ -1,0 +1,77 @@
+"""Which box is which vehicle's, and what a box of a part of it says."""
+
+import pytest
+
+from fcw.box import Box
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.detector import Detection
+from fcw.frame import ImageSize
+from fcw.tracking.association import WHOLE, Edges, associate, completed, own_edges
+from fcw.tracking.ranging import BoxNoise
+from fcw.tracking.settings import TrackerSettings
+from fcw.tracking.tracker import Tracker
+
+SIZE = ImageSize(1280, 720)
+CAR = Box(600, 320, 100, 80)
+NOISE = BoxNoise()
+
+
+@pytest.mark.parametrize(
+    ("found", "edges"),
+    [
+        (Box(603, 318, 98, 83), WHOLE),
+        (Box(600, 320, 55, 80), Edges(right=False)),
+        (Box(645, 320, 55, 80), Edges(left=False)),
+        (Box(600, 350, 100, 50), Edges(top=False)),
+        (Box(600, 320, 100, 50), Edges(bottom=False)),
+        (Box(640, 320, 100, 80), WHOLE),  # elsewhere, not a part
+    ],
+)
+def test_the_edge_that_is_not_where_it_was_expected_is_the_end_of_a_part(found, edges):
+    assert own_edges(found, CAR, SIZE, NOISE) == edges
+
+
+def test_the_border_of_the_picture_is_no_edge_that_was_expected():
+    leaving = Box(1150, 320, 129.5, 100)
+    assert own_edges(Box(1190, 320, 89.5, 100), leaving, SIZE, NOISE) == WHOLE
+
+
+def test_a_part_is_completed_by_what_was_expected():
+    part = Box(602, 321, 55, 80)
+    assert completed(part, CAR, Edges(right=False)) == Box(602, 321, 98, 80)
+    assert completed(part, CAR, WHOLE) == part
+
+
+@pytest.mark.parametrize(
+    ("found", "is_its"),
+    [
+        (Box(600, 320, 45, 80), True),  # its left part
+        (Box(600, 300, 45, 50), False),  # a smaller car farther away, in front of which it stands
+    ],
+)
+def test_a_part_belongs_to_the_vehicle_that_stands_there(found, is_its):
+    assert bool(associate([CAR], [found], SIZE, TrackerSettings())) == is_its
+
+
+def test_a_whole_box_goes_before_a_part():
+    assert associate([CAR], [Box(600, 320, 45, 80), Box(602, 321, 99, 80)], SIZE, TrackerSettings()) == [
+        (0, 1)
+    ]
+
+
+def test_half_a_second_of_boxes_of_its_left_part_changes_neither_place_nor_speed():
+    calibration = Calibration.from_camera(GroundPlaneCamera(0.03, 740.0, 359.5, 1.3, 639.5), SIZE)
+    tracker = Tracker(calibration)
+    for frame in range(60):
+        time_s = frame / 30
+        box = calibration.ground_box(30 - 8 * time_s, 0.0, 1.7, 1.5)
+        if 1.2 < time_s <= 1.7:
+            box = Box(box.x, box.y, 0.55 * box.w, box.h)
+        tracks = tracker.update(round(time_s * 1e9), [Detection(box, 1.0)])
+        if time_s > 1.2:
+            (track,) = tracks
+            assert track.track_id == 1
+            assert track.lateral_m == pytest.approx(0.0, abs=0.1)
+            assert track.distance_m == pytest.approx(30 - 8 * time_s, rel=0.06)
+            assert track.closing_speed_mps == pytest.approx(8.0, abs=1.0)
