@@ -27,10 +27,9 @@ from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
 from fcw_viz.console_text import printable
 from fcw_viz.outputs import check_outputs
-from fcw_viz.signals import signals_as_interrupts
+from fcw_viz.signals import EXIT_INTERRUPTED, signals_as_interrupts
 
 EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 
 Command = (

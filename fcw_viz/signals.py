@@ -8,6 +8,15 @@ from types import FrameType
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that ask a program to end; Windows has no SIGHUP."""
+EXIT_INTERRUPTED = 130
+
+
+class Interrupted(KeyboardInterrupt):
+    """Raised in the place of KeyboardInterrupt itself.
+
+    CPython notes when that one leaves code that was run from a text (dataclasses do so while modules load),
+    and then ends the process by SIGINT, whatever the exit code is.
+    """
 
 
 @contextmanager
@@ -15,7 +24,7 @@ def signals_as_interrupts() -> Iterator[None]:
     """Each of them raises KeyboardInterrupt, for as long as the context; in other threads nothing changes."""
 
     def on_signal(_number: int, _stack: FrameType | None) -> None:
-        raise KeyboardInterrupt
+        raise Interrupted
 
     with handled(on_signal):
         yield

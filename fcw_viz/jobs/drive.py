@@ -13,7 +13,7 @@ from fcw.logs.names import RRD_NAME
 from fcw.logs.records import FrameResult, Sink
 from fcw_viz.console import MESSAGES, progress
 from fcw_viz.rerun.log import RerunSink
-from fcw_viz.signals import handled
+from fcw_viz.signals import Interrupted, handled
 
 
 def run_on_console(
@@ -52,7 +52,7 @@ def stop_on_interrupt(event: threading.Event | None = None) -> Iterator[threadin
 
     def on_signal(number: int, _stack: FrameType | None) -> None:
         if stop.is_set():
-            raise KeyboardInterrupt
+            raise Interrupted
         stop.set()
 
     with handled(on_signal):

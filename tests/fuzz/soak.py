@@ -9,7 +9,6 @@ The inputs of a seed are always the same.
 
 import argparse
 import contextlib
-import gc
 import io
 import json
 import os
@@ -28,12 +27,12 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).parents[1] / "helpers"))
 
 from command_lines import command_lines
+from driving import drive_for
 from mutations import mutated
-from readers import DEMO, Format, formats
+from readers import Format, formats
 from review_drives import write_drive
 
 from fcw.errors import UserError
-from fcw.job import DriveJob
 from fcw_viz.cli import main as fcw
 
 LONGEST_S = 10.0
@@ -144,27 +143,6 @@ def soak(log: Path, seconds: float, seed: int, only: str = "") -> Outcome:
     return outcome
 
 
-def drive_for(hours: float) -> dict[str, object]:
-    """The shipped drive over and over through the pipeline: memory, handles and threads each time."""
-    from threading import active_count
-
-    from fcw_viz.console import SILENT
-    from fcw_viz.jobs.drive import run_on_console
-
-    rounds: list[tuple[int, int, int]] = []
-    drive = DEMO / "drive.mp4"
-    driven_s = 0.0
-    with tempfile.TemporaryDirectory() as folder:
-        while driven_s < hours * 3600:
-            job = DriveJob(drive, Path(folder) / "out")
-            driven_s += run_on_console(job, SILENT).summary["duration_s"]
-            gc.collect()
-            pages = int(Path("/proc/self/statm").read_text().split()[1])
-            handles = len(list(Path("/proc/self/fd").iterdir()))
-            rounds.append((pages * resource.getpagesize() >> 20, handles, active_count()))
-    return {"hours": driven_s / 3600, "first_rounds": rounds[:3], "last_rounds": rounds[-3:]}
-
-
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser()
@@ -186,7 +164,11 @@ def main() -> None:
         "failures": outcome.failures,
     }
     if arguments.drive_hours:
-        result["drive"] = drive_for(arguments.drive_hours)
+        driven = drive_for(arguments.drive_hours, lambda text: print(text, file=sys.stderr, flush=True))  # noqa: T201
+        result["drive"] = driven
+        outcome.failures += [{"input": "hours of drive", "trouble": f"grew: {driven['grown']}"}] * bool(
+            driven["grown"]
+        )
     sys.stdout.write(json.dumps(result, indent=1) + "\n")
     sys.stdout.flush()
     os._exit(1 if outcome.failures else 0)  # a reader that hangs in a thread does not hold it up

@@ -23,3 +23,18 @@ class MakeVideo(Protocol):
         container_options: dict[str, str] | None = None,
         rotation: tuple[int, bool, bool] | None = None,
     ) -> Path: ...
+
+
+def first_frames(source: Path, target: Path, frames: int) -> Path:
+    """A video of the first frames of another, its packets as they are."""
+    import av
+
+    with av.open(str(source)) as read, av.open(str(target), "w") as written:
+        video = read.streams.video[0]
+        stream = written.add_stream_from_template(video)
+        for number, packet in enumerate(read.demux(video)):
+            if number == frames or packet.dts is None:
+                break
+            packet.stream = stream
+            written.mux(packet)
+    return target

@@ -1,0 +1,25 @@
+"""Where the program begins, as `fcw` and as `python -m fcw_viz`.
+
+The command line takes a part of a second to load. Whoever ends the program meanwhile gets the same word and
+exit code as later.
+"""
+
+import sys
+
+from fcw_viz.signals import EXIT_INTERRUPTED, signals_as_interrupts
+
+
+def main() -> int:
+    """Load the command line and run it; returns the exit code."""
+    try:
+        with signals_as_interrupts():
+            from fcw_viz.cli import main as run_command_line
+
+            return run_command_line()
+    except KeyboardInterrupt:
+        sys.stderr.write("fcw: interrupted\n")
+        return EXIT_INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())
