@@ -7,10 +7,11 @@ that stand where they should, and decides.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.detection.net.forward import ForwardPass
+from fcw.detection.net.onnx_layers import read_layers
 from fcw.detection.net.proposals import choose
 from fcw.detection.net.windows import Pyramid, boxes_of, placements_on
 
@@ -45,10 +46,13 @@ class Look:
         network: an ONNX file's bytes: (N, 3, side, side), `normalised`, to (N, 5): the logit that a
             vehicle stands in the window, and its offsets (`fcw.detection.net.windows.boxes_of`).
         side_px: of its windows.
+
+    Raises:
+        ValueError: the file holds another kind of net; see `fcw.detection.net.onnx_layers`.
     """
 
     def __init__(self, network: bytes, side_px: int) -> None:
-        self._net, self._side_px = cv2.dnn.readNetFromONNX(np.frombuffer(network, np.uint8)), side_px
+        self._net, self._side_px = ForwardPass(read_layers(network), side_px, LEAST_CONTRAST), side_px
 
     def at(
         self, pyramid: Pyramid, placements: NDArray[np.float64]
@@ -56,9 +60,7 @@ class Look:
         """(N, 4) boxes of the vehicles that would stand there, and (N,) logits that they do."""
         if not len(placements):
             return np.empty((0, 4)), np.empty(0)
-        windows = pyramid.windows(placements, self._side_px)
-        self._net.setInput(normalised(windows))
-        verdicts = np.asarray(self._net.forward(), np.float64).reshape(-1, 5)
+        verdicts = self._net(pyramid.windows(placements, self._side_px)).astype(np.float64)
         return boxes_of(placements, verdicts[:, 1:]), verdicts[:, 0]
 
 

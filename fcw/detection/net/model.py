@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fcw.bounded.arrays import npz_arrays
 from fcw.bounded.formats import json_value
 from fcw.detection.model import Model, VehicleStatistics, Window, check_parts, tree_arrays, trees_of
+from fcw.detection.net.onnx_layers import read_layers
 from fcw.errors import UserError
 from fcw.files import whole_file
 
@@ -86,6 +87,8 @@ class NetModel:
                 header["score_threshold"],
             )
             check_parts(model.cascade)
+            for look in (model.first, model.second):
+                read_layers(look)
             return model
         except FileNotFoundError:
             raise UserError(

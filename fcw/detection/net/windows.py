@@ -56,6 +56,8 @@ class Pyramid:
 def _cut(levels: tuple[NDArray[np.uint8], ...], squares: NDArray[np.float64], cut: NDArray[np.uint8]) -> None:
     """Sample each square (left, top, side; px of the picture) from the level that loses and invents least."""
     side_px = cut.shape[1]
+    # By column: the elements of a row that are mixed, and how much of the right one.
+    lefts, besides, rights = np.empty(side_px, np.int64), np.empty(side_px, np.int64), np.empty(side_px)
     for i in range(len(squares)):
         side = squares[i, 2]
         halvings = int(min(max(np.floor(np.log2(side / side_px)), 0.0), len(levels) - 1.0))
@@ -63,16 +65,17 @@ def _cut(levels: tuple[NDArray[np.uint8], ...], squares: NDArray[np.float64], cu
         height, width = level.shape[0], level.shape[1]
         by_x, by_y = width / levels[0].shape[1], height / levels[0].shape[0]
         step_x, step_y = side * by_x / side_px, side * by_y / side_px
+        for column in range(side_px):
+            x = min(max(squares[i, 0] * by_x + (column + 0.5) * step_x - 0.5, 0.0), width - 1.0)
+            lefts[column], rights[column] = int(x), x - int(x)
+            besides[column] = min(int(x) + 1, width - 1)
         for row in range(side_px):
             y = min(max(squares[i, 1] * by_y + (row + 0.5) * step_y - 0.5, 0.0), height - 1.0)
             top = int(y)
             below = min(top + 1, height - 1)
             down = y - top
             for column in range(side_px):
-                x = min(max(squares[i, 0] * by_x + (column + 0.5) * step_x - 0.5, 0.0), width - 1.0)
-                left = int(x)
-                beside = min(left + 1, width - 1)
-                right = x - left
+                left, beside, right = lefts[column], besides[column], rights[column]
                 for channel in range(3):
                     upper = (1 - right) * level[top, left, channel] + right * level[top, beside, channel]
                     lower = (1 - right) * level[below, left, channel] + right * level[below, beside, channel]
