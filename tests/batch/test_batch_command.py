@@ -1,7 +1,6 @@
 """`fcw batch` on real workers: broken drives, killed workers, other people's schedulers."""
 
 import contextlib
-import dataclasses
 import io
 import json
 import os
@@ -17,45 +16,25 @@ from pathlib import Path
 import duckdb
 import pyarrow.parquet as pq
 import pytest
+from demo_cut import cut_demo
 
 from fcw.annotation.records import EventReference, Judgement, Verdict
 from fcw.annotation.store import ReviewStore
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME
 from fcw.logs.events import find_events
 from fcw.logs.mcap.reader import read_drive
-from fcw.simulation.drive import write_drive
-from fcw.simulation.world.scenario import load_scenario
 from fcw_viz.cli import main
 
 pytestmark = pytest.mark.slow
 ARGUMENTS = ["--detector", "acf", "--json"]
 
 
-@pytest.fixture(scope="module")
-def rendered(tmp_path_factory) -> list[Path]:
-    """Three drives of two seconds that differ, each in a folder with its calibration: a lead brakes hard."""
-    folders = [tmp_path_factory.mktemp(f"drive{seed}") for seed in range(3)]
-    scenario = load_scenario("braking")
-    (lead,) = scenario.vehicles
-    (brakes,) = lead.actions
-    near = dataclasses.replace(
-        lead, gap_m=12.0, actions=(dataclasses.replace(brakes, at_s=0.2, rate_mps2=8.0),)
-    )
-    for seed, folder in enumerate(folders):
-        write_drive(dataclasses.replace(scenario, duration_s=2.0, vehicles=(near,)), folder, seed=seed)
-    return folders
-
-
 @pytest.fixture
-def drives(rendered, tmp_path) -> Path:
-    folder = tmp_path / "drives"
-    folder.mkdir()
-    for seed, source in enumerate(rendered):
-        for path in source.glob("*.mp4"):
-            shutil.copy(path, folder / f"d{seed}.mp4")
-        (calibration,) = source.glob("*.calibration.yaml")
-        shutil.copy(calibration, folder / f"d{seed}.calibration.yaml")
-    return folder
+def drives(tmp_path) -> Path:
+    """Three drives of two seconds that differ, each with its calibration: in all of them the lead brakes."""
+    for number in range(3):
+        cut_demo(tmp_path / "drives", 30 + number, 2, f"d{number}")
+    return tmp_path / "drives"
 
 
 def batch(*arguments: object) -> tuple[int, dict[str, dict[str, object]]]:
@@ -174,7 +153,10 @@ def worker_processes() -> list[int]:
 
 
 def test_a_scheduler_started_by_hand_gives_the_same_table(drives, tmp_path):
+    for path in drives.glob("d0.*"):
+        path.unlink()
     assert batch(drives, "--out", tmp_path / "own", "--workers", 1)[0] == 0
+    assert pq.read_table(tmp_path / "own" / "events.parquet").num_rows > 0
     address_file = tmp_path / "scheduler.json"
     shell = [sys.executable, "-m", "dask"]
     scheduler = subprocess.Popen(
