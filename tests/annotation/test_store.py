@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 from annotation_helpers import WARNED, frame_result, sayings, warned_drive, write_log
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 
 from fcw.annotation.records import Judgement, Note, Reason, Verdict
 from fcw.annotation.review import Review
@@ -98,7 +99,7 @@ def test_a_line_is_plain_json_with_id_time_person_and_what_was_said(log):
     assert re.fullmatch(r"20\d\d-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}Z", entry.time)
 
 
-@settings(max_examples=10)
+@examples(10)
 @given(st.lists(st.tuples(st.sampled_from(["Ann", "Bo"]), sayings), max_size=6))
 def test_the_state_is_a_replay_of_the_files(warned_log, tmp_path_factory, steps):
     log = DriveLog(Path(shutil.copy(warned_log, tmp_path_factory.mktemp("replay") / "drive.mcap")))

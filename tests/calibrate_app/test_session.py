@@ -6,8 +6,9 @@ import threading
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 from session_helpers import (
     CAMERA,
     PAPER_POINTS,
@@ -215,7 +216,7 @@ ACTIONS = st.one_of(
 )
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(st.lists(st.tuples(st.integers(0, 2), ACTIONS), max_size=30))
 def test_the_state_is_a_replay_of_the_journal_read_back(happenings):
     with tempfile.TemporaryDirectory() as name:

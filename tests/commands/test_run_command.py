@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from tiny_nets import write_quick_net
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.file import write_calibration
@@ -33,6 +34,7 @@ CLIPS = (
     "udacity_test_video",
 )
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
+DEMO_FRAMES = 1200
 
 
 def rough_calibration(data_dir: Path, clip: str) -> Calibration:
@@ -60,17 +62,22 @@ def short_drive(folder: Path, frames: int = 25) -> Path:
     return pictures
 
 
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The detector where a run is about its logs."""
+    return f"onnx:{write_quick_net(tmp_path_factory.mktemp('net') / 'quick.onnx')}"
+
+
 @pytest.mark.parametrize("clip", CLIPS)
 def test_both_logs_hold_every_shown_frame_of_a_real_clip_at_its_own_time(
-    clip: str, data_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    clip: str, quick: str, data_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = data_dir / "clips" / f"{clip}.mp4"
     calibration_path = tmp_path / "camera.yaml"
     write_calibration(rough_calibration(data_dir, clip), calibration_path)
 
     arguments = ["run", str(path), "--calibration", str(calibration_path), "--out", str(tmp_path), "--json"]
-    arguments += ["--detector", "acf"]  # the quicker one: this is about the logs
-    assert main(arguments) == 0
+    assert main([*arguments, "--detector", quick]) == 0
 
     times_ns = [frame.time_ns for frame in open_source(path).frames()]
     log = DriveLog(tmp_path / "drive.mcap")
@@ -118,7 +125,7 @@ def test_ego_speed_stands_in_every_frame(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_ctrl_c_closes_both_logs_and_exits_with_130(tmp_path: Path) -> None:
+def test_ctrl_c_closes_both_logs_and_exits_with_130(quick: str, tmp_path: Path) -> None:
     out = tmp_path / "out"
     # A session of its own: the signal must reach this process alone, as a terminal's reaches its group.
     process = subprocess.Popen(
@@ -132,7 +139,7 @@ def test_ctrl_c_closes_both_logs_and_exits_with_130(tmp_path: Path) -> None:
             str(out),
             "--json",
             "--detector",
-            "acf",
+            quick,
         ],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -151,7 +158,7 @@ def test_ctrl_c_closes_both_logs_and_exits_with_130(tmp_path: Path) -> None:
     log = DriveLog(out / "drive.mcap")
     results = list(log.results())
     assert log.complete
-    assert 0 < len(results) < len(list(open_source(DEMO / "drive.mp4").frames()))
+    assert 0 < len(results) < DEMO_FRAMES
     assert json.loads(stdout)["frames"] == len(results)
     assert read_frame_times(out / "drive.rrd") == [(result.index, result.time_ns) for result in results]
 
@@ -159,7 +166,7 @@ def test_ctrl_c_closes_both_logs_and_exits_with_130(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("limit_bytes", [200_000, 1_500_000])
 def test_a_disk_that_fills_up_ends_the_run_with_a_message_and_keeps_the_beginning(
-    tmp_path: Path, limit_bytes: int
+    quick: str, tmp_path: Path, limit_bytes: int
 ) -> None:
     resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
     out = tmp_path / "out"
@@ -173,7 +180,7 @@ def test_a_disk_that_fills_up_ends_the_run_with_a_message_and_keeps_the_beginnin
             "--out",
             str(out),
             "--detector",
-            "acf",
+            quick,
         ],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes)),
         capture_output=True,
@@ -187,7 +194,7 @@ def test_a_disk_that_fills_up_ends_the_run_with_a_message_and_keeps_the_beginnin
     assert not (out / "drive.rrd").exists()
     results = list(DriveLog(out / "drive.mcap").results())  # the beginning is not lost
     assert [result.index for result in results] == list(range(len(results)))
-    assert len(results) < 1200
+    assert len(results) < DEMO_FRAMES
 
 
 def wrong_input(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

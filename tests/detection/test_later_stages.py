@@ -6,7 +6,7 @@ from itertools import compress
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -59,7 +59,6 @@ def test_the_score_is_the_sum_of_both_stages_and_orders_the_vehicles():
     assert LaterStages(PLAIN).vehicles(found, 0.5, SIZE).windows.tolist() == [0, 1, 2]
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     middles=st.lists(st.integers(20, 200), min_size=1, max_size=12),
     seed=st.integers(0, 1000),
@@ -168,7 +167,6 @@ def plain_vehicles(
     return boxes, scores, kept
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     count=st.sampled_from([1, 2, 10, 60]),

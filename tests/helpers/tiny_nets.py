@@ -46,3 +46,10 @@ def write_net(
     helper.set_model_props(model, dict(metadata or {}))
     onnx.save(model, path)
     return path
+
+
+def write_quick_net(path: Path) -> Path:
+    """A net that sees one car ahead in every picture: for what needs a detector and costs no time by it."""
+    found = np.zeros((1, 300, 6), np.float32)
+    found[0, 0] = 145.0, 100.0, 175.0, 128.0, 0.9, 2  # corners, score, and the class of cars
+    return write_net(path, found, (192, 320))

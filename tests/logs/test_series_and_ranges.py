@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
+from searching import examples
 
 from fcw.frame import VideoPacket
 from fcw.logs.mcap.reader import DriveLog
@@ -88,7 +89,7 @@ def test_what_is_not_known_is_nan():
         assert math.isnan(getattr(series, name)[0])
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(data=st.data())
 def test_columns_come_back_from_their_bytes(any_frame_result, data):
     drive = [(result, ()) for result in data.draw(st.lists(any_frame_result, max_size=5))]
@@ -162,7 +163,7 @@ def test_rows_are_found_by_frame_and_time(short_drive):
     assert series.keyframe_before(2_950_000_000) == 2_000_000_000
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(bounds=st.tuples(*[st.none() | st.integers(-3 * 10**8, 11 * 10**9)] * 2), of_torn=st.booleans())
 def test_a_range_gives_what_is_in_it(logs, bounds, of_torn: bool):
     log, everything = logs[of_torn]
@@ -173,7 +174,7 @@ def test_a_range_gives_what_is_in_it(logs, bounds, of_torn: bool):
     assert list(log.entries(start_ns, end_ns)) == inside
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(start_ns=st.integers(-(10**8), 10**10), length_ns=st.integers(1, 3 * 10**9), of_torn=st.booleans())
 def test_packets_of_a_range_start_at_the_keyframe_before(logs, start_ns, length_ns, of_torn: bool):
     log, everything = logs[of_torn]

@@ -4,6 +4,7 @@ Written apart from the program's renderer and from its equations of motion: ever
 road's plane, or with walls to both sides, and looks up a texture there.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -35,9 +36,7 @@ class Road:
     """A textured road between two textured walls; `lines_m` are painted along x at these lateral places."""
 
     def __init__(self, seed=0, lines_m=()):
-        rng = np.random.default_rng(seed)
-        self._road = 110 + 90 * _texture(rng, (1200, 1200))
-        self._wall = 130 + 300 * _texture(rng, (400, 2000), 4.0)
+        self._road, self._wall = _textures(seed)
         self._lines_m = lines_m
 
     def picture(self, pose, pitch_deg=2.0, height_m=1.3, yaw_deg=0.0, roll_deg=0.0, lane_of=None):
@@ -61,14 +60,21 @@ class Road:
         on_road = to_road < to_wall
         reach = np.minimum(np.minimum(to_road, to_wall), 400.0)
         at_x, at_y, at_z = pose.x_m + reach * x, pose.y_m + reach * y, height_m - reach * down
-        road = _looked_up(self._road, at_x, at_y)
+        grey = np.empty(on_road.shape)
+        grey[on_road] = _looked_up(self._road, at_x[on_road], at_y[on_road])
         for line_m in self._lines_m:
             off_m = at_y - line_m - (0.0 if lane_of is None else lane_of(at_x))
-            road = np.where(np.abs(off_m) < 0.08, 235.0, road)
-        wall = _looked_up(self._wall, at_z * 0.5, at_x * 0.5)
-        grey = np.where(on_road, road, wall)
+            grey[on_road & (np.abs(off_m) < 0.08)] = 235.0
+        grey[~on_road] = _looked_up(self._wall, at_z[~on_road] * 0.5, at_x[~on_road] * 0.5)
         grey = gaussian_filter(grey, 0.6)
         return np.repeat(np.clip(grey, 0, 255).astype(np.uint8)[:, :, None], 3, axis=2)
+
+
+@functools.cache
+def _textures(seed):
+    """Of road and walls."""
+    rng = np.random.default_rng(seed)
+    return 110 + 90 * _texture(rng, (1200, 1200)), 130 + 300 * _texture(rng, (400, 2000), 4.0)
 
 
 def _texture(rng, shape, smooth=2.0):

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from av.stream import Disposition
 from av.video.stream import VideoStream
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
+from searching import examples
 
 from fcw.errors import UserError
 from fcw.sources import open_source
@@ -190,7 +191,7 @@ def test_a_picture_of_another_size_ends_the_drive_with_a_note(make_video, noise_
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_damage_is_refused_or_survived(make_video, noise_images, data):
     name = data.draw(st.sampled_from(["d.mp4", "d.mkv", "d.avi", "d.ts"]))

@@ -5,8 +5,9 @@ import math
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 
 from fcw.box import Box
 from fcw.tracking.picture.follower import Follower, FollowingSettings
@@ -39,7 +40,7 @@ def moved(box, growth, shift_x=0.0, shift_y=0.0):
     return Box(box.center_x + shift_x - w / 2, box.y + box.h / 2 + shift_y - h / 2, w, h)
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(
     width=st.floats(60, 300),
     growth=st.floats(0.93, 1.08),

@@ -3,8 +3,9 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
@@ -264,7 +265,7 @@ detections = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.lists(st.tuples(st.integers(0, 400_000_000), detections), max_size=25))
 def test_whatever_the_detector_says_tracks_are_finite_ordered_and_ids_never_return(steps):
     tracker = Tracker(CALIBRATION)

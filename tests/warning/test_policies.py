@@ -4,10 +4,11 @@ import re
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from leads.warning_leads import make_lead as lead
 from leads.warning_leads import threats_of_lead as threats
+from searching import examples
 
 from fcw.errors import UserError
 from fcw.threat.own_path import assumed_path
@@ -391,7 +392,7 @@ leads = st.none() | st.builds(
 
 @pytest.mark.parametrize("name", POLICIES)
 def test_no_level_is_lowered_before_its_minimum_duration_and_every_state_is_whole(name):
-    @settings(deadline=None, max_examples=50)
+    @examples(50)
     @given(st.lists(st.tuples(st.integers(0, 600_000_000), leads, st.none() | st.floats(0, 60)), max_size=40))
     def check(steps):
         policy, minimum_ns = make_policy(name), 1_000_000_000

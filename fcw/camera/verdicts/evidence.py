@@ -90,13 +90,7 @@ def fit(rows: Rows, beliefs: Beliefs) -> Fits:
     residuals, jacobian, sigmas_px = _linearised(rows, beliefs, x)
     cost = np.sum(residuals**2, axis=1)
     for _ in range(ITERATIONS):
-        normal = np.einsum("hij,hik->hjk", jacobian, jacobian)
-        gradient = np.einsum("hij,hi->hj", jacobian, residuals)
-        diagonal = np.einsum("hjj->hj", normal)
-        damped = normal + np.eye(UNKNOWN_COUNT) * (damping[:, None] * diagonal)[:, None, :]
-        tried = x - np.linalg.solve(damped, gradient[..., None])[..., 0]
-        tried[:, LOG_FOCAL] = np.clip(tried[:, LOG_FOCAL], *LOG_FOCAL_LIMITS)
-        tried[:, TANGENT] = np.clip(tried[:, TANGENT], -STEEPEST_TANGENT, STEEPEST_TANGENT)
+        tried = _stepped(x, residuals, jacobian, damping)
         # The weights stay while a step is judged; those of the place it leads to come after it.
         new = _linearised(rows, beliefs, tried, sigmas_px)[0]
         better = np.sum(new**2, axis=1) <= cost
@@ -118,6 +112,18 @@ def fit(rows: Rows, beliefs: Beliefs) -> Fits:
         - measured / 2 * math.log(2 * math.pi)
     )
     return Fits(log_evidence, x, residuals[:, : len(rows.rows_px)])
+
+
+def _stepped(x: FloatArray, residuals: FloatArray, jacobian: FloatArray, damping: FloatArray) -> FloatArray:
+    """Where the next step leads: (H, 5)."""
+    normal = np.einsum("hij,hik->hjk", jacobian, jacobian)
+    gradient = np.einsum("hij,hi->hj", jacobian, residuals)
+    diagonal = np.einsum("hjj->hj", normal)
+    damped = normal + np.eye(UNKNOWN_COUNT) * (damping[:, None] * diagonal)[:, None, :]
+    tried = x - np.linalg.solve(damped, gradient[..., None])[..., 0]
+    tried[:, LOG_FOCAL] = np.clip(tried[:, LOG_FOCAL], *LOG_FOCAL_LIMITS)
+    tried[:, TANGENT] = np.clip(tried[:, TANGENT], -STEEPEST_TANGENT, STEEPEST_TANGENT)
+    return tried
 
 
 def _linearised(

@@ -1,5 +1,7 @@
 """What is too far away to move: sky, clouds, hills and woods on the horizon."""
 
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,8 @@ PANORAMA_WIDTH = 4096
 ABOVE_PX, BELOW_PX = 760, 64
 RANGES = ((9000, 54, 160), (4000, 32, 90), (1500, 20, 28), (600, 25, 12))
 """Hills and woods, from far to near: distance in metres, height and width of their shapes in pixels."""
+HIGHEST = 2.2
+"""Of a shape, in heights."""
 FILLED_BELOW_PX = 220
 """Rows of the panorama above and below the horizon."""
 
@@ -84,13 +88,14 @@ def _panorama(generator: np.random.Generator, light: Daylight) -> FloatImage:
     for distance_m, height_px, sigma_px in RANGES:
         ridge = _cyclic_noise(generator, sigma_px, row=True)
         rough = 0.2 * _cyclic_noise(generator, 2.0, row=True) if distance_m < 3000 else 0.0
-        tops = ABOVE_PX - height_px * np.clip(0.6 + 0.45 * ridge + rough, 0.05, 2.2)
-        inside = np.clip(np.arange(rows)[:, None] - tops[None, :], 0, 1)[..., None]
+        tops = ABOVE_PX - height_px * np.clip(0.6 + 0.45 * ridge + rough, 0.05, HIGHEST)
+        first = ABOVE_PX - math.ceil(HIGHEST * height_px)
+        inside = np.clip(np.arange(first, rows)[:, None] - tops[None, :], 0, 1)[..., None]
         clarity = float(np.exp(-distance_m / (5 * light.visibility_m)))
         tint = np.array(mixed(light.foliage, light.dry_grass, 0.25 if distance_m < 3000 else 0.5), np.float32)
-        speckle = 1 + 0.15 * _cyclic_noise(generator, 1.5)[..., None] * min(1.0, 2000 / distance_m)
+        speckle = 1 + 0.15 * _cyclic_noise(generator, 1.5)[first:, :, None] * min(1.0, 2000 / distance_m)
         color = tint * speckle * clarity + haze * np.array((1.0, 0.93, 0.86), np.float32) * (1 - clarity)
-        image += (color - image) * inside
+        image[first:] += (color - image[first:]) * inside
     return np.ascontiguousarray(image, np.float32)
 
 

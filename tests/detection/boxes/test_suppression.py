@@ -1,9 +1,10 @@
 """Greedy suppression by intersection over the smaller area, and what it is made of."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from searching import examples
 
 from fcw.detection.boxes.overlap import cut_to_picture, intersection_areas
 from fcw.detection.boxes.suppression import sort_best_first, suppress
@@ -24,7 +25,7 @@ def overlaps(boxes: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray
     return intersection_areas(boxes, others) / smaller
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(boxes_and_scores)
 def test_kept_boxes_stand_apart_and_every_other_yields_to_a_better_one(
     data: tuple[NDArray[np.float64], NDArray[np.float32]],
@@ -68,7 +69,6 @@ def plain_suppress(
     return kept
 
 
-@settings(max_examples=100, deadline=None)
 @given(boxes_and_scores, st.sampled_from([0.0, 0.3, 1.0]))
 def test_the_kernel_agrees_with_plain_numpy(
     data: tuple[NDArray[np.float64], NDArray[np.float32]], largest_overlap: float

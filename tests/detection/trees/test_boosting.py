@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.detection.model import BoostedTrees
@@ -16,7 +16,6 @@ def exponential_losses(trees, positives, negatives):
     return np.concatenate([[1.0], (of_positives + of_negatives) / 2])
 
 
-@settings(deadline=None)  # the first call compiles
 @given(seed=st.integers(0, 2**32 - 1), positives=st.integers(1, 60), negatives=st.integers(1, 60))
 def test_no_tree_raises_the_exponential_loss_even_on_pure_noise(seed, positives, negatives):
     samples = np.random.default_rng(seed).integers(0, 256, (positives + negatives, 12), np.uint8)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from searching import examples
 
 from fcw.detection.model import BoostedTrees, Window
 from fcw.detection.trees.cascade import FIRST_TREES, feature_offsets, prepare_cascade, run_cascade
@@ -73,7 +74,7 @@ def expected(
     return found
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(
     seed=st.integers(0, 2**32 - 1),
     tree_count=st.sampled_from([1, 5, FIRST_TREES, FIRST_TREES + 1, FIRST_TREES + 70]),
@@ -124,7 +125,7 @@ def test_every_window_is_scored_once_whatever_the_size_of_the_level(size: tuple[
     assert found == expected(grids, trees, rows, -1e6)
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(
     seed=st.integers(0, 2**32 - 1),
     largest_leaf=st.sampled_from([1e-4, 0.3, 4.0]),

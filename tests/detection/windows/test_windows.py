@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from searching import examples
 
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.boxes.overlap import intersection_over_union
@@ -52,7 +53,7 @@ def vehicles_of(level: Level) -> tuple[NDArray[np.float64], NDArray[np.float64],
     return middles, bottoms, np.full(level.window_count, size_px)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(mounted_cameras())
 def test_every_window_holds_a_vehicle_of_plausible_size_for_some_pitch_within_the_tolerance(
     setup: tuple[GroundPlaneCamera, ImageSize],
@@ -80,7 +81,7 @@ def test_every_window_holds_a_vehicle_of_plausible_size_for_some_pitch_within_th
         assert (largest_m >= STATISTICS.size_low_m / 1.03).all()
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(mounted_cameras(), st.floats(5, 60), st.floats(-6, 6))
 def test_every_vehicle_of_median_size_on_the_road_has_a_window(
     setup: tuple[GroundPlaneCamera, ImageSize], distance_m: float, lateral_m: float
@@ -107,7 +108,7 @@ def test_every_vehicle_of_median_size_on_the_road_has_a_window(
     assert best >= 0.7
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(mounted_cameras())
 def test_windows_stay_within_the_padded_picture(setup: tuple[GroundPlaneCamera, ImageSize]):
     camera, size = setup

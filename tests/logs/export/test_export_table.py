@@ -12,8 +12,9 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from export_drives import STEP_NS, drive_header, in_time, write_log
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
+from searching import examples
 
 from fcw.errors import UserError
 from fcw.logs.export.clip import DriveClip
@@ -147,7 +148,7 @@ def drawn_results(data: st.DataObject, any_frame_result: st.SearchStrategy[Frame
 
 
 @pytest.mark.slow
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@examples(25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_csv_and_parquet_give_back_every_frame_and_track(any_frame_result, tmp_path, data):
     results = drawn_results(data, any_frame_result)

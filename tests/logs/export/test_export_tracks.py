@@ -13,9 +13,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from export_drives import drive_header, in_time, marked_drive, marked_picture, write_log
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 from pycocotools.coco import COCO
+from searching import examples
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
@@ -55,9 +56,7 @@ def clip_of(folder: Path, results: list[FrameResult]) -> DriveClip:
     return DriveClip.open(folder / "trip" / "drive.mcap")
 
 
-searched = settings(
-    max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
+searched = examples(20, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @searched

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
+from searching import examples
 
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
@@ -66,7 +67,7 @@ def test_results_come_back_bit_for_bit_from_their_messages(any_frame_result, dat
     assert repr(back) == repr(result)  # tells 0.0 from -0.0, an int from a float, a level from its number
 
 
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@examples(25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_log_gives_back_all_it_was_given(any_frame_result, header, tmp_path, data):
     drawn = data.draw(st.lists(any_frame_result, max_size=4))

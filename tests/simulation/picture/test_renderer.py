@@ -4,8 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
+from searching import examples
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
@@ -299,7 +300,7 @@ def test_a_winding_hilly_road_goes_where_its_points_are_projected(renderer, ahea
     assert ahead_m < 20 or abs(middle - straight_column) > 3
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     distance_m=st.sampled_from((-8.0, -2.0, 0.2, 1.0, 3.0, 150.0, 390.0)),
     lateral_m=st.sampled_from((-7.2, -3.0, 0.0, 3.6, 30.0)),
