@@ -51,14 +51,22 @@ class Look:
         self._net, self._side_px = cv2.dnn.readNetFromONNX(np.frombuffer(network, np.uint8)), side_px
 
     def at(
-        self, pyramid: Pyramid, placements: NDArray[np.float64]
+        self, pyramid: Pyramid, placements: NDArray[np.float64], mirrored: bool = False
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(N, 4) boxes of the vehicles that would stand there, and (N,) logits that they do."""
+        """(N, 4) boxes of the vehicles that would stand there, and (N,) logits that they do.
+
+        Args:
+            pyramid: of the picture.
+            placements: (N, 3) of the windows.
+            mirrored: whether the net is shown their mirror images: of the same vehicles it errs otherwise.
+        """
         if not len(placements):
             return np.empty((0, 4)), np.empty(0)
         windows = pyramid.windows(placements, self._side_px)
-        self._net.setInput(normalised(windows))
+        self._net.setInput(normalised(windows[:, :, ::-1] if mirrored else windows))
         verdicts = np.asarray(self._net.forward(), np.float64).reshape(-1, 5)
+        if mirrored:
+            verdicts[:, 1] *= -1.0
         return boxes_of(placements, verdicts[:, 1:]), verdicts[:, 0]
 
 
