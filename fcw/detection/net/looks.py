@@ -55,12 +55,22 @@ class Look:
         self._net, self._side_px = ForwardPass(read_layers(network), side_px, LEAST_CONTRAST), side_px
 
     def at(
-        self, pyramid: Pyramid, placements: NDArray[np.float64]
+        self, pyramid: Pyramid, placements: NDArray[np.float64], mirrored: bool = False
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(N, 4) boxes of the vehicles that would stand there, and (N,) logits that they do."""
+        """(N, 4) boxes of the vehicles that would stand there, and (N,) logits that they do.
+
+        Args:
+            pyramid: of the picture.
+            placements: (N, 3) of the windows.
+            mirrored: whether the net is shown their mirror images: of the same vehicles it errs otherwise.
+        """
         if not len(placements):
             return np.empty((0, 4)), np.empty(0)
-        verdicts = self._net(pyramid.windows(placements, self._side_px)).astype(np.float64)
+        windows = pyramid.windows(placements, self._side_px)
+        shown = np.ascontiguousarray(windows[:, :, ::-1]) if mirrored else windows
+        verdicts = self._net(shown).astype(np.float64)
+        if mirrored:
+            verdicts[:, 1] *= -1.0
         return boxes_of(placements, verdicts[:, 1:]), verdicts[:, 0]
 
 

@@ -11,8 +11,10 @@ from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.choice import load_model, make_detector
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
+from fcw.detection.net.looks import SECOND_PX, Look
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.detection.net.proposals import ProposalSettings, Proposer
+from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.sources import open_source
@@ -84,6 +86,16 @@ def test_vehicles_come_best_first_inside_the_picture_and_apart(model, calibratio
     for vehicle in found:
         assert -0.5 <= vehicle.box.x <= vehicle.box.right <= width - 0.5
         assert -0.5 <= vehicle.box.y <= vehicle.box.bottom <= height - 0.5
+
+
+def test_a_mirrored_look_says_what_a_look_at_the_mirrored_picture_would(model, picture):
+    look, width = Look(model.second, SECOND_PX), picture.shape[1]
+    placements = np.array([[600.0, 420.0, 90.0], [300.0, 450.0, 140.0]])
+    boxes, logits = look.at(Pyramid(picture), placements, mirrored=True)
+    across = placements * [-1, 1, 1] + [width - 1, 0, 0]
+    (x, y, w, h), expected = (each.T for each in look.at(Pyramid(picture[:, ::-1]), across))
+    assert logits == pytest.approx(expected, abs=0.05)  # bilinear sampling rounds either way
+    assert boxes == pytest.approx(np.column_stack([width - 1 - x - w, y, w, h]), abs=0.5)
 
 
 def test_a_higher_threshold_leaves_the_surest(model, calibration, picture):
