@@ -118,7 +118,7 @@ class Pen:
         straight = np.array(points, float)
         places = self._way.to_picture(straight)
         # Far outside of its picture a lens model folds over: what does not lead back is not seen.
-        seen = np.isfinite(places).all(axis=1)
+        seen = np.asarray(np.isfinite(places).all(axis=1), np.bool_)
         back = self._way.to_straight(np.where(seen[:, None], places, 0.0))
         seen &= np.abs(back - straight).max(axis=1) < FOLDED_PX
         inside = np.array((self.right_px, self.bottom_px)) + INSIDE_PX
