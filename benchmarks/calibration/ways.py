@@ -31,8 +31,9 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.self_calibration.clip import VEHICLE_HEIGHTS_M, calibrate_clip, rough_calibration
 from fcw.sources import open_source
+from fcw_viz.calibrate_app.document.besides.joint_fit import SPEED_SIGMA
 from fcw_viz.calibrate_app.document.ways.ways import TYPICAL_LENSES
-from fcw_viz.calibrate_app.proposals.drive_look import look_at
+from fcw_viz.calibrate_app.proposals.drive_look import ENOUGH_S, look_at
 from fcw_viz.page.pictures import Pictures
 
 AT_M = 30.0
@@ -105,8 +106,7 @@ def main() -> None:
         _ways_of_a_picture(picture, lens)
     for name, (horizon_px, scale, height_m) in CLIPS.items():
         _ways_of_a_clip(data / "clips" / f"{name}.mp4", horizon_px + scale / AT_M, height_m, options.quick)
-    if not options.quick:
-        _known_speed(data / "kitti-odometry-03")
+    _known_speed(data / "kitti-odometry-03")
 
 
 def _ways_of_a_picture(picture: Clicked, lens: Lens) -> None:
@@ -189,25 +189,25 @@ def _by_clip(path: Path, priors: Priors, height_m: Gaussian) -> Calibration:
 
 
 def _known_speed(folder: Path) -> None:
-    """KITTI's own speed is known from its poses; the height follows from it, and distances with the lens."""
-    poses = np.loadtxt(folder / "poses.txt").reshape(-1, 3, 4)[:, :, 3]
-    speed_mps = float(np.linalg.norm(np.diff(poses, axis=0), axis=1).mean() * 10)
-    source = open_source(folder / "drive.mp4")
-    size = source.image_size
+    """KITTI's own speed is known from its poses: with it the road's flow tells lens and height together."""
+    positions_m = np.loadtxt(folder / "poses.txt").reshape(-1, 3, 4)[:, :, 3]
+    speeds_mps = 10 * np.linalg.norm(np.diff(positions_m, axis=0), axis=1)
+    pictures = Pictures(open_source(folder / "drive.mp4"))
+    look = look_at(pictures)
+    if look.horizon is None or look.scale_per_mps is None:
+        say(f"\nkitti-odometry-03: {look.words}")
+        return
+    # The look ends when it has seen enough of a known speed.
+    speed_mps = float(speeds_mps[: round(10 * ENOUGH_S)].mean())
     place = np.array([609.559, KITTI_HORIZON_PX + KITTI_FOCAL_PX * KITTI_HEIGHT_M / AT_M])
     say(f"\nkitti-odometry-03: 30 m at row {place[1]:.1f}; {speed_mps:.1f} m/s on average")
-    view = Gaussian(2 * math.atan(size.width / 2 / KITTI_FOCAL_PX), math.radians(3))
-    for name, priors in (("known speed, field of view", Priors(view)), ("known speed, no lens", Priors())):
-        _report(name, lambda p=priors: _by_speed(folder / "drive.mp4", p, speed_mps), place)
-
-
-def _by_speed(path: Path, priors: Priors, speed_mps: float) -> Calibration:
-    source = open_source(path)
-    # Nobody measured the height: what the speed says of it decides.
-    height_m = Gaussian(1.5, 0.5)
-    guess = rough_calibration(source.image_size, height_m.value, priors)
-    detector = make_detector("acf-full", load_model("acf-full"), guess)
-    return calibrate_clip(source, detector, height_m, priors=priors, speed_mps=speed_mps)
+    unknown = TYPICAL_LENSES[-1]
+    priors = Priors(Gaussian(unknown.view_rad, unknown.sigma_rad), None, look.horizon)
+    scale = look.scale_per_mps * speed_mps
+    at_speed = Evidence(scale_px_m=Gaussian(scale, SPEED_SIGMA * scale))
+    size, any_height_m = pictures.image_size, Gaussian(1.5, 0.4)
+    for name, evidence in (("no speed, no lens, no height", Evidence()), ("a known speed alone", at_speed)):
+        _report(name, lambda e=evidence: calibrate_jointly(e, size, any_height_m, priors=priors), place)
 
 
 def _place(truth: Calibration) -> np.ndarray:

@@ -66,10 +66,17 @@ def test_saved_tells_whether_the_file_is_this_document(session):
     assert session.state.saved, "a mark without a distance changes no calibration"
 
 
-def test_an_implausible_calibration_can_be_saved(session):
+@pytest.mark.parametrize(
+    ("points", "status"),
+    [
+        (PAPER_POINTS, Status.DOUBTFUL),
+        (tuple((d / 0.3048, row) for d, row in seen(6, 9, 16)), Status.IMPLAUSIBLE),
+    ],
+)
+def test_a_doubtful_and_an_implausible_calibration_can_be_saved(session, points, status):
     anna = session.join(nobody)
-    tell(session, anna, PAPER_POINTS, height_m=1.225)
-    assert session.state.solution.status is Status.IMPLAUSIBLE
+    tell(session, anna, points, height_m=1.225)
+    assert session.state.solution.status is status
     assert session.save().exists()
 
 

@@ -125,8 +125,9 @@ def test_priors_are_taken_in_degrees_and_pixels(tmp_path, capsys):
         ],
         capsys,
     )
-    assert result["pitch_rad"] == pytest.approx(0.03, abs=1e-5)
-    assert result["field_of_view_rad"] == pytest.approx(math.radians(field_of_view_deg), rel=1e-5)
+    # But for the weak belief that a camera looks a little down.
+    assert result["pitch_rad"] == pytest.approx(0.03, abs=1e-3)
+    assert result["field_of_view_rad"] == pytest.approx(math.radians(field_of_view_deg), rel=1e-3)
     calibration = read_calibration(file)
     priors = calibration.priors
     assert calibration.row_sigma_px == 0.5
@@ -160,7 +161,7 @@ def test_imperial_units_for_people(capsys):
     assert main([*GOOD, "--units", "imperial"]) == 0
     text = capsys.readouterr().out
     assert "33 ft" in text
-    assert " m " not in text.split("percentile", 1)[1]
+    assert " m " not in text.split("two times in three", 1)[1]
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,10 @@ class Judgement:
             return None
         first = self.suspicions[0]
         stands_out = first.probability > NAMED_SHARE * (1 - self.as_said)
-        return first if stands_out and first.worst_sigmas < WORST_SIGMAS else None
+        if stands_out and first.worst_sigmas < WORST_SIGMAS:
+            return first
+        # That something is wrong is sure; which mistake it is shows best if the marks were laid with care.
+        return self.if_careful and self.if_careful.named
 
 
 def judge(calibration: Calibration, imperial: bool = False) -> Judgement:

@@ -197,7 +197,9 @@ def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, .
 
 
 def _result(document: Document, facts: _Facts, calibration: Calibration) -> Result:
-    findings = list(plausibility(calibration, document.imperial, document.paced))
+    found = plausibility(calibration, document.imperial, document.paced)
+    # A roll is no fault: the page shows it, and all that is drawn is turned by it.
+    findings = [finding for finding in found if finding.kind is not FindingKind.ROLL]
     if document.vehicles and (vehicles := vehicle_finding(calibration, document.vehicles)):
         findings.append(vehicles)
     rows_px = calibration.straight_rows_px

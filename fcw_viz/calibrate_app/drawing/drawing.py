@@ -174,7 +174,7 @@ def _draw_marks(
             half_px = pen.css(radius_css_px)
             pen.line(color, center, (column_px, row_px), strong=True)
             pen.line(color, (column_px - half_px, row_px), (column_px + half_px, row_px))
-        pen.words_beside(_mark_text(mark, state.document.imperial), center, radius_css_px)
+        pen.words_beside(_mark_text(mark, state.document), center, radius_css_px)
 
 
 def _draw_lane_lines(pen: Pen, state: SessionState, handles: bool) -> None:
@@ -287,8 +287,10 @@ def _draw_next_click(pen: Pen, click: NextClick, calibration: Calibration, imper
     pen.words_beside(words, (column_px, row_px), TARGET_RADIUS_CSS_PX)
 
 
-def _mark_text(mark: Mark, imperial: bool) -> str:
-    distance = "distance?" if mark.distance_m is None else typed_text(mark.distance_m, imperial)
+def _mark_text(mark: Mark, document: Document) -> str:
+    distance = "distance?" if mark.distance_m is None else typed_text(mark.distance_m, document.imperial)
+    if document.paced:  # counted from the first, wherever that is
+        distance = "dash"
     return f"{mark.name}  {distance}" if mark.enabled else f"{mark.name}  {distance}, off"
 
 

@@ -26,6 +26,7 @@ from fcw_viz.page.picture.label_layout import (
 CROSS_GAP_CSS_PX = 2.5
 """The pixel that is marked stays free."""
 CIRCLE_CORNERS = 20
+FOLDED_PX, INSIDE_PX = 2.0, 40.0
 BENDS = 33
 """So many points make a line that the lens bends."""
 DASH_CSS_PX = 7.0
@@ -114,8 +115,15 @@ class Pen:
         """Points of the straight picture in the one that is drawn on, as many as are in front of the lens."""
         if self._way is None:
             return list(points)
-        places = self._way.to_picture(np.array(points, float))
-        return [(float(column), float(row)) for column, row in places if math.isfinite(column + row)]
+        straight = np.array(points, float)
+        places = self._way.to_picture(straight)
+        # Far outside of its picture a lens model folds over: what does not lead back is not seen.
+        seen = np.asarray(np.isfinite(places).all(axis=1), np.bool_)
+        back = self._way.to_straight(np.where(seen[:, None], places, 0.0))
+        seen &= np.abs(back - straight).max(axis=1) < FOLDED_PX
+        inside = np.array((self.right_px, self.bottom_px)) + INSIDE_PX
+        seen &= ((places > -INSIDE_PX) & (places < inside)).all(axis=1)
+        return [(float(column), float(row)) for column, row in places[seen]]
 
     def along(self, start: Point, end: Point) -> list[Point]:
         """A straight line of the straight picture, bent as the lens bends it."""
@@ -131,9 +139,7 @@ class Pen:
 
     def across(self, color: Rgb, row_px: float) -> None:
         """A row of the straight picture over the whole width."""
-        reach_px = 0.0 if self._way is None else self.size.width
-        ends = (self.left_px - reach_px, row_px), (self.right_px + reach_px, row_px)
-        points = tuple(self.along(*ends))
+        points = tuple(self.along((self.left_px, row_px), (self.right_px, row_px)))
         if len(points) > 1:
             self.line(color, *points)
 
@@ -181,6 +187,7 @@ class Pen:
         columns_px = np.linspace(left_px, right_px, BENDS)
         for left, right in pairwise(columns_px.tolist()):
             corners = self.seen_at((left, top_px), (right, top_px), (right, bottom_px), (left, bottom_px))
+            corners = [(column, min(max(row, -0.5), self.bottom_px)) for column, row in corners]
             if len(corners) == 4:
                 self.fills.append(Fill(kind, (corners[0], corners[1], corners[2], corners[3])))
 

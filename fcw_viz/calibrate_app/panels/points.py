@@ -99,7 +99,8 @@ class PointsPanel:
                 with self._folder:
                     self._fields[mark.id] = self._new_field(mark)
             field = self._fields[mark.id]
-            field.handle.label = f"{mark.name}, {'feet' if imperial else 'metres'}"
+            unit = "feet" if imperial else "metres"
+            field.handle.label = f"{mark.name}, {'counted ' if state.document.paced else ''}{unit}"
             field.place(mark.id)
             field.show(mark.distance_m, 1 / FEET_PER_METRE if imperial else 1.0)
 

@@ -53,7 +53,10 @@ class PresetPanel:
         self._first.show(self._first_m, 1 / FEET_PER_METRE if imperial else 1.0)
         self._period.visible = self._may_pace(state.document)
         self._period.handle.label = f"Repeat every, {unit_name(imperial)}"
+        document = state.document
         period_m = self._chosen.spacing_m if isinstance(self._chosen, SpacedPreset) else None
+        if period_m is None and document.paced and document.planned_m:
+            period_m = document.planned_m[0]
         self._period.show(period_m, 1 / FEET_PER_METRE if imperial else 1.0)
         way = chosen_way(state.document)
         needed = way is None or Part.POINTS in way.parts

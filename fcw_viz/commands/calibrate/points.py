@@ -49,7 +49,7 @@ def save_and_report(
         command: how to print it, and what else to write.
         warnings: what else speaks against it.
     """
-    summary = calibration_summary(calibration)
+    summary = calibration_summary(calibration, bool(command.dashes))
     summary["warnings"] += warnings
     if save is not None:
         write_calibration(calibration, save)

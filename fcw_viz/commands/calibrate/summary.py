@@ -19,8 +19,13 @@ from fcw.units import FEET_PER_METRE, distance_text
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 
 
-def calibration_summary(calibration: Calibration) -> dict[str, Any]:
-    """The result as JSON has it; unbounded distances are None."""
+def calibration_summary(calibration: Calibration, paced: bool = False) -> dict[str, Any]:
+    """The result as JSON has it; unbounded distances are None.
+
+    Args:
+        calibration: the result.
+        paced: its points are said to be dashes.
+    """
 
     def bounded(value: float) -> float | None:
         return value if math.isfinite(value) else None
@@ -37,7 +42,7 @@ def calibration_summary(calibration: Calibration) -> dict[str, Any]:
                 "high_m": bounded(high_m),
             }
         )
-    findings = plausibility(calibration)
+    findings = plausibility(calibration, paced=paced)
     proposals = [finding.offset for finding in findings if finding.offset]
     next_click = best_next_click(calibration)
     camera = calibration.camera
@@ -109,7 +114,7 @@ def print_report(calibration: Calibration, saved: Path | None, console: Console,
         )
     line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
 
-    table = Table("distance", "row", "16th to 84th percentile", "half of it", box=None, pad_edge=False)
+    table = Table("distance", "row", "two times in three", "half of it", box=None, pad_edge=False)
     for distance_m in ROW_DISTANCES_M:
         row_px = calibration.row_at(distance_m)
         low_m, high_m = calibration.distance_interval(row_px)

@@ -126,7 +126,7 @@ def test_the_papers_points_become_plausible_with_the_proposed_mend(
     page.session.apply(SOMEBODY, *edits, SetHeight(1.225))
     person = Person(open_page(page.url))
     wait_for(lambda: person.button("Distances were measured from the bumper").count() == 1)
-    assert page.session.state.solution.status is Status.IMPLAUSIBLE
+    assert page.session.state.solution.status is Status.DOUBTFUL
     assert person.button("Save drive.calibration.yaml").is_enabled()
     person.button("Distances were measured from the bumper").click()
     wait_for(lambda: page.session.state.solution.status is Status.GOOD)
@@ -134,7 +134,7 @@ def test_the_papers_points_become_plausible_with_the_proposed_mend(
     wait_for(lambda: person.field("Bumper ahead").input_value() == "2.29")
     assert person.button("Distances were measured from the bumper").count() == 0
     person.press("Control+z")
-    wait_for(lambda: page.session.state.solution.status is Status.IMPLAUSIBLE)
+    wait_for(lambda: page.session.state.solution.status is Status.DOUBTFUL)
 
 
 def test_a_degenerate_state_keeps_the_last_good_result_marked_and_cannot_be_saved(

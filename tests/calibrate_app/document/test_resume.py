@@ -11,37 +11,41 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.camera.straight import Orientation
 from fcw.frame import ImageSize
-from fcw_viz.calibrate_app.document.resume import begin
+from fcw_viz.calibrate_app.document.resume import Beginning, begin
+from fcw_viz.calibrate_app.document.solution import calibration_of
 
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(0.03, 1000.0, 359.5, 1.3, 639.5)
 POINTS = tuple(GroundPoint(d, row) for d, row in ((6.0, 500.2), (15.0, 408.0), (30.0, 371.1)))
 
 
-def notice_of(calibration: Calibration, folder: Path) -> str:
+def begun(calibration: Calibration, folder: Path) -> Beginning:
     path = folder / "clip.calibration.yaml"
     write_calibration(calibration, path)
     beginning = begin(folder / "clip.mp4", SIZE, path)
     beginning.journal.close()
-    return beginning.notice
+    return beginning
 
 
-@pytest.mark.parametrize(
-    ("made", "held"),
-    [
-        (
-            replace(Calibration.from_camera(CAMERA, SIZE), orientation=Orientation(yaw_rad=0.05)),
-            "turned to the side",
-        ),
-        (calibrate(POINTS, SIZE, 1.3, tape_error=0.03), "a tape error of 3.0%"),
-    ],
-)
-def test_what_the_page_has_no_place_for_is_said_before_it_is_lost(made, held, tmp_path):
-    notice = notice_of(made, tmp_path)
-    assert held in notice
-    assert "saving here leaves it out" in notice
+TURNED = replace(Calibration.from_camera(CAMERA, SIZE), orientation=Orientation(yaw_rad=0.05, roll_rad=-0.02))
+
+
+@pytest.mark.parametrize("made", [TURNED, calibrate(POINTS, SIZE, 1.3, tape_error=0.03)])
+def test_what_a_file_holds_is_shown_and_kept(made, tmp_path):
+    """Also of a camera without any point: its distances stay as they are when the page saves it again."""
+    document = begun(made, tmp_path).history.document
+    kept = calibration_of(document)
+    assert kept is not None
+    assert kept.orientation.yaw_rad == pytest.approx(made.orientation.yaw_rad, abs=1e-4)
+    assert kept.orientation.roll_rad == pytest.approx(made.orientation.roll_rad, abs=1e-4)
+    if made.points:
+        assert kept.tape_error == made.tape_error
+    for distance_m in (8.0, 20.0, 40.0):
+        assert kept.distance_at(made.row_at(distance_m)) == pytest.approx(distance_m, rel=1e-3)
 
 
 def test_of_an_ordinary_file_nothing_is_said_but_that_it_was_loaded(tmp_path):
-    notice = notice_of(calibrate(POINTS, SIZE, 1.3), tmp_path)
-    assert notice == "The points of clip.calibration.yaml were loaded."
+    assert (
+        begun(calibrate(POINTS, SIZE, 1.3), tmp_path).notice
+        == "The points of clip.calibration.yaml were loaded."
+    )

@@ -16,10 +16,11 @@ from fcw_viz.calibrate_app.document.solution import solve
 from fcw_viz.calibrate_app.document.state import Mend, Status
 
 
-def test_the_papers_points_are_implausible_and_the_bumper_at_2_29_m_makes_them_good():
+def test_the_papers_points_are_asked_about_and_the_bumper_at_2_29_m_makes_them_good():
     document = said(*PAPER_POINTS, height_m=1.225)
     solution = solve(document)
-    assert solution.status is Status.IMPLAUSIBLE
+    # Marks each off by the tape's 1 % would explain them as well, so nobody is accused.
+    assert solution.status is Status.DOUBTFUL
     assert solution.can_save
     trouble = only_trouble(solution)
     assert "front bumper" in trouble.text
@@ -31,7 +32,7 @@ def test_the_papers_points_are_implausible_and_the_bumper_at_2_29_m_makes_them_g
     assert good.status is Status.GOOD
     assert not good.troubles
     assert good.result is not None
-    assert good.result.calibration.camera.principal_row_px == pytest.approx(359.5, abs=1.0)
+    assert good.result.calibration.camera.principal_row_px == pytest.approx(359.5, abs=2.5)
 
 
 def test_a_wrong_offset_is_corrected_rather_than_introduced():

@@ -43,6 +43,11 @@ FIND_VEHICLES, FORGET_VEHICLES = "Take the vehicles ahead as rulers", "Forget th
 LOOKING_WORDS = "Looking for vehicles; half a minute."
 IMPORT, FORGET_LENS = "Import a lens", "Forget the lens"
 LENS_WORDS = "camera_info, Kalibr or OpenCV, as YAML. Without one the picture is taken as free of distortion."
+WIDE_RAD = math.radians(80.0)
+WIDE_WORDS = (
+    "A lens that sees so much usually bends lines, which the own lane's lines do not show: they bend by less "
+    "than a third of a pixel. Import the lens, or trust nothing near the picture's sides."
+)
 LARGEST_LENS_BYTES = 1_000_000
 
 
@@ -136,7 +141,10 @@ class BesidesPanel:
         set_html(self._vehicle_words, _dim(words))
         lens = document.lens
         self._forget.visible = lens is not None
-        set_html(self._lens_words, _dim("" if lens is None else lens_words(lens)))
+        view = document.field_of_view
+        wide = view is not None and view.enabled and view.prior.value >= WIDE_RAD
+        words = WIDE_WORDS if wide else ""
+        set_html(self._lens_words, _dim(words if lens is None else lens_words(lens)))
 
     def _speed_edit(self, belief: Belief | None) -> SetSpeed:
         look = self._desk.look.look

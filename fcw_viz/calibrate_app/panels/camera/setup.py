@@ -17,7 +17,7 @@ CAMERA, BUMPER = "the camera", "the front bumper"
 METRES, FEET = "metres", "feet"
 MEASURED = "I measured it"
 HEIGHT_WORDS = "From the road to the lens. It sets pitch and the sizes of vehicles, not distances."
-SCALE_WORDS = "From the road to the lens. Without points every distance is proportional to it."
+SCALE_WORDS = "From the road to the lens. Without taped points every distance is proportional to it."
 BUMPER_WORDS = '<p class="dim">How far the front bumper is ahead of the lens.</p>'
 
 
@@ -108,4 +108,4 @@ class SetupPanel:
 def _height_scales(document: Document) -> bool:
     """Whether distances follow from the height, so that its error counts."""
     way = chosen_way(document)
-    return way is not None and Part.LENS in way.parts
+    return document.paced or (way is not None and Part.LENS in way.parts)
