@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from fcw.annotation.store import review_files
+from fcw.batch.review_list import read_review_list
 from fcw.errors import UserError
 from fcw.logs.export.clip import find_drives
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.drive_card import DriveCard, list_key, read_card
+from fcw_viz.review_app.drive_card import DriveCard, list_key, listed_card, read_card
 
 LOOK_S = 1.0
 """So often it is looked what has changed."""
@@ -87,6 +88,8 @@ class Folder:
 
     def _follow(self) -> None:
         told_s = -math.inf
+        if self._root is not None:
+            self._take_list(self._root)
         while not self._stop.is_set():
             changed = self._find()
             for name, path in self.drives.items():
@@ -103,6 +106,21 @@ class Folder:
             if changed:
                 self._publish()
             self._stop.wait(LOOK_S)
+
+    def _take_list(self, root: Path) -> None:
+        """Show what a batch wrote of its drives, at once; whatever changes later is read as of any drive."""
+        listed = read_review_list(root)
+        for name, path in self.drives.items():
+            one = listed.get(path)
+            if one is None or self._stop.is_set():
+                continue
+            self._stamps[name] = _stamp(path)
+            card = listed_card(name, path, one)
+            with self._lock:
+                self._cards[name] = card
+                self._unread.discard(name)
+        if listed:
+            self._publish()
 
     def _find(self) -> bool:
         """Add drives that have come, leave out those that have gone; whether there are any."""
