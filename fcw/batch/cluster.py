@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from fcw.batch.ledger import Record, State
 from fcw.batch.work import Task, run_task
@@ -90,7 +90,7 @@ def run_tasks(
     from distributed import as_completed
 
     client.subscribe_topic(TOPIC, lambda event: on_progress(*event[1]))
-    threads = sum(client.nthreads().values())
+    threads = sum(cast(dict[str, int], client.nthreads()).values())
     if len(tasks) >= ENOUGH_DRIVES * max(threads, 1):
         tasks = [replace(task, piece_s=None) for task in tasks]
     keys = [f"fcw-{task.identity}" for task in tasks]
@@ -120,7 +120,7 @@ def _on_worker(task: Task) -> Record:
 @contextmanager
 def _executor_of_cluster() -> "Iterator[Executor]":
     """For a task that waits for others: the worker meanwhile runs these in its stead."""
-    from dask import annotate
+    from dask.base import annotate
     from distributed import worker_client
 
     with worker_client() as client, annotate(priority=PIECES_FIRST):

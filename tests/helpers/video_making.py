@@ -45,7 +45,7 @@ def write_short_drive(path: Path, start_s: float = BRAKING_S, frames: int = 45) 
         for number, frame in enumerate(open_source(DEMO / "drive.mp4").frames(round(start_s * 1e9))):
             if number == frames:
                 break
-            small = cv2.resize(frame.image, SIZE, interpolation=cv2.INTER_AREA)
+            small = np.asarray(cv2.resize(frame.image, SIZE, interpolation=cv2.INTER_AREA), np.uint8)
             container.mux(stream.encode(av.VideoFrame.from_ndarray(small, format="bgr24")))
         container.mux(stream.encode(None))
     shutil.copy(DEMO / "drive.calibration.yaml", path.with_name(f"{path.stem}.calibration.yaml"))
