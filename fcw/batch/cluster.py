@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from fcw.batch.ledger import Record, State
 from fcw.batch.work import Task, run_task
@@ -70,7 +70,12 @@ def connected(scheduler: str | None = None, workers: int | None = None) -> "Iter
         yield client
 
 
-def run_tasks(client: "Client", tasks: Sequence[Task], on_progress: OnProgress) -> Iterator[Record]:
+def run_tasks(
+    client: "Client",
+    tasks: Sequence[Task],
+    on_progress: OnProgress,
+    work: Callable[[Task], Record] | None = None,
+) -> Iterator[Record]:
     """Run drives, as many at once as there are workers, and give each record as soon as it is there.
 
     A worker that dies takes no drive with it: another one runs it, up to the times that Dask allows
@@ -80,19 +85,21 @@ def run_tasks(client: "Client", tasks: Sequence[Task], on_progress: OnProgress) 
         client: of the cluster.
         tasks: the drives.
         on_progress: told about once a second of each drive under way, in a thread of the client's.
+        work: what a worker does with a task; None runs the drive.
     """
     from distributed import as_completed
 
     client.subscribe_topic(TOPIC, lambda event: on_progress(*event[1]))
-    threads = sum(client.nthreads().values())
+    threads = sum(cast(dict[str, int], client.nthreads()).values())
     if len(tasks) >= ENOUGH_DRIVES * max(threads, 1):
         tasks = [replace(task, piece_s=None) for task in tasks]
-    futures: dict[Future, Task] = {
-        client.submit(_on_worker, task, key=f"fcw-{task.identity}", pure=False): task for task in tasks
-    }
+    keys = [f"fcw-{task.identity}" for task in tasks]
+    submitted = client.map(work or _on_worker, tasks, key=keys, pure=False)
+    futures: dict[Future, Task] = dict(zip(submitted, tasks, strict=True))
+    del submitted
     try:
         for future in as_completed(list(futures), raise_errors=False):
-            yield _record(futures[future], future)
+            yield _record(futures.pop(future), future)  # the scheduler forgets what nobody holds
     finally:
         client.unsubscribe_topic(TOPIC)
         client.cancel(list(futures))
@@ -113,7 +120,7 @@ def _on_worker(task: Task) -> Record:
 @contextmanager
 def _executor_of_cluster() -> "Iterator[Executor]":
     """For a task that waits for others: the worker meanwhile runs these in its stead."""
-    from dask import annotate
+    from dask.base import annotate
     from distributed import worker_client
 
     with worker_client() as client, annotate(priority=PIECES_FIRST):

@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from fcw.errors import UserError
 
@@ -64,7 +64,7 @@ class RemoteFile:
             digest = hashlib.sha256()
             with filesystem.open(self.url, "rb") as file:
                 while data := file.read(CHUNK_BYTES):
-                    digest.update(data)
+                    digest.update(cast(bytes, data))
             return digest.hexdigest()
 
 

@@ -6,7 +6,10 @@ from pathlib import Path
 
 from fcw.annotation.review import judged_events
 from fcw.annotation.store import read_review
+from fcw.batch.fleet import FLEET_NAME, Fleet
 from fcw.batch.ledger import Record, State
+from fcw.batch.review_list import ListedDrive, write_review_list
+from fcw.files import write_whole
 from fcw.logs.events import find_events
 from fcw.logs.export.columns import EVENT_COLUMNS, Column, EventRow
 from fcw.logs.export.table import write_parquet
@@ -66,7 +69,7 @@ DRIVE_COLUMNS: tuple[Column[Record], ...] = (
 
 
 def write_tables(out: Path, records: Sequence[Record]) -> int:
-    """Write `events.parquet` and `drives.parquet`, in the order of the drives' names.
+    """Write `events.parquet` and `drives.parquet`, the review page's list and `fleet.html`, by drives' names.
 
     Args:
         out: the batch's folder.
@@ -80,16 +83,28 @@ def write_tables(out: Path, records: Sequence[Record]) -> int:
     """
     records = sorted(records, key=lambda record: record.name)
     write_parquet(out / DRIVES_NAME, DRIVE_COLUMNS, records)
-    return write_parquet(out / EVENTS_NAME, BATCH_EVENT_COLUMNS, _events(out, records))
+    listed: list[ListedDrive] = []
+    fleet = Fleet()
+    count = write_parquet(out / EVENTS_NAME, BATCH_EVENT_COLUMNS, _events(out, records, listed, fleet))
+    write_review_list(out, listed)
+    write_whole(out / FLEET_NAME, fleet.html(out))
+    return count
 
 
-def _events(out: Path, records: Sequence[Record]) -> Iterator[_Event]:
+def _events(
+    out: Path, records: Sequence[Record], listed: list[ListedDrive], fleet: Fleet
+) -> Iterator[_Event]:
+    """The events of all drives; each log is read once, and the list and the fleet get what they need."""
     for record in records:
         if record.state is not State.DONE:
             continue
         log = DriveLog(out / record.name / MCAP_NAME)
+        series = log.series()
+        found = find_events(series)
+        listed.append(ListedDrive.of(log.path.parent, series.duration_s, log.header.imperial, found))
+        fleet.add(record, series, found, log.header.calibration.camera.pitch_rad, out)
         version = log.header.versions.get("fcw", "")
-        judged, _ = judged_events(read_review(log)[0], find_events(log.series()))
+        judged, _ = judged_events(read_review(log)[0], found)
         for one in judged:
             agreed = one.judgement.value if one.judgement else None
             verdict = "disagreed" if one.disagreement else agreed

@@ -10,6 +10,7 @@ from pathlib import Path
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions
 from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
+from fcw.batch.moments import write_moments
 from fcw.batch.remote import fetched
 from fcw.errors import UserError
 from fcw.job import DriveJob, prepare_drive
@@ -85,6 +86,7 @@ def run_task(
             else:
                 outcome = prepared.run(on_result=on_result)
             summary = outcome.summary
+        write_moments(task.folder)
     except UserError as error:
         failed = replace(begun, state=State.FAILED, reason=str(error))
         write_record(failed, task.folder)

@@ -149,7 +149,7 @@ class KnownDetections:
 
 
 def _checksum(frame: Frame) -> int:
-    return zlib.crc32(np.ascontiguousarray(frame.image[::SAMPLED_ROWS]))
+    return zlib.crc32(frame.image[::SAMPLED_ROWS].tobytes())
 
 
 def _key_of(path: Path) -> str:

@@ -5,17 +5,16 @@ import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import cv2
-
 from fcw.annotation.review import JudgedEvent, Review, judged_events
-from fcw.annotation.store import read_review
+from fcw.annotation.store import read_review, review_files
+from fcw.batch.review_list import ListedDrive
 from fcw.errors import UserError
 from fcw.logs.events import DriveEvent
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.thumbnail import thumbnail_jpeg
 from fcw_viz.review_app.drive import Drive
 
 LOGGER = logging.getLogger(__name__)
-
-THUMBNAIL_PX, THUMBNAIL_QUALITY = (294, 165), 72
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,8 +119,22 @@ def _thumbnail(drive: Drive) -> str:
         return ""
     finally:
         pictures.close()
-    width_px, height_px = THUMBNAIL_PX
-    scale = max(width_px / image.shape[1], height_px / image.shape[0])
-    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    _, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, THUMBNAIL_QUALITY])
-    return base64.b64encode(data.tobytes()).decode()
+    return base64.b64encode(thumbnail_jpeg(image)).decode()
+
+
+def listed_card(name: str, path: Path, listed: ListedDrive) -> DriveCard:
+    """The card of a drive of a batch, by what the batch wrote of it; what people say of it is read anew."""
+    try:
+        review = read_review(DriveLog(path))[0] if review_files(path) else Review()
+    except UserError as error:
+        return DriveCard(name, path, trouble=str(error))
+    return DriveCard(
+        name,
+        path,
+        listed.duration_s,
+        listed.events,
+        imperial=listed.imperial,
+        review=review,
+        judged=judged_events(review, listed.events)[0],
+        thumbnail=base64.b64encode(listed.thumbnail).decode(),
+    )

@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from fcw.annotation.store import review_files
+from fcw.batch.review_list import read_review_list
 from fcw.errors import UserError
 from fcw.logs.export.clip import find_drives
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.drive_card import DriveCard, list_key, read_card, read_thumbnail
+from fcw_viz.review_app.drive_card import DriveCard, list_key, listed_card, read_card, read_thumbnail
 
 LOOK_S = 1.0
 """So often it is looked what has changed."""
@@ -91,6 +92,8 @@ class Folder:
 
     def _follow(self) -> None:
         told_s = -math.inf
+        if self._root is not None:
+            self._take_list(self._root)
         while not self._stop.is_set():
             changed = self._find()
             for name, path in self.drives.items():
@@ -131,6 +134,22 @@ class Folder:
                 told_s, changed = time.monotonic(), False
                 self._publish()
         if changed:
+            self._publish()
+
+    def _take_list(self, root: Path) -> None:
+        """Show what a batch wrote of its drives, at once; whatever changes later is read as of any drive."""
+        listed = read_review_list(root)
+        for name, path in self.drives.items():
+            one = listed.get(path)
+            if one is None or self._stop.is_set():
+                continue
+            self._stamps[name] = _stamp(path)
+            card = listed_card(name, path, one)
+            with self._lock:
+                self._cards[name] = card
+                self._pictured.add(name)
+                self._unread.discard(name)
+        if listed:
             self._publish()
 
     def _find(self) -> bool:

@@ -18,7 +18,7 @@ from pathlib import Path
 import duckdb
 import pyarrow.parquet as pq
 import pytest
-from short_drives import write_short_drive
+from video_making import write_short_drive
 
 from fcw.annotation.records import EventReference, Judgement, Verdict
 from fcw.annotation.store import ReviewStore

@@ -6,7 +6,7 @@ import shutil
 import fsspec
 import pytest
 from fsspec.implementations.memory import MemoryFileSystem
-from short_drives import write_short_drive
+from video_making import write_short_drive
 
 from fcw.batch.drives import find_batch_drives
 from fcw.batch.identity import BatchOptions

@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from short_drives import write_short_drive
+from video_making import write_short_drive
 
 from fcw.errors import UserError
 from fcw.frame import Frame

@@ -1,0 +1,152 @@
+"""A page of a batch's drives as a fleet: the worst moments of all, and how the drives compare."""
+
+import base64
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.batch.ledger import Record
+from fcw.batch.moments import moment_name, read_moment
+from fcw.charts.chart import Chart, Series
+from fcw.logs.events import DriveEvent
+from fcw.logs.names import SUMMARY_NAME
+from fcw.logs.series import DriveSeries
+
+FLEET_NAME = "fleet.html"
+MOST_MOMENTS = 24
+"""Of the worst moments of all drives."""
+HEADWAY_EDGES_S = np.linspace(0.0, 5.0, 51)
+TTC_EDGES_S = np.linspace(0.0, 6.0, 31)
+LEAST_RANGE = 0.5
+"""Of an axis, in its own unit: a fleet in which nothing differs has one, too."""
+_STYLE = """
+body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; max-width: 1180px; margin: 2rem auto }
+body { padding: 0 1rem }
+.charts { display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 1rem }
+.moments { display: grid; grid-template-columns: repeat(auto-fill, minmax(180px, 1fr)); gap: .8rem }
+figure { margin: 0 }
+figure img, figure i { width: 100%; aspect-ratio: 16/9; display: block; background: #dde3ea }
+figcaption { font-size: 13px; overflow-wrap: anywhere }
+"""
+
+
+@dataclass(slots=True)
+class Fleet:
+    """Gathers what the page shows; call `add` with each drive that is done, in the order of the page.
+
+    Attributes:
+        names: of the drives.
+        warnings_per_hour: of each; NaN of one that lasts no time.
+        mount_off_deg: how much lower than calibrated the camera looked at the end of each; NaN where unknown.
+        headway_frames: frames at each headway to the lead.
+        least_ttc_s: of each event that had one.
+        moments: drive and event.
+    """
+
+    names: list[str] = field(default_factory=list)
+    warnings_per_hour: list[float] = field(default_factory=list)
+    mount_off_deg: list[float] = field(default_factory=list)
+    headway_frames: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(len(HEADWAY_EDGES_S) - 1, np.int64)
+    )
+    least_ttc_s: list[float] = field(default_factory=list)
+    moments: list[tuple[str, DriveEvent]] = field(default_factory=list)
+
+    def add(
+        self, record: Record, series: DriveSeries, events: Sequence[DriveEvent], pitch_rad: float, out: Path
+    ) -> None:
+        """Take a drive.
+
+        Args:
+            record: what came of it.
+            series: its signals.
+            events: its events.
+            pitch_rad: of the camera as calibrated.
+            out: the batch's folder.
+        """
+        self.names.append(record.name)
+        hours = record.duration_s / 3600
+        self.warnings_per_hour.append(record.warnings / hours if hours else np.nan)
+        self.mount_off_deg.append(_mount_off_deg(out / record.name / SUMMARY_NAME, pitch_rad))
+        self.headway_frames += np.histogram(series.headway_s, HEADWAY_EDGES_S)[0]
+        self.least_ttc_s += [event.min_ttc_s for event in events if event.min_ttc_s is not None]
+        self.moments += [(record.name, event) for event in events if event.severity > 0]
+        self.moments.sort(key=lambda moment: -moment[1].severity)
+        del self.moments[MOST_MOMENTS:]
+
+    def charts(self) -> list[Chart]:
+        """The fleet in four charts."""
+        drives = f"drive, in the order of names (1 to {len(self.names)})"
+        share = self.headway_frames / max(int(self.headway_frames.sum()), 1)
+        counts = np.histogram(self.least_ttc_s, TTC_EDGES_S)[0]
+        return [
+            _by_drive("Warnings per hour", drives, "warnings per hour", self.warnings_per_hour),
+            _by_drive(
+                "Mount at the end against its calibration", drives, "degrees lower", self.mount_off_deg
+            ),
+            _histogram("Headway to the lead", "headway, s", "part of the time", HEADWAY_EDGES_S, share),
+            _histogram("Smallest time to collision", "TTC, s", "events", TTC_EDGES_S, counts),
+        ]
+
+    def html(self, out: Path) -> str:
+        """The page, with all that it shows inside.
+
+        Args:
+            out: the batch's folder.
+        """
+        charts = "".join(chart.svg() for chart in self.charts()) if self.names else ""
+        moments = "".join(_moment_html(out, name, event) for name, event in self.moments)
+        return (
+            '<!doctype html><html lang="en"><meta charset="utf-8"><title>Fleet</title>'
+            f"<style>{_STYLE}</style><h1>{len(self.names)} drives</h1>"
+            f'<h2>Worst moments</h2><div class="moments">{moments or "None."}</div>'
+            f'<h2>The fleet</h2><div class="charts">{charts}</div></html>\n'
+        )
+
+
+def _moment_html(out: Path, name: str, event: DriveEvent) -> str:
+    jpeg = read_moment(out / name, moment_name(event))
+    picture = (
+        f'<img alt="" src="data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}">' if jpeg else "<i></i>"
+    )
+    ttc = "" if event.min_ttc_s is None else f", TTC {event.min_ttc_s:.1f} s"
+    near = "" if event.min_distance_m is None else f", {event.min_distance_m:.1f} m"
+    words = f"{escape(name)} at {event.peak_s:.1f} s: {event.kind}{ttc}{near}"
+    return f"<figure>{picture}<figcaption>{words}</figcaption></figure>"
+
+
+def _mount_off_deg(summary: Path, pitch_rad: float) -> float:
+    try:
+        mount = json.loads(summary.read_text(encoding="utf-8"))["own_motion"]["mount"]
+        return float(np.degrees(mount["pitch_rad"] - pitch_rad)) if mount else np.nan
+    except (OSError, ValueError, KeyError, TypeError):
+        return np.nan
+
+
+def _by_drive(title: str, x_label: str, y_label: str, values: Sequence[float]) -> Chart:
+    known = [value for value in values if np.isfinite(value)]
+    low, high = min([0.0, *known]), max([0.0, *known])
+    margin = max((high - low) * 0.05, LEAST_RANGE / 2)
+    points = list(enumerate(values, 1))
+    y_range = (low - margin if low < 0 else 0.0, high + margin)
+    return Chart(
+        title, x_label, y_label, (0.0, len(values) + 1.0), y_range, [Series(title, points, dot_px=3)]
+    )
+
+
+def _histogram(
+    title: str, x_label: str, y_label: str, edges: NDArray[np.float64], heights: NDArray[np.generic]
+) -> Chart:
+    steps = [
+        (float(x), float(height))
+        for height, *sides in zip(heights, edges[:-1], edges[1:], strict=True)
+        for x in sides
+    ]
+    top = max([float(height) for height in heights], default=0.0) * 1.05 or 1.0
+    x_range = float(edges[0]), float(edges[-1])
+    return Chart(title, x_label, y_label, x_range, (0.0, top), [Series(title, steps, line=True)])

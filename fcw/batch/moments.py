@@ -1,0 +1,58 @@
+"""Thumbnails of a drive's moments, made once by the worker that has just run it."""
+
+from contextlib import suppress
+from pathlib import Path
+
+from fcw.errors import UserError
+from fcw.files import whole_file
+from fcw.logs.events import DriveEvent, find_events
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.names import MCAP_NAME
+from fcw.logs.pictures import LogPictures
+from fcw.logs.thumbnail import thumbnail_jpeg
+
+MOMENTS_NAME = "moments"
+WORST_NAME = "worst.jpg"
+MOST_MOMENTS = 20
+"""Warnings of a drive that get a thumbnail, the most severe ones."""
+
+
+def write_moments(folder: Path) -> None:
+    """Write `worst.jpg`, the drive's worst moment or its middle, and `<start in ms>.jpg` for each warning.
+
+    Args:
+        folder: of the drive's log. A picture that is missing there is left out.
+
+    Raises:
+        UserError: the log cannot be read, or a file cannot be written.
+    """
+    log = DriveLog(folder / MCAP_NAME)
+    series = log.series()
+    events = sorted(find_events(series), key=lambda event: -event.severity)
+    warnings = [event for event in events if event.kind == "warning"][:MOST_MOMENTS]
+    moments_s = {moment_name(event): event.peak_s for event in warnings}
+    moments_s[WORST_NAME] = events[0].peak_s if events else series.duration_s / 2
+    (folder / MOMENTS_NAME).mkdir(exist_ok=True)
+    pictures = LogPictures(log)
+    try:
+        for name, moment_s in sorted(moments_s.items(), key=lambda item: item[1]):
+            row = series.row_at(int(series.time_ns[0]) + round(moment_s * 1e9))
+            with suppress(UserError):
+                jpeg = thumbnail_jpeg(pictures.at(int(series.frame_index[row])))
+                with whole_file(folder / MOMENTS_NAME / name) as partial:
+                    partial.write_bytes(jpeg)
+    finally:
+        pictures.close()
+
+
+def moment_name(event: DriveEvent) -> str:
+    """Name of an event's thumbnail."""
+    return f"{round(event.start_s * 1000)}.jpg"
+
+
+def read_moment(folder: Path, name: str) -> bytes:
+    """A thumbnail as JPEG; empty where there is none."""
+    try:
+        return (folder / MOMENTS_NAME / name).read_bytes()
+    except OSError:
+        return b""

@@ -1,0 +1,114 @@
+"""What the review page's list says of a batch's drives, in one file: so it need not open a thousand logs."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from fcw.batch.moments import WORST_NAME, read_moment
+from fcw.files import whole_file
+from fcw.logs.events import DriveEvent
+from fcw.logs.names import MCAP_NAME
+
+REVIEW_LIST_NAME = "review.parquet"
+
+
+@dataclass(frozen=True, slots=True)
+class ListedDrive:
+    """A drive of the list.
+
+    Attributes:
+        drive: name of its folder.
+        log_bytes: size of its log,
+        log_ns: and when that was written; a log with others is another one.
+        duration_s: from its first frame to its last.
+        imperial: units of its words.
+        events: by time.
+        thumbnail: its worst moment as JPEG; empty where there is no picture.
+    """
+
+    drive: str
+    log_bytes: int
+    log_ns: int
+    duration_s: float
+    imperial: bool
+    events: tuple[DriveEvent, ...]
+    thumbnail: bytes
+
+    @staticmethod
+    def of(folder: Path, duration_s: float, imperial: bool, events: tuple[DriveEvent, ...]) -> "ListedDrive":
+        """That of a drive's folder.
+
+        Raises:
+            OSError: its log is not there.
+        """
+        state = (folder / MCAP_NAME).stat()
+        ordered = tuple(sorted(events, key=lambda event: (event.start_s, event.end_s)))
+        thumbnail = read_moment(folder, WORST_NAME)
+        return ListedDrive(
+            folder.name, state.st_size, state.st_mtime_ns, duration_s, imperial, ordered, thumbnail
+        )
+
+
+def write_review_list(out: Path, drives: Iterable[ListedDrive]) -> None:
+    """Write the list of a batch; pyarrow must be installed.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    rows = [
+        {
+            "drive": one.drive,
+            "log_bytes": one.log_bytes,
+            "log_ns": one.log_ns,
+            "duration_s": one.duration_s,
+            "imperial": one.imperial,
+            "events": json.dumps([asdict(event) for event in one.events]),
+            "thumbnail": one.thumbnail,
+        }
+        for one in drives
+    ]
+    schema = pa.schema(
+        {
+            "drive": pa.string(),
+            "log_bytes": pa.int64(),
+            "log_ns": pa.int64(),
+            "duration_s": pa.float64(),
+            "imperial": pa.bool_(),
+            "events": pa.string(),
+            "thumbnail": pa.binary(),
+        }
+    )
+    with whole_file(out / REVIEW_LIST_NAME) as partial:
+        pq.write_table(pa.Table.from_pylist(rows, schema), partial, compression="zstd")
+
+
+def read_review_list(out: Path) -> dict[Path, ListedDrive]:
+    """The drives of a batch by their logs, of those logs that are as they were; empty where there is no list.
+
+    A file that is missing or torn, or pyarrow that is not installed, only makes the list slower.
+    """
+    path = out / REVIEW_LIST_NAME
+    if not path.is_file():
+        return {}
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        return {}
+    found = {}
+    try:
+        for row in pq.read_table(path).to_pylist():
+            log = out / row["drive"] / MCAP_NAME
+            if log.parent.parent != out:
+                continue  # a name with a folder in it is none of ours
+            state = log.stat()
+            if (state.st_size, state.st_mtime_ns) == (row["log_bytes"], row["log_ns"]):
+                events = tuple(DriveEvent(**event) for event in json.loads(row.pop("events")))
+                found[log] = ListedDrive(**row, events=events)
+    except (OSError, ValueError, TypeError, KeyError, pa.ArrowException):
+        return found
+    return found

@@ -1,0 +1,35 @@
+"""A batch's list is shown without opening its logs."""
+
+import threading
+from pathlib import Path
+
+from export_drives import drive_header, marked_drive, write_log
+
+from fcw.batch.ledger import Record, State
+from fcw.batch.tables import write_tables
+from fcw.logs.export.clip import find_drives
+from fcw.logs.names import MCAP_NAME
+from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.folder import Folder
+
+
+def test_what_the_batch_wrote_is_shown_without_opening_a_log(tmp_path, monkeypatch):
+    drive = marked_drive(60)
+    for name in ("a", "b"):
+        write_log(tmp_path / name / MCAP_NAME, drive, drive_header())
+    write_tables(
+        tmp_path, [Record(name, f"/{name}.mp4", "van", State.DONE, duration_s=2.4) for name in ("a", "b")]
+    )
+    later = write_log(tmp_path / "later" / MCAP_NAME, drive, drive_header())
+    opened: list[Path] = []
+    open_drive = Drive.open
+    monkeypatch.setattr(Drive, "open", lambda name, path: (opened.append(path), open_drive(name, path))[1])
+    told = threading.Event()
+    folder = Folder(find_drives([tmp_path]), tmp_path, lambda: told.set() if not folder.unread else None)
+    folder.start()
+    try:
+        assert told.wait(60)
+    finally:
+        folder.close()
+    assert {card.name for card in folder.cards if card.read and card.events} == {"a", "b", "later"}
+    assert opened == [later.path]
