@@ -27,7 +27,8 @@ class TrackerSettings:
             vehicles in more than half,
         confirm_in_a_row: and so often in two in a row.
         unconfirmed_s: a track that is not believed yet is kept so long without a detection.
-        clear_sigmas: both for boxes so many times as high as their noise; smaller ones are another's too often.
+        clear_sigmas: both for boxes so many times as high as their noise; smaller ones are another's too
+            often.
         coast_s: a track without a detection for longer than this ends.
         box_smoothing_s: time constant of the filtered box.
         padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
