@@ -261,12 +261,7 @@ def test_a_lead_that_only_coasts_counts_as_one_that_keeps_its_speed():
 
 @pytest.mark.parametrize(
     "what",
-    [
-        {"age_s": 0.25},
-        {"age_s": 0.7, "sigma_mps": 4.0},
-        {"seen_by": SeenBy.COASTING},
-        {"sigma_mps": 5.1},
-    ],
+    [{"age_s": 0.25}, {"age_s": 0.7, "sigma_mps": 4.0}, {"seen_by": SeenBy.COASTING}, {"sigma_mps": 5.1}],
     ids=["just found", "young and not sure", "unseen", "perhaps noise"],
 )
 def test_what_is_not_evident_raises_nothing(what):
