@@ -195,13 +195,19 @@ class Followed:
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
         inside = 0 <= self.box.center_x < width and self.box.y < height
         recent = (self._time_ns - self.detected_ns) / 1e9 <= self._settings.unconfirmed_s
-        may_be = self.confirmed or recent or self._is_seen_often()
+        may_be = self.confirmed or (recent and self._is_clear()) or self._is_seen_often()
         return inside and self.state.distance_m > NEAREST_M and may_be
 
     def _is_seen_often(self) -> bool:
         settings = self._settings
         often = self._hits >= settings.confirm_part * (self._hits + self._misses)
-        return self._hits >= self._misses or (often and self._in_a_row >= settings.confirm_in_a_row)
+        in_a_row = self._in_a_row >= settings.confirm_in_a_row
+        return self._hits >= self._misses or (often and in_a_row and self._is_clear())
+
+    def _is_clear(self) -> bool:
+        """Whether its box is more than noise."""
+        settings = self._settings
+        return self.box.h >= settings.clear_sigmas * settings.box_noise.edge_sigma_px(self.box)
 
     def track(self, time_ns: int, path: OwnPath, turn: Turn | None) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""

@@ -27,6 +27,8 @@ class TrackerSettings:
             vehicles in more than half,
         confirm_in_a_row: and so often in two in a row.
         unconfirmed_s: a track that is not believed yet is kept so long without a detection.
+        clear_sigmas: both for boxes so many times as high as their noise; smaller ones are another's too
+            often.
         coast_s: a track without a detection for longer than this ends.
         box_smoothing_s: time constant of the filtered box.
         padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
@@ -48,6 +50,7 @@ class TrackerSettings:
     confirm_part: float = 0.34
     confirm_in_a_row: int = 2
     unconfirmed_s: float = 0.3
+    clear_sigmas: float = 10.0
     coast_s: float = 0.8
     box_smoothing_s: float = 0.1
     padding_sigmas: float = 2.0

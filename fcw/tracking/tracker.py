@@ -27,6 +27,9 @@ from fcw.tracking.types import SeenBy, Track
 
 HIDDEN_PART = 0.75
 """A vehicle of which more is behind another one's box is not carried on."""
+HIDDEN_PART_NEARER = 0.35
+NEARER_RATIO = 0.8
+"""And of which more is behind a vehicle so many times as near: what is seen there is that one's."""
 
 
 class Tracker:
@@ -172,12 +175,18 @@ class Tracker:
 
     def _remember(self, time_ns: int, image: NDArray[np.uint8]) -> None:
         """Take the looks of the lead and the nearest vehicles for the next pictures."""
-        found = [followed.box for followed in self._followed if followed.seen_by == SeenBy.DETECTOR]
-        for followed in self._followed:
-            if followed.seen_by == SeenBy.PICTURE and any(_hides(box, followed.box) for box in found):
+        found = [followed for followed in self._followed if followed.seen_by == SeenBy.DETECTOR]
+        hidden = set()
+        for slot, followed in enumerate(self._followed):
+            unfound = followed.seen_by != SeenBy.DETECTOR
+            if unfound and any(_hides(other, followed) for other in found):
+                # Its looks are another's by now: it is where it should be, until it is found again.
                 followed.lose()
+                hidden.add(slot)
             followed.settle(time_ns)
-        believed = [slot for slot, followed in enumerate(self._followed) if followed.confirmed]
+        believed = [
+            slot for slot, followed in enumerate(self._followed) if followed.confirmed and slot not in hidden
+        ]
         believed.sort(
             key=lambda slot: (
                 self._followed[slot].track_id != self._lead_id,
@@ -235,9 +244,11 @@ class Tracker:
             self._next_id += 1
 
 
-def _hides(box: Box, carried: Box) -> bool:
-    """Whether a vehicle that was found stands in front of a carried one, or the latter is a part of it."""
-    width = min(box.right, carried.right) - max(box.x, carried.x)
-    height = min(box.bottom, carried.bottom) - max(box.y, carried.y)
-    inside = max(width, 0.0) * max(height, 0.0) / (carried.w * carried.h)
-    return inside > HIDDEN_PART and box.w > carried.w
+def _hides(found: Followed, carried: Followed) -> bool:
+    """Whether a vehicle that was found stands in front of one that was not, or the latter is a part of it."""
+    box, other = found.box, carried.box
+    width = min(box.right, other.right) - max(box.x, other.x)
+    height = min(box.bottom, other.bottom) - max(box.y, other.y)
+    inside = max(width, 0.0) * max(height, 0.0) / (other.w * other.h)
+    nearer = found.state.distance_m < NEARER_RATIO * carried.state.distance_m
+    return box.w > other.w and inside > (HIDDEN_PART_NEARER if nearer else HIDDEN_PART)

@@ -54,11 +54,11 @@ class Evidence:
             closing speed lags by a fifth.
         latest_warning_s: above this time to its rear, in which a lead that brakes goes on doing so, there is
             `caution` in the place of `warning`: ISO 15623's 4 s and what it lags.
-        latest_surely_s: and where it may well be more than this, its 84th percentile: a closing speed of which
-            little is known.
+        latest_surely_s: where the own speed is unknown, and a closing speed little known for long, there is
+            `caution` as long as that time may well be more than this: its 84th percentile.
         latest_braking_s: the same by the mean behind a lead that brakes: that it goes on is only assumed.
         earliest_before_s: behind any other vehicle there is `caution` until so long before the rule of
-            `warning` is due by the means: what is uncertain makes it come early, but no earlier.
+            `warning` is due but for one sigma: what is uncertain makes it come early, but no earlier.
         caution_first_s: so long `caution` comes before `warning`,
         caution_first_reach_s: where there is more than this time.
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
@@ -91,8 +91,8 @@ class Evidence:
     latest_ttc_s: float = 7.0
     latest_warning_s: float = 4.3
     latest_surely_s: float = 4.8
-    latest_braking_s: float = 3.2
-    earliest_before_s: float = 1.2
+    latest_braking_s: float = 3.7
+    earliest_before_s: float = 0.8
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
     minimum_own_mps: float = 10 / KMH_PER_MPS
@@ -158,12 +158,12 @@ class Evidence:
             return threat.reach_s is None or threat.reach_s > self.latest_braking_s
         now = self.approach(vehicle, own_mps, holding=False)
         soon_m = vehicle.distance_m - self.earliest_before_s * vehicle.closing_speed_mps
+        due_m = rule.needed_distance_m(now, holding=False) + self._spread_m(rule, vehicle, now, holding=False)
         return (
             threat.reach_low_s is None
             or threat.reach_low_s > self.latest_warning_s
-            or threat.reach_high_s is None
-            or threat.reach_high_s > self.latest_surely_s
-            or soon_m > rule.needed_distance_m(now, holding=False)
+            or (own_mps is None and (threat.reach_high_s or math.inf) > self.latest_surely_s)
+            or soon_m > due_m
         )
 
     def has_time(self, threat: Threat) -> bool:

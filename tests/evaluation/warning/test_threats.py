@@ -3,7 +3,7 @@
 import pytest
 
 from fcw.box import Box
-from fcw.evaluation.warning.sights import SIGHTS
+from fcw.evaluation.warning.sights import SIGHTS, WORSE_SIGHTS
 from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
 from fcw.evaluation.warning.variants import half_in_the_way
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
@@ -111,6 +111,21 @@ def test_a_van_that_is_found_at_15_m_half_in_our_way_is_warned_of():
     for scenario in dict(half_in_the_way()).values():
         if scenario.danger == "coming in":
             assert run_threat_trial(scenario, 0, make_policy(), sight=late).passed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "sight_name"),
+    [
+        ("cut-out", "at 15 m, for 0.6 s"),
+        ("cut-out", "found at 10 m"),
+        ("slow-cut-in", "a part boxed"),
+        ("leaving-slowly", "lost in 60 %"),
+    ],
+)
+def test_a_worse_detector_still_gives_the_warning(name, sight_name):
+    sight = next(sight for sight in WORSE_SIGHTS if sight.name == sight_name)
+    assert run_threat_trial(load_scenario(name), 100, make_policy(), sight=sight).passed
 
 
 @pytest.mark.slow

@@ -1,0 +1,45 @@
+"""A vehicle behind a nearer one that passes in front is not carried off by that one's picture."""
+
+import numpy as np
+import pytest
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.detector import Detection
+from fcw.frame import ImageSize
+from fcw.tracking.tracker import Tracker
+from fcw.tracking.types import SeenBy
+
+SIZE = ImageSize(1280, 720)
+CALIBRATION = Calibration.from_camera(GroundPlaneCamera(0.03, 740.0, 359.5, 1.3, 639.5), SIZE)
+RNG = np.random.default_rng(1)
+LOOKS = [np.kron(RNG.integers(30, 220, (24, 24)), np.ones((16, 16))).astype(np.uint8) for _ in range(2)]
+
+
+def paint(image, box, looks):
+    left, top, right, bottom = (round(edge) for edge in (box.x, box.y, box.right, box.bottom))
+    first, last = max(left, 0), min(right, SIZE.width)
+    if last > first:
+        image[top:bottom, first:last] = looks[: bottom - top, first - left : last - left, None]
+
+
+def test_a_hidden_car_stays_where_it_is_while_a_nearer_one_passes_in_front():
+    far = CALIBRATION.ground_box(22.0, 0.0, 1.8, 1.5)
+    tracker, carried = Tracker(CALIBRATION), []
+    for frame in range(90):
+        time_s = frame / 30
+        image = np.full((SIZE.height, SIZE.width, 3), 120, np.uint8)
+        paint(image, far, LOOKS[0])
+        near = CALIBRATION.ground_box(9.0, 2.9 - 1.2 * max(time_s - 0.8, 0.0), 1.8, 1.5)
+        paint(image, near, LOOKS[1])
+        hides = near.x < far.center_x < near.right
+        # The detector finds the far car until the near one comes to it.
+        detections = [Detection(near, 9.0)] + ([Detection(far, 9.0)] if near.right < far.x else [])
+        for track in tracker.update(round(time_s * 1e9), detections, image=image):
+            if track.distance_m > 15:
+                carried.append((hides, track))
+    hidden = [track for hides, track in carried if hides]
+    assert hidden
+    assert all(track.seen_by is SeenBy.COASTING for track in hidden)
+    for _, track in carried:
+        assert track.box.center_x == pytest.approx(far.center_x, abs=0.25 * far.w)
