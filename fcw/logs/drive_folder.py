@@ -2,7 +2,8 @@
 
 What stands there under the names of a drive's files must be no input, and no other program's. The earlier
 files wait in a hidden folder beside the new ones until these are whole, and stay there after a kill; when the
-run fails they come back, and what there is of the failed one is kept under names that say so.
+run fails they come back, and what there is of the failed one is kept under names that say so. What a kill left
+aside goes away when a later run is whole.
 """
 
 import secrets
@@ -53,8 +54,8 @@ def drive_folder(out: Path, inputs: Iterable[Path]) -> Iterator[None]:
             if earlier is not None:
                 _bring_back(out, earlier)
             raise
-        if earlier is not None:
-            _remove(earlier)
+        for aside in out.glob(f"{EARLIER_PREFIX}*"):
+            _remove(aside)
     finally:
         with suppress(OSError):
             (out / LOCK_NAME).unlink()

@@ -73,7 +73,7 @@ def try_disks(made: Path, report: Report) -> None:
                 with small_disk(*options) as disk, tempfile.TemporaryDirectory() as folder:
                     if fault == "disk full from the start":
                         (disk / "filler").write_bytes(bytes(4096))
-                    ended = run(commands(made, disk)[kind], Path(folder), patience_s=SPIN_S)
+                    ended = run(commands(made, disk)[kind], Path(folder))
                     left = [
                         str(path.relative_to(disk))
                         for path in disk.rglob("*")
