@@ -238,7 +238,7 @@ def _video(good: bytes) -> list[bytes]:
         b"ffconcat version 1.0\nfile /etc/passwd\n",
         b"ffconcat version 1.0\nfile 'http://127.0.0.1:9/x.mp4'\n",
         b"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile:///etc/passwd\n#EXT-X-ENDLIST\n",
-        b"v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\nm=video 5004 RTP/AVP 96\na=rtpmap:96 H264/90000\n",
+        b"v=0\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\nm=video 5004 RTP/AVP 96\na=rtpmap:96 H264/90000\n",
         b"<MPD xmlns='urn:mpeg:dash:schema:mpd:2011'><Period><BaseURL>file:///etc/</BaseURL></Period></MPD>",
         b"[Script Info]\nScriptType: v4.00\n",
         b"RIFF" + struct.pack("<I", 2**32 - 1) + b"AVI LIST" + bytes(64),

@@ -148,7 +148,7 @@ def _outputs(root: Path, log: bytes) -> Iterator[list[str]]:
         "/sys/x",
         "/dev/full",
     ]
-    targets += [f"{place}/{'x' * 256}", f"{place}/a\x00b", "/" + "a/" * 3000, f"{place}/\udcff"]
+    targets += [f"{place}/{'x' * 256}", "/" + "a/" * 3000, f"{place}/\udcff"]
     for target in targets:
         yield ["calibrate", *POINTS, "--save", target]
         yield ["calibrate", *POINTS, "--export", "kalibr", target]

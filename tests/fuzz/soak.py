@@ -24,7 +24,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[2]))  # this checkout, whatever is installed
 
 import crafted_binaries
 import crafted_places
@@ -65,7 +66,9 @@ class Outcome:
         self.inputs += 1
         if self.verbose:
             sys.stderr.write(f"{name}\n")
-            if not Path("/dev/null").is_char_device(): sys.stderr.write("NULLGONE\n"); os._exit(9)
+            if not Path("/dev/null").is_char_device():
+                sys.stderr.write("NULLGONE\n")
+                os._exit(9)
         started_s, trouble = time.process_time(), ""
         signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
         signal.setitimer(signal.ITIMER_REAL, 6 * LONGEST_S)

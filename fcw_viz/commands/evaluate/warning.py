@@ -22,6 +22,10 @@ MOUNT_ASKED_S = 120.0
 """A turned mount should be said in two minutes."""
 
 
+MOST_HOURS = 1000.0
+"""Simulated: they take days."""
+
+
 @dataclass(frozen=True, slots=True)
 class EvaluateWarningCommand:
     """Measure warnings: in standard scenarios, on real drives, when following, against labelled events."""
@@ -132,8 +136,8 @@ def _check(command: EvaluateWarningCommand) -> None:
         ("--following-hours", command.following_hours),
         ("--mount-hours", command.mount_hours),
     ):
-        if hours is not None and not 0 < hours < math.inf:
-            raise UserError(f"{option} {hours:g}: expected hours, more than 0")
+        if hours is not None and not 0 < hours <= MOST_HOURS:
+            raise UserError(f"{option} {hours:g}: expected hours, more than 0 and at most {MOST_HOURS:g}")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
 
