@@ -3,7 +3,7 @@
     python docs/run_commands.py [WORD]
 
 With WORD only those that hold it. Prints each command with its exit code and the end of what it says; the
-exit code is 1 where one fails. `tests/helpers/document_commands.py` has the list, and what runs the others.
+exit code is 1 where one fails. `tests/helpers/documents/commands.py` has the list, and what runs the others.
 """
 
 import os
@@ -18,7 +18,7 @@ from pathlib import Path
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "helpers"))
 
-from document_commands import LONG, ROOT
+from documents.commands import LONG, ROOT
 
 
 def main() -> int:

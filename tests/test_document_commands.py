@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import tyro
-from document_commands import DOCUMENTS, ELSEWHERE, QUICK, ROOT, filled, shown_commands
+from documents.commands import DOCUMENTS, ELSEWHERE, QUICK, ROOT, filled, shown_commands
 
 from fcw_viz.cli import Command, main
 

@@ -20,6 +20,10 @@ SHOWN_RUNNING = 16
 """Drives under way that the live table has lines for."""
 
 
+MOST_WORKERS = 512
+"""On one machine."""
+
+
 @dataclass(frozen=True, slots=True)
 class BatchCommand:
     """Run many drives, as many at once as there are cores, and gather their events in one table.
@@ -69,9 +73,12 @@ def run_batch(command: BatchCommand) -> int:
 
     if not command.sources:
         raise UserError("fcw batch: no drive given; name videos, MCAP files, or folders of them")
-    if command.workers is not None and (command.workers < 1 or command.scheduler is not None):
+    if command.workers is not None and (
+        not 1 <= command.workers <= MOST_WORKERS or command.scheduler is not None
+    ):
         raise UserError(
-            f"--workers {command.workers}: expected at least 1, and not with --scheduler, which has its own"
+            f"--workers {command.workers}: expected at least 1 and at most {MOST_WORKERS}, and not with "
+            "--scheduler, which has its own"
         )
     model_path(command.detector)
     make_policy(command.warning_policy, command.warning_timing)

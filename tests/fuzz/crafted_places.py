@@ -282,7 +282,6 @@ def _options(root: Path) -> Iterator[list[str]]:
         yield ["evaluate", "warning", "--mount-hours", value]
         yield ["evaluate", "warning", "--following-hours", value]
         yield ["evaluate", "warning", "--ncap", f"--box-noise={value}"]
-        yield ["evaluate", "warning", "--ncap", f"--seed={value}"]
         yield ["evaluate", "warning", "--threats", f"--seeds={value}", "--seed", "1"]
     for value in bad:
         points = ["calibrate", *POINTS]

@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # this checkout, whatever is
 import limits
 from fault_running import FCW, ROOT, Ended, Report, run, send, signal_troubles
 from review_drives import write_drive
-from training_pictures import write_drawn_set
+from training.pictures import write_drawn_set
 from video_making import first_frames
 
 from fcw.annotation.store import read_review

@@ -28,6 +28,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 sys.path.insert(0, str(Path(__file__).parents[2]))  # this checkout, whatever is installed
 
 import crafted_binaries
+import crafted_labels
 import crafted_places
 import crafted_texts
 from command_lines import command_lines
@@ -107,8 +108,8 @@ def peak_mb() -> float:
 
 def more_crafted(form: Format) -> list[bytes]:
     """What a second person thought of."""
-    makers = (crafted_texts.BY_NAME.get(form.name), crafted_binaries.BY_NAME.get(form.name))
-    return [data for maker in makers if maker for data in maker(form.good)]
+    makers = crafted_texts.BY_NAME | crafted_labels.BY_NAME | crafted_binaries.BY_NAME
+    return makers[form.name](form.good) if form.name in makers else []
 
 
 def read(form: Format, data: bytes, folder: Path) -> None:

@@ -24,6 +24,8 @@ MOUNT_ASKED_S = 120.0
 
 MOST_HOURS = 1000.0
 """Simulated: they take days."""
+MOST_SEEDS = 1000
+MOST_NOISE_PX = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +108,6 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
 
 
 def _check(command: EvaluateWarningCommand) -> None:
-    import math
 
     from fcw.warning.policies import make_policy
 
@@ -120,16 +121,20 @@ def _check(command: EvaluateWarningCommand) -> None:
         raise UserError("--nuisance: it needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
     if command.variants and (command.pixels or not command.threats):
         raise UserError("--variants: it is for --threats without --pixels; add or leave out the other")
-    if command.seeds < 1:
-        raise UserError(f"--seeds {command.seeds}: expected a whole number of at least 1")
+    if not 1 <= command.seeds <= MOST_SEEDS:
+        raise UserError(
+            f"--seeds {command.seeds}: expected a whole number of at least 1, at most {MOST_SEEDS}"
+        )
     if not command.ncap and not command.threats and parts == {None}:
         raise UserError(
             "fcw evaluate warning: nothing to evaluate; give --ncap, --threats, --kitti-tracking FOLDER, "
             "--following-hours HOURS, --mount-hours HOURS, --events FILE --log DRIVE, or --log DRIVE for a "
             "drive that was reviewed"
         )
-    if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
-        raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
+    if not 0 <= command.box_noise <= MOST_NOISE_PX:
+        raise UserError(
+            f"--box-noise {command.box_noise:g}: expected pixels, 0 or more, at most {MOST_NOISE_PX}"
+        )
     if not command.sight > 0:
         raise UserError(f"--sight {command.sight:g}: expected metres, more than 0")
     for option, hours in (

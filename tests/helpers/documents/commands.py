@@ -4,7 +4,7 @@ import re
 import shlex
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DOCUMENTS = sorted(
     path
     for pattern in ("*.md", "docs/*.md", "recordings/*.md", "fcw/detection/weights/*.md")
