@@ -1,4 +1,4 @@
-"""Crafted calibrations, scenarios, speeds and events by the name of their format in `readers.py`: what a second person thought of."""
+"""Crafted calibrations, scenarios, speeds and events, by the name of their format in `readers.py`."""
 
 import re
 from collections.abc import Callable

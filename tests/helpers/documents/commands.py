@@ -52,7 +52,7 @@ ELSEWHERE = {
     "fcw train": "tests/detection/training/test_training.py, tests/detection/net/test_net_training.py",
     "fcw evaluate": "tests/commands/test_evaluate_command.py, tests/commands/test_evaluate_warning_command.py",
 }
-"""Those that take longer, or need a page, data or weights of others: their beginning, and what runs them."""
+"""Those that take longer, or need a page, data or weights: how they begin, and what runs them."""
 LONG = (
     "fcw demo --no-serve",
     "python docs/theory_figures.py recordings/demo/out pictures",
