@@ -1,5 +1,6 @@
 """Crafted folders, names and options: what stands where a file should, and where the outputs go."""
 
+import hashlib
 import json
 import os
 import stat
@@ -35,6 +36,7 @@ def command_lines(root: Path, picture: bytes, log: bytes) -> Iterator[list[str]]
     yield from _names(root, picture)
     yield from _folders(root, picture, log)
     yield from _options(root)
+    yield from _outputs_at_inputs(root, picture, log)
 
 
 def _instead_of_files(root: Path, picture: bytes, log: bytes) -> Iterator[list[str]]:
@@ -246,6 +248,63 @@ def _folders(root: Path, picture: bytes, log: bytes) -> Iterator[list[str]]:
     locked = place / "locked"
     (locked / ".fcw.lock").mkdir(parents=True)
     yield ["run", str(place / "some.mp4"), "--out", str(locked)]
+
+
+INPUTS = "inputs"
+
+
+def _outputs_at_inputs(root: Path, picture: bytes, log: bytes) -> Iterator[list[str]]:
+    """Every output option, pointed at each input of its command by name, by link and by a detour."""
+    place = root / INPUTS
+    (place / "pictures").mkdir(parents=True)
+    (place / "drive.mcap").write_bytes(log)
+    (place / "pictures" / "1.jpg").write_bytes(picture)
+    names = ("a.mp4", "a.yaml", "a.csv", "a.gpx", "lens.yaml", "labels.json", "a.npz", "a.onnx", "gt.json")
+    for name in (*names, "poses.txt"):
+        (place / name).write_text(f"the {name}")
+    (root / "digests.json").write_text(json.dumps(_digests(place)))
+    detection = ["evaluate", "detection", "labels.json", "--images", "pictures", "--calibration", "a.yaml"]
+    distance = ["evaluate", "distance", "--kitti-tracking", "pictures", "--tusimple-velocity", "gt.json"]
+    commands = [
+        (["calibrate", "a.mp4", "--lens", "lens.yaml", *POINTS], [["--save"], ["--export", "kalibr"]]),
+        (["calibrate", "pictures", *POINTS], [["--save"], ["--export", "camera_info"]]),
+        (["calibrate", "--from-drive", "drive.mcap"], [["--save"]]),
+        ([*detection, "--model", "a.npz"], [["--detections"], ["--report"]]),
+        ([*detection, "--detector", "onnx:a.onnx"], [["--detections"], ["--report"]]),
+        (distance, [["--samples"], ["--report"]]),
+        (["run", "a.mp4", "--calibration", "a.yaml", "--ego-speed", "a.csv"], [["--out"]]),
+        (["run", "a.mp4", "--detector", "onnx:a.onnx", "--ego-speed", "a.gpx"], [["--out"]]),
+        (["recover", "drive.mcap"], [["--out"]]),
+        (["simulate", "a.yaml"], [["--out"]]),
+        (["batch", "a.mp4", "--calibration", "a.csv"], [["--out"]]),
+        (["train", "--data", "pictures"], [["--out"]]),
+        (["bench", "a.mp4", "--calibration", "a.yaml", "--onnx", "a.onnx"], [["--report"]]),
+    ]
+    for form in ("csv", "parquet", "kitti", "mot", "coco", "mp4", "rrd", "mcap"):
+        commands.append((["export", "drive.mcap", "--format", form, "--overwrite"], [["--out"]]))
+    for words, outputs in commands:
+        read = [word.removeprefix("onnx:") for word in words if (place / word.removeprefix("onnx:")).exists()]
+        read += ["pictures/1.jpg"] * ("pictures" in read)
+        whole = [str(place / word) if word in read else word for word in words]
+        whole = [f"onnx:{place}/a.onnx" if word == "onnx:a.onnx" else word for word in whole]
+        for output in outputs:
+            for name in read:
+                link = root / f"link-{name.replace('/', '-')}"
+                if not link.exists():
+                    link.symlink_to(place / name)
+                for target in (str(place / name), str(link), f"{place}/pictures/../{name}"):
+                    yield [*whole, *output, target]
+
+
+def changed_inputs(root: Path) -> list[str]:
+    """Which of those inputs are not as they were."""
+    before, now = json.loads((root / "digests.json").read_text()), _digests(root / INPUTS)
+    return sorted(name for name in before if now.get(name) != before[name])
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def _options(root: Path) -> Iterator[list[str]]:

@@ -167,6 +167,8 @@ def soak(
             crafted = crafted_places.command_lines(places, picture, log.read_bytes())
             for arguments in (*command_lines(str(folder)), *crafted):
                 outcome.run(ascii(arguments)[:300], lambda arguments=arguments: command(arguments))
+            changed = crafted_places.changed_inputs(places)
+            outcome.failures += [{"input": name, "trouble": "was changed by an output"} for name in changed]
         number = 0
         while number < mutations or time.monotonic() < end_s:
             for form in chosen:

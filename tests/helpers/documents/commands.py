@@ -50,7 +50,8 @@ ELSEWHERE = {
     "fcw recover": "tests/logs/mcap/test_recovery.py",
     "fcw simulate": "tests/commands/test_simulate_command.py",
     "fcw train": "tests/detection/training/test_training.py, tests/detection/net/test_net_training.py",
-    "fcw evaluate": "tests/commands/test_evaluate_command.py, tests/commands/test_evaluate_warning_command.py",
+    "fcw evaluate warning": "tests/commands/test_evaluate_warning_command.py",
+    "fcw evaluate": "tests/commands/test_evaluate_command.py",
 }
 """Those that take longer, or need a page, data or weights: how they begin, and what runs them."""
 LONG = (
