@@ -16,8 +16,8 @@ class ExportCommand:
     drives: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE ...")]
     """Drive logs (drive.mcap), folders that hold one, or folders of such folders."""
     format: ExportFormat
-    """csv, parquet: a row for each track and frame. kitti, mot: tracks. coco: boxes. mp4: video with the overlay.
-    rrd: for the rerun viewer. mcap: a drive log of its own. docs/export.md says what stands where."""
+    """csv, parquet: a row for each track and frame. kitti, mot: tracks. coco: boxes. mp4: video with overlay.
+    rrd: for the rerun viewer. mcap: a drive log of its own. docs/export.md describes each."""
     out: Annotated[Path, tyro.conf.arg(metavar="PATH")]
     """File to write, or a folder with one file for each drive, created if needed. csv, parquet and coco put
     all drives into one file."""

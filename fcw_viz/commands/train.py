@@ -17,8 +17,8 @@ class TrainCommand:
     writes such folders. One of them may be the project's own data."""
 
     out: Path
-    """Model file to write (.npz). Beside it are the log (OUT.log.jsonl) and, until the end, the finished stages
-    (OUT.parts). After an interruption, the same command continues from there."""
+    """Model file to write (.npz). Beside it are the log (OUT.log.jsonl) and, until the end, the finished
+    stages (OUT.parts). After an interruption, the same command continues from there."""
 
     detector: Literal["acf", "net"] = "acf"
     """Which detector; net needs PyTorch (pip install 'fcw[train]')."""

@@ -61,8 +61,8 @@ class CalibrateCommand:
     horizon_line: Annotated[str | None, tyro.conf.arg(metavar="U:V:U:V")] = None
     """Two points on the horizon; they give the roll of the camera."""
     dashes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="V[:U] ...")] = ()
-    """Near ends of consecutive lane dashes, the nearest first: rows, and columns if known. Needs --dash-period
-    and --height; the distance of the first dash is not needed."""
+    """Near ends of consecutive dashes, the nearest first: rows, and columns if known. Needs --dash-period and
+    --height; the distance of the first dash is not needed."""
     dash_period: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
     """Distance from the near end of one dash to that of the next."""
     height_sigma: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
