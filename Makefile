@@ -58,8 +58,9 @@ chromium:
 bench: $(VENV)/.runtime-installed
 	$(BIN)/fcw bench $(ARGS)
 
-# The fuzz corpus for ten minutes a format, and ten hours of drive.
+# Faults at ten moments of every command, the fuzz corpus for ten minutes a format, and ten hours of drive.
 soak: $(VENV)/.dev-installed $(KERNELS)
+	$(BIN)/python tests/fuzz/faults.py --moments $(or $(MOMENTS),10)
 	$(BIN)/python tests/fuzz/soak.py --seconds $(or $(SECONDS_EACH),600) --each --drive-hours $(or $(HOURS),10)
 
 format: $(VENV)/.dev-installed

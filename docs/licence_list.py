@@ -6,7 +6,7 @@ Licences are what the metadata of each package say (Core Metadata 2.4: License-E
 else the first line of License).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -15,15 +15,23 @@ from packaging.requirements import Requirement
 HEAD = """# Licences of what is installed
 
 `pip install fcw` brings these packages; the versions are those that the list was made with
-(`python docs/licence_list.py`). Extras (`onnx`, `parquet`, `train`) bring others.
+(`python docs/licence_list.py`).
+
+| package | version | licence, as its metadata say |
+| --- | --- | --- |
+"""
+
+EXTRAS = ("batch", "onnx", "parquet")
+EXTRAS_HEAD = """
+The extras `batch`, `onnx` and `parquet` bring these as well; `train` brings PyTorch, onnx and what they need.
 
 | package | version | licence, as its metadata say |
 | --- | --- | --- |
 """
 
 
-def brought(name: str, seen: set[str]) -> Iterator[Distribution]:
-    """A package and all that it needs here, without extras."""
+def brought(name: str, seen: set[str], extras: Sequence[str] = ()) -> Iterator[Distribution]:
+    """A package and all that it needs here."""
     try:
         found = distribution(name)
     except PackageNotFoundError:
@@ -34,8 +42,8 @@ def brought(name: str, seen: set[str]) -> Iterator[Distribution]:
     yield found
     for text in found.requires or ():
         needed = Requirement(text)
-        if needed.marker is None or needed.marker.evaluate({"extra": ""}):
-            yield from brought(needed.name, seen)
+        if needed.marker is None or any(needed.marker.evaluate({"extra": one}) for one in ("", *extras)):
+            yield from brought(needed.name, seen, tuple(needed.extras))
 
 
 def licence(package: Distribution) -> str:
@@ -49,11 +57,20 @@ def licence(package: Distribution) -> str:
     return metadata["License"].strip().splitlines()[0][:80] if "License" in metadata else "not stated"
 
 
+def table(packages: Iterable[Distribution]) -> str:
+    """Rows of a table, by name."""
+    ordered = sorted(packages, key=lambda package: package.name.lower())
+    return "".join(
+        f"| {one.name} | {one.version} | {licence(one)} |\n" for one in ordered if one.name != "fcw"
+    )
+
+
 def main() -> None:
     """Write the list."""
-    packages = sorted(brought("fcw", set()), key=lambda package: package.name.lower())
-    rows = [f"| {one.name} | {one.version} | {licence(one)} |" for one in packages if one.name != "fcw"]
-    Path(__file__).with_name("licences.md").write_text(HEAD + "\n".join(rows) + "\n", encoding="utf-8")
+    own = {one.name: one for one in brought("fcw", set())}
+    more = {one.name: one for one in brought("fcw", set(), EXTRAS) if one.name not in own}
+    text = HEAD + table(own.values()) + EXTRAS_HEAD + table(more.values())
+    Path(__file__).with_name("licences.md").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

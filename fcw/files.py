@@ -16,8 +16,9 @@ def whole_file(path: Path) -> Iterator[Path]:
     link there before.
 
     Raises:
-        UserError: the file cannot be written there.
+        UserError: the file cannot be written there, or what is there is no file.
     """
+    check_replaceable(path)
     partial = path.with_name(f".{path.stem[:40]}.{secrets.token_hex(8)}.partial{path.suffix}")
     try:
         yield partial
@@ -31,6 +32,16 @@ def whole_file(path: Path) -> Iterator[Path]:
                 "name a file in a folder that exists and can be written"
             ) from error
         raise
+
+
+def check_replaceable(path: Path) -> None:
+    """See that a file may take this name: a device or a pipe would be lost, `/dev/null` for all programs.
+
+    Raises:
+        UserError: a device, a pipe or a folder has it.
+    """
+    if path.exists() and not path.is_file():
+        raise UserError(f"{path}: this is no file, but a device, a pipe or a folder; name a file")
 
 
 def write_whole(path: Path, text: str) -> None:

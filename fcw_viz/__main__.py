@@ -6,19 +6,27 @@ exit code as later.
 
 import sys
 
-from fcw_viz.signals import EXIT_INTERRUPTED, signals_as_interrupts
+from fcw_viz.signals import EXIT_INTERRUPTED, keep_exit_code, signals_as_interrupts
+from fcw_viz.system_limits import limits_trouble
+
+EXIT_WRONG_INPUT = 2
 
 
 def main() -> int:
     """Load the command line and run it; returns the exit code."""
+    if trouble := limits_trouble():
+        sys.stderr.write(f"fcw: {trouble}\n")
+        return EXIT_WRONG_INPUT
     try:
         with signals_as_interrupts():
             from fcw_viz.cli import main as run_command_line
 
-            return run_command_line()
+            code = run_command_line()
     except KeyboardInterrupt:
         sys.stderr.write("fcw: interrupted\n")
-        return EXIT_INTERRUPTED
+        code = EXIT_INTERRUPTED
+    keep_exit_code(code)
+    return code
 
 
 if __name__ == "__main__":

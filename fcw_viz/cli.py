@@ -75,6 +75,8 @@ def main(arguments: list[str] | None = None) -> int:
         # NumPy is not loaded yet. From eleven vehicles on the tracker's matrices are so large that OpenBLAS
         # takes a second thread, and where all cores are busy it waits for it, for up to 35 ms.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # A picture that cannot be decoded is told of in our words; OpenCV has not been loaded yet either.
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")
     try:
         with signals_as_interrupts():
             check_outputs(command)

@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from fcw.errors import UserError
+from fcw.files import check_replaceable
 
 OUTPUT_FIELDS = frozenset({"out", "save", "export", "detections", "samples", "report"})
 """Options that name what is written; everything else that names a file names an input."""
@@ -17,7 +18,7 @@ KEPT_SUFFIXES = frozenset(
 
 
 def check_outputs(command: object) -> None:
-    """See that no output option of a command names one of its inputs, by whatever path or link.
+    """See that no output option of a command names one of its inputs, by whatever path or link, or a device.
 
     Args:
         command: its dataclass, perhaps with others in its fields.
@@ -28,6 +29,8 @@ def check_outputs(command: object) -> None:
     fields = list(_paths(command))
     inputs = [path for name, path in fields if name not in OUTPUT_FIELDS]
     for name, output in fields:
+        if name in OUTPUT_FIELDS and not output.is_dir():
+            check_replaceable(output)
         if name not in OUTPUT_FIELDS or not output.is_file():
             continue
         for read in inputs:

@@ -1,5 +1,6 @@
 """Ctrl-C, `kill` and a terminal that closes are the same to every command: it ends."""
 
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -28,6 +29,13 @@ def signals_as_interrupts() -> Iterator[None]:
 
     with handled(on_signal):
         yield
+
+
+def keep_exit_code(code: int) -> None:
+    """The work is done and Python cleans up for a moment: a signal ends that with the same exit code."""
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, lambda _number, _stack: os._exit(code))
 
 
 @contextmanager

@@ -1,9 +1,11 @@
 """What the documents point to is there: files, pictures and headings."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted(
@@ -34,3 +36,13 @@ def test_every_link_leads_somewhere(document: Path):
 
 def test_the_readme_is_short():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) < 150
+
+
+def test_every_package_that_is_needed_is_in_the_list_of_licences_and_in_the_tested_set():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    needed = [Requirement(text) for text in project["dependencies"]]
+    licences = (ROOT / "docs" / "licences.md").read_text(encoding="utf-8")
+    tested = dict(re.findall(r"^([\w.-]+)==(.+)$", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
+    for one in needed:
+        assert f"| {one.name} |" in licences
+        assert one.specifier.contains(tested[one.name])

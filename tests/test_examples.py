@@ -122,3 +122,11 @@ def test_a_simulated_danger_is_warned_of(examples, tmp_path):
     told = run(examples, "07_a_simulated_danger", tmp_path / "out").stdout.splitlines()
     assert re.fullmatch(r"\d+% of \d+ vehicles found", told[0])
     assert re.fullmatch(r"lead: a warning was due at \S+ s and came at [\d.]+", told[1])
+
+
+def test_the_papers_numbers_stand_beside_those_of_its_equations():
+    told = run("08_the_papers_tables").stdout
+    assert "ahead of the camera: pitch 1.1036 rad, f 260.9 px, axis at row 733.1" in told  # solved by hand
+    assert [float(row) for row in re.findall(r"m taped, (\S+) m by eq. 3", told)] == [5.79, 6.79, 8.86]
+    assert len(re.findall(r"row \d+ in the paper, \d+ by eq. 13", told)) == 3
+    assert len(re.findall(r"off in the paper; one pixel is", told)) == 6

@@ -1,5 +1,6 @@
 """A file is whole or not there, and an earlier one stays until the new one is whole."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -34,3 +35,12 @@ def test_the_partial_name_keeps_the_suffix_and_is_not_the_files_own(tmp_path: Pa
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"gone/result\.txt: cannot write this file"):
         write_whole(tmp_path / "gone" / "result.txt", "text")
+
+
+def test_a_pipe_or_device_is_never_replaced(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path in (pipe, tmp_path):
+        with pytest.raises(UserError, match="this is no file, but a device, a pipe or a folder"):
+            write_whole(path, "text")
+    assert pipe.is_fifo()

@@ -1,12 +1,13 @@
 """Which drives a batch has, what they are called, and which calibration each has."""
 
-import csv
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from fcw.batch.remote import Place, RemoteFile, files_below, place_of
+from fcw.bounded.files import MalformedError, read_text
+from fcw.bounded.formats import csv_rows
 from fcw.camera.file import CALIBRATION_SUFFIX, default_path
 from fcw.errors import UserError
 from fcw.logs.names import MCAP_NAME
@@ -152,15 +153,16 @@ def _table(path: Path) -> dict[str, Path]:
             )
         return {}
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            reader = csv.DictReader(file)
-            if not set(TABLE_COLUMNS) <= set(reader.fieldnames or ()):
-                raise UserError(
-                    f"{path}: columns {', '.join(reader.fieldnames or ('none',))}; "
-                    f"expected {' and '.join(TABLE_COLUMNS)}"
-                )
-            table = {row["camera"]: path.parent / row["calibration"] for row in reader}
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        (_, head), *rows = [*csv_rows(read_text(path))] or [(0, [])]
+        if not set(TABLE_COLUMNS) <= set(head):
+            raise UserError(
+                f"{path}: columns {', '.join(head or ('none',))}; expected {' and '.join(TABLE_COLUMNS)}"
+            )
+        at = [head.index(name) for name in TABLE_COLUMNS]
+        if short := [line for line, row in rows if len(row) <= max(at)]:
+            raise UserError(f"{path}, line {short[0]}: too few columns; expected {', '.join(head)}")
+        table = {row[at[0]]: path.parent / row[at[1]] for _, row in rows}
+    except (OSError, MalformedError) as error:
         raise UserError(
             f"{path}: cannot read this table ({error}); expected CSV with a line a camera"
         ) from error

@@ -8,8 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from fcw.batch.identity import Identity
+from fcw.bounded.files import read_text
+from fcw.bounded.formats import json_value
 from fcw.errors import UserError
 from fcw.files import write_whole
+from fcw.json_form import from_json
 from fcw.versions import versions
 
 RECORD_NAME = "batch.json"
@@ -120,8 +123,8 @@ def as_json(record: Record) -> dict[str, Any]:
 def _read(file: Path) -> Record | None:
     """None where nothing whole is there: the drive is run again."""
     try:
-        fields = json.loads(file.read_text(encoding="utf-8"))
-        record = Record(**fields | {"state": State(fields["state"])})
-    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+        fields = json_value(read_text(file))
+        record = from_json(Record, fields | {"state": State(fields["state"]).name.lower()})
+    except (OSError, ValueError, TypeError, KeyError):
         return None
     return replace(record, name=file.parent.name)

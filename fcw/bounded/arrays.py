@@ -2,6 +2,8 @@
 
 import io
 import math
+import tokenize
+import warnings
 import zipfile
 import zlib
 from collections.abc import Iterable
@@ -37,6 +39,7 @@ def npz_arrays(source: Path | bytes) -> dict[str, NDArray[Any]]:
     except (
         zipfile.BadZipFile,
         zlib.error,
+        tokenize.TokenError,
         ValueError,
         EOFError,
         OSError,
@@ -70,7 +73,9 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
     read_header = (
         np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     )
-    shape, _, dtype = read_header(stream)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of Python, about what a header that is none looks like
+        shape, _, dtype = read_header(stream)
     if dtype.hasobject:
         raise MalformedError(f"{member.filename} holds Python objects")
     if math.prod(shape) * dtype.itemsize != len(content) - stream.tell():

@@ -52,7 +52,7 @@ def yaml_value(text: str) -> Any:  # noqa: ANN401 - YAML has no type
         raise
     except RecursionError:
         raise MalformedError("nested too deeply") from None
-    except (yaml.YAMLError, ValueError, OverflowError, TypeError, AttributeError, KeyError) as error:
+    except (yaml.YAMLError, ValueError, OverflowError, TypeError, AttributeError, LookupError) as error:
         # PyYAML's constructors raise what Python raises for a date or number that is none.
         raise MalformedError(" ".join(str(error).split())) from error
 

@@ -1,8 +1,9 @@
 """The folder that a drive is written to: ours alone, and an earlier drive stays until there is a new one.
 
 What stands there under the names of a drive's files must be no input, and no other program's. The earlier
-files wait in a hidden folder beside the new ones until these are whole, and stay there after a kill; when the
-run fails they come back, and what there is of the failed one is kept under names that say so.
+files wait in a hidden folder beside the new ones until these are whole. They stay there after a kill, and go
+away when a later run is whole. When the run fails they come back, and what there is of the failed one is kept
+under names that say so.
 """
 
 import secrets
@@ -53,8 +54,8 @@ def drive_folder(out: Path, inputs: Iterable[Path]) -> Iterator[None]:
             if earlier is not None:
                 _bring_back(out, earlier)
             raise
-        if earlier is not None:
-            _remove(earlier)
+        for aside in out.glob(f"{EARLIER_PREFIX}*"):
+            _remove(aside)
     finally:
         with suppress(OSError):
             (out / LOCK_NAME).unlink()

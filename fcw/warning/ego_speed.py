@@ -8,8 +8,8 @@ from pathlib import Path
 
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
+from fcw.bounded.gpx import read_gpx
 from fcw.errors import UserError
-from fcw.warning.gpx import read_gpx
 
 TIME_COLUMN = "time_s"
 SPEED_COLUMN = "speed_mps"

@@ -20,42 +20,46 @@ SHOWN_RUNNING = 16
 """Drives under way that the live table has lines for."""
 
 
+MOST_WORKERS = 512
+"""On one machine."""
+
+
 @dataclass(frozen=True, slots=True)
 class BatchCommand:
-    """Run many drives, as many at once as there are cores, and gather their events in one table.
+    """Run many drives, one on each core, and collect their events in one table.
 
-    Run again it does only what is left: a drive that is done is known by its content, calibration, model and
-    options. One that fails stops no other. Exit code 2 says that some drive is not done; each is named with
-    its reason and what to do.
+    The same command again does only what is left: finished drives are recognised by content, calibration,
+    model and options. A drive that fails does not stop the others. Exit code 2 means that some drives are not
+    done; each is listed with the reason and what to do.
     """
 
     sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE ...")]
-    """Video and MCAP files, and folders, which are searched with all folders below; or URLs of such, as
+    """Video and MCAP files, and folders, which are searched with all their subfolders; or URLs of such, as
     s3://bucket/folder (`pip install 'fsspec[s3]'`), which each worker fetches."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Folder of the batch: a folder for each drive, events.parquet, drives.parquet and manifest.json."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE|TABLE.csv")] = None
-    """For drives with none beside them and no calibration.yaml in their folder: one file for all, or a table
-    with the columns camera (name of the folder that holds the drive) and calibration."""
+    """For drives that have no calibration beside them and no calibration.yaml in their folder: one file for
+    all, or a table with the columns camera (name of the drive's folder) and calibration."""
     workers: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """Processes on this machine; by default one for each core."""
+    """Number of processes on this computer. Default: one for each core."""
     scheduler: Annotated[str | None, tyro.conf.arg(metavar="tcp://HOST:PORT")] = None
-    """A Dask scheduler that runs already; its workers must see the same files by the same paths."""
+    """Address of a running Dask scheduler. Its workers must see the same files under the same paths."""
     piece_minutes: float = 10.0
     """With fewer than two drives for each worker, vehicles in a drive of more than one and a half times this
     length are looked for in pieces at the same time. The results are the same; 0 never does it."""
     retry: bool = False
     """Run only the drives that failed."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
-    """As of `fcw run`."""
+    """As for `fcw run`."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
-    """As of `fcw run`."""
+    """As for `fcw run`."""
     warning_timing: Literal["early", "normal", "late"] = "normal"
-    """As of `fcw run`."""
+    """As for `fcw run`."""
     no_own_motion: bool = False
-    """As of `fcw run`."""
+    """As for `fcw run`."""
     json: bool = False
-    """Print what came of each drive as JSON on stdout, alone."""
+    """Print the result of each drive as JSON, and nothing else on stdout."""
 
 
 def run_batch(command: BatchCommand) -> int:
@@ -73,9 +77,12 @@ def run_batch(command: BatchCommand) -> int:
 
     if not command.sources:
         raise UserError("fcw batch: no drive given; name videos, MCAP files, or folders of them")
-    if command.workers is not None and (command.workers < 1 or command.scheduler is not None):
+    if command.workers is not None and (
+        not 1 <= command.workers <= MOST_WORKERS or command.scheduler is not None
+    ):
         raise UserError(
-            f"--workers {command.workers}: expected at least 1, and not with --scheduler, which has its own"
+            f"--workers {command.workers}: expected at least 1 and at most {MOST_WORKERS}, and not with "
+            "--scheduler, which has its own"
         )
     if not command.piece_minutes >= 0:
         raise UserError(f"--piece-minutes {command.piece_minutes:g}: expected 0 or more")

@@ -9,7 +9,8 @@ import tyro
 
 @dataclass(frozen=True, slots=True)
 class BenchCommand:
-    """Measure speed side by side: every round runs each case once, so that a noisy machine hits all alike."""
+    """Measure the speed of every part side by side. Each round runs each case once, so that other load on the
+    computer affects all cases alike."""
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
     """Video to measure on; by default the shipped drive."""

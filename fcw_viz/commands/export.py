@@ -16,17 +16,17 @@ class ExportCommand:
     drives: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE ...")]
     """Drive logs (drive.mcap), folders that hold one, or folders of such folders."""
     format: ExportFormat
-    """csv, parquet: one row a track a frame. kitti, mot: tracks. coco: boxes. mp4: video with the overlay.
-    rrd: for the rerun viewer. mcap: a drive log of its own. docs/export.md says what stands where."""
+    """csv, parquet: a row for each track and frame. kitti, mot: tracks. coco: boxes. mp4: video with overlay.
+    rrd: for the rerun viewer. mcap: a drive log of its own. docs/export.md describes each."""
     out: Annotated[Path, tyro.conf.arg(metavar="PATH")]
-    """File to write; or a folder, made where it is not there, for a file a drive. csv, parquet and coco put
+    """File to write, or a folder with one file for each drive, created if needed. csv, parquet and coco put
     all drives into one file."""
     events: bool = False
-    """The drives' events (warnings, near misses) as one table, instead of their tracks; csv and parquet."""
+    """csv, parquet: one table of events (warnings, near misses) instead of tracks."""
     between: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="S S")] = None
     """Only this range of time, in seconds from the drive's first frame, both ends included."""
     overlay: bool = True
-    """mp4: the log's own video as it is, without the overlay and without loss."""
+    """mp4: the original video without the overlay, copied without loss."""
     pictures: bool = False
     """coco: also write images/ and calibration/ beside the labels, as `fcw train --data` expects them."""
     annotations: bool = False

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RecoverCommand:
-    """Make a whole log of one whose writer was killed, re-open it and count; the torn one stays."""
+    """Write a complete log from one whose program was killed, and check it. The damaged log is kept."""
 
     drive: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE")]
     """A drive.mcap, or its folder."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None
-    """The new log; by default `<name>.recovered.mcap` beside the torn one."""
+    """The new log. Default: `<name>.recovered.mcap` beside the damaged one."""
 
 
 def run_recover(command: RecoverCommand) -> int:

@@ -12,12 +12,12 @@ class SimulateCommand:
     """Render a scenario: drive.mp4, its calibration and own speed, and its truth as CSV and MCAP."""
 
     scenario: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENARIO")]
-    """braking, cut-in, demo or oncoming; a danger as pulling-out or crossing (a wrong name lists them all);
-    or the path of your own scenario file."""
+    """braking, cut-in, demo or oncoming; a danger such as crossing (a wrong name lists all of them); or the
+    path of your own scenario file."""
     out: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
-    """Folder for the files; earlier ones there are replaced."""
+    """Folder for the files. Earlier files in it are replaced."""
     seed: int = 0
-    """Varies vehicles, colours, roadside, light and small timings; the same seed gives the same pictures."""
+    """Changes vehicles, colours, roadside, light and timing. The same seed gives the same pictures."""
 
 
 def run_simulate(command: SimulateCommand) -> int:

@@ -12,26 +12,26 @@ class TrainCommand:
     """Train the vehicle detector on labelled pictures."""
 
     data: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="DIR ...")]
-    """Folders with labels.json (COCO, an annotation may carry "ignore": true), images/, and calibration.yaml
-    for all pictures or calibration/<clip>.yaml for each clip, as `fcw export --format coco --annotations`
-    writes them; one may be the project's own data."""
+    """Folders with labels.json (COCO; an annotation may have "ignore": true), images/, and calibration.yaml
+    for all pictures or calibration/<clip>.yaml for each clip. `fcw export --format coco --annotations`
+    writes such folders. One of them may be the project's own data."""
 
     out: Path
-    """Model file to write (.npz). The log is beside it (OUT.log.jsonl), and until the end the finished stages
-    (OUT.parts): the same command given again after a stop goes on from there."""
+    """Model file to write (.npz). Beside it are the log (OUT.log.jsonl) and, until the end, the finished
+    stages (OUT.parts). After an interruption, the same command continues from there."""
 
     detector: Literal["acf", "net"] = "acf"
     """Which detector; net needs PyTorch (pip install 'fcw[train]')."""
 
     score_threshold: float | None = None
-    """Of the net: score from which a window counts as a vehicle; by default chosen on clips that a first
-    training leaves out."""
+    """net: score from which a window counts as a vehicle. Default: chosen on clips that a first training
+    leaves out."""
 
     seed: int = 0
-    """Of everything random: the same data and seed give the same model."""
+    """Random seed: the same data and seed give the same model."""
 
     permissive_only: bool = False
-    """Of the project's own data, leave out the pictures whose terms forbid commercial use or do not say."""
+    """From the project's own data, leave out pictures that are not clearly free for commercial use."""
 
 
 def run_train(command: TrainCommand) -> int:

@@ -57,6 +57,7 @@ def test_json_that_would_grow_or_break_is_refused(text: str, why: str):
         ("a: 0x" + "f" * 50, "digits"),
         ("a: " + ":".join(["1"] * 5000), "digits"),
         ("a: 2024-13-45", "month"),
+        ("a: !!int ''", "index out of range"),
         ("x" * (MOST_YAML_BYTES + 1), "larger"),
         ("a: !!python/object/apply:os.system [ls]", "could not determine a constructor"),
         ("? {a: 1}\n: 2", "unhashable"),

@@ -54,6 +54,12 @@ def run(
     What it says goes to the file `said` of the folder, what it keeps of its user to the folder `state`.
     """
     environment = os.environ | {"XDG_STATE_HOME": str(folder / "state"), "PYTHONPATH": str(ROOT)}
+
+    def before() -> None:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # `nohup` has its children ignore it
+        if limit:
+            limit()
+
     started_s = time.monotonic()
     with (folder / "said").open("wb") as said:
         process = subprocess.Popen(
@@ -62,7 +68,7 @@ def run(
             stderr=said,
             start_new_session=True,
             env=environment,
-            preexec_fn=limit,
+            preexec_fn=before,
             cwd=folder,
         )
         if fault:

@@ -17,12 +17,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[2]))  # this checkout, whatever is installed
 
 import limits
 from fault_running import FCW, ROOT, Ended, Report, run, send, signal_troubles
 from review_drives import write_drive
-from training_pictures import write_drawn_set
+from training.pictures import write_drawn_set
 from video_making import first_frames
 
 from fcw.annotation.store import read_review
@@ -33,27 +34,33 @@ from fcw_viz.rerun.log import read_frame_times
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 DRIVE_NAMES = {"drive.mcap", "drive.rrd", "summary.json"}
-SMALL_TRAINING = """
+PATCHED = """
 import sys
-from dataclasses import replace
-import fcw.detection.training.training as training
-settings = training.TrainingSettings
-training.TrainingSettings = lambda seed: replace(settings(seed=seed), tree_counts=(2, 4), folds=2,
-    second_tree_count=2, second_runs=1, crops_per_vehicle=1, displaced_per_vehicle=1, random_per_image=10,
-    mined_per_image=5)
+from fcw_viz.signals import signals_as_interrupts
+try:
+    with signals_as_interrupts():
+        {patch}
+except KeyboardInterrupt:
+    sys.exit(130)
 from fcw_viz.__main__ import main
 sys.exit(main())
 """
+SMALL_TRAINING = """
+        from dataclasses import replace
+        import fcw.detection.training.training as training
+        settings = training.TrainingSettings
+        training.TrainingSettings = lambda seed: replace(settings(seed=seed), tree_counts=(2, 4), folds=2,
+            second_tree_count=2, second_runs=1, crops_per_vehicle=1, displaced_per_vehicle=1,
+            random_per_image=10, mined_per_image=5)
+"""
 TALKING_REVIEW = """
-import sys
-from fcw.annotation.records import Note
-from fcw_viz.review_app.server import ReviewPage
-def talk(page):
-    for number in range(100_000):
-        print("kept", page.session.say("drive", Note(float(number), "note"))[0].entry_id, flush=True)
-ReviewPage.wait = talk
-from fcw_viz.__main__ import main
-sys.exit(main())
+        from fcw.annotation.records import Note
+        from fcw_viz.review_app.server import ReviewPage
+        def talk(page):
+            for number in range(100_000):
+                entry, = page.session.say("drive", Note(float(number), "note"))
+                print("kept", entry.entry_id, flush=True)
+        ReviewPage.wait = talk
 """
 
 
@@ -72,6 +79,11 @@ class Life:
     command: list[str]
     check: Callable[[Path, Ended, signal.Signals | None], Iterator[str]]
     lasts_s: float | None = None
+
+
+def patched(patch: str) -> str:
+    """The program with something of it changed first; a signal meanwhile ends it as later."""
+    return PATCHED.format(patch=patch.strip())
 
 
 def lives(made: Path) -> dict[str, Life]:
@@ -127,7 +139,16 @@ def lives(made: Path) -> dict[str, Life]:
             yield "the log was changed"
 
     uninterrupted: dict[str, bytes] = {}
-    training = [sys.executable, "-c", SMALL_TRAINING, "train", "--data", str(pictures), "--out", "m.npz"]
+    training = [
+        sys.executable,
+        "-c",
+        patched(SMALL_TRAINING),
+        "train",
+        "--data",
+        str(pictures),
+        "--out",
+        "m.npz",
+    ]
     reviewing = [
         sys.executable,
         "-c",
@@ -149,7 +170,7 @@ def lives(made: Path) -> dict[str, Life]:
         "export mcap": export("cut.mcap", "--between", "2", "22"),
         "train": Life(lambda folder: None, training, check_training),
         "review": Life(
-            lambda folder: shutil.copy(log / "drive.mcap", folder), reviewing, check_review, lasts_s=5.0
+            lambda folder: shutil.copy(log / "drive.mcap", folder), reviewing, check_review, lasts_s=15.0
         ),
     }
 

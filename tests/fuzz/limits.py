@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fault_running import FCW, HUNG, Ended, Report, message_troubles, run
+from fault_running import FCW, Ended, Report, message_troubles, run
 
 Fault = Callable[[subprocess.Popen[bytes]], None]
 SPIN_S = 120.0
@@ -64,7 +64,7 @@ def try_disks(made: Path, report: Report) -> None:
     """Full from the start, full midway, and read-only."""
     disks = {
         "disk full from the start": ("4k",),
-        "disk full midway": ("300k",),
+        "disk full midway": ("100k",),
         "read-only disk": ("1m", "ro"),
     }
     for fault, options in disks.items():
@@ -73,11 +73,11 @@ def try_disks(made: Path, report: Report) -> None:
                 with small_disk(*options) as disk, tempfile.TemporaryDirectory() as folder:
                     if fault == "disk full from the start":
                         (disk / "filler").write_bytes(bytes(4096))
-                    ended = run(commands(made, disk)[kind], Path(folder), patience_s=SPIN_S)
+                    ended = run(commands(made, disk)[kind], Path(folder))
                     left = [
                         str(path.relative_to(disk))
                         for path in disk.rglob("*")
-                        if path.is_file() and path.name not in KEPT
+                        if path.is_file() and path.name not in KEPT and path.parent.suffix != ".parts"
                     ]
             except FileNotFoundError as error:
                 report.skipped.append(f"{fault}: no mount ({error})")
@@ -138,11 +138,11 @@ def try_limits(made: Path, report: Report) -> None:
     """Few handles and little memory: one message, or the work done; never a command that spins."""
     limits: dict[str, Callable[[], object]] = {
         f"ulimit -n {count}": lambda count=count: resource.setrlimit(resource.RLIMIT_NOFILE, (count, count))
-        for count in (4, 8, 12, 16, 24)
+        for count in (8, 12, 64)
     }
     limits |= {
         f"ulimit -v {mb} MB": lambda mb=mb: resource.setrlimit(resource.RLIMIT_AS, (mb << 20, mb << 20))
-        for mb in (100, 200, 400, 800, 1600)
+        for mb in (100, 400, 1600, 3000)
     }
     for fault, limit in limits.items():
         for kind in ("run", "export csv", "export mp4", "review"):
@@ -155,7 +155,6 @@ def try_limits(made: Path, report: Report) -> None:
                 ended = run(command, folder, _ctrl_c_after_a_while, limit, SPIN_S)
             fine = ended.code in (0, 130) and "Traceback" not in ended.said
             report.note(kind, fault, ended.code, [] if fine else message_troubles(ended))
-            assert HUNG not in (0, 2, 130)
 
 
 def _ctrl_c_after_a_while(process: subprocess.Popen[bytes]) -> None:

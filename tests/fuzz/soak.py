@@ -24,8 +24,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[2]))  # this checkout, whatever is installed
 
+import crafted_binaries
+import crafted_labels
+import crafted_places
+import crafted_texts
 from command_lines import command_lines
 from driving import drive_for
 from mutations import mutated
@@ -36,7 +41,9 @@ from fcw.errors import UserError
 from fcw_viz.cli import main as fcw
 
 LONGEST_S = 10.0
+"""Of processor time, for the machine may be busy; what waits has six times as long."""
 LARGEST_MB = 1000
+COMMAND_LINES = "command lines"
 FEWEST_MUTATIONS = 30
 """Of each format, also where time is short."""
 
@@ -53,12 +60,19 @@ class Outcome:
     failures: list[dict[str, str]] = field(default_factory=list)
     slowest_s: float = 0.0
     slowest: str = ""
+    verbose: bool = False
 
     def run(self, name: str, work: Callable[[], object]) -> None:
         """One input."""
         self.inputs += 1
-        started_s, trouble = time.monotonic(), ""
-        signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
+        if self.verbose:
+            sys.stderr.write(f"{name}\n")
+            if not Path("/dev/null").is_char_device():
+                sys.stderr.write("NULLGONE\n")
+                os._exit(9)
+        started_s, trouble = time.process_time(), ""
+        signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
+        signal.setitimer(signal.ITIMER_REAL, 6 * LONGEST_S)
         try:
             work()
         except (UserError, OSError):  # what the system refuses ends a command with 2 as well
@@ -68,8 +82,9 @@ class Outcome:
         except BaseException:
             trouble = traceback.format_exc(limit=-4)
         finally:
+            signal.setitimer(signal.ITIMER_PROF, 0)
             signal.setitimer(signal.ITIMER_REAL, 0)
-        took_s = time.monotonic() - started_s
+        took_s = time.process_time() - started_s
         if took_s > self.slowest_s:
             self.slowest_s, self.slowest = took_s, name
         if took_s > LONGEST_S:
@@ -80,6 +95,8 @@ class Outcome:
             and not any("MB" in one["trouble"] for one in self.failures)
         ):
             trouble = f"{peak_mb():.0f} MB"
+        if trouble and self.verbose:
+            sys.stderr.write(f"FAILED {trouble}\n")
         if trouble:
             self.failures.append({"input": name, "trouble": trouble})
 
@@ -87,6 +104,12 @@ class Outcome:
 def peak_mb() -> float:
     """The most memory that the process has had."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def more_crafted(form: Format) -> list[bytes]:
+    """What a second person thought of."""
+    makers = crafted_texts.BY_NAME | crafted_labels.BY_NAME | crafted_binaries.BY_NAME
+    return makers[form.name](form.good) if form.name in makers else []
 
 
 def read(form: Format, data: bytes, folder: Path) -> None:
@@ -110,29 +133,44 @@ def command(arguments: list[str]) -> None:
         raise AssertionError(f"exit code {code}: {said.getvalue()[-2000:]}")
 
 
-def soak(log: Path, seconds: float, seed: int, only: str = "") -> Outcome:
+def soak(
+    log: Path,
+    seconds: float,
+    seed: int,
+    only: str = "",
+    mutations: int = FEWEST_MUTATIONS,
+    verbose: bool = False,
+) -> Outcome:
     """All of it, in a folder that goes away."""
-    outcome, end_s = Outcome(), time.monotonic() + seconds
+    outcome, end_s = Outcome(verbose=verbose), time.monotonic() + seconds
 
     def too_long(*_: object) -> None:
         raise TooLongError
 
     signal.signal(signal.SIGALRM, too_long)
+    signal.signal(signal.SIGPROF, too_long)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copy(log, folder / "good.mcap")
-        chosen = [form for form in formats(log.read_bytes()) if only in form.name]
+        known = formats(log.read_bytes())
+        chosen = [form for form in known if only in form.name]
         for form in chosen:
-            good, crafted = form.good, form.crafted
+            good, crafted = form.good, [*form.crafted, *more_crafted(form)]
             for number, data in enumerate((good, b"", b"\0" * 1000, *crafted)):
                 outcome.run(
                     f"{form.name} crafted {number}", lambda form=form, data=data: read(form, data, folder)
                 )
-        if not only:
-            for arguments in command_lines(str(folder)):
+        if only in COMMAND_LINES:
+            places, picture = folder / "places", next(form.good for form in known if form.name == "1.jpg")
+            places.mkdir()
+            os.chdir(places)
+            crafted = crafted_places.command_lines(places, picture, log.read_bytes())
+            for arguments in (*command_lines(str(folder)), *crafted):
                 outcome.run(ascii(arguments)[:300], lambda arguments=arguments: command(arguments))
+            changed = crafted_places.changed_inputs(places)
+            outcome.failures += [{"input": name, "trouble": "was changed by an output"} for name in changed]
         number = 0
-        while number < FEWEST_MUTATIONS or time.monotonic() < end_s:
+        while number < mutations or time.monotonic() < end_s:
             for form in chosen:
                 dice = random.Random(f"{seed}/{form.name}/{number}")
                 data = mutated(form.good, dice)
@@ -149,13 +187,17 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--each", action="store_true", help="so many seconds for each format")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--format", default="", help="the formats whose file's name holds this")
+    parser.add_argument(
+        "--format", default="", help=f"formats whose file's name holds this, or {COMMAND_LINES}"
+    )
+    parser.add_argument("--verbose", action="store_true", help="say each input before it is tried")
+    parser.add_argument("--mutations", type=int, default=FEWEST_MUTATIONS, help="of each format, at least")
     parser.add_argument("--drive-hours", type=float, default=0.0, help="drive so long afterwards")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         log = write_drive(Path(folder) / "drive.mcap", 2.0)
         seconds = arguments.seconds * (len(formats(log.read_bytes())) if arguments.each else 1)
-        outcome = soak(log, seconds, arguments.seed, arguments.format)
+        outcome = soak(log, seconds, arguments.seed, arguments.format, arguments.mutations, arguments.verbose)
     result = {
         "inputs": outcome.inputs,
         "slowest_s": round(outcome.slowest_s, 2),

@@ -7,6 +7,7 @@ import pytest
 
 from fcw.errors import UserError
 from fcw.logs.drive_folder import drive_folder
+from fcw.logs.export.clip import find_drives
 
 MCAP = b"\x89MCAP0\r\n"
 
@@ -95,3 +96,17 @@ def test_links_are_removed_and_never_followed(tmp_path: Path):
         (out / "drive.mcap").write_bytes(MCAP)
     assert other.read_text() == "mine"
     assert names(out) == {"drive.mcap"}
+
+
+def test_what_a_kill_left_aside_is_no_drive_and_goes_away_when_a_later_run_is_whole(tmp_path: Path):
+    aside = tmp_path / "out" / ".earlier-0a1b2c3d"
+    aside.mkdir(parents=True)
+    an_earlier_drive(aside)
+    (tmp_path / "other").mkdir()
+    an_earlier_drive(tmp_path / "other")
+    assert list(find_drives([tmp_path])) == ["other"]
+    fail(tmp_path / "out", MCAP)
+    assert aside.is_dir()  # the earlier drive is the only whole one still
+    with drive_folder(tmp_path / "out", []):
+        (tmp_path / "out" / "drive.mcap").write_bytes(MCAP)
+    assert names(tmp_path / "out") == {"drive.mcap"}

@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from fcw.bounded.files import MalformedError, read_text
+from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
 from fcw.camera.lens.model import COEFFICIENT_COUNTS, DistortionModel, Lens
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -28,17 +28,17 @@ def read_lens(path: Path) -> Lens:
         UserError: the file cannot be read, is none of the three, or a field of it is not as expected.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, MOST_YAML_BYTES)
     except FileNotFoundError:
         raise UserError(f"{path}: no such lens file; name {KINDS}") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, MalformedError) as error:
         raise UserError(f"{path}: cannot read the lens ({error})") from error
     # OpenCV writes a directive that YAML does not know, and tags its matrices.
     text = re.sub(r"\A%YAML:1\.0\s*\n(?:---\s*\n)?", "", text).replace("!!opencv-matrix", "")
     try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise UserError(f"{path}: not YAML ({' '.join(str(error).split())}); name {KINDS}") from error
+        document = yaml_value(text)
+    except MalformedError as error:
+        raise UserError(f"{path}: not YAML ({error}); name {KINDS}") from error
     if isinstance(document, dict):
         if isinstance(document.get("cam0"), dict):
             return _kalibr(path, document["cam0"])

@@ -123,7 +123,7 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
                     "which is not among the images; remove the annotation or add the image"
                 )
             x, y, w, h = map(float, annotation["bbox"])
-            if annotation.get("ignore") and w * h == 0:
+            if annotation.get("ignore") and 0 in (w, h):
                 continue  # a slip of the annotator that says nothing; the TuSimple labels hold some
             if not (w > 0 and h > 0 and np.isfinite([x, y, w, h]).all()):
                 raise UserError(

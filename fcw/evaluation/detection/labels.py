@@ -65,7 +65,7 @@ def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
     fields: dict[Any, list[Mapping[str, Any]]] = {identity: [] for identity in pictures}
     for annotation in content["annotations"]:
         _, _, w, h = map(float, annotation["bbox"])
-        if w * h > 0:  # the rest says nothing: see read_labels
+        if 0 not in (w, h):  # the rest says nothing: see read_labels
             fields[annotation["image_id"]].append(annotation)
     annotated = []
     for image, (identity, picture) in zip(labelled, pictures.items(), strict=True):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
+from fcw.logs.drive_folder import EARLIER_PREFIX
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
 from fcw.logs.records import FrameResult
@@ -126,7 +127,9 @@ def _logs(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     own = path / MCAP_NAME
-    logs = [own] if own.is_file() else sorted(path.rglob(MCAP_NAME))
+    # A run keeps the earlier drive in a hidden folder until its own is whole.
+    below = (log for log in path.rglob(MCAP_NAME) if not log.parent.name.startswith(EARLIER_PREFIX))
+    logs = [own] if own.is_file() else sorted(below)
     if not logs:
         raise UserError(
             f"{path}: no {MCAP_NAME} in this folder or below it; name a drive's log, "

@@ -13,28 +13,28 @@ from fcw.camera.prior_sigmas import TAPE_ERROR
 class CalibrateCommand:
     """Calibrate the camera from points of the road at known distances.
 
-    With a source alone it opens a page in the browser, where the points are clicked. Three points are
-    enough; more points, and what else is known of the camera, make it better. One point should be far away:
-    three near ones leave the far distances open.
+    With only a source it opens a page in the browser, where you click the points. Three points are enough.
+    More points, and anything else you know about the camera, make the result better. One point should be far
+    away: from three near points the far distances are uncertain.
     """
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
     """Video or MCAP file, picture, or folder of pictures to click in; the calibration is saved beside it."""
     topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
-    """Of an MCAP file: the pictures to click in; needed where it has several topics of pictures."""
+    """Image topic of an MCAP file; needed if the file has more than one."""
     points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()
-    """Points of the road: distance in metres from the reference, row, and column where known."""
+    """Points on the road: distance from the reference in metres, row, and column if known."""
     from_drive: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
-    """Make what a drive of `fcw run` believed of the mount at its end the calibration, saved to --save."""
+    """Save the camera pose that a drive of `fcw run` estimated at its end as a calibration (with --save)."""
     from_clip: bool = False
-    """Without any mark: calibrate SOURCE, a recorded clip, by the vehicles ahead and the way that it drives,
-    beside whatever else is said. Rough unless the lens's field of view and the height are said too."""
+    """Calibrate a recorded clip without any marks, from the vehicles ahead and the motion of the camera. The
+    result is rough unless you also give --field-of-view and --height."""
     vehicle_class: Literal["car", "van", "lorry"] = "car"
-    """With --from-clip and no --height: what the camera is in."""
+    """With --from-clip and without --height: the vehicle that carries the camera."""
     speed: Annotated[float | None, tyro.conf.arg(metavar="MPS")] = None
-    """With --from-clip: mean speed over the clip; the height follows from it."""
+    """With --from-clip: mean speed over the clip, from which the height is computed."""
     image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
-    """Size of the picture that the points were clicked in; not needed with a source."""
+    """Size of the picture in which the rows were read; not needed with a source."""
     height: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
     """Height of the camera above the road in metres."""
     reference_offset: float = 0.0
@@ -42,44 +42,44 @@ class CalibrateCommand:
     row_sigma: float = 1.0
     """Standard deviation of a clicked row in pixels."""
     tape_error: float = TAPE_ERROR
-    """Standard deviation of the taped distances, all together, as a part of them."""
+    """Relative standard deviation of the tape, common to all distances: 0.01 is 1 %."""
     exact: bool = False
-    """With --points: the paper's closed solution of three free points and nothing else."""
+    """With --points: the paper's closed-form solution from three points, without any prior."""
     field_of_view: Annotated[str | None, tyro.conf.arg(metavar="DEG[:SIGMA]")] = None
-    """Horizontal field of view of the whole picture in degrees, known this well (3 degrees unless said)."""
+    """Horizontal field of view in degrees, and its standard deviation (3 by default)."""
     principal_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
-    """Row of the lens's axis; unless said the picture's middle, to 3 % of its height."""
+    """Row of the optical axis, and its standard deviation. Default: the middle, with 3 % of the height."""
     horizon_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
-    """Row of the horizon, e.g. where straight lane lines meet (known to 2 pixels unless said)."""
+    """Row of the horizon, where straight lane lines meet, and its standard deviation (default 2)."""
     lens: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Intrinsics and distortion of the lens: a camera_info of ROS, a camchain of Kalibr, OpenCV's YAML."""
     lane_line: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V ...")] = ()
-    """Straight lines along the road, each by column and row of two or more points: they tell where the camera
-    looks (yaw, horizon, and with points or a third line the roll)."""
+    """Straight lines along the road, each given by columns and rows of two or more points. They give yaw and
+    horizon, and together with points or a third line the roll."""
     lane_width: Annotated[str | None, tyro.conf.arg(metavar="M[:SIGMA]")] = None
-    """Between the first two of the lane lines, in metres (known to 3 % unless said)."""
+    """Distance between the first two lane lines in metres, and its standard deviation (default 3 %)."""
     horizon_line: Annotated[str | None, tyro.conf.arg(metavar="U:V:U:V")] = None
-    """Two points of the horizon: they tell the camera's roll."""
+    """Two points on the horizon; they give the roll of the camera."""
     dashes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="V[:U] ...")] = ()
-    """Near ends of dashes following each other, the nearest first: rows, and columns where known. The first
-    one's distance need not be known, but the period must (--dash-period) and the height."""
+    """Near ends of consecutive dashes, the nearest first: rows, and columns if known. Needs --dash-period and
+    --height; the distance of the first dash is not needed."""
     dash_period: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
-    """From one dash's near end to the next one's."""
+    """Distance from the near end of one dash to that of the next."""
     height_sigma: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
-    """How well --height is known; 2 % unless said. Only ways without taped points need it."""
+    """Standard deviation of --height (default 2 %). Used only without taped points."""
     save: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Calibration file to write; with a source by default `<name>.calibration.yaml` beside it."""
+    """Calibration file to write. With a source the default is `<name>.calibration.yaml` beside it."""
     export: Annotated[
         tuple[Literal["camera_info", "kalibr"], Path] | None, tyro.conf.arg(metavar="FORMAT FILE")
     ] = None
     """Also write the intrinsics for other tools: `camera_info FILE` (ROS) or `kalibr FILE`."""
     units: Literal["metric", "imperial"] = "metric"
-    """Units of the distances shown; input is in metres always."""
+    """Units of the distances shown. Input is always in metres."""
     json: bool = False
-    """Print the result as JSON on stdout, alone."""
+    """Print the result as JSON, and nothing else on stdout."""
     port: int = 8080
-    """Port of the page; the next free one where it is taken."""
+    """Port of the page. If it is taken, the next free one is used."""
     no_open: bool = False
     """Do not open the page in the browser, only print its address."""
     dark: bool = False
-    """Begin with the page's dark colours."""
+    """Start with dark colours."""

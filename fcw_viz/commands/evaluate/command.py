@@ -13,7 +13,7 @@ from fcw_viz.commands.evaluate.warning import EvaluateWarningCommand, run_evalua
 
 @dataclass(frozen=True, slots=True)
 class EvaluateCommand:
-    """Measure what the program is worth."""
+    """Measure how well the program works."""
 
     what: Annotated[
         Annotated[EvaluateDetectionCommand, tyro.conf.subcommand("detection")]

@@ -27,6 +27,12 @@ MOUNT_ASKED_S = 120.0
 """A turned mount should be said in two minutes."""
 
 
+MOST_HOURS = 1000.0
+"""Simulated: they take days."""
+MOST_SEEDS = 1000
+MOST_NOISE_PX = 100
+
+
 @dataclass(frozen=True, slots=True)
 class EvaluateWarningCommand:
     """Measure warnings: in standard scenarios, on real drives, when following, against labelled events."""
@@ -110,7 +116,6 @@ def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
 
 
 def _check(command: EvaluateWarningCommand) -> None:
-    import math
 
     from fcw.warning.policies import make_policy
 
@@ -127,24 +132,28 @@ def _check(command: EvaluateWarningCommand) -> None:
             raise UserError(f"{option}: it is for --threats without --pixels; add or leave out the other")
     if command.variants and command.worse:
         raise UserError("--variants and --worse are two tables; ask for one of them")
-    if command.seeds < 1:
-        raise UserError(f"--seeds {command.seeds}: expected a whole number of at least 1")
+    if not 1 <= command.seeds <= MOST_SEEDS:
+        raise UserError(
+            f"--seeds {command.seeds}: expected a whole number of at least 1, at most {MOST_SEEDS}"
+        )
     if not command.ncap and not command.threats and parts == {None}:
         raise UserError(
             "fcw evaluate warning: nothing to evaluate; give --ncap, --threats, --kitti-tracking FOLDER, "
             "--following-hours HOURS, --mount-hours HOURS, --events FILE --log DRIVE, or --log DRIVE for a "
             "drive that was reviewed"
         )
-    if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
-        raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
+    if not 0 <= command.box_noise <= MOST_NOISE_PX:
+        raise UserError(
+            f"--box-noise {command.box_noise:g}: expected pixels, 0 or more, at most {MOST_NOISE_PX}"
+        )
     if not command.sight > 0:
         raise UserError(f"--sight {command.sight:g}: expected metres, more than 0")
     for option, hours in (
         ("--following-hours", command.following_hours),
         ("--mount-hours", command.mount_hours),
     ):
-        if hours is not None and not 0 < hours < math.inf:
-            raise UserError(f"{option} {hours:g}: expected hours, more than 0")
+        if hours is not None and not 0 < hours <= MOST_HOURS:
+            raise UserError(f"{option} {hours:g}: expected hours, more than 0 and at most {MOST_HOURS:g}")
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
 

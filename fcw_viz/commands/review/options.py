@@ -14,17 +14,17 @@ class ReviewCommand:
     path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="PATH")]
     """A drive.mcap, its folder, or a folder of such folders; with --rerun one drive, or its drive.rrd."""
     port: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """Port of the page on this computer; by default 8080, or the next free one."""
+    """Port of the page on this computer. Default: 8080, or the next free one."""
     no_open: bool = False
-    """Do not open a browser or window; the address is printed."""
+    """Do not open a browser or window, only print the address."""
     reviewer: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
-    """In whose name verdicts and notes are kept on the page; by default the login name."""
+    """Name under which verdicts and notes are saved. Default: the login name."""
     dark: bool = False
-    """Begin with dark colours."""
+    """Start with dark colours."""
     rerun: bool = False
-    """Use the rerun viewer: in a window, or without a display in the browser."""
+    """Use the rerun viewer, in a window or, without a display, in the browser."""
     summary: bool = False
-    """Print what people's verdicts come to, of a drive or of all drives below a folder: warnings per hour,
-    share judged false, why."""
+    """Print a summary of the verdicts on one drive, or on all drives below a folder: warnings per hour, share
+    judged false, reasons."""
     json: bool = False
-    """With --summary: as JSON on stdout, alone."""
+    """With --summary: print it as JSON, and nothing else on stdout."""

@@ -20,39 +20,39 @@ class RunCommand:
     """Video or MCAP file, or folder of pictures; with --live also a camera: its number, /dev/video0, or an
     rtsp or http address."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Calibration file; by default `<name>.calibration.yaml` beside the source, else that in an MCAP file."""
+    """Calibration file. Default: `<name>.calibration.yaml` beside the source, else that in an MCAP file."""
     topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
-    """Of an MCAP file: the pictures to run on; needed where it has several topics of pictures."""
+    """Image topic of an MCAP file; needed if the file has more than one."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """Folder for the logs and summary.json; by default recordings/<name>, of a camera with the time. Earlier
-    logs there are replaced."""
+    """Folder for the logs and summary.json. Default: recordings/<name>, for a camera with the time. Earlier
+    logs in it are replaced."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
-    """net: small nets judge what boosted trees propose where the calibration allows a vehicle; acf: the trees
-    alone, in a third of the time, find fewer near vehicles; acf-full: the whole picture; onnx: a YOLO net."""
+    """net: boosted trees propose vehicles, and two small neural nets check them. acf: the trees alone; three
+    times as fast, but fewer near vehicles. acf-full: the trees, on the whole picture. onnx: a YOLO net."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
-    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
+    """Classes of the ONNX model that count as vehicles. Default: cars, trucks and buses."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
-    """Own speed: metres per second, a CSV file with the columns time_s and speed_mps, or a GPX track; by
-    default what an MCAP file says of it."""
+    """Own speed: a number in metres per second, a CSV file with the columns time_s and speed_mps, or a GPX
+    track. Default: the speed in an MCAP file, if it has one."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """When to warn: timely-braking, ttc, headway, required-deceleration, euro-ncap-driver, rss."""
     no_own_motion: bool = False
-    """Leave out own speed, yaw rate, mount and lane lines by the picture."""
+    """Do not estimate own speed, yaw rate, camera pose and lane lines from the picture."""
     warning_timing: Literal["early", "normal", "late"] = "normal"
-    """How early: for a driver who takes half a second more to react, or 0.4 s less."""
+    """early: for drivers who need 0.5 s longer to react; late: for drivers who need 0.4 s less."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
-    """Frames per second of a folder of pictures without time stamps."""
+    """Frames per second, for a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
-    """Units of the distances that people are shown."""
+    """Units of the distances shown."""
     live: bool = False
-    """Show the drive in the browser while it runs, at its own rate, with warnings that are heard; then review
-    it there. Pictures are left out rather than late."""
+    """Show the drive in the browser while it runs, in real time and with audible warnings; then review it
+    there. Frames are skipped if the computer is too slow, never shown late."""
     port: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """With --live: port of the page on this computer; by default 8080, or the next free one."""
+    """With --live: port of the page on this computer. Default: 8080, or the next free one."""
     no_open: bool = False
-    """With --live: do not open a browser; the address is printed."""
+    """With --live: do not open a browser, only print the address."""
     json: bool = False
-    """Print the summary as JSON on stdout, alone."""
+    """Print the summary as JSON, and nothing else on stdout."""
 
 
 def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "DriveJob":

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import viser
 import websockets.asyncio.server
+from viser._messages import ShareUrlRequest
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
@@ -46,6 +47,8 @@ def guarded_viser_server(port: int, guard: Guard) -> viser.ViserServer:
     if not wrapped.is_set():  # another viser, that starts its server in another way
         server.stop()
         raise RuntimeError(f"viser {viser.__version__} cannot be guarded")
+    # Whoever asks for it would have viser open a tunnel, by which anybody on the internet could come.
+    server._websock_server.unregister_handler(ShareUrlRequest)
     return server
 
 

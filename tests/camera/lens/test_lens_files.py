@@ -106,3 +106,10 @@ def test_the_udacity_boards_give_its_camera(data_dir):
 def test_too_few_boards_are_refused():
     with pytest.raises(UserError, match="shows in 0 of 2 pictures, expected 3 or more"):
         lens_of_chessboards([np.zeros((90, 160, 3), np.uint8)] * 2, (9, 6))
+
+
+def test_a_file_that_grows_when_it_is_read_is_refused(tmp_path):
+    path = tmp_path / "lens.yaml"
+    path.write_text("a: &a [1, 1]\nb: &b [*a, *a]\ncamera_matrix: [*b, *b]\n")
+    with pytest.raises(UserError, match=r"lens\.yaml: not YAML \(it has anchors"):
+        read_lens(path)

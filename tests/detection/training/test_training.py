@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from training_pictures import CAMERA, SIZE, write_drawn_set
+from training.pictures import CAMERA, SIZE, write_drawn_set
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import write_calibration

@@ -6,9 +6,10 @@ from collections.abc import Callable, Generator
 from contextlib import suppress
 from http import HTTPStatus
 
+import msgspec.msgpack
 import pytest
 import viser
-from strangers.bare_client import PATIENCE_S, Tabs, get, open_socket
+from strangers.bare_client import CAMERA, PATIENCE_S, Tabs, get, open_socket
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 
 from fcw.frame import ImageSize
@@ -177,3 +178,13 @@ def wait(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)
+
+
+def test_no_tab_can_have_a_tunnel_opened_to_the_internet(page: EmptyPage, monkeypatch: pytest.MonkeyPatch):
+    asked = threading.Event()
+    monkeypatch.setattr(viser.ViserServer, "request_share_url", lambda server, verbose=True: asked.set())
+    with open_socket(page.url) as socket:
+        socket.send(msgspec.msgpack.encode({"type": "ShareUrlRequest"}))
+        socket.send(msgspec.msgpack.encode(CAMERA))  # they are taken in their order
+        wait(lambda: len(page.tabs) == 1)
+    assert not asked.is_set()

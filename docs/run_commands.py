@@ -1,0 +1,64 @@
+"""Runs the long commands of the documents, one after the other, on the shipped drive in a scratch folder.
+
+    python docs/run_commands.py [WORD]
+
+With WORD only those that hold it. Prints each command with its exit code and the end of what it says; the
+exit code is 1 where one fails. `tests/helpers/documents/commands.py` has the list, and what runs the others.
+"""
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from glob import glob
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1] / "tests" / "helpers"))
+
+from documents.commands import LONG, ROOT
+
+
+def main() -> int:
+    """Run them."""
+    wanted, failed = "".join(sys.argv[1:2]), 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "drives").mkdir()
+        for place in (folder, folder / "drives"):
+            for file in ("drive.mp4", "drive.calibration.yaml"):
+                shutil.copy(ROOT / "recordings" / "demo" / file, place)
+        (folder / "docs").symlink_to(ROOT / "docs")
+        (folder / "pictures").mkdir()
+        for command in LONG:
+            if wanted not in command:
+                continue
+            words = [word for text in shlex.split(command) for word in (_matching(text, folder) or [text])]
+            program = ["-m", "fcw_viz"] if words[0] == "fcw" else []
+            started_s = time.monotonic()
+            ended = subprocess.run(
+                [sys.executable, *program, *words[1:]],
+                cwd=folder,
+                env=os.environ | {"PYTHONPATH": str(ROOT)},
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            failed += ended.returncode != 0
+            said = (ended.stdout or ended.stderr).strip()[-600:]
+            sys.stdout.write(
+                f"$ {command}\n{said}\n[{ended.returncode}, {time.monotonic() - started_s:.0f} s]\n\n"
+            )
+            sys.stdout.flush()
+    return 1 if failed else 0
+
+
+def _matching(text: str, folder: Path) -> list[str]:
+    """What a shell makes of `*`."""
+    return sorted(glob(text, root_dir=folder)) if "*" in text else []  # noqa: PTH207
+
+
+if __name__ == "__main__":
+    sys.exit(main())
