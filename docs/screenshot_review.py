@@ -84,7 +84,7 @@ def compare(page: Page) -> None:
     """Compare with another run, and go to the first difference."""
     page.get_by_role("tab", name="Runs").click()
     page.locator("select[data-fcw-choice=compare]").select_option(OTHER_RUN)
-    page.wait_for_selector(".fcw-event[data-fcw]", timeout=READY_MS)
+    page.wait_for_selector('.fcw-event[data-fcw^="difference"]', timeout=READY_MS)
     page.keyboard.press("d")
 
 

@@ -1,6 +1,6 @@
 """What memory a review page keeps once its tabs are closed.
 
-    python benchmarks/review_tabs.py DRIVE.mcap [--tabs 40] [--rounds 5]
+    python benchmarks/review/closed_tabs.py DRIVE.mcap [--tabs 40] [--rounds 5]
 
 In each round so many tabs come at once, each shows the drive's picture and its road from above, and all go.
 A tab is a web socket that takes what it is sent: no browser is needed to see what the server keeps.
