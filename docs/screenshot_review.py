@@ -3,7 +3,8 @@
     python docs/screenshot_review.py DRIVES [--out docs/images] [--only review-event]
 
 Needs a Chromium and playwright, of the `dev` group. DRIVES is a folder with the logs of some drives, the
-shipped one among them under the name `demo`: what is on the pictures is said of copies of them.
+shipped one among them under the name `demo`, and as `demo-acf` by the other detector: what is on the pictures
+is said of copies of them.
 """
 
 import shutil
@@ -25,7 +26,7 @@ from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.server import ReviewPage
 
 ROOT = Path(__file__).parents[1]
-SHIPPED = "demo"
+SHIPPED, OTHER_RUN = "demo", "demo-acf"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +67,34 @@ def correct_box(page: Page) -> None:
     page.mouse.click(canvas["x"] + canvas["width"] * 0.5, canvas["y"] + canvas["height"] * 0.55)
 
 
+def choose_plots(page: Page) -> None:
+    """Plot more, and look at a moment."""
+    page.get_by_role("tab", name="Plots").click()
+    page.locator('[data-fcw="plot:braking ahead"]').click()
+    page.locator("select[data-fcw-choice=subject]").select_option("own")
+    for name in ("own_speed", "yaw_rate", "probability"):
+        page.locator(f'[data-fcw="plot:{name} own"]').click()
+    page.wait_for_timeout(STEADY_MS)
+    plots = page.locator("#fcw-plots").bounding_box()
+    assert plots is not None
+    page.mouse.move(plots["x"] + 0.44 * plots["width"], plots["y"] + 0.5 * plots["height"])
+
+
+def compare(page: Page) -> None:
+    """Compare with another run, and go to the first difference."""
+    page.get_by_role("tab", name="Runs").click()
+    page.locator("select[data-fcw-choice=compare]").select_option(OTHER_RUN)
+    page.wait_for_selector('.fcw-event[data-fcw^="difference"]', timeout=READY_MS)
+    page.keyboard.press("d")
+
+
 SCENES = (
     Scene("review-folder", look, place=""),
     Scene("review-event", look),
     Scene("review-verdict", judge, dark=True),
     Scene("review-boxes", correct_box),
+    Scene("review-plots", choose_plots),
+    Scene("review-runs", compare),
 )
 
 

@@ -12,6 +12,13 @@ from contextlib import suppress
 
 PAUSE_S = 1.0
 """Tabs that close together are tidied up after together."""
+LATER_S = 5.0
+"""And once more after this: threads of a closed tab may still have ended something."""
+LARGE_BYTES = 1 << 18
+"""Pieces of memory from this on go back to the system as soon as they are free. By default GNU's C library
+soon keeps pieces as large as a picture among small ones, between which they cannot go back."""
+_M_MMAP_THRESHOLD = -3
+"""Of `mallopt`, in GNU's malloc.h."""
 
 
 class Tidying:
@@ -19,6 +26,7 @@ class Tidying:
 
     def __init__(self) -> None:
         self._told, self._stop = threading.Event(), threading.Event()
+        _call("mallopt", _M_MMAP_THRESHOLD, LARGE_BYTES)
         self._thread = threading.Thread(target=self._run, name="tidy", daemon=True)
         self._thread.start()
 
@@ -35,7 +43,18 @@ class Tidying:
     def _run(self) -> None:
         while self._told.wait() and not self._stop.wait(PAUSE_S):
             self._told.clear()
-            gc.collect()
-            if sys.platform == "linux":
-                with suppress(OSError, AttributeError):  # another C library than GNU's
-                    ctypes.CDLL(None).malloc_trim(0)
+            _tidy()
+            if not self._told.wait(LATER_S):
+                _tidy()
+
+
+def _tidy() -> None:
+    gc.collect()
+    _call("malloc_trim", 0)
+
+
+def _call(function: str, *arguments: int) -> None:
+    """A function of GNU's C library; nothing with another one."""
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            getattr(ctypes.CDLL(None), function)(*arguments)

@@ -99,16 +99,17 @@ class Screen:
     def close(self) -> None:
         """Let go of the drive, and show nothing."""
         self.birds_eye.come_back()
-        self.close_readers()
-        self.hover.show(None)
-        self._strip.hide()
-
-    def close_readers(self) -> None:
-        """Let go of the drive's pictures and signals."""
         for reader in (self._frames, self._signals):
             if reader is not None:
                 reader.close()
         self._frames = self._signals = None
+        self.hover.show(None)
+        self._strip.hide()
+
+    def stop_reading(self) -> None:
+        """End the thread that reads signals; from whichever thread."""
+        if self._signals is not None:
+            self._signals.close()
 
     # What is chosen
 

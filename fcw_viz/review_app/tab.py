@@ -48,8 +48,8 @@ class Tab(PageTab):
         """The tab is gone: stop, and leave the session."""
         super().close()
         self._desk.playing.stop()
-        self._desk.screen.close_readers()
-        self._desk.runs.leave()
+        self._desk.screen.stop_reading()
+        self._session.leave(self._desk.runs)
         self._session.leave(self._desk.place)
 
     def _open_channel(self) -> None:

@@ -76,7 +76,8 @@ def test_a_run_does_not_differ_from_itself():
 @pytest.mark.parametrize("swapped", [False, True])
 def test_a_warning_that_only_one_run_shows(swapped: bool):
     runs = series(), series(during(CAUTION_S, WARNING_END_S, silent))
-    (one,) = differences(*(runs[::-1] if swapped else runs))
+    first, second = runs[::-1] if swapped else runs
+    (one,) = differences(first, second)
     assert (one.kind, one.first_has) == (DifferenceKind.WARNING, not swapped)
     assert (one.start_s, one.end_s) == pytest.approx((CAUTION_S, LAST_WARNED_S))
     levels = (one.first_level, one.second_level)

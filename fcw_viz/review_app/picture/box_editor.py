@@ -198,7 +198,7 @@ class BoxEditor:
             if self._dragged is None:
                 self._last = self.selected, self._labels[self.selected]
         elif self._last is not None and self._last[0] == self.selected and self._is_missing:
-            self._labels[self.selected] = self._last[1]
+            self._labels[self._last[0]] = self._last[1]
         else:
             self.selected = None
 

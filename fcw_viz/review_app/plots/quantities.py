@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.charts.scale import multiples
 from fcw.units import FEET_PER_METRE, KMH_PER_MPS, MPH_PER_MPS, STANDARD_GRAVITY_MPS2
 
 MOST_STEPS = 4
@@ -93,11 +94,11 @@ class Span:
 
 def ticks(bottom: float, top: float, step: float, most: int) -> list[float]:
     """The values that an axis names: its steps, fewer where there is no room for all."""
-    count = round((top - bottom) / step)
-    for every in range(1, count + 1):
-        if count % every == 0 and count // every < most:
-            return [bottom + place * step for place in range(0, count + 1, every)]
-    return [bottom]
+    for every in range(1, round((top - bottom) / step) + 1):
+        values = multiples(step * every, bottom, top)
+        if 2 <= len(values) <= most:
+            return values
+    return [bottom, top]
 
 
 def tick_text(value: float) -> str:

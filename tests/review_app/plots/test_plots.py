@@ -160,7 +160,8 @@ def test_an_axis_ends_on_round_values(values: list[float], expected: tuple[float
 def test_of_many_values_those_that_have_room_are_named():
     assert ticks(0.0, 40.0, 10.0, 6) == [0.0, 10.0, 20.0, 30.0, 40.0]
     assert ticks(0.0, 40.0, 10.0, 3) == [0.0, 20.0, 40.0]
-    assert ticks(-50.0, 100.0, 50.0, 3) == [-50.0, 100.0]
+    assert ticks(-20.0, 30.0, 10.0, 4) == [-20.0, 0.0, 20.0]
+    assert ticks(1.0, 4.0, 1.0, 1) == [1.0, 4.0]
 
 
 def test_a_gap_in_time_is_a_gap_of_the_curve(drive: Drive):

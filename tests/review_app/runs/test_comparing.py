@@ -2,7 +2,7 @@
 
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -45,7 +45,10 @@ class Person:
         self.place = Place(session)
         self.place.enter(session.open(self.place, "made"), 0, None)
         self.found = threading.Event()
-        self.runs = Comparing(self.place, lambda work: work(), self.go_to_time, self.drawn)
+        self.runs = Comparing(self.place, self.run, self.go_to_time, self.drawn)
+
+    def run(self, work: Callable[[], object]) -> None:
+        work()
 
     def go_to_time(self, time_s: float) -> None:
         self.place.row = self.place.opened.row_at(time_s)

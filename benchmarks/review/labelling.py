@@ -1,6 +1,6 @@
 """How long it takes to label two vehicles in 60 frames on the review page, and how good the labels are.
 
-    FCW_DATA=DIR python benchmarks/labelling.py [--seed 0] [--step 5] [--all]
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/review/labelling.py [--seed 0] [--step 5] [--all]
 
 The truth are the boxes that people drew in every frame of KITTI tracking (`kitti-tracking/label_02`). The
 clip and its two vehicles are drawn by lot, by the seed, from all stretches of 60 frames in which two vehicles

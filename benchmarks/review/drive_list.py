@@ -1,6 +1,6 @@
 """How soon the list of many drives is seen, filtered, and led from to the next unjudged event.
 
-    python benchmarks/review_list.py DRIVE.mcap ... [--drives 200]
+    PYTHONPATH=benchmarks python benchmarks/review/drive_list.py DRIVE.mcap ... [--drives 200]
 
 The page serves a folder of so many drives, made by repeating those that are named, in a process of its own.
 Every clock starts with what a person does and stops with the first frame that shows what was asked for, in
