@@ -10,7 +10,19 @@ FIRST_NAME_PX, NAME_PX, SWATCH_PX = 96, 20, 12
 TITLE_FONT_PX = 14
 NARROWEST_NAMED_PX = 34
 """Of a part that has room for its own milliseconds."""
-COLORS = ("#0b6e99", "#d1495b", "#8d6a9f", "#5b8c5a", "#c78a2c", "#4f6d7a", "#a05195", "#7a7a3a", "#2f9c95")
+COLORS = (
+    "#0b6e99",
+    "#d1495b",
+    "#8d6a9f",
+    "#5b8c5a",
+    "#c78a2c",
+    "#4f6d7a",
+    "#a05195",
+    "#7a7a3a",
+    "#2f9c95",
+    "#6b4c3b",
+    "#3d3d8f",
+)
 
 
 def stages_bar(stages_ms: Mapping[str, float]) -> str:

@@ -46,10 +46,12 @@ def fit_growth(before: Points, after: Points, tolerance_px: float) -> Growth | N
     if len(before) < FEWEST_POINTS:
         return None
     scale, shift = _of_most_pairs(before, after, tolerance_px)
-    for _ in range(2):
-        count, scale, shift, left, spread = _least_squares(before, after, tolerance_px, scale, shift)
-        if count < FEWEST_POINTS or scale <= 0:
-            return None
+    _, scale, shift, _, _ = _least_squares(before, after, tolerance_px, scale, shift)
+    if scale <= 0:
+        return None
+    count, scale, shift, left, spread = _least_squares(before, after, tolerance_px, scale, shift)
+    if scale <= 0:
+        return None
     log_scale_sigma = math.sqrt(left / (2 * count - 3)) / math.sqrt(spread) / scale
     return Growth(scale, shift, log_scale_sigma, count)
 
