@@ -75,13 +75,21 @@ def run_pipeline(
             sink.open(header)
             stack.callback(sink.close)
         for frame, detections, ego, packets in _detected_frames(source, stages, stop or threading.Event()):
-            result = _follow(frame, detections, ego, stages)
+            result = follow(frame, detections, ego, stages)
             for sink in stages.sinks:
                 sink.write(result, packets)
             on_result(result)
 
 
-def _follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: Stages) -> FrameResult:
+def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: Stages) -> FrameResult:
+    """What is believed after a frame, by what was found in it; frames must come in the order of their times.
+
+    Args:
+        frame: the picture and its time.
+        detections: the vehicles found in it.
+        ego: own motion and path by it.
+        stages: whose tracker and policy take the frame.
+    """
     own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
     tracks = stages.tracker.update(
         frame.time_ns,

@@ -13,6 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 from numba.core import config
+from numba.core.codegen import get_host_cpu_features
 from numba.core.compiler_lock import global_compiler_lock
 from numpy.typing import NDArray
 
@@ -20,6 +21,28 @@ try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None
+
+
+def in_whole_registers(features: str) -> str | None:
+    """What the compiler is told of a processor with 512 bit registers; None for others, which it knows best.
+
+    For most of them LLVM keeps to half of each register: early ones slowed down by more than was won. The
+    detector's kernels win: a picture's proposals took 0.8 of the time on a Cascade Lake, its nets the same.
+
+    Args:
+        features: of the processor, as LLVM names them.
+    """
+    return f"{features},-prefer-256-bit" if "+avx512f" in features.split(",") else None
+
+
+def _use_whole_registers() -> None:
+    """For all that is compiled in this process, unless numba was told of a processor or compiled before."""
+    settings: Any = config  # its attributes are made when it is loaded
+    if settings.CPU_FEATURES is None and settings.CPU_NAME is None:
+        settings.CPU_FEATURES = in_whole_registers(get_host_cpu_features())
+
+
+_use_whole_registers()
 
 
 def kernel() -> Callable[[Callable[..., Any]], Any]:

@@ -46,12 +46,14 @@ class Figures:
         heading: machine, date, versions and what it was measured on.
         picture_ms: of one thread's time, the median over the round's pictures, by case.
         drive_ms: by the clock, by case.
+        stages_ms: of one thread's time, the mean over frames in a row, by stage (`fcw_viz.benchmark.stages`).
         windows_per_frame: by detector case.
     """
 
     heading: str
     picture_ms: Mapping[str, Sequence[float]]
     drive_ms: Mapping[str, Sequence[float]]
+    stages_ms: Mapping[str, Sequence[float]]
     windows_per_frame: Mapping[str, int]
 
     def ratios(self) -> Iterator[tuple[str, float]]:
@@ -80,11 +82,19 @@ class Figures:
             median_ms = statistics.median(values)
             yield case, f"{median_ms:.2f}", f"{min(values):.2f}", f"{1e3 / median_ms:.0f}"
 
+    def stage_rows(self) -> Iterator[tuple[str, ...]]:
+        """Stage, median, part of the whole; as text."""
+        medians = {stage: statistics.median(values) for stage, values in self.stages_ms.items()}
+        for stage, median_ms in medians.items():
+            yield stage, f"{median_ms:.2f}", f"{median_ms / sum(medians.values()):.0%}"
+        yield "all", f"{sum(medians.values()):.2f}", ""
+
     def as_json(self) -> dict[str, Any]:
         """The same figures for scripts."""
         return {
             "heading": self.heading,
             "ms_per_frame": {**self.picture_ms, **self.drive_ms},
+            "stages_ms": dict(self.stages_ms),
             "windows_per_frame": dict(self.windows_per_frame),
             "ratios": dict(self.ratios()),
         }

@@ -29,7 +29,11 @@ from fcw_viz.benchmark.drive_cases import drive_cases, thread_cases
 from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.benchmark.picture_cases import Picture, PictureCase, picture_cases
+from fcw_viz.benchmark.stages import stage_times
 from fcw_viz.console import progress
+
+STAGES_S = 4.0
+"""So much of the drive is run stage by stage: enough for the tracks to be believed."""
 
 
 def measure(
@@ -62,12 +66,13 @@ def measure(
     pictures = [frame.image for frame in islice(source.frames(), 0, step * picture_count, step)]
     picture_ms: dict[str, list[float]] = defaultdict(list)
     drive_ms: dict[str, list[float]] = defaultdict(list)
+    stages_ms: dict[str, list[float]] = defaultdict(list)
     preparing = "preparing (the first time kernels are compiled)"
     with progress(preparing, None, console) as bar, _long_enough(job, source, shortest_s) as drive:
         on_pictures = picture_cases(pictures[0], calibration, model, plugged_in)
         on_drive = drive_cases(drive) | thread_cases(pictures, calibration, model)
         frames_of_drive = open_source(drive.source).frame_count or 0
-        bar.begin("measuring", (rounds + 1) * (len(on_drive) + 1))
+        bar.begin("measuring", (rounds + 1) * (len(on_drive) + 2))
         for measured_round in range(-1, rounds):
             for name, run in on_drive.items():
                 start = time.perf_counter()
@@ -79,9 +84,13 @@ def measure(
                 if measured_round >= 0:
                     picture_ms[name].append(value)
             bar.advance()
+            for name, value in stage_times(job, STAGES_S).items():
+                if measured_round >= 0:
+                    stages_ms[name].append(value)
+            bar.advance()
     windows = {name: case.windows for name, case in on_pictures.items() if case.windows is not None}
     heading = _heading(source, rounds, len(pictures), frames_of_drive)
-    return Figures(heading, picture_ms, drive_ms, windows)
+    return Figures(heading, picture_ms, drive_ms, stages_ms, windows)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The figures of a benchmark as a folder: the tables as text, all of it as JSON, and two pictures."""
+"""The figures of a benchmark as a folder: the tables as text, all of it as JSON, and three pictures."""
 
 import io
 import json
@@ -11,18 +11,20 @@ from rich.table import Table
 from fcw.charts.chart import Chart, Series
 from fcw.errors import UserError
 from fcw.files import write_whole
+from fcw_viz.benchmark.against import EarlierFigures
 from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.picture_cases import FARTHEST_M, PITCH_TOLERANCES_DEG, PRIOR_PREFIX, prior_name
+from fcw_viz.benchmark.stages_bar import stages_bar
 
 TEXT_NAME, JSON_NAME = "bench.txt", "bench.json"
-WINDOWS_NAME, PITCH_NAME = "speed-windows.svg", "speed-pitch.svg"
+WINDOWS_NAME, PITCH_NAME, STAGES_NAME = "speed-windows.svg", "speed-pitch.svg", "speed-stages.svg"
 TEXT_COLUMNS = 120
 ROOM = 1.08
 """How far the axes go beyond what is drawn."""
 
 
-def print_figures(figures: Figures, console: Console) -> None:
-    """Print the figures for a person."""
+def print_figures(figures: Figures, console: Console, earlier: EarlierFigures | None = None) -> None:
+    """Print the figures for a person, beside those of an earlier run where there are any."""
     console.print(figures.heading, highlight=False)
     numbers = ("median", "least")
     pictures = Table("ms a picture, one thread", *numbers, "/ Luv", "/ plain", "windows", box=None)
@@ -31,10 +33,19 @@ def print_figures(figures: Figures, console: Console) -> None:
     drives = Table("ms a frame, by the clock", *numbers, "frames/s", box=None)
     for row in figures.drive_rows():
         drives.add_row(*row)
+    stages = Table("ms a frame, stage by stage in one thread", "median", "part", box=None)
+    for row in figures.stage_rows():
+        stages.add_row(*row)
     ratios = Table("ratio, median of the rounds", "", box=None)
     for name, value in figures.ratios():
         ratios.add_row(name, f"{value:.2f}")
-    for table in (pictures, drives, ratios):
+    tables = [pictures, drives, stages, ratios]
+    if earlier is not None:
+        against = Table(f"against {earlier.path.name}", "before", "now", "now / before", box=None)
+        for change in earlier.changes(figures):
+            against.add_row(change.name, f"{change.before:.2f}", f"{change.now:.2f}", f"{change.ratio:.2f}")
+        tables.append(against)
+    for table in tables:
         table.columns[0].no_wrap = True
         for column in table.columns[1:]:
             column.justify = "right"
@@ -42,7 +53,7 @@ def print_figures(figures: Figures, console: Console) -> None:
         console.print(table, highlight=False)
 
 
-def write_report(figures: Figures, folder: Path) -> list[Path]:
+def write_report(figures: Figures, folder: Path, earlier: EarlierFigures | None = None) -> list[Path]:
     """Write the report into a folder that is made if need be; returns its files.
 
     Raises:
@@ -53,12 +64,15 @@ def write_report(figures: Figures, folder: Path) -> list[Path]:
     except OSError as error:
         raise UserError(f"--report {folder}: cannot make this folder ({error.strerror})") from error
     text = io.StringIO()
-    print_figures(figures, Console(file=text, width=TEXT_COLUMNS))
+    print_figures(figures, Console(file=text, width=TEXT_COLUMNS), earlier)
     files = {
         TEXT_NAME: text.getvalue(),
         JSON_NAME: json.dumps(figures.as_json(), indent=2) + "\n",
         WINDOWS_NAME: windows_chart(figures).svg(),
         PITCH_NAME: pitch_chart(figures).svg(),
+        STAGES_NAME: stages_bar(
+            {name: statistics.median(values) for name, values in figures.stages_ms.items()}
+        ),
     }
     for name, content in files.items():
         write_whole(folder / name, content)

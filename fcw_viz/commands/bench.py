@@ -27,7 +27,9 @@ class BenchCommand:
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
     """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
     report: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
-    """Write bench.txt, bench.json, and pictures of time against windows and against pitch tolerance there."""
+    """Write bench.txt, bench.json, and pictures of time by stage, by windows and by pitch tolerance there."""
+    against: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """The bench.json, or the JSON, of an earlier run: print each ratio beside what it was then."""
     json: bool = False
     """Print the figures as JSON on stdout, alone."""
 
@@ -36,6 +38,7 @@ def run_bench(command: BenchCommand) -> int:
     """Run `fcw bench`; returns the exit code."""
     from fcw.detection.choice import ONNX_PREFIX, load_model
     from fcw.errors import UserError
+    from fcw_viz.benchmark.against import EarlierFigures
     from fcw_viz.benchmark.measure import measure
     from fcw_viz.benchmark.report import print_figures, write_report
     from fcw_viz.commands.demo import demo_folder
@@ -47,6 +50,7 @@ def run_bench(command: BenchCommand) -> int:
         raise UserError(f"--shortest {command.shortest:g}: expected seconds, 0 or more")
     if command.detector_classes and not command.onnx:
         raise UserError(f"--detector-classes {' '.join(command.detector_classes)}: expected only with --onnx")
+    earlier = None if command.against is None else EarlierFigures.load(command.against)
     plugged_in = None
     if command.onnx:
         name = f"{ONNX_PREFIX}{command.onnx}"
@@ -62,10 +66,11 @@ def run_bench(command: BenchCommand) -> int:
         command.shortest,
     )
     if command.report:
-        for path in write_report(figures, command.report):
+        for path in write_report(figures, command.report, earlier):
             MESSAGES.print(str(path))
     if command.json:
-        print_json(figures.as_json())
+        changes = {} if earlier is None else {"against": earlier.as_json(figures)}
+        print_json(figures.as_json() | changes)
     else:
-        print_figures(figures, RESULTS)
+        print_figures(figures, RESULTS, earlier)
     return 0

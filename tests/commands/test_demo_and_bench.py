@@ -27,7 +27,9 @@ from fcw.simulation.truth.truth import FrameTruth, frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario
 from fcw.simulation.world.world import World
 from fcw.sources import open_source
+from fcw_viz.benchmark.against import EarlierFigures
 from fcw_viz.benchmark.drive_cases import DECODE, ENCODED, ONE_THREAD, RELAYED, TWO_THREADS
+from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.long_drive import repeat_packets
 from fcw_viz.benchmark.picture_cases import (
     CHANNELS,
@@ -39,6 +41,15 @@ from fcw_viz.benchmark.picture_cases import (
     PRIOR,
     PRIOR_NEAR,
     prior_name,
+)
+from fcw_viz.benchmark.stages import (
+    DECODING,
+    FIRST_LOOK,
+    LOGGING,
+    PROPOSING,
+    SECOND_LOOK,
+    STAGES,
+    TRACKING,
 )
 from fcw_viz.cli import main
 from fcw_viz.commands.demo import demo_folder
@@ -227,6 +238,50 @@ def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[st
     assert len(dots) == len(bench["windows_per_frame"])
     lines = ElementTree.parse(folder / "speed-pitch.svg").findall(".//{*}polyline")
     assert len(lines) == len(FARTHEST_M)
+
+
+@pytest.mark.slow
+def test_every_stage_of_a_frame_has_its_part_of_the_bar(bench: dict[str, Any]) -> None:
+    assert tuple(bench["stages_ms"]) == STAGES
+    assert all(len(values) == 2 and min(values) >= 0 for values in bench["stages_ms"].values())
+    for stage in (DECODING, PROPOSING, FIRST_LOOK, SECOND_LOOK, TRACKING, LOGGING):
+        assert min(bench["stages_ms"][stage]) > 0
+    bars = ElementTree.parse(bench["folder"] / "speed-stages.svg").findall(".//{*}rect")
+    widths = [float(bar.attrib["width"]) for bar in bars[::2]]  # each is followed by the one beside its name
+    medians = [statistics.median(values) for values in bench["stages_ms"].values()]
+    assert [width / sum(widths) for width in widths] == pytest.approx(
+        [ms / sum(medians) for ms in medians], abs=1e-3
+    )
+
+
+@pytest.mark.slow
+def test_a_run_against_itself_changes_nothing(bench: dict[str, Any]) -> None:
+    figures = Figures("", bench["ms_per_frame"], {}, bench["stages_ms"], bench["windows_per_frame"])
+    changes = EarlierFigures.load(bench["folder"] / "bench.json").as_json(figures)
+    assert {"detector net / cv2 BGR to Luv", f"{PRIOR} / Luv", f"stage {SECOND_LOOK} / Luv"} < set(changes)
+    assert all(change["ratio"] == pytest.approx(1.0) for change in changes.values())
+    twice = Figures(
+        "",
+        {**bench["ms_per_frame"], PRIOR: [2 * ms for ms in bench["ms_per_frame"][PRIOR]]},
+        {},
+        {},
+        bench["windows_per_frame"],
+    )
+    changes = EarlierFigures.load(bench["folder"] / "bench.json").as_json(twice)
+    assert changes[f"{PRIOR} / Luv"]["ratio"] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"ratios": {}}', '{"ms_per_frame": {"cv2 BGR to Luv": []}}'])
+def test_bench_refuses_another_files_figures(
+    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "old.json").write_text(text)
+    assert main(["bench", "--against", str(tmp_path / "old.json")]) == 2
+    told = capsys.readouterr()
+    assert "old.json: not the figures of a benchmark" in " ".join(told.err.split())
+    assert told.out == ""
+    assert main(["bench", "--against", str(tmp_path / "none.json")]) == 2
+    assert "none.json: cannot be read" in " ".join(capsys.readouterr().err.split())
 
 
 def test_bench_refuses_no_rounds(capsys: pytest.CaptureFixture[str]) -> None:

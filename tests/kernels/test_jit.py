@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from numba.core import caching
 
-from fcw.kernels.jit import kernel, private_temporary_folder
+from fcw.kernels.jit import in_whole_registers, kernel, private_temporary_folder
 
 ROOT = Path(__file__).parents[2]
 SOURCE = """
@@ -118,3 +118,11 @@ def test_a_folder_that_others_can_write_to_is_not_trusted(
     folder.unlink()
     folder.write_text("a file")
     assert private_temporary_folder() is None
+
+
+def test_only_processors_with_wide_registers_are_told_to_use_them():
+    assert in_whole_registers("+avx2,+fma,-avx512f") is None
+    assert in_whole_registers("") is None
+    told = in_whole_registers("+avx2,+avx512f,+fma")
+    assert told is not None
+    assert told.split(",")[-1] == "-prefer-256-bit"

@@ -79,8 +79,8 @@ def read_layers(file: bytes) -> Layers:
             if node.operation in ("Conv", "Gemm")
         ]
         convolutions = tuple(
-            Convolution(*parts, _stride(node, parts[0]))
-            for node, parts in zip(nodes[: 2 * count : 2], weights, strict=False)
+            Convolution(kernels, biases, _stride(node, kernels))
+            for node, (kernels, biases) in zip(nodes[: 2 * count : 2], weights, strict=False)
         )
         layers = Layers(convolutions, *weights[-2], *weights[-1])
     except (KeyError, TypeError) as error:

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.kernels.jit import kernel
+from fcw.detection.channels.halving import halve_rows
+from fcw.kernels.jit import kernel, rows_of_bytes
 
 WINDOW_UNITS = 64.0
 VEHICLE_UNITS = 40.0
@@ -23,9 +24,7 @@ class Pyramid:
     def __init__(self, picture: NDArray[np.uint8]) -> None:
         levels = [np.ascontiguousarray(picture)]
         for _ in range(LEVELS - 1):
-            height, width = levels[-1].shape[:2]
-            size = max(1, -(-width // 2)), max(1, -(-height // 2))
-            levels.append(np.asarray(cv2.resize(levels[-1], size, interpolation=cv2.INTER_AREA), np.uint8))
+            levels.append(_half(levels[-1]))
         self._levels = tuple(levels)
 
     def windows(
@@ -50,6 +49,17 @@ class Pyramid:
         cut = np.empty((len(placements), side_px, side_px, 3), np.uint8)
         _cut(self._levels, np.ascontiguousarray(np.column_stack([lefts, tops, sides])), cut)
         return cut
+
+
+def _half(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """A picture of half the size, rounded up: of even ones, what OpenCV makes in twice the time."""
+    height, width = picture.shape[:2]
+    if height % 2 or width % 2:
+        size = -(-width // 2), -(-height // 2)
+        return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    half = np.empty((height // 2, width // 2, 3), np.uint8)
+    halve_rows(rows_of_bytes(picture), 0, np.empty(3 * width, np.uint16), half.reshape(len(half), -1))
+    return half
 
 
 @kernel()

@@ -7,10 +7,11 @@ scatter says how well the scale is known.
 
 import math
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fcw.kernels.jit import kernel
 
 FEWEST_POINTS = 6
 
@@ -44,41 +45,69 @@ def fit_growth(before: Points, after: Points, tolerance_px: float) -> Growth | N
     """
     if len(before) < FEWEST_POINTS:
         return None
-    first, second = _pairs(len(before))
-    apart = np.abs(before[first] - before[second])
-    scales = np.abs(after[first] - after[second]) / np.maximum(apart, 1e-9)
-    shifts = (after[first] + after[second] - scales * (before[first] + before[second])) / 2
-    off = np.abs(after - scales[:, None] * before - shifts[:, None])
-    # Less the sum of what is off, up to the tolerance: among pairs with as many points the closer one wins.
-    best = np.minimum(off, tolerance_px).sum(axis=1).argmin()
-    agrees = off[best] <= tolerance_px
-    rough = _least_squares(before[agrees], after[agrees])
-    if rough is None:
-        return None
-    agrees = np.abs(after - rough.scale * before - rough.shift) <= tolerance_px
-    return _least_squares(before[agrees], after[agrees])
-
-
-def _least_squares(before: Points, after: Points) -> Growth | None:
-    count = len(before)
-    if count < FEWEST_POINTS:
-        return None
-    middle, middle_after = before.sum() / count, after.sum() / count
-    arms, moved = before - middle, after - middle_after
-    spread = float(np.vdot(arms, arms).real)
-    scale = float(np.vdot(arms, moved).real) / spread if spread > 0 else 0.0
+    scale, shift = _of_most_pairs(before, after, tolerance_px)
+    _, scale, shift, _, _ = _least_squares(before, after, tolerance_px, scale, shift)
     if scale <= 0:
         return None
-    left = moved - scale * arms
-    sigma_px = math.sqrt(float(np.vdot(left, left).real) / (2 * count - 3))
-    shift = complex(middle_after - scale * middle)
-    return Growth(scale, shift, sigma_px / math.sqrt(spread) / scale, count)
+    count, scale, shift, left, spread = _least_squares(before, after, tolerance_px, scale, shift)
+    if scale <= 0:
+        return None
+    log_scale_sigma = math.sqrt(left / (2 * count - 3)) / math.sqrt(spread) / scale
+    return Growth(scale, shift, log_scale_sigma, count)
 
 
-@cache
-def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Indices of the points that are paired, every one with three others."""
-    strides = [count // 2, count // 3, 1]
-    first = np.tile(np.arange(count), len(strides))
-    second = (first + np.repeat(strides, count)) % count
-    return first, second
+@kernel()
+def _of_most_pairs(before: Points, after: Points, tolerance_px: float) -> tuple[float, complex]:
+    """The scale and shift of the pair that most points agree with; every point is paired with three others.
+
+    By the sum of what is off, up to the tolerance: among pairs with as many points the closer one wins.
+    """
+    count = len(before)
+    least, best_scale, best_shift = np.inf, 1.0, 0j
+    for stride in (count // 2, count // 3, 1):
+        for first in range(count):
+            second = (first + stride) % count
+            apart = abs(before[first] - before[second])
+            scale = abs(after[first] - after[second]) / max(apart, 1e-9)
+            shift = (after[first] + after[second] - scale * (before[first] + before[second])) / 2
+            total = 0.0
+            for i in range(count):
+                off = after[i] - scale * before[i] - shift
+                total += min(math.sqrt(off.real * off.real + off.imag * off.imag), tolerance_px)
+            if total < least:
+                least, best_scale, best_shift = total, scale, shift
+    return best_scale, best_shift
+
+
+@kernel()
+def _least_squares(
+    before: Points, after: Points, tolerance_px: float, scale: float, shift: complex
+) -> tuple[int, float, complex, float, float]:
+    """The best scale and shift of the points that agree with these: how many they are, both, and two sums.
+
+    The sums are of the squares of what is left between them, and of their distances from their middle. The
+    scale is 0 where it cannot be told.
+    """
+    agree = np.empty(len(before), np.bool_)
+    count, middle, middle_after = 0, 0j, 0j
+    for i in range(len(before)):
+        agree[i] = abs(after[i] - scale * before[i] - shift) <= tolerance_px
+        if agree[i]:
+            count, middle, middle_after = count + 1, middle + before[i], middle_after + after[i]
+    if count < FEWEST_POINTS:
+        return count, 0.0, 0j, 0.0, 0.0
+    middle, middle_after = middle / count, middle_after / count
+    spread = along = 0.0
+    for i in range(len(before)):
+        if agree[i]:
+            arm, moved = before[i] - middle, after[i] - middle_after
+            spread += arm.real * arm.real + arm.imag * arm.imag
+            along += arm.real * moved.real + arm.imag * moved.imag
+    if spread <= 0.0 or along <= 0.0:
+        return count, 0.0, 0j, 0.0, 0.0
+    scale, left = along / spread, 0.0
+    for i in range(len(before)):
+        if agree[i]:
+            off = after[i] - middle_after - scale * (before[i] - middle)
+            left += off.real * off.real + off.imag * off.imag
+    return count, scale, middle_after - scale * middle, left, spread

@@ -7,6 +7,7 @@ are lost (Kalal, Mikolajczyk & Matas 2010, "Forward-backward error: automatic de
 failures").
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,9 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
-from fcw.tracking.picture.growth import Growth, Points, fit_growth
+from fcw.kernels.inner import inner_kernel
+from fcw.kernels.jit import kernel, rows_of_bytes
+from fcw.tracking.picture.growth import Growth, fit_growth
 
 Picture = NDArray[np.uint8]
+_1, _2 = np.uint64(1), np.uint64(2)
+"""Unsigned: signed indices are checked for being negative."""
 Region = tuple[int, int, int, int]
 """Left, top, right and bottom in a patch's pixels."""
 
@@ -154,17 +159,16 @@ def find_patch(image: Picture, patch: Patch, expected: Pose) -> Found | None:
         return None
     there, seen = _flow(patch.grey, grey, patch.points)
     back, returned = _flow(grey, patch.grey, there)
-    before, after = _complex(patch.points), _complex(there)
     margin_px = WINDOW_PX / 4
-    in_picture = (
-        (after.real > margin_px - expected.x / expected.zoom)
-        & (after.real < (width - 1 - expected.x) / expected.zoom - margin_px)
-        & (after.imag > margin_px - expected.y / expected.zoom)
-        & (after.imag < (height - 1 - expected.y) / expected.zoom - margin_px)
+    bounds = (
+        margin_px - expected.x / expected.zoom,
+        (width - 1 - expected.x) / expected.zoom - margin_px,
+        margin_px - expected.y / expected.zoom,
+        (height - 1 - expected.y) / expected.zoom - margin_px,
     )
-    returns = np.abs(_complex(back) - before) <= RETURN_PX
-    good = in_picture & returns & seen & returned
-    growth = fit_growth(before[good], after[good], AGREE_PX)
+    pairs = np.empty((2, len(patch.points)), np.complex128)
+    in_picture, good = _came_back(patch.points, there, back, seen, returned, bounds, pairs)
+    growth = fit_growth(pairs[0, :good], pairs[1, :good], AGREE_PX)
     if growth is None:
         return None
     pose = Pose(
@@ -172,7 +176,7 @@ def find_patch(image: Picture, patch: Patch, expected: Pose) -> Found | None:
         expected.y + expected.zoom * growth.shift.imag,
         expected.zoom * growth.scale,
     )
-    return Found(pose, growth, growth.agree / max(int(in_picture.sum()), 1))
+    return Found(pose, growth, growth.agree / max(in_picture, 1))
 
 
 def search_patch(image: Picture, patch: Patch, expected: Pose) -> Pose | None:
@@ -218,7 +222,7 @@ def likeness(image: Picture, patch: Patch, pose: Pose) -> float | None:
 
 def _flow(
     before: Picture, after: Picture, points: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
     """Where points of one patch are in the other, (N, 1, 2), and which of them are found."""
     moved, status, _ = cv2.calcOpticalFlowPyrLK(
         before,
@@ -229,12 +233,37 @@ def _flow(
         maxLevel=LEVELS,
         criteria=CRITERIA,
     )
-    return np.asarray(moved, np.float32), np.asarray(status, bool)[:, 0]
+    return np.asarray(moved, np.float32), np.asarray(status, np.uint8)
 
 
-def _complex(points: NDArray[np.float32]) -> Points:
-    """(N, 1, 2) as (N,) numbers x + iy."""
-    return points.astype(np.float64).view(np.complex128)[:, 0, 0]
+@kernel()
+def _came_back(
+    points: NDArray[np.float32],
+    there: NDArray[np.float32],
+    back: NDArray[np.float32],
+    seen: NDArray[np.uint8],
+    returned: NDArray[np.uint8],
+    bounds: tuple[float, float, float, float],
+    pairs: NDArray[np.complex128],
+) -> tuple[int, int]:
+    """Points that were followed there and back, (N, 1, 2) each, into the rows of `pairs`: before, after.
+
+    Returns:
+        How many points are inside the bounds (left, right, top, bottom), and how many of them came back.
+    """
+    left, right, top, bottom = bounds
+    inside = good = 0
+    for i in range(len(points)):
+        x, y = np.float64(there[i, 0, 0]), np.float64(there[i, 0, 1])
+        if not (left < x < right and top < y < bottom):
+            continue
+        inside += 1
+        off = math.hypot(back[i, 0, 0] - points[i, 0, 0], back[i, 0, 1] - points[i, 0, 1])
+        if seen[i, 0] and returned[i, 0] and off <= RETURN_PX:
+            pairs[0, good] = points[i, 0, 0] + 1j * points[i, 0, 1]
+            pairs[1, good] = x + 1j * y
+            good += 1
+    return inside, good
 
 
 def _in_picture(image: Picture, box: Box) -> Box:
@@ -261,24 +290,65 @@ def _sample(
 ) -> Picture | None:
     """The picture at a pose, grey, with mean and contrast of its inside normalised; None without contrast."""
     width, height = size
-    fine = 2 if pose.zoom > FINE_ZOOM else 1
-    step, offset = pose.zoom / fine, (pose.zoom / 4 if fine == 2 else 0.0)
-    grey = cv2.cvtColor(
-        cv2.warpAffine(
-            image,
-            np.array([[step, 0.0, pose.x - offset], [0.0, step, pose.y - offset]]),
-            (width * fine, height * fine),
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            borderMode=cv2.BORDER_REPLICATE,
-        ),
-        cv2.COLOR_BGR2GRAY,
+    grey = np.empty((height, width), np.uint8)
+    return (
+        grey
+        if _sampled(rows_of_bytes(image), pose, inside, np.empty((height, width), np.float32), grey)
+        else None
     )
-    if fine == 2:
-        grey = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
+
+
+@kernel()
+def _sampled(image: Picture, pose: Pose, inside: Region, values: NDArray[np.float32], grey: Picture) -> bool:
+    """Fill a patch from a (height, 3 * width) BGR picture; False where the inside has no contrast.
+
+    Beyond the picture its edges are repeated.
+    """
+    last_row, last_column = image.shape[0] - 1.0, image.shape[1] / 3 - 1.0
+    height, width = grey.shape
+    samples = 2 if pose.zoom > FINE_ZOOM else 1
+    # By column: the elements of a row that are mixed, and how much of the right one.
+    lefts, besides = np.empty(width * samples, np.uint64), np.empty(width * samples, np.uint64)
+    rights = np.empty(width * samples, np.float32)
+    for i in range(width * samples):
+        x = pose.x + pose.zoom * (i if samples == 1 else i / 2 - 0.25)
+        x = min(max(x, 0.0), last_column)
+        lefts[i], rights[i] = 3 * int(x), x - int(x)
+        besides[i] = 3 * int(min(int(x) + 1.0, last_column))
+    values[:] = np.float32(0)
+    for sample in range(height * samples):
+        y = pose.y + pose.zoom * (sample if samples == 1 else sample / 2 - 0.25)
+        y = min(max(y, 0.0), last_row)
+        above, below, down = np.uint64(y), np.uint64(min(int(y) + 1.0, last_row)), np.float32(y - int(y))
+        row = sample // samples
+        for i in range(width * samples):
+            left, beside, right = lefts[i], besides[i], rights[i]
+            here, there = _grey(image, above, left), _grey(image, above, beside)
+            here_below, there_below = _grey(image, below, left), _grey(image, below, beside)
+            upper, lower = here + right * (there - here), here_below + right * (there_below - here_below)
+            values[row, i // samples] += upper + down * (lower - upper)
     left, top, right, bottom = inside
-    mean, deviation = cv2.meanStdDev(grey[top:bottom, left:right])
-    if deviation[0, 0] < LEAST_CONTRAST:
-        return None
-    gain = CONTRAST / float(deviation[0, 0])
-    grey = cv2.addWeighted(grey, gain, grey, 0.0, MIDDLE_GREY - gain * float(mean[0, 0]))
-    return np.asarray(grey, np.uint8)
+    total = squares = 0.0
+    for row in range(top, bottom):
+        for column in range(left, right):
+            value = np.float64(values[row, column])
+            total += value
+            squares += value * value
+    count, each = (right - left) * (bottom - top), samples * samples
+    mean = total / count
+    deviation = math.sqrt(max(squares / count - mean * mean, 0.0))
+    if deviation < LEAST_CONTRAST * each:
+        return False
+    gain = CONTRAST / deviation
+    for row in range(height):
+        for column in range(width):
+            value = MIDDLE_GREY + gain * (values[row, column] - mean)
+            grey[row, column] = np.uint8(min(max(value, 0.0), 255.0) + 0.5)
+    return True
+
+
+@inner_kernel()
+def _grey(image: Picture, row: np.uint64, first: np.uint64) -> np.float32:
+    """Of a pixel, by ITU-R BT.601; `first` is its blue value."""
+    blue, green, red = image[row, first], image[row, first + _1], image[row, first + _2]
+    return np.float32(0.114) * blue + np.float32(0.587) * green + np.float32(0.299) * red

@@ -1,5 +1,6 @@
 """What the net is shown, and how its offsets become boxes."""
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -54,3 +55,13 @@ def test_a_window_on_a_box_expects_a_vehicle_of_its_size_and_place(x, y, w, h):
     (placement,) = placements_on(np.array([[x, y, w, h]]))
     (box,) = boxes_of(placement[None], np.log([[1.0, 1.0, w / placement[2], h / placement[2]]]))
     assert box.tolist() == pytest.approx([x, y, w, h], abs=1e-9)
+
+
+@pytest.mark.parametrize("size", [(48, 64), (90, 160), (2, 2)])
+def test_far_windows_are_cut_from_halves_that_opencv_would_make(size):
+    picture = np.random.default_rng(0).integers(0, 256, (*size, 3)).astype(np.uint8)
+    half = cv2.resize(picture, (size[1] // 2, size[0] // 2), interpolation=cv2.INTER_AREA)
+    # Twice as many pixels a window as it is large: cut from the half, without a step between its pixels.
+    placements = np.array([[size[1] / 2 - 0.5, size[0] / 2 - 0.5, 2.0 * 24 * 40 / 64]])
+    expected = Pyramid(np.asarray(half, np.uint8)).windows(placements / 2 - [[0.25, 0.25, 0]], 24)
+    assert np.abs(Pyramid(picture).windows(placements, 24).astype(int) - expected).max() <= 1
