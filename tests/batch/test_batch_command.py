@@ -158,49 +158,32 @@ def test_a_scheduler_started_by_hand_gives_the_same_table(drives, tmp_path):
     assert batch(drives, "--out", tmp_path / "own", "--workers", 1)[0] == 0
     assert pq.read_table(tmp_path / "own" / "events.parquet").num_rows > 0
     address_file = tmp_path / "scheduler.json"
-    shell = [sys.executable, "-m", "dask"]
-    scheduler = subprocess.Popen(
-        [
-            *shell,
-            "scheduler",
-            "--host",
-            "127.0.0.1",
-            "--port",
-            "0",
-            "--no-dashboard",
-            "--scheduler-file",
-            str(address_file),
-        ],
-        stderr=subprocess.DEVNULL,
-    )
-    worker = subprocess.Popen(
-        [
-            *shell,
-            "worker",
-            "--scheduler-file",
-            str(address_file),
-            "--host",
-            "127.0.0.1",
-            "--nthreads",
-            "1",
-            "--no-dashboard",
-            "--local-directory",
-            str(tmp_path / "scratch"),
-        ],
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        while not address_file.exists():
+    here = ("--host", "127.0.0.1", "--no-dashboard")
+    with contextlib.ExitStack() as ended:
+        scheduler = start_dask(ended, "scheduler", *here, "--port", "0", "--scheduler-file", address_file)
+        while not (address := address_in(address_file)):
             assert scheduler.poll() is None
             time.sleep(0.1)
-        address = json.loads(address_file.read_text())["address"]
+        scratch = ("--local-directory", tmp_path / "scratch")
+        start_dask(ended, "worker", address, *here, "--nthreads", "1", *scratch)
         assert batch(drives, "--out", tmp_path / "theirs", "--scheduler", address)[0] == 0
-    finally:
-        for process in (worker, scheduler):
-            process.terminate()
-            process.wait()
     for table in ("events.parquet", "drives.parquet"):
         assert (tmp_path / "own" / table).read_bytes() == (tmp_path / "theirs" / table).read_bytes()
+
+
+def start_dask(ended: contextlib.ExitStack, *arguments: object) -> "subprocess.Popen[bytes]":
+    """A program of Dask's, until the end."""
+    command = [sys.executable, "-m", "dask", *map(str, arguments)]
+    process = ended.enter_context(subprocess.Popen(command, stderr=subprocess.DEVNULL))
+    ended.callback(process.terminate)
+    return process
+
+
+def address_in(file: Path) -> str:
+    """The scheduler's; nothing before its file is whole."""
+    with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
+        return json.loads(file.read_text())["address"]
+    return ""
 
 
 def test_what_cannot_be_is_refused(tmp_path, capsys):
