@@ -16,7 +16,7 @@ from pathlib import Path
 import duckdb
 import pyarrow.parquet as pq
 import pytest
-from demo_cut import cut_demo
+from running.demo_cut import cut_demo
 
 from fcw.annotation.records import EventReference, Judgement, Verdict
 from fcw.annotation.store import ReviewStore

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from browser_page import PATIENCE_S
 from calibrate_helpers import DEMO_DRIVE, FIRST_PORT
-from programs import serve_page
 from review_drives import QUIET_S, write_drive
 from review_helpers import OpenPage, Reviewer, WaitFor
+from running.programs import serve_page
 
 PORTS = {"review": FIRST_PORT + 90, "calibrate": FIRST_PORT + 91}
 """Nobody else's, for a page must come back where it was."""

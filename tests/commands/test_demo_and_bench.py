@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import av
 import numpy as np
 import pytest
-from demo_cut import cut_demo
-from tiny_nets import write_net
+from running.demo_cut import cut_demo
+from running.tiny_nets import write_net
 
 from fcw.camera.file import read_calibration
 from fcw.errors import UserError

@@ -14,7 +14,7 @@ from urllib.parse import unquote
 
 import cv2
 import pytest
-from programs import start_program
+from running.programs import start_program
 from strangers.bare_client import get
 
 from fcw.sources import open_source

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
-from programs import start_program
-from tiny_nets import write_quick_net
+from running.programs import start_program
+from running.tiny_nets import write_quick_net
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.file import write_calibration

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from programs import start_program
+from running.programs import start_program
 
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures

@@ -16,7 +16,7 @@ from calibrate_helpers import (
     WaitFor,
     copy_of_demo_drive,
 )
-from programs import serve_page
+from running.programs import serve_page
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.document.resume import begin

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from browser_page import PATIENCE_S
 from calibrate_helpers import FIRST_PORT
-from programs import serve_page
 from review_drives import (
     ADVISORY_S,
     BOX,
@@ -24,6 +23,7 @@ from review_drives import (
     write_drive,
 )
 from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
+from running.programs import serve_page
 
 from fcw.annotation.records import Judgement, LabelledBox, Note, Reason, VehicleKind
 from fcw.annotation.review import Review as Words

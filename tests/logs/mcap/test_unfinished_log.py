@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from mcap.writer import Writer
-from tiny_nets import write_quick_net
+from running.tiny_nets import write_quick_net
 
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import av
 
-DEMO = Path(__file__).parents[2] / "recordings" / "demo"
+DEMO = Path(__file__).parents[3] / "recordings" / "demo"
 FRAMES_PER_SECOND = 30
 
 
