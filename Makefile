@@ -6,6 +6,7 @@ BIN := $(VENV)/bin
 ARGS ?=
 
 # Two workers; each keeps to its half of the files while it can, so that what a file's tests share is made once.
+# While one waits for a browser the other one works.
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 KERNELS := fcw/kernels/__pycache__/.compiled
 
@@ -23,16 +24,15 @@ check: $(VENV)/.dev-installed $(KERNELS)
 
 test: $(VENV)/.dev-installed $(KERNELS) chromium
 	@$(MAKE) --no-print-directory --jobs 2 lint whole
-	@$(MAKE) --no-print-directory browser
 
 unit: $(VENV)/.dev-installed $(KERNELS)
 	$(PYTEST) -m "not slow and not browser" --hypothesis-profile quick $(ARGS)
 
 whole: $(VENV)/.dev-installed $(KERNELS)
-	$(PYTEST) -m "not browser" $(ARGS)
+	$(PYTEST) $(ARGS)
 
 browser: $(VENV)/.dev-installed $(KERNELS)
-	$(BIN)/pytest -m browser $(ARGS)  # a browser without a graphics card needs both cores
+	$(BIN)/pytest -m browser $(ARGS)
 
 # Kept beside the sources, and used by all processes until a source of theirs changes.
 $(KERNELS): $(shell find fcw/kernels fcw/detection fcw/simulation -name '*.py') | $(VENV)/.dev-installed

@@ -16,8 +16,11 @@ from fcw.simulation.truth.file import read_truth
 from fcw.simulation.world.scenario import load_scenario
 
 out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("simulated")
-scenario = replace(load_scenario("braking"), duration_s=9.0)  # a frozen dataclass: change what you like
-write_drive(scenario, out)
+scenario = load_scenario("braking")  # of frozen dataclasses: change what you like
+(lead,) = scenario.vehicles
+(brakes,) = lead.actions
+lead = replace(lead, actions=(replace(brakes, at_s=1.5),))
+write_drive(replace(scenario, vehicles=(lead,), duration_s=5.5), out)
 fcw.run_drive(fcw.DriveJob(out / "drive.mp4", out / "run", ego_speed=str(out / "drive.speed.csv")))
 comparison = compare_with_truth(list(fcw.read_drive(out / "run").results()), read_truth(out / "truth.csv"))
 print(f"{comparison.detection_rate:.0%} of {comparison.vehicles} vehicles found")

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from demo_cut import cut_demo
+from running.demo_cut import cut_demo
 
 from fcw.sources import open_source
 

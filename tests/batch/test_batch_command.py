@@ -59,14 +59,21 @@ def scheduler(tmp_path_factory) -> Iterator[str]:
         subprocess.Popen([*dask, "worker", *of_workers, *common], stderr=subprocess.DEVNULL),
     ]
     try:
-        while not address_file.exists():
+        while not (address := address_in(address_file)):
             assert processes[0].poll() is None
             time.sleep(0.1)
-        yield json.loads(address_file.read_text())["address"]
+        yield address
     finally:
         for process in reversed(processes):
             process.terminate()
             process.wait()
+
+
+def address_in(file: Path) -> str:
+    """The scheduler's; nothing before its file is whole."""
+    with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
+        return json.loads(file.read_text())["address"]
+    return ""
 
 
 def batch(*arguments: object) -> tuple[int, dict[str, dict[str, object]]]:

@@ -3,8 +3,6 @@
 import os
 import shutil
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,26 +10,12 @@ from browser_page import PATIENCE_S
 from calibrate_helpers import DEMO_DRIVE, FIRST_PORT
 from review_drives import QUIET_S, write_drive
 from review_helpers import OpenPage, Reviewer, WaitFor
+from running.programs import serve_page
 
-PORT = FIRST_PORT + 80
+PORTS = {"review": FIRST_PORT + 90, "calibrate": FIRST_PORT + 91}
+"""Nobody else's, for a page must come back where it was."""
 TRIES = 12
 """So many seconds, each a try of viser's own, are more than Chromium answers at once."""
-
-
-def start(command: str, source: Path) -> tuple["subprocess.Popen[str]", str]:
-    """A page's program and its address."""
-    arguments = [command, str(source), "--no-open", "--port", str(PORT)]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "fcw_viz.cli", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    for line in process.stdout:
-        if "http://" in line:
-            return process, line[line.index("http://") :].split()[0]
-    raise AssertionError(f"no address: {process.communicate()[1]}")
 
 
 @pytest.mark.slow
@@ -43,7 +27,7 @@ def test_a_page_whose_program_is_gone_says_so_and_returns_with_it(
         source = write_drive(tmp_path / "drive.mcap", QUIET_S)
     else:
         source = Path(shutil.copy(DEMO_DRIVE, tmp_path))
-    process, url = start(command, source)
+    process, url = serve_page(command, source, "--no-open", "--port", PORTS[command])
     person = Reviewer(open_page(url))
     person.browser.page.evaluate("window.isOld = true")
     os.kill(process.pid, end)
@@ -53,7 +37,7 @@ def test_a_page_whose_program_is_gone_says_so_and_returns_with_it(
     person.browser.page.wait_for_timeout(TRIES * 1000)
     assert ended in person.words(".fcw-gone")
 
-    process, again = start(command, source)
+    process, again = serve_page(command, source, "--no-open", "--port", PORTS[command])
     try:
         assert again == url
         person.browser.page.wait_for_function("!window.isOld")

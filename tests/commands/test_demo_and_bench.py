@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import av
 import numpy as np
 import pytest
-from demo_cut import cut_demo
-from tiny_nets import write_net
+from running.demo_cut import cut_demo
+from running.tiny_nets import write_net
 
 from fcw.camera.file import read_calibration
 from fcw.errors import UserError
@@ -176,10 +176,10 @@ def test_the_shipped_drive_is_what_its_scenario_says() -> None:
 def bench(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """The figures of `fcw bench` on a short drive with a net beside the own detectors, and the report."""
     folder = tmp_path_factory.mktemp("bench")
-    drive = cut_demo(folder, 30, 1)
+    drive = cut_demo(folder, 30, 0.5)
     net = write_net(folder / "tiny.onnx", np.zeros((1, 300, 6), np.float32), (192, 320))
     arguments = ["bench", str(drive), "--rounds", "2", "--detector-frames", "2", "--json"]
-    arguments += ["--shortest", "2"]
+    arguments += ["--shortest", "1"]
     with contextlib.redirect_stdout(io.StringIO()) as told:
         assert main([*arguments, "--onnx", str(net), "--report", str(folder / "report")]) == 0
     return json.loads(told.getvalue()) | {"folder": folder / "report"}

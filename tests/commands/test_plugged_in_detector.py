@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tiny_nets import write_net
+from running.tiny_nets import write_net
 
 from fcw.camera.file import read_calibration
 from fcw.detection.choice import load_model

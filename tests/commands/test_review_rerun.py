@@ -14,6 +14,7 @@ from urllib.parse import unquote
 
 import cv2
 import pytest
+from running.programs import start_program
 from strangers.bare_client import get
 
 from fcw.sources import open_source
@@ -42,14 +43,8 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def start(path: Path, *more: str) -> subprocess.Popen[str]:
     environment = {name: value for name, value in os.environ.items() if "DISPLAY" not in name}
-    return subprocess.Popen(
-        [sys.executable, "-m", "fcw_viz.cli", "review", str(path), "--rerun", "--no-open", *more],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        env=environment | {"PYTHONUNBUFFERED": "1"},
-    )
+    environment["PYTHONUNBUFFERED"] = "1"
+    return start_program("review", path, "--rerun", "--no-open", *more, env=environment)
 
 
 def address(process: subprocess.Popen[str]) -> tuple[str, int]:

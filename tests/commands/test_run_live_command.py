@@ -3,13 +3,13 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 import urllib.request
 from pathlib import Path
 
 import numpy as np
 import pytest
+from running.programs import start_program
 
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
@@ -17,18 +17,12 @@ from fcw.sources import open_source
 from fcw_viz.cli import main
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
-PATIENCE_S = 120
+PATIENCE_S = 600  # on a busy machine
 
 
 def started(*arguments: str) -> subprocess.Popen[str]:
-    """`fcw run --live`, in a session of its own: a signal must reach it alone."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "fcw_viz.cli", "run", *arguments, "--live", "--no-open", "--port", "8480"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    """`fcw run --live`."""
+    return start_program("run", *arguments, "--live", "--no-open", "--port", "8480")
 
 
 def address(process: subprocess.Popen[str]) -> str:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import zstandard
 from mcap_files import foxglove_images, foxglove_raw_images
-from tiny_nets import write_net
+from running.tiny_nets import write_net
 
 from fcw.annotation.summary import summarise
 from fcw.camera.file import read_calibration

@@ -4,7 +4,6 @@ import os
 import random
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 from browser_page import PATIENCE_S
@@ -17,6 +16,7 @@ from calibrate_helpers import (
     WaitFor,
     copy_of_demo_drive,
 )
+from running.programs import serve_page
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.document.resume import begin
@@ -82,18 +82,7 @@ def test_fifty_clicks_drags_and_undos_from_two_tabs_are_what_the_journal_replays
 
 def start(source: Path, *options: str) -> tuple["subprocess.Popen[str]", str]:
     """The program by itself; its process and the page's address."""
-    command = [sys.executable, "-m", "fcw_viz.cli", "calibrate", str(source), "--no-open"]
-    process = subprocess.Popen(
-        [*command, "--port", str(FIRST_PORT + 50), *options],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    for line in process.stdout:
-        if "http://" in line:
-            return process, line[line.index("http://") :].split()[0]
-    raise AssertionError(f"no address: {process.communicate()[1]}")
+    return serve_page("calibrate", source, "--no-open", "--port", FIRST_PORT + 50, *options)
 
 
 def test_a_killed_server_comes_back_with_every_point(tmp_path: Path, open_page: OpenPage, wait_for: WaitFor):

@@ -4,7 +4,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from review_drives import (
     write_drive,
 )
 from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
+from running.programs import serve_page
 
 from fcw.annotation.records import Judgement, LabelledBox, Note, Reason, VehicleKind
 from fcw.annotation.review import Review as Words
@@ -321,15 +321,7 @@ def node_is_there(person: Reviewer, name: str) -> bool:
 
 def start(log: Path) -> tuple["subprocess.Popen[str]", str]:
     """The program by itself; its process and the page's address."""
-    command = [sys.executable, "-m", "fcw_viz.cli", "review", str(log), "--no-open", "--reviewer", "bert"]
-    process = subprocess.Popen(
-        [*command, "--port", str(FIRST_PORT + 60)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    for line in process.stdout:
-        if "http://" in line:
-            return process, line[line.index("http://") :].split()[0]
-    raise AssertionError(f"no address: {process.communicate()[1]}")
+    return serve_page("review", log, "--no-open", "--reviewer", "bert", "--port", FIRST_PORT + 60)
 
 
 def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: OpenPage, wait_for: WaitFor):

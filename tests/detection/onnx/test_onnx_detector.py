@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from onnx import TensorProto
-from tiny_nets import write_net
+from running.tiny_nets import write_net
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration

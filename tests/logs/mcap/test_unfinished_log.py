@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from mcap.writer import Writer
+from running.tiny_nets import write_quick_net
 
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
@@ -73,7 +74,7 @@ def test_a_killed_run_loses_half_a_second_at_most_and_is_made_whole(tmp_path, li
             TELLING_RUN,
             "run",
             "--detector",
-            "acf",
+            f"onnx:{write_quick_net(tmp_path / 'quick.onnx')}",
             str(root / "recordings/demo/drive.mp4"),
             "--out",
             tmp_path,

@@ -4,17 +4,17 @@ from pathlib import Path
 
 import av
 
-DEMO = Path(__file__).parents[2] / "recordings" / "demo"
+DEMO = Path(__file__).parents[3] / "recordings" / "demo"
 FRAMES_PER_SECOND = 30
 
 
-def cut_demo(folder: Path, first_s: int, seconds: int, name: str = "drive") -> Path:
+def cut_demo(folder: Path, first_s: int, seconds: float, name: str = "drive") -> Path:
     """These seconds of it as a video of its own, with its calibration and its own speed beside it.
 
     The packets stay as they are: no frame leans on a later one, and each second begins with a keyframe.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    first, count = first_s * FRAMES_PER_SECOND, seconds * FRAMES_PER_SECOND
+    first, count = first_s * FRAMES_PER_SECOND, round(seconds * FRAMES_PER_SECOND)
     video = folder / f"{name}.mp4"
     with av.open(str(DEMO / "drive.mp4")) as whole, av.open(str(video), "w") as part:
         stream = whole.streams.video[0]
