@@ -1,12 +1,15 @@
 """How windows are shown to the nets, and which are looked at twice."""
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.detection.boxes.overlap import intersection_over_union
-from fcw.detection.net.looks import LEAST_CONTRAST, PickSettings, normalised, pick
+from fcw.detection.net.looks import FIRST_PX, LEAST_CONTRAST, PickSettings, normalised, pick, runner
+from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 
 
 @given(st.floats(0.4, 1.0), st.floats(0.0, 100.0), st.integers(0, 1000))
@@ -33,6 +36,14 @@ def test_the_nets_are_given_channels_first():
     given_ = normalised(windows)
     assert given_.shape == (1, 3, 24, 24)
     assert np.unravel_index(np.argmax(given_[0]), (3, 24, 24)) == (2, 3, 5)
+
+
+def test_without_onnxruntime_opencv_says_the_same(monkeypatch):
+    network = NetModel.load(SHIPPED_NET_PATH).first
+    windows = np.random.default_rng(0).normal(size=(7, 3, FIRST_PX, FIRST_PX)).astype(np.float32)
+    expected = runner(network)(windows)
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    assert runner(network)(windows).reshape(7, 5) == pytest.approx(expected, abs=1e-4)
 
 
 def test_each_class_of_size_has_places_of_its_own_for_its_best():
