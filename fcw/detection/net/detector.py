@@ -1,5 +1,6 @@
 """The detector: the cascade proposes, two looks decide and place."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,12 +9,13 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.boxes.overlap import intersection_over_union
+from fcw.detection.boxes.plausible import CUT_MARGIN
 from fcw.detection.boxes.suppression import suppress
 from fcw.detection.detector import Detection
 from fcw.detection.net.looks import FIRST_PX, SECOND_PX, Look, PickSettings, pick
 from fcw.detection.net.model import NetModel
 from fcw.detection.net.proposals import ProposalSettings, Proposer
-from fcw.detection.net.windows import Pyramid, placements_on
+from fcw.detection.net.windows import Pyramid
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +25,13 @@ class NetSettings:
     Attributes:
         proposals: which windows are looked at.
         picked: which of them are looked at twice.
-        again_from: logit of the second look from which a window is looked at once more, moved onto the
-            vehicle and mirrored: the mean of both verdicts errs less. On cameras left out it does not matter
-            whether those below are looked at too.
+        mirrored_part: size of a vehicle, as a part of the picture's height, from which the first look looks
+            at its window's mirror image as well.
+        mirrored_from: logit from which the second look does. On cameras left out it does not matter whether
+            those below are looked at too.
+        sizes_m: sqrt(w h) that a vehicle may have where its box stands on the road: motorcycle to bus.
+            On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
+            would lose lorries.
         largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
         near_part: height of a box, as a part of the picture's, from which it is trusted sooner.
         nearest_part: height, likewise, beyond which it is trusted no sooner still: houses are that high too.
@@ -38,7 +44,9 @@ class NetSettings:
 
     proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
     picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
-    again_from: float = 0.0
+    mirrored_part: float = 0.12
+    mirrored_from: float = 0.0
+    sizes_m: tuple[float, float] = (1.0, 4.0)
     largest_overlap: float = 0.5
     near_part: float = 0.1
     nearest_part: float = 0.4
@@ -60,6 +68,10 @@ class NetDetector:
         self, model: NetModel, calibration: Calibration, settings: NetSettings = NetSettings()
     ) -> None:
         self._settings, self._size = settings, calibration.image_size
+        self._height_m, self._horizon_row_px = calibration.camera.height_m, calibration.horizon_row_px
+        self._tolerance_px = calibration.camera.focal_y_px * math.tan(
+            settings.proposals.search.pitch_tolerance_rad
+        )
         self._proposer = Proposer(model.cascade, calibration, settings.proposals)
         self._first, self._second = Look(model.first, FIRST_PX), Look(model.second, SECOND_PX)
         given = settings.score_threshold
@@ -88,29 +100,37 @@ class NetDetector:
             )
         proposed, _ = self._proposer.propose(image)
         pyramid = Pyramid(image)
-        placements = pick(*self._first.at(pyramid, proposed), self._size.height, self._settings.picked)
-        boxes, logits = self._decided(pyramid, placements)
+        settings, height = self._settings, self._size.height
+
+        def near(boxes: NDArray[np.float64], _: NDArray[np.float64]) -> NDArray[np.bool_]:
+            return boxes[:, 2] * boxes[:, 3] >= (settings.mirrored_part * height) ** 2
+
+        placements = pick(*self._first.both_ways(pyramid, proposed, near), height, settings.picked)
+        boxes, logits = self._second.both_ways(
+            pyramid, placements, lambda _, logits: logits >= settings.mirrored_from
+        )
         boxes = self._inside(boxes)
-        settings = self._settings
-        parts = boxes[:, 3] / (settings.near_part * self._size.height)
+        parts = boxes[:, 3] / (settings.near_part * height)
         doublings = np.log2(np.clip(parts, 1.0, settings.nearest_part / settings.near_part))
         scores = logits + settings.near_bonus * doublings
-        sure = (scores >= self._threshold) & np.all(boxes[:, 2:] > 1.0, axis=1)
+        sure = (scores >= self._threshold) & np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
         return tuple(
             Detection(Box(*box), score)
             for box, score in zip(*self._agreed(boxes[sure], scores[sure]), strict=True)
         )
 
-    def _decided(
-        self, pyramid: Pyramid, placements: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(N, 4) boxes and (N,) logits by the second look, and where it may be right, by one more."""
-        boxes, logits = self._second.at(pyramid, placements)
-        again = logits >= self._settings.again_from
-        more_boxes, more_logits = self._second.at(pyramid, placements_on(boxes[again]), mirrored=True)
-        boxes[again] = (boxes[again] + more_boxes) / 2
-        logits[again] = (logits[again] + more_logits) / 2
-        return boxes, logits
+    def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(N,) which are as large as a vehicle, for some pitch of the camera.
+
+        What ends at the picture's bottom may be nearer, and so smaller, than it looks.
+        """
+        low_m, high_m = self._settings.sizes_m
+        bottoms = boxes[:, 1] + boxes[:, 3]
+        sizes = np.sqrt(np.maximum(boxes[:, 2] * boxes[:, 3], 0.0)) * self._height_m
+        rows = bottoms - self._horizon_row_px
+        cut = bottoms >= self._size.height - 1 - CUT_MARGIN * self._size.height
+        small_enough = cut | (sizes <= high_m * (rows + self._tolerance_px))
+        return small_enough & (sizes >= low_m * (rows - self._tolerance_px))
 
     def _inside(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
         """The boxes cut to the picture."""

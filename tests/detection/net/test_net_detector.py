@@ -1,5 +1,7 @@
 """The detector whose last word a net has, with the shipped model."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -9,6 +11,7 @@ import pytest
 from fcw.camera.file import read_calibration
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.choice import load_model, make_detector
+from fcw.detection.detector import Detection
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.looks import SECOND_PX, Look
@@ -98,6 +101,28 @@ def test_a_mirrored_look_says_what_a_look_at_the_mirrored_picture_would(model, p
     assert boxes == pytest.approx(np.column_stack([width - 1 - x - w, y, w, h]), abs=0.5)
 
 
+def test_what_has_another_size_than_vehicles_by_the_calibration_is_none(model, calibration, picture):
+    camera, (low_m, high_m) = calibration.camera, (1.5, 1.8)
+    tolerance_px = camera.focal_y_px * math.tan(ProposalSettings().search.pitch_tolerance_rad)
+
+    def stretch(vehicle: Detection) -> float:
+        """By how much it is too large, or too small, for the pitch that makes it least so."""
+        rows = vehicle.box.bottom - calibration.horizon_row_px
+        size_px = math.sqrt(vehicle.box.w * vehicle.box.h)
+        smallest_m, largest_m = (
+            size_px * camera.height_m / max(rows + by, 1e-9) for by in (tolerance_px, -tolerance_px)
+        )
+        return max(smallest_m / high_m, low_m / largest_m)
+
+    def found(sizes_m: tuple[float, float]) -> list[Detection]:
+        settings = NetSettings(score_threshold=-4.0, sizes_m=sizes_m, agreeing_iou=1.0)
+        seen = NetDetector(model, calibration, settings).detect(picture)
+        return [vehicle for vehicle in seen if vehicle.box.bottom < 0.95 * len(picture)]
+
+    assert max(map(stretch, found((0.0, math.inf)))) > 1.1
+    assert max(map(stretch, found((low_m, high_m)))) <= 1.0 + 1e-9
+
+
 def test_a_higher_threshold_leaves_the_surest(model, calibration, picture):
     every = NetDetector(model, calibration, NetSettings(score_threshold=-4.0)).detect(picture)
     sure = NetDetector(model, calibration, NetSettings(score_threshold=1.0)).detect(picture)
@@ -114,8 +139,6 @@ def test_it_is_had_by_its_name(calibration, picture):
 
 def test_a_calibration_that_sees_no_road_is_refused(model, calibration):
     small = calibration.for_image_size(ImageSize(calibration.image_size.width, calibration.image_size.height))
-    from dataclasses import replace
-
     upward = replace(small, camera=replace(small.camera, pitch_rad=-1.2))
     with pytest.raises(UserError, match="horizon in row"):
         NetDetector(model, upward)
