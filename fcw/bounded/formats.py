@@ -35,8 +35,8 @@ def json_value(text: str) -> Any:  # noqa: ANN401 - JSON has no type
         value = json.loads(text, parse_int=_whole)
     except RecursionError:
         raise MalformedError("nested too deeply") from None
-    except ValueError as error:
-        raise MalformedError(str(error)) from error
+    except ValueError as error:  # Python 3.13 goes deeper before it gives up
+        raise MalformedError("nested too deeply" if _deep(text) else str(error)) from error
     if "\\u" in text or _deep(text):
         _check(value)
     return value

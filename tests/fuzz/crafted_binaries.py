@@ -102,7 +102,7 @@ def _archive(good: bytes) -> list[bytes]:
 
     def saved(**changes: np.ndarray) -> bytes:
         buffer = io.BytesIO()
-        np.savez(buffer, **(arrays | changes))
+        np.savez(buffer, allow_pickle=False, **(arrays | changes))
         return buffer.getvalue()
 
     def zipped(members: dict[str, bytes], way: int = zipfile.ZIP_STORED) -> bytes:
