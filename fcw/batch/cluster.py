@@ -2,6 +2,7 @@
 
 import logging
 import os
+import secrets
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -93,7 +94,8 @@ def run_tasks(
     threads = sum(cast(dict[str, int], client.nthreads()).values())
     if len(tasks) >= ENOUGH_DRIVES * max(threads, 1):
         tasks = [replace(task, piece_s=None) for task in tasks]
-    keys = [f"fcw-{task.identity}" for task in tasks]
+    batch = secrets.token_hex(8)  # another batch of the same drives has another folder
+    keys = [f"fcw-{batch}-{task.identity}" for task in tasks]
     submitted = client.map(work or _on_worker, tasks, key=keys, pure=False)
     futures: dict[Future, Task] = dict(zip(submitted, tasks, strict=True))
     del submitted
