@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fcw.bounded.gpx import gpx_bytes
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import default_path, read_calibration
 from fcw.detection.choice import DEFAULT_DETECTOR, load_model, make_detector, model_path
@@ -31,7 +32,6 @@ from fcw.summary import DriveSummary
 from fcw.tracking.tracker import Tracker
 from fcw.versions import versions
 from fcw.warning.ego_speed import EgoSpeed
-from fcw.warning.gpx import gpx_bytes
 from fcw.warning.policies import DEFAULT_POLICY, DEFAULT_TIMING, make_policy, without_own_speed
 from fcw.warning.types import WarningPolicy
 

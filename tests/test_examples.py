@@ -124,8 +124,8 @@ def test_a_simulated_danger_is_warned_of(examples, tmp_path):
     assert re.fullmatch(r"lead: a warning was due at \S+ s and came at [\d.]+", told[1])
 
 
-def test_the_papers_numbers_stand_beside_those_of_its_equations():
-    told = run("08_the_papers_tables").stdout
+def test_the_papers_numbers_stand_beside_those_of_its_equations(examples):
+    told = run(examples, "08_the_papers_tables").stdout
     assert "ahead of the camera: pitch 1.1036 rad, f 260.9 px, axis at row 733.1" in told  # solved by hand
     assert [float(row) for row in re.findall(r"m taped, (\S+) m by eq. 3", told)] == [5.79, 6.79, 8.86]
     assert len(re.findall(r"row \d+ in the paper, \d+ by eq. 13", told)) == 3

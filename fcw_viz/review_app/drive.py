@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fcw.bounded.gpx import GpxTrack, parse_gpx
 from fcw.errors import UserError
 from fcw.logs.events import DriveEvent, find_events
 from fcw.logs.mcap.following import LogWatch
@@ -16,7 +17,6 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries
-from fcw.warning.gpx import GpxTrack, parse_gpx
 
 NS_PER_S = 1_000_000_000
 FIRST_UTC_NS = 946_684_800 * NS_PER_S

@@ -186,7 +186,7 @@ def test_saving_where_nothing_can_be_written_leaves_nothing(tmp_path):
     with pytest.raises(UserError, match=r"x\.yaml: cannot write .* name a file in a folder that exists"):
         write_calibration(three_point_calibration(), tmp_path / "no folder" / "x.yaml")
     (tmp_path / "folder").mkdir()
-    with pytest.raises(UserError, match="cannot write"):
+    with pytest.raises(UserError, match="this is no file, but a device, a pipe or a folder; name a file"):
         write_calibration(three_point_calibration(), tmp_path / "folder")
     assert [path.name for path in tmp_path.iterdir()] == ["folder"]
 

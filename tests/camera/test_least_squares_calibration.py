@@ -53,8 +53,9 @@ def test_exact_rows_of_many_points_give_the_camera_back(pitch_rad, focal_px, hei
 )
 def test_priors_replace_points(points, priors):
     calibration = calibrate(points, SIZE, 1.3, **({"field_of_view": FIELD_OF_VIEW} | priors))
-    assert calibration.camera.pitch_rad == pytest.approx(0.06, abs=1e-5)
-    assert calibration.camera.focal_y_px == pytest.approx(1000, rel=1e-4)
+    # What is believed of every camera's pitch pulls by a small part of what a click of a pixel leaves open.
+    assert calibration.camera.pitch_rad == pytest.approx(0.06, abs=5e-4)
+    assert calibration.camera.focal_y_px == pytest.approx(1000, rel=1e-3)
     low_m, high_m = calibration.distance_interval(TRUTH.row_at(20.0))
     assert low_m < 20 < high_m < math.inf
 
@@ -87,7 +88,7 @@ def test_prior_pulls_by_its_sigma():
         for sigma in (1e-3, 2.0, 1e3)
     ]
     assert horizons[0] == pytest.approx(believed, abs=1e-3)
-    assert horizons[2] == pytest.approx(TRUTH.horizon_row_px, abs=1e-3)
+    assert horizons[2] == pytest.approx(TRUTH.horizon_row_px, abs=0.02)  # the pull of every camera's pitch
     assert TRUTH.horizon_row_px + 0.1 < horizons[1] < believed - 0.1
 
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.gpx import EARTH_RADIUS_M, GpxTrack
 from fcw.charts.scale import round_values
 from fcw.charts.svg import element, line, picture, words
 from fcw.units import FEET_PER_METRE
-from fcw.warning.gpx import EARTH_RADIUS_M, GpxTrack
 from fcw_viz.page.channel import says
 from fcw_viz.page.style import text_block
 from fcw_viz.review_app.drive import Drive, time_text

@@ -95,7 +95,7 @@ def shown_commands(document: Path) -> list[str]:
 
 def filled(command: str) -> list[str]:
     """A command's arguments with its optional parts, the first of its alternatives, and values for names."""
-    command = re.sub(r"\[([a-z]+)\]'", r"<\1>'", command)  # an extra is no optional part
+    command = re.sub(r"\[([a-z0-9]+)\]'", r"<\1>'", command)  # an extra is no optional part
     plain = command.replace("[", "").replace("]", "").replace("...", "").replace("<", "[").replace(">", "]")
     words = [re.sub(r"\|.*", "", word) for word in shlex.split(plain)]
     return [PLACEHOLDERS.get(word, word) for word in words]

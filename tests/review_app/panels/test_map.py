@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from review_drives import CAUTION_S, DURATION_S, PERIOD_NS, header, result
 
+from fcw.bounded.gpx import EARTH_RADIUS_M
 from fcw.logs.mcap.writer import McapSink
-from fcw.warning.gpx import EARTH_RADIUS_M
 from fcw_viz.review_app.drive import Drive, utc_text
 from fcw_viz.review_app.panels.map import map_html, metres
 
