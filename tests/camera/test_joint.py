@@ -148,7 +148,7 @@ def evidence_of(kind: str, there: Straightening, rng: np.random.Generator) -> Ev
         dashes = tuple(
             GroundPoint(12.0 * k, clicked(there, rng, 1.85, first_m + period_m * k)[1]) for k in range(4)
         )
-        return Evidence(points=dashes, first_unknown=True, lines=lines)
+        return Evidence(points=dashes, first_unknown=True, lines=lines, period_sigma_m=0.12)
     if kind == "lane width":
         return Evidence(lines=lines, lane_width_m=Gaussian(3.7 * (1 + 0.03 * rng.standard_normal()), 0.11))
     fleet = 1 + 0.04 * rng.standard_normal()
