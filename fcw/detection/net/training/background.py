@@ -71,7 +71,7 @@ def proposed(
     """What the cascade proposes; the surer it is of a vehicle, the oftener it is drawn."""
     stored: list[NDArray[np.uint8]] = []
     scores: list[NDArray[np.float32]] = []
-    settings = replace(settings, lowest_score=cascade.rejection_threshold)
+    settings = replace(settings, lowest_scores=(cascade.rejection_threshold,) * len(settings.counts))
     for image, picture, proposer in _pictures(images, cascade, settings, advance):
         placements, found = proposer.propose(picture)
         square = boxes_of(placements, np.tile([0.0, 0.0, 0.1, -0.1], (len(placements), 1)))
