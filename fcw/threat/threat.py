@@ -3,6 +3,9 @@
 After Brannstrom, Coelingh & Sjoberg 2010, "Model-based threat assessment for avoiding arbitrary vehicle
 collisions" (braking and steering needed), and Lefevre, Vasquez & Laugier 2014, "A survey on motion prediction
 and risk assessment for intelligent vehicles" (the probability of a collision if nobody acts).
+
+The constants below were chosen and tried on KITTI tracking 0000 to 0010 and the simulated scenarios; nothing
+was left out.
 """
 
 import math
