@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from fcw.threat.threat import SURE_GROWTH_MPS2, Threat
-from fcw.tracking.types import Track
+from fcw.tracking.types import SeenBy, Track
 from fcw.units import KMH_PER_MPS
 from fcw.warning.rule import Approach, Rule
 from fcw.warning.types import WarningLevel
@@ -21,7 +21,8 @@ class Evidence:
     Attributes:
         minimum_age_s: a younger track raises no rule that goes by the closing speed: that of its first few
             boxes is mostly their noise, and every new track is a chance of a false alarm.
-        imminent_age_s: the same for what is reached within `imminent_s`,
+        imminent_age_s: the same for what is reached within `imminent_s`, and found in this very frame: a
+            false box that the picture carries is reached soon, too;
         imminent_sigmas: where its closing speed is so many of its sigmas,
         imminent_probability: and it is in our way now and will be with this probability: who stands beside a
             bend and was just found seems to come in.
@@ -184,7 +185,8 @@ class Evidence:
         vehicle = threat.track
         least_s, sigmas = self.minimum_age_s, self.closing_sigmas
         ahead = threat.overlap_now_m > 0 and threat.overlap_probability >= self.imminent_probability
-        if vehicle.age_s < least_s and self.is_imminent(threat) and ahead:
+        found = vehicle.seen_by is SeenBy.DETECTOR
+        if vehicle.age_s < least_s and self.is_imminent(threat) and ahead and found:
             least_s, sigmas = self.imminent_age_s, self.imminent_sigmas
         closing_mps = vehicle.closing_speed_mps
         return (

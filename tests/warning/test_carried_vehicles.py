@@ -28,6 +28,20 @@ def test_what_is_carried_for_longer_than_it_was_found_raises_nothing(found_s):
     assert set(levels(found_s, 4.0, safe_s=2.1 * found_s)) == {WarningLevel.NONE}
 
 
+@pytest.mark.parametrize(
+    ("seen_by", "level"),
+    [(SeenBy.DETECTOR, WarningLevel.WARNING), (SeenBy.PICTURE, WarningLevel.NONE)],
+)
+def test_what_was_just_found_near_raises_a_warning_by_the_detectors_word_alone(seen_by, level):
+    policy, shown = make_policy(), []
+    for frame in range(16):
+        now = SeenBy.DETECTOR if frame < 10 else seen_by
+        # Too far away to be imminent until the detector's word counts.
+        lead = make_lead(15.0 if frame >= 10 else 40.0, 10.0, 0.5, seen_by=now, age_s=0.1 + 0.033 * frame)
+        shown.append(policy.update(frame * STEP_NS, threats_of_lead(lead, 15.0), 15.0).level)
+    assert shown[-1] == level
+
+
 def test_a_lead_that_was_found_for_longer_than_it_is_carried_is_warned_of():
     assert levels(3.0, 2.0, safe_s=4.0)[-1] == WarningLevel.WARNING
 
