@@ -261,7 +261,7 @@ def test_that_the_drive_was_run_anew_since_is_told(log):
     path, _ = filled(log)
     write_log(log.path, [frame_result(0)], detector="acf-full")
     store = ReviewStore(DriveLog(log.path))
-    assert store.troubles[0].startswith(f"{path}: was written for another log; the drive was run anew since")
+    assert store.troubles[0].startswith(f"{path}: was written for an earlier run of this drive")
     assert len(store.review.entries) == 3
 
 

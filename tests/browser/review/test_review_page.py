@@ -261,7 +261,7 @@ def test_a_range_is_marked_dragged_taken_and_missed(
     mouse.move(*person.place_on("#fcw-whole", 0.25), steps=3)
     mouse.up()
     end_s = 0.25 * (FRAMES - 1) / RATE_HZ
-    person.tab("Take")
+    person.tab("Export")
     wait_for(
         lambda: (
             f"The clip that is marked: 2.0 s to {end_s:.1f} s"
@@ -295,7 +295,7 @@ def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
     person = Reviewer(open_page(review({"made": drive_log}).url))
     wait_for(lambda: person.sees(WORST_ROW))
     # Whatever was pressed last: the space key plays, and an event to its end.
-    for name in ("Keys", "Take", "Boxes"):
+    for name in ("Keys", "Export", "Boxes"):
         person.tab(name)
     person.browser.page.wait_for_function("document.activeElement === document.body")
     person.press("Shift+Space")
@@ -377,7 +377,7 @@ def test_verdict_after_verdict_through_all_drives(
     search.fill("")
     person.at("select[data-fcw-choice=filterkind]").select_option("near miss")
     wait_for(lambda: rows.count() == 2)
-    person.at(".fcw-filter button:has-text('Go on')").click()
+    person.at(".fcw-filter button:has-text('Auto-next')").click()
     person.at(".fcw-filter button:has-text('Next unjudged')").click()
     wait_for(lambda: person.sees(row_of(NEAR_MISS_S)) and person.words(".fcw-drive b") == "made")
     person.press("1")
