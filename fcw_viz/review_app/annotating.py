@@ -98,7 +98,7 @@ class Annotating:
             else:
                 end_s = min(end_s, event.start_s)
         self.say(MissedEvent(start_s, end_s, text.strip(), level))
-        self._notify("Missed event added", "Change its start, end, level and text under Remarks.")
+        self._notify("Missed event added", "Change its start, end, level and text under Notes.")
 
     def change_missed(
         self,
@@ -117,7 +117,7 @@ class Annotating:
         missed = self._place.review.review.missed
         entry = next((one for one in missed if one.entry_id == entry_id), None)
         if entry is None or entry.person != self._place.session.reviewer:
-            raise UserError("only its author can change it; add your own remark instead")
+            raise UserError("only its author can change it; add your own note instead")
         said = entry.said
         start_s = said.start_s if start_s is None else start_s
         end_s = said.end_s if end_s is None else end_s
@@ -153,7 +153,7 @@ class Annotating:
         name = self._place.opened.name
         last = next((said for said in reversed(self._said) if said.drive == name), None)
         if last is None:
-            raise UserError("nothing to undo; take back older entries in the list of remarks")
+            raise UserError("nothing to undo; take back older entries in the list of notes")
         self._take_back(last)
 
     def redo(self) -> None:

@@ -59,7 +59,7 @@ class Panels:
         self._tabs = gui.add_tab_group(visible=False)
         with self._tabs.add_tab("Events"):
             self._events = EventPanel(gui, place, desk.annotating)
-        with self._tabs.add_tab("Remarks"):
+        with self._tabs.add_tab("Notes"):
             self._remarks = RemarksPanel(gui, place)
         with self._tabs.add_tab("Boxes"):
             self._boxes = BoxesPanel(gui, tab.run, desk.boxes, desk.screen.switch_boxes)

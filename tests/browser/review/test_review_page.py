@@ -151,7 +151,7 @@ def test_a_verdict_is_kept_and_seen_in_another_tab_that_looks_elsewhere(
     wait_for(lambda: len(said_of(drive_log).verdicts) == 1)
     two.press("m")
     wait_for(lambda: [entry.said.start_s for entry in said_of(drive_log).missed] == [pytest.approx(14.4)])
-    one.tab("Remarks")
+    one.tab("Notes")
     wait_for(lambda: "14.4 s to 16.4 s" in one.words(".fcw-remark"))
 
 
@@ -334,7 +334,7 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     wait_for(lambda: person.types_in("fcw-note"))
     person.browser.page.keyboard.type("brakes late")
     person.press("Enter")
-    person.tab("Remarks")
+    person.tab("Notes")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
     os.kill(process.pid, signal.SIGKILL)
     process.communicate()
@@ -350,7 +350,7 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     )
     wait_for(lambda: person.sees(row_of(9.4)))
     wait_for(lambda: person.words(".fcw-event em") == "▸")
-    person.tab("Remarks")
+    person.tab("Notes")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=PATIENCE_S)
