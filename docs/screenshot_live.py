@@ -1,9 +1,9 @@
 """Take the pictures of a live drive, and of the road from above, that stand in the documentation.
 
-    python docs/screenshot_live.py [--out docs/images]
+    python docs/screenshot_live.py [--out docs/images] [--detector acf]
 
-Needs a Chromium and playwright, of the `dev` group. The shipped drive runs live, which takes as long as it
-lasts; one picture is taken while it warns, the other one of its review afterwards.
+Needs a Chromium and playwright from the `dev` group. The shipped drive runs live, in real time. One picture is
+taken while it warns, the other one from its review afterwards. A busy computer may need the quicker detector.
 """
 
 import tempfile
@@ -28,22 +28,26 @@ INTO_WARNING_MS = 1_400
 """From the beginning of the warning to its picture."""
 FROM_ABOVE_S = 31.0
 """Of the drive, while it warns."""
+WARNED_MS = 180_000
+"""The program starts, and then the drive takes half a minute to its warning."""
 
 
 def main() -> None:
     """Read the command line and take the pictures."""
-    options = option_parser(__doc__).parse_args()
+    parser = option_parser(__doc__)
+    parser.add_argument("--detector", default="net", help="of the run")
+    options = parser.parse_args()
 
     with chromium(options) as browser, tempfile.TemporaryDirectory() as folder:
-        take(window(browser, options).new_page(), Path(folder), options.out)
+        take(window(browser, options).new_page(), Path(folder), options.out, options.detector)
 
 
-def take(page: Page, logs: Path, out: Path) -> None:
+def take(page: Page, logs: Path, out: Path, detector: str) -> None:
     """Run the drive and take both pictures."""
     source = LiveSource(open_source(DRIVE), threading.Event())
     feed = LiveFeed(source)
     served = LivePage(feed, "drive")
-    job = DriveJob(DRIVE, logs, ego_speed=str(DRIVE.with_name("drive.speed.csv")))
+    job = DriveJob(DRIVE, logs, detector=detector, ego_speed=str(DRIVE.with_name("drive.speed.csv")))
     arguments = (job, SILENT, source, (feed,))
     pipeline = threading.Thread(target=run_on_console, args=arguments)
     try:
@@ -51,7 +55,7 @@ def take(page: Page, logs: Path, out: Path) -> None:
         page.wait_for_selector(".fcw-live", timeout=READY_MS)
         page.mouse.click(300, 300)  # without a gesture there is no sound
         pipeline.start()
-        page.wait_for_selector(".fcw-alarm.warning", timeout=READY_MS)
+        page.wait_for_selector(".fcw-alarm.warning", timeout=WARNED_MS)
         page.wait_for_timeout(INTO_WARNING_MS)
         (out / "review-live.png").write_bytes(page.screenshot())
         pipeline.join()

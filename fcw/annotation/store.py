@@ -206,7 +206,7 @@ class ReviewStore:
         if entry is None:
             raise UserError("this was taken back already, or never said; there is nothing to take back")
         if entry.person != person:
-            raise UserError(f"only {entry.person} can take this back; add your own remark instead")
+            raise UserError(f"only {entry.person} can take this back; add your own note instead")
 
     def _file(self, path: Path) -> LockedFile:
         """A person's file, opened, locked and begun where it is not yet."""

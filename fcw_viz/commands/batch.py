@@ -129,7 +129,8 @@ def run_batch(command: BatchCommand) -> int:
                 RESULTS.print(f"{record.name}: {record.reason}", soft_wrap=True, markup=False)
         done = sum(record.state is State.DONE for record in ordered)
         RESULTS.print(
-            f"{done} of {len(ordered)} drives done, {events} event{'s' * (events != 1)} in {command.out / EVENTS_NAME}",
+            f"{done} of {len(ordered)} drives done, {events} event{'s' * (events != 1)} "
+            f"in {command.out / EVENTS_NAME}",
             soft_wrap=True,
             markup=False,
         )
