@@ -65,7 +65,7 @@ _HELP = (
             ("<kbd>K</kbd>", "copies it to the next frame"),
             ("<kbd>I</kbd>", "interpolates from where you last drew it"),
             ("<kbd>J</kbd>", "follows it until it drifts"),
-            ("<kbd>← →</kbd>", "next frame"),
+            ("<kbd>← →</kbd>", "previous, next frame"),
             ("<kbd>Ctrl Z</kbd>", "undo"),
         )
     )

@@ -61,8 +61,7 @@ def runs_html(comparing: Comparing, name: str, candidates: list[str], imperial: 
     tail = f'<p class="dim">and {more} later ones; press D to reach them</p>' if more > 0 else ""
     return (
         f'{select}<p class="dim">{escape(other.name)} ({escape(other.header.detector)}) is dashed in the '
-        f"plots; its lead is orange in the picture, its warnings stand above the time line, what differs "
-        f"below. {about}</p>"
+        f"plots. Its lead is orange in the picture, and its warnings stand above the time line. {about}</p>"
         f'<div class="fcw-events" {keeps_scroll("differences")}>{rows}{tail}</div>'
     )
 
