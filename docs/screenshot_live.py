@@ -2,8 +2,8 @@
 
     python docs/screenshot_live.py [--out docs/images] [--detector acf]
 
-Needs a Chromium and playwright from the `dev` group. The shipped drive runs live, in real time. One picture is
-taken while it warns, the other one from its review afterwards. A busy computer may need the quicker
+Needs a Chromium and playwright from the `dev` group. The shipped drive runs live, in real time. One picture
+is taken while it warns, the other one from its review afterwards. A busy computer may need the quicker
 detector.
 """
 
