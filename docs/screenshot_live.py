@@ -1,22 +1,26 @@
 """Take the pictures of a live drive, and of the road from above, that stand in the documentation.
 
-    python docs/screenshot_live.py [--out docs/images] [--detector acf]
+    python docs/screenshot_live.py [--out docs/images] [--rate 0.2]
 
-Needs a Chromium and playwright from the `dev` group. The shipped drive runs live, in real time. One picture
-is taken while it warns, the other one from its review afterwards. A busy computer may need the quicker
-detector.
+Needs a Chromium and playwright from the `dev` group. The shipped drive runs as from a camera. One picture is
+taken while it warns, the other one from its review afterwards. On a busy computer, play the drive at a lower
+rate, so that enough pictures are processed.
 """
 
 import tempfile
 import threading
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from page_pictures import READY_MS, STEADY_MS, chromium, option_parser, steady_screenshot, window
 from playwright.sync_api import Page
 
+from fcw.frame import Frame, Source
 from fcw.job import DriveJob
 from fcw.logs.names import MCAP_NAME
 from fcw.sources import open_source
+from fcw.sources.forwarding import ForwardingSource
 from fcw.sources.live import LiveSource
 from fcw_viz.console import SILENT
 from fcw_viz.jobs.drive import run_on_console
@@ -29,26 +33,43 @@ INTO_WARNING_MS = 1_400
 """From the beginning of the warning to its picture."""
 FROM_ABOVE_S = 31.0
 """Of the drive, while it warns."""
-WARNED_MS = 180_000
-"""The program starts, and then the drive takes half a minute to its warning."""
+WARNED_MS = 60_000
+"""The program starts, and then the drive takes half a minute to its warning; divided by the rate."""
+
+
+class PacedSource(ForwardingSource):
+    """A source whose frames come at a rate, as a camera's do."""
+
+    def __init__(self, source: Source, rate: float) -> None:
+        super().__init__(source)
+        self._rate = rate
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """Each frame when it is due."""
+        first: tuple[int, float] | None = None
+        for frame in self._source.frames(start_ns):
+            first = first or (frame.time_ns, time.monotonic())
+            due_s = first[1] + (frame.time_ns - first[0]) / 1e9 / self._rate
+            time.sleep(max(due_s - time.monotonic(), 0.0))
+            yield frame
 
 
 def main() -> None:
     """Read the command line and take the pictures."""
     parser = option_parser(__doc__)
-    parser.add_argument("--detector", default="net", help="of the run")
+    parser.add_argument("--rate", type=float, default=1.0, help="of the drive; 1 is real time")
     options = parser.parse_args()
 
     with chromium(options) as browser, tempfile.TemporaryDirectory() as folder:
-        take(window(browser, options).new_page(), Path(folder), options.out, options.detector)
+        take(window(browser, options).new_page(), Path(folder), options.out, options.rate)
 
 
-def take(page: Page, logs: Path, out: Path, detector: str) -> None:
+def take(page: Page, logs: Path, out: Path, rate: float) -> None:
     """Run the drive and take both pictures."""
-    source = LiveSource(open_source(DRIVE), threading.Event())
+    source = LiveSource(PacedSource(open_source(DRIVE), rate), threading.Event(), paced=False)
     feed = LiveFeed(source)
     served = LivePage(feed, "drive")
-    job = DriveJob(DRIVE, logs, detector=detector, ego_speed=str(DRIVE.with_name("drive.speed.csv")))
+    job = DriveJob(DRIVE, logs, ego_speed=str(DRIVE.with_name("drive.speed.csv")))
     arguments = (job, SILENT, source, (feed,))
     pipeline = threading.Thread(target=run_on_console, args=arguments)
     try:
@@ -56,7 +77,7 @@ def take(page: Page, logs: Path, out: Path, detector: str) -> None:
         page.wait_for_selector(".fcw-live", timeout=READY_MS)
         page.mouse.click(300, 300)  # without a gesture there is no sound
         pipeline.start()
-        page.wait_for_selector(".fcw-alarm.warning", timeout=WARNED_MS)
+        page.wait_for_selector(".fcw-alarm.warning", timeout=WARNED_MS / rate)
         page.wait_for_timeout(INTO_WARNING_MS)
         (out / "review-live.png").write_bytes(page.screenshot())
         pipeline.join()
