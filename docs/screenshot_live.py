@@ -29,10 +29,12 @@ from fcw_viz.live_app.server import LivePage
 
 ROOT = Path(__file__).parents[1]
 DRIVE = ROOT / "recordings" / "demo" / "drive.mp4"
-INTO_WARNING_MS = 1_400
-"""From the beginning of the warning to its picture."""
+INTO_WARNING_MS = 1_000
+"""From the beginning of the warning to its picture, in the drive."""
 FROM_ABOVE_S = 31.0
 """Of the drive, while it warns."""
+FRESH = "() => parseFloat(document.querySelector('[data-fcw-age]').textContent) < 0.6"
+"""The picture is new enough to be taken before the page says that it is old."""
 WARNED_MS = 60_000
 """The program starts, and then the drive takes half a minute to its warning; divided by the rate."""
 
@@ -78,7 +80,8 @@ def take(page: Page, logs: Path, out: Path, rate: float) -> None:
         page.mouse.click(300, 300)  # without a gesture there is no sound
         pipeline.start()
         page.wait_for_selector(".fcw-alarm.warning", timeout=WARNED_MS / rate)
-        page.wait_for_timeout(INTO_WARNING_MS)
+        page.wait_for_timeout(INTO_WARNING_MS / rate)
+        page.wait_for_function(FRESH, timeout=READY_MS)
         (out / "review-live.png").write_bytes(page.screenshot())
         pipeline.join()
         served.review(logs / MCAP_NAME, "anna")
