@@ -134,7 +134,7 @@ def run_batch(command: BatchCommand) -> int:
             soft_wrap=True,
             markup=False,
         )
-        RESULTS.print(f"look at them: fcw review {command.out}", soft_wrap=True, markup=False)
+        RESULTS.print(f"review them: fcw review {command.out}", soft_wrap=True, markup=False)
     if interrupted:
         return 130
     return 0 if all(record.state in (State.DONE, State.DUPLICATE) for record in ordered) else 2

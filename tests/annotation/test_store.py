@@ -215,7 +215,7 @@ def test_a_damaged_line_is_told_and_all_others_count(log):
         ('"person":"Ann"', '"person":3', "3 is not of type str"),
         ('"time_s":1.0', '"time_s":' + "9" * 400, "has 400 digits"),
         ('"time_s":1.0', '"time_s":' + "[" * 5000, "nested too deeply"),
-        ('"time_s":1.0', r'"time_s":"\ud800"', "half a character"),
+        ('"time_s":1.0', r'"time_s":"\ud800"', "incomplete character"),
     ],
 )
 def test_a_line_that_says_what_cannot_be_said_is_damaged_too(log, old, new, reason):

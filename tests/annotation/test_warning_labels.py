@@ -203,7 +203,7 @@ def test_a_drive_that_nobody_judged_is_told_with_the_mend(drive, capsys):
     assert main(["evaluate", "warning", "--log", str(drive.path), "--json"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert "nobody has judged a warning of this drive yet; do so with `fcw review" in captured.err
+    assert "no warning of this drive has a verdict yet; judge them with `fcw review" in captured.err
 
 
 def test_damage_in_a_review_is_told(drive, capsys):

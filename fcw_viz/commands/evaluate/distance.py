@@ -77,7 +77,7 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
         if len(names) < 2:
             raise UserError("--leave-one-out: expected at least two sequences; name more with --sequences")
         if command.without:
-            raise UserError("--leave-one-out: goes by all cues; leave out --without")
+            raise UserError("--leave-one-out uses all cues; leave out --without")
         result, chosen = evaluate_left_out(
             command.kitti_tracking, names, command.box_noise, command.seed, pitch_error_rad
         )

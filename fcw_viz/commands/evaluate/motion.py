@@ -41,7 +41,7 @@ def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
 
     if command.bends:
         if command.frames is not None or command.poses is not None:
-            raise UserError("--bends: it has its own pictures and poses; leave FRAMES and --poses out")
+            raise UserError("--bends makes its own pictures and poses; leave out FRAMES and --poses")
         return _bends(command.json)
     if command.frames is None or command.poses is None:
         raise UserError("fcw evaluate motion: give FRAMES and --poses FILE, or --bends")

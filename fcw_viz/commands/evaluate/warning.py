@@ -121,17 +121,17 @@ def _check(command: EvaluateWarningCommand) -> None:
 
     make_policy(command.warning_policy, command.warning_timing)
     if command.events is not None and command.log is None:
-        raise UserError("--events needs --log: give the drive.mcap that the labels are about")
+        raise UserError("--events needs --log: give the drive.mcap that the labels belong to")
     parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
     if command.pixels and not command.threats:
-        raise UserError("--pixels: it is for --threats; add it, or leave --pixels out")
+        raise UserError("--pixels needs --threats; add it, or leave out --pixels")
     if command.nuisance and command.kitti_tracking is None and command.following_hours is None:
-        raise UserError("--nuisance: it needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
+        raise UserError("--nuisance needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
     for option, chosen in (("--variants", command.variants), ("--worse", command.worse)):
         if chosen and (command.pixels or not command.threats):
-            raise UserError(f"{option}: it is for --threats without --pixels; add or leave out the other")
+            raise UserError(f"{option} needs --threats, and cannot be combined with --pixels")
     if command.variants and command.worse:
-        raise UserError("--variants and --worse are two tables; ask for one of them")
+        raise UserError("--variants and --worse cannot be combined; choose one of them")
     if not 1 <= command.seeds <= MOST_SEEDS:
         raise UserError(
             f"--seeds {command.seeds}: expected a whole number of at least 1, at most {MOST_SEEDS}"
@@ -306,7 +306,7 @@ def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Consol
     console.print(
         f"{len(episodes)} episodes of `warning` in {hours * 60:.1f} minutes, true figures at their start; "
         f"{sum(episode.on_course for episode in episodes)} of them on a collision course; "
-        f"{len(episodes) / hours:.0f} an hour",
+        f"{len(episodes) / hours:.0f} per hour",
         highlight=False,
     )
 
