@@ -66,7 +66,8 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
     for trouble in troubles:
         note(trouble)
     if labels.disagreements:
-        note(f"people disagree about {len(labels.disagreements)} warnings; these are not used as labels")
+        count = len(labels.disagreements)
+        note(f"people disagree about {count} warning{'s' * (count != 1)}: not used as a label")
     if labels.lost:
         note(f"{labels.lost} verdicts are on warnings that are not in the log any more")
     return labels.events, {
