@@ -13,6 +13,7 @@ from fcw.camera.verdicts.words import JUDGED
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document import words
+from fcw_viz.calibrate_app.document.besides.knowledge import SetBent
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import (
     Edit,
@@ -108,6 +109,10 @@ def implausible_troubles(
     by_point = dict(zip(calibration.points, marks, strict=True))
     for finding in result.findings:
         if finding.kind is FindingKind.CAUSE:
+            continue
+        if finding.kind is FindingKind.LENS:
+            mend = Mend(words.FIT_LENS_LABEL, (SetBent(True),))
+            troubles.append(Trouble(f"{_sentence(finding.text)} {words.LENS_WAY_OUT}", mend=mend))
             continue
         if finding.kind in TOLD_FINDINGS:
             troubles.append(Trouble(_sentence(finding.text)))

@@ -124,7 +124,12 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
     )
     rulers, frames = vehicles_of(pictures.source, detector, VEHICLES_S, going_on)
     if len(rulers) < FEWEST_VEHICLES:
-        return Look(None, f"{len(rulers)} vehicles found in {frames} pictures: too few to measure by.")
+        found = "1 vehicle" if len(rulers) == 1 else f"{len(rulers)} vehicles"
+        return Look(
+            None,
+            f"{found} found in {frames} pictures, and {FEWEST_VEHICLES} or more are needed. "
+            "Take the horizon that the drive shows instead, or draw two lane lines.",
+        )
     words = f"{len(rulers)} vehicles found in {frames} pictures; press again to take them as rulers."
     return Look(None, words, vehicles=rulers)
 

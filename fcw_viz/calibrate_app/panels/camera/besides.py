@@ -7,6 +7,7 @@ from pathlib import Path
 
 import viser
 
+from fcw.camera.joint.bent import FEWEST_PLACES
 from fcw.camera.joint.fit import YAW_SIGMA_RAD
 from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
@@ -15,6 +16,8 @@ from fcw.errors import UserError
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.besides.knowledge import (
+    SetBent,
+    SetEdges,
     SetLaneWidth,
     SetLens,
     SetRoll,
@@ -33,6 +36,7 @@ from fcw_viz.calibrate_app.quantities import (
     TURN,
     WIDTH,
 )
+from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.controls import on_button
 from fcw_viz.page.style import set_html, text_block
 
@@ -41,12 +45,19 @@ SPEED_SIGMA_MPS = 0.5
 KILOMETRES_PER_HOUR = 1 / 3.6
 FIND_VEHICLES, FORGET_VEHICLES = "Take the vehicles ahead as rulers", "Forget the vehicles"
 LOOKING_WORDS = "Looking for vehicles; half a minute."
+CLICK_EDGE = "Click along a straight edge"
+EDGE_HINT = "Shows whether the lens bends the picture, and how much"
+EDGE_WORDS = (
+    f"Click {FEWEST_PLACES} places or more along one thing that is straight: a pole, a wall, a bridge; best "
+    "far from the picture's middle. Esc when done."
+)
+NOT_USED = "Field of view and axis above are not used."
 IMPORT, FORGET_LENS = "Import a lens", "Forget the lens"
 LENS_WORDS = "camera_info, Kalibr or OpenCV, as YAML. Without one the picture is taken as free of distortion."
 WIDE_RAD = math.radians(80.0)
 WIDE_WORDS = (
     "A lens that sees so much usually bends lines, which the own lane's lines do not show: they bend by less "
-    "than a third of a pixel. Import the lens, or trust nothing near the picture's sides."
+    "than a third of a pixel. Import the lens, or click along something straight at the picture's side."
 )
 LARGEST_LENS_BYTES = 1_000_000
 
@@ -112,6 +123,7 @@ class BesidesPanel:
                 ),
             )
         ]
+        self._edge = gui.add_button(CLICK_EDGE, color="gray", icon=viser.Icon.LINE, hint=EDGE_HINT)
         self._import = gui.add_upload_button(
             IMPORT, color="gray", icon=viser.Icon.UPLOAD, mime_type=".yaml,.yml", hint=LENS_WORDS
         )
@@ -119,7 +131,8 @@ class BesidesPanel:
         self._forget = gui.add_button(FORGET_LENS, color="gray", visible=False)
 
         on_button(self._find, desk.run, self._vehicles_pressed)
-        on_button(self._forget, desk.run, lambda: desk.apply(SetLens(None)))
+        on_button(self._forget, desk.run, lambda: desk.apply(SetLens(None), SetBent(False), SetEdges(())))
+        on_button(self._edge, desk.run, self._click_edge)
 
         @self._import.on_upload
         async def _(_: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
@@ -135,16 +148,30 @@ class BesidesPanel:
             controls.show(state)
         self._find.label = FORGET_VEHICLES if document.vehicles else FIND_VEHICLES
         look = self._desk.vehicles
-        self._find.disabled = look.running
+        too_few = look.look is not None and len(look.look.vehicles) < FEWEST_VEHICLES
+        self._find.disabled = look.running or (too_few and not document.vehicles)
         words = "" if look.look is None else look.look.words
         words = LOOKING_WORDS if look.running else words
         set_html(self._vehicle_words, _dim(words))
         lens = document.lens
-        self._forget.visible = lens is not None
+        self._forget.visible = lens is not None or document.bent or bool(document.edges)
         view = document.field_of_view
         wide = view is not None and view.enabled and view.prior.value >= WIDE_RAD
-        words = WIDE_WORDS if wide else ""
-        set_html(self._lens_words, _dim(words if lens is None else lens_words(lens)))
+        words = edge_words(len(document.edges[-1])) if document.edges else WIDE_WORDS if wide else ""
+        if document.bent and state.shown is not None and state.shown.calibration.lens is not None:
+            words = f"Fitted with the rest. {lens_words(state.shown.calibration.lens)}"
+        set_html(self._lens_words, _dim(words if lens is None else f"{lens_words(lens)} {NOT_USED}"))
+
+    def _click_edge(self) -> None:
+        """A new edge, to which each click on the picture adds a place."""
+        before = self._desk.state.document.edges
+
+        def clicked(column_px: float, row_px: float) -> None:
+            edges = self._desk.state.document.edges
+            now = edges[len(before)] if len(edges) > len(before) else ()
+            self._desk.apply(SetEdges((*before, (*now, (column_px, row_px)))))
+
+        self._desk.use(Tool.EDGE, clicked, EDGE_WORDS)
 
     def _speed_edit(self, belief: Belief | None) -> SetSpeed:
         look = self._desk.look.look
@@ -187,8 +214,15 @@ def lens_words(lens: Lens) -> str:
     first = ", ".join(f"{value:.3g}" for value in lens.coefficients[:2])
     return (
         f"Lens: {view_deg:.0f}° from side to side, axis at column {lens.column_px:.0f}, row "
-        f"{lens.row_px:.0f}, distortion {lens.model} {first}. Field of view and axis above are not used."
+        f"{lens.row_px:.0f}, distortion {lens.model} {first}."
     )
+
+
+def edge_words(places: int) -> str:
+    """What the edge clicked last still needs."""
+    if places < FEWEST_PLACES:
+        return f"{places} of at least {FEWEST_PLACES} places along the edge."
+    return "What is clicked is straight in the world: where the lens bends it, a warning says so."
 
 
 def _dim(words: str) -> str:
