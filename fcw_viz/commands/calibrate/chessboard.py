@@ -5,11 +5,12 @@ import re
 
 import yaml
 
+from fcw.bounded.pictures import read_picture
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.solve import lens_of_chessboards
 from fcw.errors import UserError
 from fcw.files import write_whole
-from fcw.sources import open_source
+from fcw.sources.images import PICTURE_SUFFIXES
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.console import RESULTS, print_json
 
@@ -27,8 +28,12 @@ def run_calibrate_chessboard(command: CalibrateCommand, board: str) -> int:
         raise UserError(f"--chessboard {board}: expected its inner corners across and down, such as 9x6")
     if command.source is None:
         raise UserError("--chessboard: name the folder of pictures that show the board")
-    source = open_source(command.source)
-    pictures = [frame.image for frame, _ in zip(source.frames(), range(MOST_PICTURES), strict=False)]
+    if not command.source.is_dir():
+        raise UserError(f"{command.source}: not a folder of pictures of the board, which --chessboard takes")
+    # Cameras crop such pictures by a pixel now and then, which a drive's may not.
+    files = sorted(file for file in command.source.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES)
+    read = (read_picture(file) for file in files[:MOST_PICTURES])
+    pictures = [picture for picture in read if picture is not None]
     lens = lens_of_chessboards(pictures, (int(size[1]), int(size[2])))
     save = command.save or command.source.with_suffix(".lens.yaml")
     write_whole(save, _camera_info(lens))
