@@ -13,6 +13,7 @@ from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
 from fcw.errors import UserError
+from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.besides.knowledge import (
@@ -42,7 +43,7 @@ from fcw_viz.page.style import set_html, text_block
 
 LANE_WIDTH_SIGMA_M = 0.1
 SPEED_SIGMA_MPS = 0.5
-KILOMETRES_PER_HOUR = 1 / 3.6
+KILOMETRES_PER_HOUR, MILES_PER_HOUR = 1 / 3.6, 1609.344 / 3600
 FIND_VEHICLES, FORGET_VEHICLES = "Take the vehicles ahead as rulers", "Forget the vehicles"
 LOOKING_WORDS = "Looking for vehicles; half a minute."
 CLICK_EDGE = "Click along a straight edge"
@@ -79,6 +80,7 @@ class BesidesPanel:
                 1.0,
                 LANE_WIDTH_SIGMA_M,
                 SetLaneWidth,
+                ("Lane width, ft", 1 / FEET_PER_METRE),
             ),
         )
         self._speed = BeliefControls(
@@ -93,6 +95,7 @@ class BesidesPanel:
                 KILOMETRES_PER_HOUR,
                 SPEED_SIGMA_MPS,
                 self._speed_edit,
+                ("Mean speed, mph", MILES_PER_HOUR),
             ),
         )
         several = desk.pictures.count > 1
