@@ -2,11 +2,14 @@
 
 import math
 import tempfile
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
+from typing import TypeVar
 
 import viser
 
+from fcw.camera.calibration import Gaussian
 from fcw.camera.joint.bent import FEWEST_PLACES
 from fcw.camera.joint.fit import YAW_SIGMA_RAD
 from fcw.camera.lens.files import read_lens
@@ -14,6 +17,7 @@ from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
+from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.besides.knowledge import (
@@ -41,6 +45,7 @@ from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.controls import on_button
 from fcw_viz.page.style import set_html, text_block
 
+Read = TypeVar("Read")
 LANE_WIDTH_SIGMA_M = 0.1
 SPEED_SIGMA_MPS = 0.5
 KILOMETRES_PER_HOUR, MILES_PER_HOUR = 1 / 3.6, 1609.344 / 3600
@@ -61,6 +66,8 @@ WIDE_WORDS = (
     "than a third of a pixel. Import the lens, or click along something straight at the picture's side."
 )
 LARGEST_LENS_BYTES = 1_000_000
+SPEED_FILE = "Take the speed of a GPX or CSV file"
+SPEED_FILE_HINT = "A track that begins with the drive, or time_s and speed_mps; of the stretch looked at"
 
 
 class BesidesPanel:
@@ -99,6 +106,14 @@ class BesidesPanel:
             ),
         )
         several = desk.pictures.count > 1
+        self._speed_file = gui.add_upload_button(
+            SPEED_FILE,
+            color="gray",
+            icon=viser.Icon.UPLOAD,
+            mime_type=".gpx,.csv",
+            hint=SPEED_FILE_HINT,
+            visible=several,
+        )
         self._find = gui.add_button(FIND_VEHICLES, color="gray", icon=viser.Icon.CAR, visible=several)
         self._vehicle_words = gui.add_html("")
         self._turns = [
@@ -136,6 +151,11 @@ class BesidesPanel:
         on_button(self._find, desk.run, self._vehicles_pressed)
         on_button(self._forget, desk.run, lambda: desk.apply(SetLens(None), SetBent(False), SetEdges(())))
         on_button(self._edge, desk.run, self._click_edge)
+
+        @self._speed_file.on_upload
+        async def _(_: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+            file = self._speed_file.value
+            desk.run(lambda: self._speed_imported(file.name, file.content))
 
         @self._import.on_upload
         async def _(_: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
@@ -187,6 +207,14 @@ class BesidesPanel:
             )
         return SetSpeed(belief, scale)
 
+    def _speed_imported(self, name: str, content: bytes) -> None:
+        look = self._desk.look.look
+        if look is None or look.scale_per_mps is None:
+            raise UserError("the drive has not shown yet how fast the road goes by; wait for its horizon")
+        speed_mps = look.mean_speed_mps(_read_as_file(name, content, _own_speed), name)
+        belief = Belief(Gaussian(speed_mps, SPEED_SIGMA_MPS))
+        self._desk.apply(SetSpeed(belief, look.scale_per_mps))
+
     def _vehicles_pressed(self) -> None:
         desk = self._desk
         if desk.state.document.vehicles:
@@ -201,14 +229,26 @@ class BesidesPanel:
     def _imported(self, name: str, content: bytes) -> None:
         if len(content) > LARGEST_LENS_BYTES:
             raise UserError(f"{name}: {len(content)} bytes, expected a lens file of at most a megabyte")
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / (Path(name).name or "lens.yaml")
-            path.write_bytes(content)
-            try:
-                lens = read_lens(path)
-            except UserError as error:
-                raise UserError(str(error).replace(str(path), Path(name).name)) from None
-        self._desk.apply(SetLens(lens))
+        self._desk.apply(SetLens(_read_as_file(name, content, read_lens)))
+
+
+def _own_speed(path: Path) -> EgoSpeed:
+    return EgoSpeed.read_gpx(path) if path.suffix.lower() == ".gpx" else EgoSpeed.read_csv(path)
+
+
+def _read_as_file(name: str, content: bytes, read: Callable[[Path], Read]) -> Read:
+    """What a file that was uploaded holds; an error names it as its owner does.
+
+    Raises:
+        UserError: it cannot be read.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / (Path(name).name or "file")
+        path.write_bytes(content)
+        try:
+            return read(path)
+        except UserError as error:
+            raise UserError(str(error).replace(str(path), Path(name).name)) from None
 
 
 def lens_words(lens: Lens) -> str:
