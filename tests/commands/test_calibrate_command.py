@@ -305,7 +305,7 @@ def test_dashes_of_a_known_period_need_no_first_distance(capsys):
         (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),
     ],
 )
-def test_what_is_said_of_the_road_wrongly_is_named(arguments, message, capsys):
+def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
     assert main(["calibrate", "--image-size", "1280x720", "--height", "1.2", *arguments]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
