@@ -58,7 +58,7 @@ EDGE_WORDS = (
     "far from the picture's middle. Esc when done."
 )
 NOT_USED = "Field of view and axis above are not used."
-IMPORT, FORGET_LENS = "Import a lens", "Forget the lens"
+IMPORT, FORGET_LENS, FORGET_EDGES = "Import a lens", "Forget the lens", "Forget the edges"
 LENS_WORDS = "camera_info, Kalibr or OpenCV, as YAML. Without one the picture is taken as free of distortion."
 WIDE_RAD = math.radians(80.0)
 WIDE_WORDS = (
@@ -178,6 +178,7 @@ class BesidesPanel:
         set_html(self._vehicle_words, _dim(words))
         lens = document.lens
         self._forget.visible = lens is not None or document.bent or bool(document.edges)
+        self._forget.label = FORGET_LENS if lens is not None or document.bent else FORGET_EDGES
         view = document.field_of_view
         wide = view is not None and view.enabled and view.prior.value >= WIDE_RAD
         words = edge_words(len(document.edges[-1])) if document.edges else WIDE_WORDS if wide else ""
