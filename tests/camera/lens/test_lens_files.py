@@ -12,7 +12,8 @@ from fcw.camera.export import camera_info_text, kalibr_text
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
-from fcw.camera.lens.solve import bend_px, lens_of_chessboards, lens_of_plumb_lines
+from fcw.camera.lens.plumb import bend_px
+from fcw.camera.lens.solve import lens_of_chessboards, lens_of_plumb_lines
 from fcw.camera.straight import Orientation
 from fcw.errors import UserError
 from fcw.frame import ImageSize
