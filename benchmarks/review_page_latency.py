@@ -137,7 +137,7 @@ def serving(log: Path) -> Iterator[Server]:
 
 
 def repeat(drive: Path, out: Path, hours: float) -> DriveLog:
-    """A log of that length, of the same drive again and again."""
+    """A log of that length, of the same drive in a loop."""
     log = DriveLog(drive)
     entries = list(log.entries())
     span_ns = entries[-1][0].time_ns - entries[0][0].time_ns + round(1e9 / log.header.frame_rate_hz)

@@ -2,8 +2,9 @@
 
     python docs/run_commands.py [WORD]
 
-With WORD only those that hold it. Prints each command with its exit code and the end of what it says; the
-exit code is 1 where one fails. `tests/helpers/documents/commands.py` has the list, and what runs the others.
+With WORD, only the commands that contain it. Prints each command, the end of its output, its exit code
+and its time. The exit code is 1 if one of them fails. `tests/helpers/documents/commands.py` has the list,
+and names what runs the other commands.
 """
 
 import os
@@ -30,6 +31,7 @@ def main() -> int:
         for place in (folder, folder / "drives"):
             for file in ("drive.mp4", "drive.calibration.yaml"):
                 shutil.copy(ROOT / "recordings" / "demo" / file, place)
+        shutil.copytree(ROOT / "recordings", folder / "recordings", ignore=shutil.ignore_patterns("out"))
         (folder / "docs").symlink_to(ROOT / "docs")
         (folder / "pictures").mkdir()
         for command in LONG:

@@ -124,7 +124,7 @@ def take(scene: Scene, drives: Path, page: Page, file: Path) -> None:
         served = ReviewPage(copies, "Test drives", "anna", dark=scene.dark)
         try:
             page.goto(f"{served.url}/?fixedDpr=1")
-            page.wait_for_function("!document.body.innerText.includes('to be read')", timeout=READY_MS)
+            page.wait_for_function("!document.body.innerText.includes('not read yet')", timeout=READY_MS)
             page.wait_for_selector(".fcw-row", timeout=READY_MS)
             steady_screenshot(page)
             if scene.place:

@@ -52,8 +52,8 @@ def calibration_chart(calibration: fcw.Calibration) -> Chart:
     sys.stdout.write(f"interval of the calibration: within {worst:.0%} of {DRAWS} sampled ones\n")
     return Chart(
         "Interval of a row's distance",
-        "m",
-        "half of it, %",
+        "distance, m",
+        "half of the interval, %",
         (0.0, 55.0),
         (0.0, math.ceil(100 * max(said + seen))),
         (
@@ -82,7 +82,7 @@ def fitted(calibration: fcw.Calibration, random: np.random.Generator) -> fcw.Cal
 
 
 def speed_chart(times_s: list[float], results: list[FrameResult]) -> Chart:
-    """Own speed by the picture beside the one given."""
+    """Own speed from the picture beside the one given."""
     pairs = [
         (time_s, result.own_motion.picture_speed_mps, result.ego_speed_mps)
         for time_s, result in zip(times_s, results, strict=True)
@@ -90,9 +90,9 @@ def speed_chart(times_s: list[float], results: list[FrameResult]) -> Chart:
     ]
     errors = [abs(seen / given - 1) for _, seen, given in pairs if given is not None and given > 2]
     sys.stdout.write(f"own speed above 2 m/s: off by {statistics.median(errors):.1%} (median)\n")
-    seen = Series("by the picture", [(t, v) for t, v, _ in pairs[::EVERY]])
+    seen = Series("from the picture", [(t, v) for t, v, _ in pairs[::EVERY]])
     given = Series("given", [(t, v) for t, _, v in pairs[::EVERY] if v is not None], line=True)
-    return Chart("Own speed", "s", "m/s", (0.0, 40.0), (0.0, 20.0), (given, seen))
+    return Chart("Own speed", "time, s", "speed, m/s", (0.0, 40.0), (0.0, 20.0), (given, seen))
 
 
 def distance_chart(times_s: list[float], results: list[FrameResult], truth: list[FrameTruth]) -> Chart:
@@ -113,14 +113,14 @@ def distance_chart(times_s: list[float], results: list[FrameResult], truth: list
         f"distance of the lead: truth inside the 68 % interval in {inside:.0%} of {len(rows)} frames\n"
     )
     t, low, mid, high, true = zip(*rows[::EVERY], strict=True)
-    believed = Series(
-        "believed, with its interval",
+    estimate = Series(
+        "estimate, with its interval",
         list(zip(t, mid, strict=True)),
         line=True,
         band=list(zip(t, low, high, strict=True)),
     )
-    series = (believed, curve("truth", t, true))
-    return Chart("Distance of the lead", "s", "m", (0.0, 40.0), (0.0, 60.0), series)
+    series = (estimate, curve("truth", t, true))
+    return Chart("Distance of the lead", "time, s", "distance, m", (0.0, 40.0), (0.0, 60.0), series)
 
 
 def threat_chart(times_s: list[float], results: list[FrameResult]) -> Chart:
@@ -135,11 +135,11 @@ def threat_chart(times_s: list[float], results: list[FrameResult]) -> Chart:
     series = (curve("braking needed", t, braking),)
     bands = ((min(shown), max(shown)),) if shown else ()
     return Chart(
-        "The warning, and the braking needed",
-        "s",
-        "m/s²",
+        "Braking needed while the warning is shown",
+        "time, s",
+        "braking, m/s²",
         (min(t) - 1, max(t) + 1),
-        (0.0, 8.0),
+        (0.0, 4.0),
         series,
         bands,
     )
@@ -147,7 +147,7 @@ def threat_chart(times_s: list[float], results: list[FrameResult]) -> Chart:
 
 def curve(name: str, x: Iterable[float], y: Iterable[float], line: bool = False) -> Series:
     """One series."""
-    return Series(name, list(zip(x, y, strict=True)), line=line)
+    return Series(name, list(zip(x, y, strict=True)), line=line, dot_px=3)
 
 
 def percent(values: list[float]) -> list[float]:

@@ -40,7 +40,9 @@ def check_outputs(command: object) -> None:
                 and output.resolve().is_relative_to(read.resolve())
             ):
                 what = "the drive itself" if read.suffix == ".mcap" else "what is read, or part of it"
-                raise UserError(f"--{name} {output}: this is {what}, and would be lost; name another file")
+                raise UserError(
+                    f"--{name} {output}: this is {what}, and would be overwritten; choose another file"
+                )
 
 
 def _paths(value: object, name: str = "") -> Iterator[tuple[str, Path]]:

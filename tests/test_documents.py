@@ -14,6 +14,7 @@ DOCUMENTS = sorted(
     for path in ROOT.glob(pattern)
 )
 LINK = re.compile(r"\]\(([^()\s]+)\)")
+NAMED_PATH = re.compile(r"(?<![\w/.~-])(?:fcw|fcw_viz|tests|docs|benchmarks|examples)/[\w./-]*\w")
 
 
 def anchors(path: Path) -> set[str]:
@@ -32,6 +33,13 @@ def test_every_link_leads_somewhere(document: Path):
         path = (document.parent / name).resolve() if name else document
         assert path.exists(), target
         assert not anchor or anchor in anchors(path), target
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_every_file_and_folder_of_the_code_that_is_named_is_there(document: Path):
+    quoted = re.findall(r"`([^`\n]+)`|^    (\S.*)$", document.read_text(encoding="utf-8"), re.MULTILINE)
+    named = {path for inline, block in quoted for path in NAMED_PATH.findall(f" {inline or block}")}
+    assert [path for path in sorted(named) if not (ROOT / path).exists()] == []
 
 
 def test_the_readme_is_short():

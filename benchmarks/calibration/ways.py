@@ -72,6 +72,14 @@ PICTURES = (
         Gaussian(1.2, 0.03),
     ),
     Clicked(
+        "udacity_test_small1, picture 0",
+        ((266.0, 684.0), (581.0, 460.0)),
+        ((890.0, 570.0), (698.5, 455.5)),
+        ((890.0, 570.0), (735.5, 477.0), (698.5, 455.5)),
+        Gaussian(1.19, 0.03),
+    ),
+    # The first dash lies beside a joint of the bridge, where their period is broken: no rule holds there.
+    Clicked(
         "udacity_test_small1, picture 70",
         ((266.0, 683.0), (600.0, 444.0)),
         ((995.0, 625.2), (703.0, 458.0)),
@@ -86,6 +94,10 @@ CLIPS = {
     "udacity_project_video_cut": (423.5, 1395.0, 1.205),
 }
 KITTI_FOCAL_PX, KITTI_HEIGHT_M, KITTI_HORIZON_PX = 721.538, 1.65, 176.6
+
+
+HELD: list[bool] = []
+"""Of each way reported, whether its interval holds the truth."""
 
 
 def say(text: str) -> None:
@@ -107,6 +119,7 @@ def main() -> None:
     for name, (horizon_px, scale, height_m) in CLIPS.items():
         _ways_of_a_clip(data / "clips" / f"{name}.mp4", horizon_px + scale / AT_M, height_m, options.quick)
     _known_speed(data / "kitti-odometry-03")
+    say(f"\n{sum(HELD)} of {len(HELD)} inside their interval, which is to hold two of three")
 
 
 def _ways_of_a_picture(picture: Clicked, lens: Lens) -> None:
@@ -233,7 +246,8 @@ def _report(name: str, way: Callable[[], Calibration], place: np.ndarray) -> Non
     row_px = float(place[1] if straight is None else straight.to_straight(place[None])[0, 1])
     seen_m = calibration.distance_at(row_px)
     low_m, high_m = calibration.distance_interval(row_px)
-    holds = "inside" if low_m <= AT_M <= high_m else "OUTSIDE"
+    HELD.append(low_m <= AT_M <= high_m)
+    holds = "inside" if HELD[-1] else "OUTSIDE"
     say(f"  {name:50} {seen_m:5.1f} m  {seen_m / AT_M - 1:+6.1%}  {low_m:5.1f} to {high_m:5.1f}  {holds}")
 
 

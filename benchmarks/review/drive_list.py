@@ -23,7 +23,7 @@ from review_page_latency import READY_MS, serving
 from fcw.versions import machine
 
 ROWS = "document.querySelectorAll('.fcw-row').length"
-ALL_READ = "!/to be read/.test(document.querySelector('.fcw-folder > p')?.innerText ?? 'to be read')"
+ALL_READ = "!/reading/.test(document.querySelector('.fcw-folder > p')?.innerText ?? 'reading')"
 FILTERED = "[...document.querySelectorAll('.fcw-folder > p')].some((p) => /as asked for/.test(p.innerText))"
 PICTURED = (
     "[...document.querySelectorAll('.fcw-row .fcw-thumb')].every((one) => one.style.backgroundImage !== '')"

@@ -206,7 +206,7 @@ class ReviewStore:
         if entry is None:
             raise UserError("this was taken back already, or never said; there is nothing to take back")
         if entry.person != person:
-            raise UserError(f"only {entry.person} can take this back; say what you think of it beside it")
+            raise UserError(f"only {entry.person} can take this back; add your own note instead")
 
     def _file(self, path: Path) -> LockedFile:
         """A person's file, opened, locked and begun where it is not yet."""
@@ -285,8 +285,8 @@ def _read_file(path: Path, digest: str) -> _Content:
     entries, troubles = [], []
     if header.get("log") != digest:
         troubles.append(
-            f"{path}: was written for another log; the drive was run anew since, so check what it says of "
-            "tracks and boxes"
+            f"{path}: was written for an earlier run of this drive; vehicle numbers and boxes may be "
+            "different now, so check what it says of them"
         )
     for number, line in enumerate(lines[1:], 2):
         try:

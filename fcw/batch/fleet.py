@@ -24,10 +24,12 @@ HEADWAY_EDGES_S = np.linspace(0.0, 5.0, 51)
 TTC_EDGES_S = np.linspace(0.0, 6.0, 31)
 LEAST_RANGE = 0.5
 """Of an axis, in its own unit: a fleet in which nothing differs has one, too."""
+MOST_NUMBERS = 10
+"""Of drives along an axis."""
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; max-width: 1180px; margin: 2rem auto }
 body { padding: 0 1rem }
-.charts { display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 1rem }
+.charts { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(480px, 100%), 1fr)); gap: 1rem }
 .moments { display: grid; grid-template-columns: repeat(auto-fill, minmax(180px, 1fr)); gap: .8rem }
 figure { margin: 0 }
 figure img, figure i { width: 100%; aspect-ratio: 16/9; display: block; background: #dde3ea }
@@ -81,16 +83,19 @@ class Fleet:
 
     def charts(self) -> list[Chart]:
         """The fleet in four charts."""
-        drives = f"drive, in the order of names (1 to {len(self.names)})"
+        drives = "number of the drive, in the order of names"
         share = self.headway_frames / max(int(self.headway_frames.sum()), 1)
         counts = np.histogram(self.least_ttc_s, TTC_EDGES_S)[0]
         return [
             _by_drive("Warnings per hour", drives, "warnings per hour", self.warnings_per_hour),
             _by_drive(
-                "Mount at the end against its calibration", drives, "degrees lower", self.mount_off_deg
+                "Camera pitch at the end of the drive",
+                drives,
+                "degrees below the calibration",
+                self.mount_off_deg,
             ),
-            _histogram("Headway to the lead", "headway, s", "part of the time", HEADWAY_EDGES_S, share),
-            _histogram("Smallest time to collision", "TTC, s", "events", TTC_EDGES_S, counts),
+            _histogram("Headway to the lead", "headway, s", "share of the time", HEADWAY_EDGES_S, share),
+            _histogram("Smallest time to collision", "TTC, s", "events", TTC_EDGES_S, counts, 5.0),
         ]
 
     def html(self, out: Path) -> str:
@@ -103,7 +108,8 @@ class Fleet:
         moments = "".join(_moment_html(out, name, event) for name, event in self.moments)
         return (
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>Fleet</title>'
-            f"<style>{_STYLE}</style><h1>{len(self.names)} drives</h1>"
+            '<meta name="viewport" content="width=device-width, initial-scale=1">'
+            f"<style>{_STYLE}</style><h1>{len(self.names)} drive{'s' * (len(self.names) != 1)}</h1>"
             f'<h2>Worst moments</h2><div class="moments">{moments or "None."}</div>'
             f'<h2>The fleet</h2><div class="charts">{charts}</div></html>\n'
         )
@@ -134,19 +140,25 @@ def _by_drive(title: str, x_label: str, y_label: str, values: Sequence[float]) -
     margin = max((high - low) * 0.05, LEAST_RANGE / 2)
     points = list(enumerate(values, 1))
     y_range = (low - margin if low < 0 else 0.0, high + margin)
-    return Chart(
-        title, x_label, y_label, (0.0, len(values) + 1.0), y_range, [Series(title, points, dot_px=3)]
-    )
+    numbers = range(1, len(values) + 1, -(-len(values) // MOST_NUMBERS))
+    x_range = 0.0, len(values) + 1.0
+    return Chart(title, x_label, y_label, x_range, y_range, [Series("", points, dot_px=4)], x_ticks=numbers)
 
 
 def _histogram(
-    title: str, x_label: str, y_label: str, edges: NDArray[np.float64], heights: NDArray[np.generic]
+    title: str,
+    x_label: str,
+    y_label: str,
+    edges: NDArray[np.float64],
+    heights: NDArray[np.generic],
+    least_top: float = 0.0,
 ) -> Chart:
+    """Heights over their edges; the vertical axis reaches `least_top` at least."""
     steps = [
         (float(x), float(height))
         for height, *sides in zip(heights, edges[:-1], edges[1:], strict=True)
         for x in sides
     ]
-    top = max([float(height) for height in heights], default=0.0) * 1.05 or 1.0
+    top = max(least_top, *(float(height) for height in heights)) * 1.05 or 1.0
     x_range = float(edges[0]), float(edges[-1])
-    return Chart(title, x_label, y_label, x_range, (0.0, top), [Series(title, steps, line=True)])
+    return Chart(title, x_label, y_label, x_range, (0.0, top), [Series("", steps, line=True)])

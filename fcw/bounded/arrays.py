@@ -25,7 +25,7 @@ def npz_arrays(source: Path | bytes) -> dict[str, NDArray[Any]]:
 
     Raises:
         OSError: the file is not there, or cannot be read.
-        MalformedError: it is no archive of arrays of numbers, damaged, or larger than it may be.
+        MalformedError: it is not an archive of arrays of numbers, damaged, or larger than it may be.
     """
     data = source if isinstance(source, bytes) else read_bytes(source, MOST_ARCHIVE_BYTES)
     try:
@@ -52,7 +52,7 @@ def npz_arrays(source: Path | bytes) -> dict[str, NDArray[Any]]:
         OverflowError,
         UnicodeError,
     ) as error:
-        raise MalformedError(f"no archive of arrays ({error})") from error
+        raise MalformedError(f"not an archive of arrays ({error})") from error
 
 
 def take(arrays: dict[str, NDArray[Any]], names: Iterable[str]) -> None:
@@ -62,7 +62,7 @@ def take(arrays: dict[str, NDArray[Any]], names: Iterable[str]) -> None:
         MalformedError: naming those that are missing.
     """
     if missing := [name for name in names if name not in arrays]:
-        raise MalformedError(f"it lacks {', '.join(missing)}")
+        raise MalformedError(f"missing: {', '.join(missing)}")
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
@@ -77,8 +77,8 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
         warnings.simplefilter("ignore")  # of Python, about what a header that is none looks like
         shape, _, dtype = read_header(stream)
     if dtype.hasobject:
-        raise MalformedError(f"{member.filename} holds Python objects")
+        raise MalformedError(f"{member.filename} contains Python objects")
     if math.prod(shape) * dtype.itemsize != len(content) - stream.tell():
-        raise MalformedError(f"{member.filename} is not as long as it says")
+        raise MalformedError(f"{member.filename} does not have the length that it states")
     stream.seek(0)
     return np.lib.format.read_array(stream, allow_pickle=False)

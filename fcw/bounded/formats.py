@@ -72,7 +72,7 @@ def xml_root(data: bytes) -> ElementTree.Element:
         depth -= 1
 
     def doctype(*_: object) -> None:
-        raise MalformedError("it has a document type")
+        raise MalformedError("a document type is not allowed")
 
     parser = expat.ParserCreate()
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -130,7 +130,7 @@ def _check(value: object) -> None:
             elif isinstance(one, list):
                 below += one
             elif isinstance(one, str) and not one.isascii() and re.search("[\ud800-\udfff]", one):
-                raise MalformedError("half a character in a text")
+                raise MalformedError("an incomplete character in a text")
         level = below
 
 
@@ -141,7 +141,7 @@ class _BoundedLoader(yaml.SafeLoader):
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent) or getattr(self.peek_event(), "anchor", None) is not None:
-            raise MalformedError("it has anchors; write out what they stand for")
+            raise MalformedError("anchors are not allowed; write out the values")
         self._depth += 1
         if self._depth > DEEPEST:
             raise MalformedError("nested too deeply")

@@ -96,8 +96,8 @@ def parse_gpx(data: bytes, name: str) -> GpxTrack:
             raise UserError(f"{name}, track point {number}: {error!s}; {EXPECTED}") from None
         if times_s and time_s <= times_s[-1]:
             raise UserError(
-                f"{name}, track point {number}: its time is not after that of the point before; "
-                "sort the points by time, each once"
+                f"{name}, track point {number}: its time is not later than that of the point before; "
+                "sort the points by time, and remove duplicates"
             )
         times_s.append(time_s)
         places.append(place)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from fcw.bounded.files import MalformedError, read_bytes
 
 MOST_FILE_BYTES = 128 << 20
-MOST_PIXELS = 64 << 20
-"""Decoded 200 MB; cameras of phones have 50 to 200 million only when asked to."""
+MOST_PIXELS = 48 << 20
+"""Decoded 150 MB; cameras of phones have 50 to 200 million only when asked to."""
 LONGEST_SIDE_PX = 16384
 
 

@@ -54,6 +54,7 @@ class FindingKind(Enum):
     PERIOD = "period"
     ROLL = "roll"
     VEHICLES = "vehicles"
+    LENS = "lens"
 
 
 SMALLEST_SIGMA_PX = 0.01

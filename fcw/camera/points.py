@@ -217,6 +217,10 @@ def _check_point(point: GroundPoint, size: ImageSize) -> None:
             )
 
 
+MOST_SLOPE = 0.1
+"""Of a line across the road, in the picture of any camera that somebody put up by eye: six degrees."""
+
+
 def check_repeats(points: Sequence[GroundPoint], row_sigma_px: float) -> None:
     """Refuse points of one distance in rows that clicks of this error cannot both give.
 
@@ -229,7 +233,11 @@ def check_repeats(points: Sequence[GroundPoint], row_sigma_px: float) -> None:
     """
     for near, far in pairwise(sorted(points, key=lambda point: point.distance_m)):
         same = far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M
-        contradictory = abs(near.row_px - far.row_px) > REPEAT_SIGMAS * row_sigma_px
+        apart_px = REPEAT_SIGMAS * row_sigma_px
+        if near.column_px is not None and far.column_px is not None:
+            # Beside each other, a tilted camera or a lens that bends the picture moves them.
+            apart_px += MOST_SLOPE * abs(near.column_px - far.column_px)
+        contradictory = abs(near.row_px - far.row_px) > apart_px
         if same and (contradictory or row_sigma_px == 0):
             raise PointsError(
                 f"points {near} and {far} have the same distance, {near.distance_m:g} m; "

@@ -27,7 +27,7 @@ class Series:
     """One set of points.
 
     Attributes:
-        name: in the legend.
+        name: in the legend; empty for a chart whose title says it.
         points: x and y; what is not finite, or outside the axes, is left out.
         line: whether they are joined.
         dot_px: radius of points that are not joined.
@@ -106,7 +106,10 @@ class Chart:
     def _legend(self, colors: Sequence[str]) -> tuple[list[str], float]:
         """Signs and names under the title, in as many lines as they take; where the plot begins."""
         parts, left, base = [], float(LEFT_PX), float(TITLE_PX + FONT_PX)
-        for series, color in zip(self.series, colors, strict=True):
+        named = [pair for pair in zip(self.series, colors, strict=True) if pair[0].name]
+        if not named:
+            return [], TITLE_PX
+        for series, color in named:
             width = SWATCH_PX + LETTER_PX * len(series.name)
             if left > LEFT_PX and left + width > WIDTH_PX - RIGHT_PX:
                 left, base = float(LEFT_PX), base + LEGEND_PX

@@ -135,7 +135,7 @@ def own_speed_text(result: FrameResult, imperial: bool = False) -> str:
     text, motion = speed_text(result.ego_speed_mps, imperial), result.own_motion
     if motion is None or motion.speed_source is not SpeedSource.PICTURE or motion.speed_sigma_mps is None:
         return text
-    return f"{text} +- {speed_text(motion.speed_sigma_mps, imperial)} by the picture"
+    return f"{text} +- {speed_text(motion.speed_sigma_mps, imperial)} from the picture"
 
 
 def overlay_path(result: FrameResult, calibration: Calibration) -> tuple[PixelLine, PixelLine] | None:

@@ -87,7 +87,7 @@ class LiveSource(ForwardingSource):
         if not self.dropped:
             return notes
         pictures = f"{self.dropped} picture{'s' * (self.dropped != 1)}"
-        return (*notes, f"{self.name}: {pictures} left out, to stay in the present")
+        return (*notes, f"{self.name}: {pictures} skipped to keep up")
 
     def now_s(self) -> float:
         """The present moment on the clock of `Capture.captured_s`."""

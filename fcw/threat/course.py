@@ -14,6 +14,9 @@ that stands beside a road that bends. Where our turning now was measured it is t
 path will do (`fcw.motion.bend.turn`): of what stands the rate then says nothing of the bend ahead. An error
 of the heading alone does not matter: what is on a collision course keeps its bearing, wherever the camera
 looks.
+
+The constants follow from how people drive, as each says; they were chosen and tried on KITTI tracking 0000 to
+0010 and the simulated scenarios. Nothing was left out, so that neither is evidence for them.
 """
 
 import math

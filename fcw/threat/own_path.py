@@ -1,4 +1,8 @@
-"""The own path where nobody has measured it: straight, or as the yaw rate says, and how uncertain that is."""
+"""The own path where nobody has measured it: straight, or as the yaw rate says, and how uncertain that is.
+
+The constants were chosen and tried on KITTI tracking 0000 to 0010 and the simulated scenarios; nothing was
+left out.
+"""
 
 import math
 

@@ -3,6 +3,9 @@
 After Brannstrom, Coelingh & Sjoberg 2010, "Model-based threat assessment for avoiding arbitrary vehicle
 collisions" (braking and steering needed), and Lefevre, Vasquez & Laugier 2014, "A survey on motion prediction
 and risk assessment for intelligent vehicles" (the probability of a collision if nobody acts).
+
+The constants below were chosen and tried on KITTI tracking 0000 to 0010 and the simulated scenarios; nothing
+was left out.
 """
 
 import math
@@ -49,6 +52,7 @@ class Threat:
         offset_m: of its middle from our path's then, positive to the left.
         offset_sigma_m: 1-sigma.
         comes_in: whether it surely moves towards our path's middle.
+        crosses: whether it surely moves across faster than anyone changes lane.
         turn_known: whether our turning is known: else what stands beside a bend may seem to come in.
         bend_changes: whether we are known to steer into a bend, or out of one: where the path will be is
             known less well then, and who stands in its way now will mostly not.
@@ -70,6 +74,7 @@ class Threat:
     offset_m: float
     offset_sigma_m: float
     comes_in: bool
+    crosses: bool
     turn_known: bool
     bend_changes: bool
     overlap_now_m: float
@@ -175,6 +180,7 @@ def _assess_one(
         offset_m=place.offset_m,
         offset_sigma_m=place.sigma_m,
         comes_in=place.comes_in,
+        crosses=place.crosses,
         turn_known=turn is not None,
         bend_changes=turn is not None and bend_mps2 > STEADY_BEND_MPS2,
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),

@@ -29,7 +29,7 @@ def describe(state: WarningState, imperial: bool = False) -> str:
     high_m = state.distance_high_m
     high = "unbounded" if high_m is None or high_m == float("inf") else distance_text(high_m, imperial)
     low = distance_text(state.distance_low_m or 0.0, imperial)
-    vehicle = f"vehicle {state.track_id}{', no longer seen,' if state.extrapolated else ''}"
+    vehicle = f"vehicle {state.track_id}{', not seen any more,' if state.extrapolated else ''}"
     figures = [f"{vehicle} at {distance_text(state.distance_m, imperial)} ({low} to {high})"]
     if state.ttc_s is not None:
         if state.closing_speed_mps is not None:
@@ -55,9 +55,9 @@ def reason(state: WarningState, imperial: bool = False) -> str:
         return text
     if state.rule == RULE_BRAKING_DUE and needed_m is not None and state.distance_m is not None:
         spare_m = state.distance_m - needed_m
-        end = f"stay {distance_text(spare_m, imperial)} behind it"
+        end = f"would stay {distance_text(spare_m, imperial)} clear"
         if spare_m < 0:
-            end = f"are {distance_text(-spare_m, imperial)} too near"
+            end = f"are {distance_text(-spare_m, imperial)} too close"
         return f"{text}, with {assumes} you {end}"
     if state.rule == "rss" and needed_m is not None:
         return f"{text} of {distance_text(needed_m, imperial)}, {assumes}"

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fcw.threat.threat import Threat, required_deceleration_mps2
+from fcw.tracking.types import SeenBy
 from fcw.warning.evidence import Evidence
 from fcw.warning.rule import Rule
 from fcw.warning.types import WarningLevel, WarningState
@@ -26,6 +27,27 @@ class _Memory:
     """Since when a rule of `caution` or more has held."""
     on_course: bool = False
     """In the frame before."""
+    found_s: float = 0.0
+    """For how long the detector has found it, all in all."""
+    carried_s: float = 0.0
+    """Since it did last."""
+
+    @property
+    def is_vouched_for(self) -> bool:
+        """Whether it has not been carried by the picture for longer than it was found.
+
+        One false box, or a few, is carried for seconds, and what it is carried by, the road or what stands
+        beside it, comes nearer. A lead that fills the picture was found for long before.
+        """
+        return self.carried_s <= self.found_s
+
+    def see(self, seen_by: SeenBy, passed_s: float) -> None:
+        """Take what saw it in a frame, and the time since the frame before."""
+        if seen_by is SeenBy.DETECTOR:
+            self.found_s += passed_s
+            self.carried_s = 0.0
+        else:
+            self.carried_s += passed_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +100,8 @@ class RulePolicy:
         warned = next((threat for threat in threats if threat.track.track_id == warned_id), None)
         if warned is not None and warned.track.ttc_s is not None:
             self._shortest_ttc_s = min(self._shortest_ttc_s, warned.track.ttc_s)
+        for threat in threats:
+            self._memories[threat.track.track_id].see(threat.track.seen_by, passed_s)
         due = [found for threat in threats if (found := self._judge(time_ns, threat, ego_speed_mps))]
         # Of two of one level the one that is warned of stays, else the more urgent one, which comes first.
         best = max(due, key=lambda one: (one.level, one.threat is warned), default=None)
@@ -131,7 +155,7 @@ class RulePolicy:
         # Who comes in counts from before it became the lead.
         comes = on_course and (not threat.is_lead or memory.course_ns is not None)
         memory.course_ns = _since(memory.course_ns, time_ns, comes)
-        seen = evidence.is_seen(vehicle, own_mps)
+        seen = memory.is_vouched_for and evidence.is_seen(vehicle, own_mps)
         may_follow = seen and _lasts(memory.lead_ns, time_ns, evidence.minimum_lead_s)
         may_close = (
             seen

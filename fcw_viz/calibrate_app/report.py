@@ -206,7 +206,7 @@ def _priors(state: SessionState) -> str:
     for name, field, belief, unit, unit_text in (
         ("field of view", "field_of_view", document.field_of_view, math.degrees(1), "°"),
         ("principal row", "principal_row", document.principal_row, 1.0, ""),
-        ("horizon as dragged, row", "horizon", document.horizon, 1.0, ""),
+        ("horizon as said, row", "horizon", document.horizon, 1.0, ""),
     ):
         if belief is not None:
             facts.append((name, field, belief.prior, belief.enabled, unit, unit_text))

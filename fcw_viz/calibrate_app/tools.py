@@ -9,4 +9,5 @@ class Tool(Enum):
     POINTS = "points"
     LANE_LINES = "lane lines"
     HORIZON = "horizon"
+    EDGE = "edge"
     MEASURE = "measure"

@@ -129,11 +129,12 @@ def run_batch(command: BatchCommand) -> int:
                 RESULTS.print(f"{record.name}: {record.reason}", soft_wrap=True, markup=False)
         done = sum(record.state is State.DONE for record in ordered)
         RESULTS.print(
-            f"{done} of {len(ordered)} drives done, {events} events in {command.out / EVENTS_NAME}",
+            f"{done} of {len(ordered)} drives done, {events} event{'s' * (events != 1)} "
+            f"in {command.out / EVENTS_NAME}",
             soft_wrap=True,
             markup=False,
         )
-        RESULTS.print(f"look at them: fcw review {command.out}", soft_wrap=True, markup=False)
+        RESULTS.print(f"review them: fcw review {command.out}", soft_wrap=True, markup=False)
     if interrupted:
         return 130
     return 0 if all(record.state in (State.DONE, State.DUPLICATE) for record in ordered) else 2

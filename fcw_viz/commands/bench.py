@@ -13,25 +13,25 @@ class BenchCommand:
     computer affects all cases alike."""
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
-    """Video to measure on; by default the shipped drive."""
+    """Video to measure on. Default: the shipped drive."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Its calibration file; by default `<name>.calibration.yaml` beside the source."""
+    """Its calibration file. Default: `<name>.calibration.yaml` beside the source."""
     rounds: int = 3
-    """How often each case is run; medians and minima are reported."""
+    """Number of runs of each case. Medians and minima are reported."""
     detector_frames: int = 60
-    """Pictures on which the detectors are compared in each round, one thread."""
+    """Number of pictures for the detectors in each round, in one thread."""
     shortest: float = 40.0
-    """Seconds; a shorter video is repeated to this duration where whole drives are measured."""
+    """For whole drives: a video shorter than this is repeated to reach it, in seconds."""
     onnx: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """A YOLO net to measure beside the own detectors."""
+    """A YOLO net to measure beside the built-in detectors."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
-    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
+    """Classes of the ONNX model that count as vehicles. Default: cars, trucks and buses."""
     report: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
-    """Write bench.txt, bench.json, and pictures of time by stage, by windows and by pitch tolerance there."""
+    """Folder for bench.txt, bench.json, and charts of time by stage, by windows and by pitch tolerance."""
     against: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """The bench.json, or the JSON, of an earlier run: print each ratio beside what it was then."""
+    """bench.json or the JSON output of an earlier run: print each ratio beside the earlier one."""
     json: bool = False
-    """Print the figures as JSON on stdout, alone."""
+    """Print the figures as JSON, and nothing else on stdout."""
 
 
 def run_bench(command: BenchCommand) -> int:

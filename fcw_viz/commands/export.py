@@ -11,13 +11,13 @@ ExportFormat = Literal["csv", "parquet", "kitti", "mot", "coco", "mp4", "rrd", "
 
 @dataclass(frozen=True, slots=True)
 class ExportCommand:
-    """Write drive logs as tables, tracks, boxes, a video with the overlay, or a cut of a time range."""
+    """Write drive logs as tables, tracks, boxes, a video with the overlay, or a clip of a time range."""
 
     drives: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE ...")]
     """Drive logs (drive.mcap), folders that hold one, or folders of such folders."""
     format: ExportFormat
     """csv, parquet: a row for each track and frame. kitti, mot: tracks. coco: boxes. mp4: video with overlay.
-    rrd: for the rerun viewer. mcap: a drive log of its own. docs/export.md describes each."""
+    rrd: for the rerun viewer. mcap: a separate drive log. docs/export.md describes each."""
     out: Annotated[Path, tyro.conf.arg(metavar="PATH")]
     """File to write, or a folder with one file for each drive, created if needed. csv, parquet and coco put
     all drives into one file."""
@@ -35,7 +35,7 @@ class ExportCommand:
     every: Annotated[int, tyro.conf.arg(metavar="N")] = 1
     """coco: only every Nth frame of the drive."""
     overwrite: bool = False
-    """Replace files that are there already."""
+    """Replace existing files."""
 
 
 def run_export(command: ExportCommand) -> int:

@@ -37,11 +37,11 @@ def run_simulate(command: SimulateCommand) -> int:
     video = command.out / VIDEO_NAME
     RESULTS.print(
         f"{video}: {scenario.duration_s:g} s, {scenario.frame_count} frames\n"
-        f"The white bars on the road of its first picture are {marks} m from the front bumper, which is "
+        f"The white bars on the road in the first picture are {marks} m from the front bumper, which is "
         f"{scenario.camera.reference_offset_m:g} m ahead of the camera; the camera is "
         f"{scenario.camera.height_m:g} m high.\n\n"
         f"  {command.out / CALIBRATION_NAME}   its true calibration\n"
-        f"  {command.out / TRUTH_LOG_NAME}   what is true, as a log: open it as one of `fcw run`\n"
+        f"  {command.out / TRUTH_LOG_NAME}   the truth as a log: open it like one of `fcw run`\n"
         f"  fcw run {video} --ego-speed {command.out / SPEED_NAME}",
         soft_wrap=True,
     )

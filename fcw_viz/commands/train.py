@@ -23,7 +23,7 @@ class TrainCommand:
     detector: Literal["acf", "net"] = "acf"
     """Which detector; net needs PyTorch (pip install 'fcw[train]')."""
 
-    score_threshold: float | None = None
+    score_threshold: Annotated[float | None, tyro.conf.arg(metavar="SCORE")] = None
     """net: score from which a window counts as a vehicle. Default: chosen on clips that a first training
     leaves out."""
 

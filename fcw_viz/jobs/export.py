@@ -106,9 +106,9 @@ def _check(job: ExportJob) -> None:
     if (job.pictures or job.every != 1) and job.format != "coco":
         given = {"--annotations": job.annotations, "--pictures": job.pictures, f"--every {job.every}": True}
         option = next(option for option, is_given in given.items() if is_given)
-        raise UserError(f"{option} --format {job.format}: this is for coco; leave it out")
+        raise UserError(f"{option} --format {job.format}: only for coco; leave it out")
     if job.annotations and job.every != 1:
-        raise UserError(f"--every {job.every} --annotations: people chose the frames; leave it out")
+        raise UserError(f"--every {job.every} --annotations: people chose the frames; leave out --every")
     if job.every < 1:
         raise UserError(f"--every {job.every}: expected a whole number of at least 1")
 
@@ -126,8 +126,8 @@ def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None])
         clips.append(clip)
         if not clip.log.complete:
             note(
-                f"{path}: its writer was stopped before the end: exported up to where it is torn, at "
-                f"{clip.log.series().duration_s:.1f} s; `fcw recover` makes a whole log of it"
+                f"{path}: its writer was stopped early: exported up to the damage, at "
+                f"{clip.log.series().duration_s:.1f} s; `fcw recover` repairs the log"
             )
     if not clips:
         raise errors[0]
@@ -151,11 +151,11 @@ def _labelled(clips: Sequence[DriveClip], note: Callable[[str], None]) -> dict[s
     if not reviews:
         logs = ", ".join(str(clip.log.path) for clip in clips)
         raise UserError(
-            f"--annotations: nobody has labelled a frame of {logs} in that time; "
+            f"--annotations: no frame of {logs} in that time is labelled; "
             "correct boxes, or say that they are right, in `fcw review`"
         )
     for clip in without:
-        note(f"left out: nobody has labelled a frame of {clip.log.path} in that time")
+        note(f"left out: no frame of {clip.log.path} in that time is labelled")
     return reviews
 
 
@@ -171,7 +171,7 @@ def _targets(job: ExportJob, names: Sequence[str]) -> list[Path]:
     elif len(names) == 1:
         targets = [job.out]
     else:
-        raise UserError(f"--out {job.out}: {len(names)} drives make a file each; name a folder")
+        raise UserError(f"--out {job.out}: {len(names)} drives need one file each; give a folder")
     if is_folder:
         try:
             job.out.mkdir(parents=True, exist_ok=True)
@@ -187,13 +187,13 @@ def _check_targets(
 ) -> None:
     for target in targets:
         if target.resolve() in drives.values():
-            raise UserError(f"--out {target}: this is the drive itself; name another file")
+            raise UserError(f"--out {target}: this is the drive itself; choose another file")
     if job.overwrite:
         return
     pictures = [targets[0].parent / PICTURES_NAME / clip.name for clip in clips] if job.pictures else []
     for target in (*targets, *pictures):
         if target.exists():
-            raise UserError(f"{target}: is there already; name another place, or replace it with --overwrite")
+            raise UserError(f"{target}: exists already; choose another name, or replace it with --overwrite")
 
 
 def _write_events(job: ExportJob, target: Path, clips: Sequence[DriveClip]) -> str:
@@ -276,7 +276,7 @@ def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable
                 if folder not in str(error):  # it is about the drive
                     raise
                 raise UserError(
-                    f"{target}: cannot be written whole; make room on the disk, or name another place"
+                    f"{target}: cannot be written completely; make room on the disk, or choose another place"
                 ) from error
             written.replace(target)
     except OSError as error:

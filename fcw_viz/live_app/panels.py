@@ -30,10 +30,10 @@ TOP_PX = 8.0
 """Over the plots."""
 FIRST_LAYOUT = StripLayout(1040.0, 300.0)
 HELP_ROWS = (
-    ("B", "the road from above, or the picture"),
-    ("M", "sound off, on"),
+    ("B", "view from above, or the picture"),
+    ("M", "sound on, off"),
     ("O", "picture without the overlay"),
-    ("Mouse", "over a box: what is known of the vehicle"),
+    ("Mouse", "over a box: details of the vehicle"),
     ("F", "whole picture"),
 )
 
@@ -83,7 +83,7 @@ class LivePanels:
         self._latency = gui.add_html("")
         gui.add_html(text_block(f'<div class="fcw-keys">{help_table(HELP_ROWS)}</div>'))
         self.show_aspect(16, 9)
-        self.show_head("waits for the first picture", False)
+        self.show_head("waiting for the first picture", False)
 
     def resized(self, about: str) -> None:
         """The browser has told an element's size."""
@@ -108,7 +108,7 @@ class LivePanels:
         self, result: FrameResult, header: DriveHeader, time_s: float, dropped: int, latency: LatencyFigures
     ) -> None:
         """What was found in a frame, and how old it is."""
-        left_out = f" · {dropped} pictures left out" if dropped else ""
+        left_out = f" · {dropped} pictures skipped" if dropped else ""
         self.show_head(
             f"{time_text(time_s)} · {header.image_size} · {escape(header.detector)}{left_out}", False
         )
@@ -149,8 +149,8 @@ class LivePanels:
 def _sound_html() -> str:
     return (
         '<div class="fcw-sound">'
-        f'<button {says("mute:")} title="Sound off, on (M)">Sound</button>'
+        f"<button {says('mute:')} title=Sound on, off (M)>Sound</button>"
         '<span class="waits">silent until you click or press a key here</span>'
         '<span class="on">on</span><span class="muted">off</span></div>'
-        f'<button {says("birdseye:")} title="The road from above, or the picture (B)">From above</button>'
+        f'<button {says("birdseye:")} title="View from above, or the picture (B)">From above</button>'
     )

@@ -179,8 +179,8 @@ class LiveTab(PageTab):
 
     def _keys(self) -> tuple[Key, ...]:
         return (
-            Key("The road from above, or the picture", "B", None, self._switch_birds_eye),
-            Key("Sound off, on", "M", None, self._mute),
+            Key("View from above, or the picture", "B", None, self._switch_birds_eye),
+            Key("Sound on, off", "M", None, self._mute),
             Key("Picture with or without overlay", "O", None, self._switch_overlay),
             Key("Whole picture", "F", None, self.view.fit),
         )

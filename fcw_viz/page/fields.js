@@ -16,7 +16,7 @@
   };
 
   // What is typed right after a click that asks for a number waits for its field.
-  const WAIT_MS = 2500;
+  const WAIT_MS = 6000;
   let waiting = null;
   const insert = (input, text) => {
     const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
@@ -48,13 +48,17 @@
     event.stopImmediatePropagation();
   }, { capture: true });
 
-  window.fcwFocus = (uuid, tries) => {
+  // The browser builds a new field a moment after it was told to, a slow one seconds after.
+  let wanted = null;
+  window.fcwFocus = (uuid, until = performance.now() + WAIT_MS) => {
+    wanted = uuid;
     const input = inputOf(uuid);
     if (input) {
       input.focus();
       const keys = waiting ? stopWaiting() : [];
       if (keys.length) insert(input, keys.join(""));
-    } else if (tries > 0) setTimeout(() => window.fcwFocus(uuid, tries - 1), 30);
+    } else if (performance.now() < until)
+      setTimeout(() => { if (wanted === uuid) window.fcwFocus(uuid, until); }, 30);
   };
 
   // Saving is saving everywhere, also while a number is typed; never the browser's own "save page".

@@ -31,8 +31,6 @@ if (!window.fcwManners) {
 click on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
 _LAYOUT = Path(__file__).with_name("layout.js").read_text()
 _FIELDS = Path(__file__).with_name("fields.js").read_text()
-FOCUS_TRIES = 20
-"""The browser builds a new field a moment after it was told to."""
 
 
 def install(client: viser.ClientHandle, title: str) -> None:
@@ -44,7 +42,7 @@ def install(client: viser.ClientHandle, title: str) -> None:
 
 def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
     """Put the cursor in a labelled field, also in one that was added just now."""
-    run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)}, {FOCUS_TRIES});")
+    run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)});")
 
 
 def expect_typing(client: viser.ClientHandle, expected: bool) -> None:

@@ -57,5 +57,5 @@ class PageTab:
         except UserError as error:
             self.refuse(error)
         except Exception:
-            self.notify("That failed by a fault of the program; its terminal says which", trouble=True)
+            self.notify("This failed because of a fault in the program; see its terminal", trouble=True)
             raise

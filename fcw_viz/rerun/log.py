@@ -116,7 +116,7 @@ class RerunSink:
             self._recording = None
         try:
             if self._failed or not _has_footer(self._partial_path):
-                raise self._unwritten("it has no end")
+                raise self._unwritten("its end is missing")
             self._partial_path.replace(self._path)
         except OSError as error:
             raise self._unwritten(f"{error.strerror}; something removed or moved it") from error

@@ -17,7 +17,9 @@ from fcw.errors import UserError
 from fcw_viz.page.guard.guard import HOST
 from fcw_viz.rerun.page import RerunPage
 
-FOREIGN_WORDS = "rerun's page is not fcw's: opening it, it asks servers of the rerun project on the internet"
+FOREIGN_WORDS = (
+    "rerun's page is not part of fcw: when opened, it contacts servers of the rerun project on the internet"
+)
 """What a person should know before."""
 START_TIMEOUT_S = 60.0
 """The program is large: a cold disk takes seconds to read it."""
@@ -135,7 +137,7 @@ def _await_port(port: int, process: subprocess.Popen[bytes], output: IO[bytes]) 
         if process.poll() is not None or time.monotonic() > deadline:
             output.seek(0)
             words = output.read().decode(errors="replace").strip().splitlines()
-            raise UserError(f"the rerun viewer did not start: {words[-1] if words else 'it said nothing'}")
+            raise UserError(f"the rerun viewer did not start: {words[-1] if words else 'no message'}")
         time.sleep(POLL_S)
 
 

@@ -98,7 +98,7 @@ class Annotating:
             else:
                 end_s = min(end_s, event.start_s)
         self.say(MissedEvent(start_s, end_s, text.strip(), level))
-        self._notify("Missed event added", "Its ends, level and words are changed under Remarks.")
+        self._notify("Missed event added", "Change its start, end, level and text under Notes.")
 
     def change_missed(
         self,
@@ -117,7 +117,7 @@ class Annotating:
         missed = self._place.review.review.missed
         entry = next((one for one in missed if one.entry_id == entry_id), None)
         if entry is None or entry.person != self._place.session.reviewer:
-            raise UserError("only who said it can change it; say what you think beside it")
+            raise UserError("only its author can change it; add your own note instead")
         said = entry.said
         start_s = said.start_s if start_s is None else start_s
         end_s = said.end_s if end_s is None else end_s
@@ -153,7 +153,7 @@ class Annotating:
         name = self._place.opened.name
         last = next((said for said in reversed(self._said) if said.drive == name), None)
         if last is None:
-            raise UserError("nothing to undo here; older words are taken back in the list of remarks")
+            raise UserError("nothing to undo; take back older entries in the list of notes")
         self._take_back(last)
 
     def redo(self) -> None:
@@ -161,7 +161,7 @@ class Annotating:
         name = self._place.opened.name
         last = next((said for said in reversed(self._taken_back) if said.drive == name), None)
         if last is None:
-            raise UserError("nothing to do again")
+            raise UserError("nothing to redo")
         self._taken_back.remove(last)
         targets = [self._target(entry_id) for entry_id in last.entry_ids]
         self._place.session.say(name, *map(TakenBack, reversed(last.entry_ids)))
@@ -224,7 +224,7 @@ class Annotating:
     def _judge(self, judgement: Judgement, reason: Reason | None, text: str) -> None:
         judged = self._place.judged
         if judged is None:
-            raise UserError("select an event first: click one of the list, or press N")
+            raise UserError("select an event first: click one in the list, or press N")
         own = self.own_verdict
         event = reference_to(judged.event) if own is None else own.said.event
         self.say(Verdict(event, judgement, reason, text))

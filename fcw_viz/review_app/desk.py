@@ -78,9 +78,7 @@ class Desk:
         self.place.enter(drive, event, moment_s)
         self.playing.load(drive)
         if not drive.complete:
-            self._notify("This log was never finished", "It is shown as far as it goes.", trouble=True)
-        for trouble in self.place.review.troubles:
-            self._notify("Of the reviews of this drive", trouble, trouble=True)
+            self._notify("This log is not finished", "It is shown up to its last frame.", trouble=True)
         self.screen.open(drive)
         self.refresh()
 
@@ -94,7 +92,7 @@ class Desk:
             return
         goes_on = drive.origin is before.origin
         if not goes_on:
-            self._notify("This drive was run anew", "It is shown as it is now.", trouble=True)
+            self._notify("This drive was run again", "The page now shows the new log.", trouble=True)
         plays, at_end = self.playing.now, place.row == before.last_row
         self.playing.stop()
         place.turn_to(drive)
@@ -184,7 +182,7 @@ class Desk:
         if found is None:
             unread = self._session.unread
             more = f"; {unread} drives are still being read" if unread else ""
-            raise UserError(f"every event that is asked for is judged{more}")
+            raise UserError(f"every event that matches the filter is judged{more}")
         if found[0] == name:
             self.select_event(found[1])
         else:

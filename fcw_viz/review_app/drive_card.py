@@ -2,6 +2,7 @@
 
 import base64
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -32,6 +33,7 @@ class DriveCard:
         judged: the events with their verdicts.
         thumbnail: its worst moment, a JPEG in base 64; empty before it was read.
         trouble: why it cannot be read; empty where it can.
+        review_troubles: what is wrong with the files of its review.
         read: False before it was looked at.
         source: of which it is a run; empty before it was read.
     """
@@ -48,6 +50,7 @@ class DriveCard:
     trouble: str = ""
     read: bool = True
     source: str = ""
+    review_troubles: tuple[str, ...] = ()
 
     @property
     def severity(self) -> float:
@@ -72,17 +75,25 @@ def read_card(name: str, path: Path, drive: Drive | None = None, thumbnail: str 
     """
     try:
         drive = drive or Drive.open(name, path)
-        review, _ = read_review(drive.log)
+        review, troubles = read_review(drive.log)
     except UserError as error:
         return DriveCard(name, path, trouble=str(error))
     except Exception:
         LOGGER.exception("%s cannot be read", path)
-        return DriveCard(name, path, trouble=f"{path}: cannot be read; the program's terminal says why")
-    return card_of(drive, review, thumbnail)
+        return DriveCard(name, path, trouble=f"{path}: cannot be read; see the terminal for the reason")
+    return card_of(drive, review, troubles, thumbnail)
 
 
-def card_of(drive: Drive, review: Review, thumbnail: str) -> DriveCard:
-    """The card of a drive that can be read."""
+def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: str) -> DriveCard:
+    """The card of a drive that can be read.
+
+    Args:
+        drive: the drive.
+        review: what people said of it.
+        troubles: of the files of its review.
+        thumbnail: its picture, where it is known.
+    """
+    judged, lost = judged_events(review, drive.events)
     return DriveCard(
         drive.name,
         drive.log.path,
@@ -91,10 +102,24 @@ def card_of(drive: Drive, review: Review, thumbnail: str) -> DriveCard:
         drive.complete,
         drive.header.imperial,
         review,
-        judged_events(review, drive.events)[0],
+        judged,
         thumbnail,
         source=drive.header.source,
+        review_troubles=review_troubles(troubles, len(lost)),
     )
+
+
+def review_troubles(troubles: Sequence[str], lost: int) -> tuple[str, ...]:
+    """What a reviewer should know of the files of a review.
+
+    Args:
+        troubles: what was found when they were read.
+        lost: number of verdicts whose event is not in the log.
+    """
+    if not lost:
+        return tuple(troubles)
+    verdicts = "1 verdict is about an event" if lost == 1 else f"{lost} verdicts are about events"
+    return (*troubles, f"{verdicts} that this log does not have; nothing is deleted")
 
 
 def read_thumbnail(name: str, path: Path) -> str:
@@ -125,9 +150,10 @@ def _thumbnail(drive: Drive) -> str:
 def listed_card(name: str, path: Path, listed: ListedDrive) -> DriveCard:
     """The card of a drive of a batch, by what the batch wrote of it; what people say of it is read anew."""
     try:
-        review = read_review(DriveLog(path))[0] if review_files(path) else Review()
+        review, troubles = read_review(DriveLog(path)) if review_files(path) else (Review(), ())
     except UserError as error:
         return DriveCard(name, path, trouble=str(error))
+    judged, lost = judged_events(review, listed.events)
     return DriveCard(
         name,
         path,
@@ -135,6 +161,7 @@ def listed_card(name: str, path: Path, listed: ListedDrive) -> DriveCard:
         listed.events,
         imperial=listed.imperial,
         review=review,
-        judged=judged_events(review, listed.events)[0],
+        judged=judged,
         thumbnail=base64.b64encode(listed.thumbnail).decode(),
+        review_troubles=review_troubles(troubles, len(lost)),
     )

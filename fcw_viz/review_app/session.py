@@ -13,7 +13,7 @@ from fcw.annotation.store import ReviewStore
 from fcw.errors import UserError
 from fcw.logs.mcap.following import LogChange
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.drive_card import DriveCard, card_of
+from fcw_viz.review_app.drive_card import DriveCard, card_of, review_troubles
 from fcw_viz.review_app.folder import Folder
 from fcw_viz.review_app.taking import RerunViewers
 
@@ -135,7 +135,7 @@ class ReviewSession:
         """
         path = self.drives.get(name)
         if path is None:
-            raise UserError(f"no drive {name!r} here; choose one of the list")
+            raise UserError(f"no drive {name!r} here; choose one from the list")
         with self._lock:
             opened = self._open.get(name)
             if opened is not None and opened.drive.watch.look() is LogChange.REPLACED:
@@ -194,7 +194,8 @@ class ReviewSession:
         """Bring what is shown of a drive to what its store knows; the caller holds the lock."""
         opened = self._open[name]
         opened.shown = _shown(opened.drive, opened.store)
-        self.folder.put(card_of(opened.drive, opened.shown.review, self.folder.thumbnail(name)))
+        store, thumbnail = opened.store, self.folder.thumbnail(name)
+        self.folder.put(card_of(opened.drive, store.review, store.troubles, thumbnail))
 
     def _told(self, name: str) -> _Open:
         """A drive that is spoken of, if it is still what was looked at; the caller holds the lock."""
@@ -263,8 +264,4 @@ class ReviewSession:
 
 def _shown(drive: Drive, store: ReviewStore) -> DriveReview:
     judged, lost = judged_events(store.review, drive.events)
-    troubles = list(store.troubles)
-    if lost:
-        verdicts = f"{len(lost)} verdict{'s' * (len(lost) != 1)}"
-        troubles.append(f"{verdicts} are about events that are not found any more; they are kept")
-    return DriveReview(store.review, judged, tuple(troubles))
+    return DriveReview(store.review, judged, review_troubles(store.troubles, len(lost)))

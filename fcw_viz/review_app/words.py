@@ -24,10 +24,10 @@ KIND_TITLES = {
 }
 """What kinds of events are called."""
 KIND_MEANINGS = {
-    "warning": "act now was shown",
-    "caution": "get ready was shown",
+    "warning": "the driver must act now",
+    "caution": "the driver should get ready",
     "advisory": "following too closely",
-    NEAR_MISS: "close, and nothing shown",
+    NEAR_MISS: "close, but no warning",
     MOUNT_MOVED: "the camera has moved",
 }
 """What kinds of events are, in a few words."""
@@ -80,15 +80,15 @@ def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
     if warning.extrapolated:
         rows += _lost_rows(warning, imperial)
     elif track is None:
-        rows.append(("Ahead", "no vehicle in the own path" if warning.track_id is None else "no longer seen"))
+        rows.append(("Ahead", "no vehicle in our path" if warning.track_id is None else "not seen any more"))
         return rows
     else:
         rows += _vehicle_rows(track, track.track_id == result.lead_id, imperial)
     if warning.required_deceleration_mps2 is not None:
-        rows.append(("Needs", f"braking of {_g_text(warning.required_deceleration_mps2)}"))
+        rows.append(("Braking needed", f"{_g_text(warning.required_deceleration_mps2)}"))
     if warning.collision_probability is not None and warning.overlap_m is not None:
-        rows.append(("In our way", _overlap_words(warning.overlap_m, imperial)))
-        rows.append(("Likelihood", f"{warning.collision_probability:.0%} that we hit it if nobody acts"))
+        rows.append(("Overlap", _overlap_words(warning.overlap_m, imperial)))
+        rows.append(("Collision", f"{warning.collision_probability:.0%} likely if nobody reacts"))
     if warning.headway_s is not None:
         rows.append(("Headway", f"{warning.headway_s:.1f} s"))
     if result.ego_speed_mps is not None:
@@ -110,7 +110,7 @@ def _vehicle_rows(track: Track, is_lead: bool, imperial: bool) -> list[tuple[str
 
 def _lost_rows(warning: WarningState, imperial: bool) -> list[tuple[str, str]]:
     """The figures of a vehicle that is followed no more, as they would be by now."""
-    rows = [("Vehicle", f"#{warning.track_id}, no longer seen; its figures as they would be by now")]
+    rows = [("Vehicle", f"#{warning.track_id}, not seen any more; extrapolated figures")]
     if warning.distance_m is not None:
         rows.append(("Distance", distance_text(warning.distance_m, imperial)))
     if warning.closing_speed_mps is not None:
@@ -121,12 +121,10 @@ def _lost_rows(warning: WarningState, imperial: bool) -> list[tuple[str, str]]:
 
 
 def _overlap_words(overlap_m: float, imperial: bool) -> str:
-    """How much of its width and ours will be in each other's way."""
-    return (
-        f"by {distance_text(overlap_m, imperial)}"
-        if overlap_m > 0
-        else f"not, by {distance_text(-overlap_m, imperial)}"
-    )
+    """How much of its width and ours will overlap."""
+    if overlap_m > 0:
+        return distance_text(overlap_m, imperial)
+    return f"none, {distance_text(-overlap_m, imperial)} apart"
 
 
 def interval_words(track: Track, imperial: bool) -> str:

@@ -151,7 +151,7 @@ def test_where_nobody_judged_only_the_rates_are_told(tmp_path, capsys):
 
 def test_json_without_the_summary_and_a_folder_without_drives_are_told(tmp_path, capsys):
     assert main(["review", str(tmp_path), "--json"]) == 2
-    assert "--json: only --summary has a result to print" in capsys.readouterr().err
+    assert "--json needs --summary; add it, or leave out --json" in capsys.readouterr().err
     assert main(["review", str(tmp_path), "--summary", "--json"]) == 2
     captured = capsys.readouterr()
     assert (captured.out, "no drive.mcap in this folder" in captured.err) == ("", True)

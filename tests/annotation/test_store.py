@@ -215,7 +215,7 @@ def test_a_damaged_line_is_told_and_all_others_count(log):
         ('"person":"Ann"', '"person":3', "3 is not of type str"),
         ('"time_s":1.0', '"time_s":' + "9" * 400, "has 400 digits"),
         ('"time_s":1.0', '"time_s":' + "[" * 5000, "nested too deeply"),
-        ('"time_s":1.0', r'"time_s":"\ud800"', "half a character"),
+        ('"time_s":1.0', r'"time_s":"\ud800"', "incomplete character"),
     ],
 )
 def test_a_line_that_says_what_cannot_be_said_is_damaged_too(log, old, new, reason):
@@ -261,7 +261,7 @@ def test_that_the_drive_was_run_anew_since_is_told(log):
     path, _ = filled(log)
     write_log(log.path, [frame_result(0)], detector="acf-full")
     store = ReviewStore(DriveLog(log.path))
-    assert store.troubles[0].startswith(f"{path}: was written for another log; the drive was run anew since")
+    assert store.troubles[0].startswith(f"{path}: was written for an earlier run of this drive")
     assert len(store.review.entries) == 3
 
 

@@ -183,7 +183,7 @@ def test_a_reviewed_log_is_measured_by_its_own_verdicts(drive, capsys):
     assert [run["start_s"] for run in result["unjudged_spans"]] == [4.0, 6.0]
     assert result["judgements"] == {"right": 1, "too_early": 0, "too_late": 0, "false": 1}
     assert (result["disagreements"], result["lost_verdicts"]) == (1, 0)
-    assert "people judge 1 warnings differently; they are no labels" in notes
+    assert "people disagree about 1 warning: not used as a label" in notes
 
 
 def test_another_run_of_the_drive_is_measured_by_the_verdicts_on_the_first(drive, tmp_path, capsys):
@@ -203,7 +203,7 @@ def test_a_drive_that_nobody_judged_is_told_with_the_mend(drive, capsys):
     assert main(["evaluate", "warning", "--log", str(drive.path), "--json"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert "nobody has judged a warning of this drive yet; do so with `fcw review" in captured.err
+    assert "no warning of this drive has a verdict yet; judge them with `fcw review" in captured.err
 
 
 def test_damage_in_a_review_is_told(drive, capsys):

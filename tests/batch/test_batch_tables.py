@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from export_drives import drive_header, marked_drive, marked_picture, write_log
 
-from fcw.batch.fleet import FLEET_NAME
+from fcw.batch.fleet import FLEET_NAME, Fleet
 from fcw.batch.ledger import Record, State
 from fcw.batch.moments import WORST_NAME, moment_name, read_moment, write_moments
 from fcw.batch.review_list import REVIEW_LIST_NAME, read_review_list
@@ -91,6 +91,10 @@ def test_the_fleet_has_the_worst_moments_and_four_charts(batch):
     assert len([ElementTree.fromstring(chart) for chart in charts]) == 4
     assert page.count("<figure>") == page.count("data:image/jpeg;base64,") == 10
     assert "2 drives" in page
+
+
+def test_one_drive_is_not_called_drives():
+    assert "<h1>1 drive</h1>" in Fleet(["a"], [1.0], [0.1]).html(Path())
 
 
 def test_a_fleet_without_any_drive_is_a_page_too(tmp_path):

@@ -35,7 +35,7 @@ class OpenPage(Protocol):
     """What the fixture `open_page` is."""
 
     def __call__(
-        self, url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True
+        self, url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True, sharp: bool = False
     ) -> BrowserPage: ...
 
 
@@ -59,13 +59,15 @@ def chromium() -> Generator[Browser]:
 @pytest.fixture
 def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
     """Opens a URL of the program and waits for its picture, if it begins with one; several calls are several
-    people.
+    people. Unless it has to be sharp, the scene is drawn in half the screen's resolution: software draws it.
 
     At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
     """
     pages: list[BrowserPage] = []
 
-    def open_one(url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True) -> BrowserPage:
+    def open_one(
+        url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True, sharp: bool = False
+    ) -> BrowserPage:
         width, height = window_px
         context = chromium.new_context(viewport=ViewportSize(width=width, height=height))
         context.set_default_timeout(PATIENCE_S * 1000)
@@ -74,7 +76,7 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
         pages.append(opened)
         opened.listen()
         address, _, query = url.partition("?")
-        opened.page.goto(f"{address}/?fixedDpr=1&{query}")
+        opened.page.goto(f"{address}/?fixedDpr={1.0 if sharp else 0.5}&{query}")
         if picture:
             opened.wait_until_ready()
         return opened

@@ -86,7 +86,7 @@ def test_the_camera_and_its_uncertainty_are_those_of_the_command_line() -> None:
     assert cells["focal length"] == f"{summary['focal_y_px']:.2f} ± {sigmas['focal_y_px']:.2f} px"
     assert cells["principal row"] == f"{summary['principal_row_px']:.2f} ± {sigmas['principal_row_px']:.2f}"
     assert cells["horizon row"] == f"{summary['horizon_row_px']:.2f} ± {sigmas['horizon_row_px']:.2f}"
-    assert cells["horizon as dragged, row"] == "326.0 ± 2.0"
+    assert cells["horizon as said, row"] == "326.0 ± 2.0"
 
 
 def test_points_have_the_residuals_of_the_command_line() -> None:

@@ -11,6 +11,8 @@ import yaml
 
 from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.model import Lens
+from fcw.camera.straight import LEVEL, Straightening
 from fcw.frame import ImageSize
 from fcw_viz.cli import main
 
@@ -303,8 +305,52 @@ def test_dashes_of_a_known_period_need_no_first_distance(capsys):
         (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),
     ],
 )
-def test_what_is_said_of_the_road_wrongly_is_named(arguments, message, capsys):
+def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
     assert main(["calibrate", "--image-size", "1280x720", "--height", "1.2", *arguments]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in " ".join(captured.err.split())
+
+
+@pytest.mark.slow
+def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, capsys, data_dir):
+    lens = tmp_path / "udacity.lens.yaml"
+    found = result_of(
+        ["calibrate", str(data_dir / "udacity-chessboards"), "--chessboard", "9x6", "--save", str(lens)],
+        capsys,
+    )
+    assert found["field_of_view_deg"] == pytest.approx(57.9, abs=1)  # `data/README.md`: f about 1157 px
+    assert found["coefficients"][0] < -0.2
+    result = result_of([*GOOD, "--lens", str(lens)], capsys)
+    assert result["focal_y_px"] == pytest.approx(1157, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--chessboard", "9x6"], "--chessboard: name the folder"),
+        (["FOLDER", "--chessboard", "9"], "--chessboard 9: expected its inner corners"),
+        (["FOLDER/no", "--chessboard", "9x6"], "not a folder of pictures of the board"),
+        (["FOLDER", "--chessboard", "9x6"], "shows in 0 of 0 pictures"),
+    ],
+)
+def test_a_chessboard_that_is_not_there_is_refused(tmp_path, capsys, arguments, message):
+    told = [argument.replace("FOLDER", str(tmp_path)) for argument in arguments]
+    assert main(["calibrate", *told]) == 2
+    assert message in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_lens_that_bends_the_picture_is_warned_of(capsys):
+    wide = Lens("radtan", 700.0, 700.0, 639.5, 359.5, (-0.25, 0.06, 0.0, 0.0), ImageSize(1280, 720))
+    camera = GroundPlaneCamera(0.03, 700.0, 359.5, 1.225, 639.5)
+    way = Straightening(camera, LEVEL, wide, ImageSize(1280, 720))
+    points = []
+    for distance_m in (6.0, 15.0, 30.0):
+        for lateral_m in (-3.0, 0.0, 3.0):
+            straight = [[camera.column_at(lateral_m, distance_m), camera.row_at(distance_m)]]
+            column_px, row_px = way.to_picture(np.array(straight))[0]
+            points.append(f"{distance_m}:{row_px}:{column_px}")
+    asked = ["calibrate", "--points", *points, "--image-size", "1280x720", "--height", "1.225"]
+    (warning,) = result_of(asked, capsys)["warnings"]
+    assert "the lens bends this picture" in warning
+    assert "--chessboard" in warning

@@ -18,18 +18,18 @@ def drawn(work_total: float, rate_of: str = "", terminal: bool = True) -> str:
     return console.file.getvalue()
 
 
-def test_a_bar_tells_steps_or_a_part_and_keeps_the_name_as_it_is():
+def test_a_bar_shows_steps_or_a_share_and_the_unchanged_name():
     assert "2/4" in drawn(4)
     assert "50%" in drawn(4.0)
     assert "work [of] many" in drawn(4)
     assert "frames/s" in drawn(4, "frames")
 
 
-def test_where_nobody_looks_no_bar_is_drawn():
+def test_without_a_terminal_no_bar_is_drawn():
     assert not drawn(4, terminal=False)
 
 
-def test_other_work_begins_at_nothing():
+def test_a_new_task_starts_at_zero():
     console = Console(file=io.StringIO(), force_terminal=True, width=100, color_system=None)
     with progress("first", 4, console) as bar:
         bar.advance(3)

@@ -86,7 +86,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
 
 
 @pytest.mark.slow
-def test_the_demo_says_where_its_logs_are_and_what_it_is_worth(demo: Demo) -> None:
+def test_the_demo_says_where_its_logs_are_and_how_accurate_they_are(demo: Demo) -> None:
     assert str(demo.out / "drive.mcap") in demo.told
     assert f"fcw review {demo.out} --rerun" in demo.told
     comparison = compare_with_truth(demo.results, demo.truth)

@@ -132,7 +132,7 @@ def test_a_detector_at_a_threshold_gives_what_the_curve_has_above_it(drive, name
 
 
 @pytest.mark.slow
-def test_a_person_reads_a_table_and_only_leaves_the_others_out(drive, capsys):
+def test_the_table_is_for_people_and_only_ignores_the_other_vehicles(drive, capsys):
     assert main(drive.arguments("--only", "lead=true", "--detector", "acf-full")) == 0
     told = capsys.readouterr().out
     assert "acf-full" in told
@@ -156,7 +156,7 @@ def test_a_person_reads_a_table_and_only_leaves_the_others_out(drive, capsys):
         ),
     ],
 )
-def test_mistakes_are_told_in_one_message(drive, capsys, more, message):
+def test_mistakes_give_one_message(drive, capsys, more, message):
     assert main(drive.arguments(*more)) == 2
     told = capsys.readouterr()
     assert told.out == ""

@@ -61,7 +61,7 @@ def test_events_against_a_log_in_words(drive, capsys):
         (["--events", "e.csv"], "--events needs --log: give the drive.mcap"),
         (["--ncap", "--sight", "0"], "--sight 0: expected metres"),
         (["--ncap", "--box-noise", "-1"], "--box-noise -1: expected pixels"),
-        (["--ncap", "--pixels"], "--pixels: it is for --threats"),
+        (["--ncap", "--pixels"], "--pixels needs --threats"),
         (["--threats", "--seeds", "0"], "--seeds 0: expected a whole number"),
         (["--ncap", "--seed", "-1"], "--seed -1: expected"),
         (["--following-hours", "nan"], "--following-hours nan: expected hours"),

@@ -169,7 +169,7 @@ def test_rerun_verifies_its_own_recording(logs: Logs) -> None:
     assert "1 file verified without error" in words
 
 
-def test_the_mcap_log_says_nothing_wrong_of_itself(logs: Logs) -> None:
+def test_the_statistics_of_the_mcap_log_are_true(logs: Logs) -> None:
     assert complaints(logs.mcap) == []
 
 

@@ -84,5 +84,5 @@ def test_an_earlier_result_may_be_replaced(files: Path, monkeypatch: pytest.Monk
         assert main(["calibrate", "drive.mp4", *POINTS, "--save", "drive.calibration.yaml"]) == 0
 
 
-def test_text_of_others_is_no_order_to_the_terminal():
+def test_control_characters_of_a_foreign_text_do_not_reach_the_terminal():
     assert printable("a\x1b[31mb\ud800\n[bold]ü") == "a\\x1b[31mb\\ud800\n[bold]ü"

@@ -159,7 +159,7 @@ def test_a_port_that_is_taken_is_named(drive: Path, capsys: pytest.CaptureFixtur
 
 def test_no_drive_is_the_users_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["review", str(tmp_path), "--rerun"]) == 2
-    assert "no drive; expected the folder of `fcw run`" in capsys.readouterr().err
+    assert "not a drive; expected a folder written by `fcw run`" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="there is always a display elsewhere")

@@ -70,9 +70,9 @@ def test_ctrl_c_ends_a_live_drive_with_complete_logs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("0",), "0: a camera runs live only; add --live"),
-        (("rtsp://10.0.0.1/main",), "rtsp://10.0.0.1/main: a camera runs live only; add --live"),
-        (("drive.mp4", "--port", "8500"), "--port, --no-open: they are for the page of --live"),
+        (("0",), "0: a camera needs --live; add it"),
+        (("rtsp://10.0.0.1/main",), "rtsp://10.0.0.1/main: a camera needs --live; add it"),
+        (("drive.mp4", "--port", "8500"), "--port and --no-open need --live"),
         (("0", "--live"), "camera-0.calibration.yaml: no calibration for camera-0; make one with"),
         (("0", "--live", "--topic", "/x"), "0: a camera has neither --frame-rate nor --topic"),
         (("nothing.mp4", "--live"), "nothing.mp4: no such file or folder"),
@@ -83,7 +83,7 @@ def test_ctrl_c_ends_a_live_drive_with_complete_logs(tmp_path: Path) -> None:
         ((str(DEMO / "drive.mp4"), "--live", "--port", "0"), "--port 0: expected a number from 1 to 65535"),
     ],
 )
-def test_wrong_input_is_told_in_one_message(
+def test_wrong_input_gives_one_message(
     arguments: tuple[str, ...],
     message: str,
     tmp_path: Path,

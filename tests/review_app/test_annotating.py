@@ -60,7 +60,7 @@ def test_undo_goes_back_word_by_word_and_redo_on_again(place: Place, annotating:
     for state in states[1:]:
         annotating.redo()
         assert verdicts(place) == state
-    with pytest.raises(UserError, match="nothing to do again"):
+    with pytest.raises(UserError, match="nothing to redo"):
         annotating.redo()
     annotating.undo()
     assert verdicts(place) == states[-2]
@@ -70,7 +70,7 @@ def test_something_new_said_ends_what_could_be_said_again(place: Place, annotati
     annotating.judge(Judgement.FALSE)
     annotating.undo()
     annotating.add_note("fog")
-    with pytest.raises(UserError, match="nothing to do again"):
+    with pytest.raises(UserError, match="nothing to redo"):
         annotating.redo()
 
 

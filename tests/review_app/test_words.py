@@ -25,7 +25,7 @@ def test_why_a_warning_came_is_its_level_rule_ttc_distance_with_interval_and_clo
     assert said["Collision in"] == "1.5 s"
     assert said["Distance"] == "22 m, 20 m to 27 m"
     assert said["Closing"] == "54 km/h ± 2 km/h"
-    assert said["Needs"] == "braking of 0.51 g"
+    assert said["Braking needed"] == "0.51 g"
     assert said["Headway"] == "1.1 s"
     assert said["Own speed"] == "72 km/h"
 
@@ -62,16 +62,16 @@ def test_a_warned_vehicle_that_is_lost_keeps_its_figures_and_the_threat_is_told(
         extrapolated=True,
     )
     said = dict(why(replace(one, tracks=(), warning=state), False))
-    assert said["Rule"] == "braking is due, with 1.2 s to react and 0.40 g you are 2.0 m too near"
-    assert said["Vehicle"] == "#7, no longer seen; its figures as they would be by now"
+    assert said["Rule"] == "braking is due, with 1.2 s to react and 0.40 g you are 2.0 m too close"
+    assert said["Vehicle"] == "#7, not seen any more; extrapolated figures"
     assert (said["Distance"], said["Closing"], said["Collision in"]) == ("13.0 m", "36 km/h", "1.3 s")
-    assert (said["Needs"], said["In our way"]) == ("braking of 0.40 g", "by 0.9 m")
-    assert said["Likelihood"] == "83% that we hit it if nobody acts"
+    assert (said["Braking needed"], said["Overlap"]) == ("0.40 g", "0.9 m")
+    assert said["Collision"] == "83% likely if nobody reacts"
 
 
 def test_nothing_ahead_and_no_upper_end():
     one = result(row(CAUTION_S))
-    assert dict(why(replace(one, tracks=()), False))["Ahead"] == "no longer seen"
+    assert dict(why(replace(one, tracks=()), False))["Ahead"] == "not seen any more"
     far = replace(one.tracks[1], distance_high_m=math.inf)
     assert dict(why(replace(one, tracks=(far,)), False))["Distance"] == "22 m, more than 20 m"
 

@@ -104,7 +104,7 @@ def test_the_latest_frame_wins_and_the_dropped_ones_are_counted():
     assert frame.image[0, 0, 0] == 4
     assert frame.index == 1
     assert frame.time_ns == made.first_ns + 4 * 1_000_000_000 // RATE_HZ
-    assert source.notes[-1] == "made.mp4: 3 pictures left out, to stay in the present"
+    assert source.notes[-1] == "made.mp4: 3 pictures skipped to keep up"
 
 
 def test_no_packet_is_lost_and_only_the_frames_own_is_shown():

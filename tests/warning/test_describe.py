@@ -18,8 +18,8 @@ def test_description_gives_level_reason_vehicle_interval_and_figures():
     # At 10 m/s: 12 m of reaction and 100 / (2 * 3.92266) = 12.75 m of braking; of 18 m 6.7 are missing.
     state = shown(make_lead(18.0, 10.0, track_id=4, spread=0.05))
     assert describe(state) == (
-        "warning: braking is due, with 1.2 s to react and 0.40 g you are 6.7 m too near; vehicle 4 at 18.0 m "
-        "(17.1 m to 18.9 m), closing at 36 km/h, collision in 1.8 s, needs 0.28 g, headway 0.9 s"
+        "warning: braking is due, with 1.2 s to react and 0.40 g you are 6.7 m too close; vehicle 4 at 18.0 "
+        "m (17.1 m to 18.9 m), closing at 36 km/h, collision in 1.8 s, needs 0.28 g, headway 0.9 s"
     )
     assert "59 ft (56 ft to 62 ft), closing at 22 mph" in describe(state, imperial=True)
     assert describe(WarningState(WarningLevel.NONE)) == "no warning"
@@ -29,7 +29,7 @@ def test_what_is_left_behind_the_vehicle_is_said_where_there_is_some():
     # At 5 m/s 6 m of reaction and 3.19 m of braking; 10 % of 10 m is uncertain, 1.65 times that is 1.65 m.
     state = shown(make_lead(10.0, 5.0, spread=0.1))
     assert state.level == WarningLevel.WARNING
-    assert "with 1.2 s to react and 0.40 g you stay 0.8 m behind it" in describe(state)
+    assert "with 1.2 s to react and 0.40 g you would stay 0.8 m clear" in describe(state)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_a_vehicle_that_is_lost_is_told_as_it_would_be_by_now():
     policy.update(10**9, threats_of_lead(track, 20.0), 20.0)
     state = policy.update(1_500_000_000, (), 20.0)
     # Half a second later, 5 m nearer: 100 / (2 * 13) m/s^2.
-    assert "vehicle 4, no longer seen, at 13.0 m" in describe(state)
+    assert "vehicle 4, not seen any more, at 13.0 m" in describe(state)
     assert "collision in 1.3 s, needs 0.39 g, headway 0.7 s" in describe(state)
 
 

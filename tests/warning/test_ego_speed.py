@@ -103,7 +103,7 @@ def test_without_speeds_in_it_they_follow_from_the_places(tmp_path):
     ("points", "message"),
     [
         ([point(1)], "1 track points; expected a GPX track"),
-        ([point(2), point(1)], "track point 2: its time is not after that of the point before"),
+        ([point(2), point(1)], "track point 2: its time is not later than that of the point before"),
         ([point(1), '<trkpt lat="1" lon="2"/>'], "track point 2: 'time'; expected a GPX track"),
         ([point(1), '<trkpt lat="x" lon="2"><time>2026-05-01</time></trkpt>'], "track point 2: could not"),
         ([point(1), point(2, lat=49.0)], "track point 1: 111195 m/s, expected between 0 and 150; remove"),

@@ -45,6 +45,7 @@ class Evidence:
         yaw_rad: of the camera to the left, where it is known besides.
         roll_rad: of the camera to the right, likewise.
         scale_px_m: focal length times height: what a known speed tells, by how fast the road flows by.
+        edges: columns and rows along what is straight in the world, three places or more of each.
         period_sigma_m: of dashes whose period was measured; None of one that a rule says, which may err.
     """
 
@@ -59,3 +60,4 @@ class Evidence:
     yaw_rad: Gaussian | None = None
     roll_rad: Gaussian | None = None
     scale_px_m: Gaussian | None = None
+    edges: tuple[tuple[tuple[float, float], ...], ...] = ()

@@ -13,6 +13,7 @@ from fcw.camera.calibration import (
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.model import Lens
+from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, USUAL_TANGENT, USUAL_TANGENT_SIGMA
 from fcw.camera.straight import Orientation, Straightening, straight_column
@@ -33,15 +34,17 @@ LENGTH_M = 4.2
 SIDE_SIGMA = 0.5
 """Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
 HUBER_SIGMAS = 2.0
-TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET = range(8)
-UNKNOWN_COUNT = 8
-STEPS = np.array((1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5))
+TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND = range(9)
+UNKNOWN_COUNT = 9
+STEPS = np.array((1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4))
+NO_BEND = Gaussian(0.0, 1e-6)
+LARGEST_BEND = 0.6
 FOCAL_SIGMA = 0.01
 """Of a lens whose intrinsics are known, as a part: focus, warmth, another copy of the lens."""
 
 
 class JointFit:
-    """Residuals in sigmas of all evidence and beliefs over the eight unknowns."""
+    """Residuals in sigmas of all evidence and beliefs over the nine unknowns."""
 
     def __init__(
         self,
@@ -52,7 +55,23 @@ class JointFit:
         click_sigma_px: float,
         priors: Priors,
         lens: Lens | None,
+        bend: Gaussian = NO_BEND,
+        mark_error: float = 0.0,
     ) -> None:
+        """What is fitted.
+
+        Args:
+            evidence: what is known of the road.
+            size: of the picture.
+            height_m: of the camera.
+            offset_m: from the camera forward to where distances start.
+            click_sigma_px: of a column or row.
+            priors: what is stated of the lens and the horizon.
+            lens: of the camera, where it is known.
+            bend: of a lens that is not known: its k1 (Brown 1971).
+            mark_error: of each distance for itself, as a part of it.
+        """
+        self._mark_error = mark_error
         self._evidence, self._size, self._offset_m, self._lens = evidence, size, offset_m, lens
         self._click_px = click_sigma_px
         self._horizon = priors.horizon_row_px
@@ -74,8 +93,18 @@ class JointFit:
         yaw, roll = evidence.yaw_rad, evidence.roll_rad
         turned = (yaw.value if yaw else 0.0, roll.value if roll else 0.0)
         self._means = np.array(
-            (USUAL_TANGENT, math.log(focal_px), axis.value, *turned, math.log(height_m.value), 8.0, 0.0)
+            (
+                USUAL_TANGENT,
+                math.log(focal_px),
+                axis.value,
+                *turned,
+                math.log(height_m.value),
+                8.0,
+                0.0,
+                bend.value,
+            )
         )
+        self._bends = lens is None and bend is not NO_BEND
         columns = {point.column_px for point in evidence.points}
         self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None or yaw is not None
         self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
@@ -90,6 +119,7 @@ class JointFit:
                 height_sigma,
                 START_SIGMA_M if evidence.first_unknown else 1e-6,
                 FLEET_SIGMA if evidence.rulers else 1e-6,
+                bend.sigma,
             )
         )
 
@@ -109,7 +139,22 @@ class JointFit:
         )
         return straight, orientation
 
-    def solve(self) -> tuple[FloatArray, FloatArray]:
+    def lens(self, x: FloatArray) -> Lens | None:
+        """The lens as it is known, or as it comes out where its bend is open."""
+        if not self._bends:
+            return self._lens
+        focal_px, bend = math.exp(float(x[LOG_FOCAL])), float(x[BEND])
+        return Lens(
+            "radtan", focal_px, focal_px, self._column_px, float(x[AXIS]), (bend, 0.0, 0.0, 0.0), self._size
+        )
+
+    def log_evidence(self, x: FloatArray, covariance: FloatArray) -> float:
+        """Of all that was said, but for what does not depend on the lens (Laplace's approximation)."""
+        _, log_volume = np.linalg.slogdet(covariance / np.outer(self._sigmas, self._sigmas))
+        misfits = self.residuals(x)
+        return float(-(misfits @ misfits) + log_volume) / 2
+
+    def solve(self, tolerance: float = 1e-12) -> tuple[FloatArray, FloatArray]:
         """The unknowns and their covariance; Gauss-Newton with damping from each start, the best of all."""
         from scipy.optimize import least_squares
 
@@ -120,9 +165,9 @@ class JointFit:
                 jac=self.jacobian,  # pyright: ignore[reportArgumentType] - scipy's annotation misses callables
                 method="lm",
                 x_scale=np.maximum(self._sigmas, 1e-6),
-                xtol=1e-12,
-                ftol=1e-12,
-                gtol=1e-12,
+                xtol=tolerance,
+                ftol=tolerance,
+                gtol=tolerance,
                 max_nfev=400,
             )
             for start in self._starts()
@@ -158,7 +203,7 @@ class JointFit:
         return starts
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        """(M, 8) by central differences: the straightening has no short derivative."""
+        """(M, 9) by central differences: the straightening has no short derivative."""
         columns = []
         for k, step in enumerate(STEPS):
             up, down = x.copy(), x.copy()
@@ -173,8 +218,9 @@ class JointFit:
         x = x.copy()
         x[TANGENT] = np.clip(x[TANGENT], -1.0, 1.5)
         x[LOG_FOCAL] = np.clip(x[LOG_FOCAL], 3.0, 12.0)
+        x[BEND] = np.clip(x[BEND], -LARGEST_BEND, LARGEST_BEND)
         camera, orientation = self.camera(x)
-        self._way = Straightening(camera, orientation, self._lens, self._size)
+        self._way = Straightening(camera, orientation, self.lens(x), self._size)
         found = [beliefs]
         if self._lens is None:
             view_rad = 2 * math.atan2(self._size.width, 2 * camera.focal_y_px)
@@ -189,6 +235,7 @@ class JointFit:
             self._of_points(x, camera),
             self._of_lines(camera),
             self._of_horizon(camera),
+            self._of_edges(),
             self._of_rulers(x, camera),
         ]
         return np.nan_to_num(np.concatenate(found), nan=1e3, posinf=1e3, neginf=-1e3)
@@ -208,7 +255,14 @@ class JointFit:
         expected = camera.horizon_row_px + camera.row_scale_m_px / np.maximum(
             distances_m + camera.pole_m, 0.2
         )
-        return (self._straight(places)[:, 1] - expected) / self._click_px
+        slopes = camera.row_scale_m_px / np.maximum(distances_m + camera.pole_m, 0.2) ** 2
+        sigmas_px = np.hypot(self._click_px, self._mark_error * distances_m * slopes)
+        return (self._straight(places)[:, 1] - expected) / sigmas_px
+
+    def _of_edges(self) -> FloatArray:
+        """How far each straight edge bows in the straight picture (plumb lines, Brown 1971)."""
+        bows = [bows_px(self._straight(edge)) for edge in self._evidence.edges]
+        return np.concatenate([np.zeros(0), *bows]) / self._click_px
 
     def _of_lines(self, camera: GroundPlaneCamera) -> FloatArray:
         """Each line runs to the point straight ahead; the first two lie a lane apart."""

@@ -23,6 +23,7 @@ from fcw.camera.joint.fit import (
     AXIS,
     LOG_FOCAL,
     LOG_HEIGHT,
+    NO_BEND,
     ROLL,
     START,
     TANGENT,
@@ -50,6 +51,7 @@ def calibrate_jointly(
     priors: Priors = Priors(),  # noqa: B008 - immutable
     lens: Lens | None = None,
     tape_error: float = TAPE_ERROR,
+    bend: Gaussian | None = None,
 ) -> Calibration:
     """Calibrate from whatever is known.
 
@@ -62,6 +64,7 @@ def calibrate_jointly(
         priors: what else is stated; what is not is as in every lens.
         lens: the camera's intrinsics and distortion, where they are known.
         tape_error: standard deviation of all distances together, as a part of them; of a period, too.
+        bend: k1 of a lens that is not known but bends the picture; it is then fitted with the rest.
 
     Raises:
         UserError: something is not as it must be, or nothing is known of the horizon.
@@ -77,7 +80,9 @@ def calibrate_jointly(
             "nothing is known of where the road lies in the picture; give points, lane lines, the horizon "
             "or vehicles"
         )
-    fit = JointFit(evidence, image_size, height_m, reference_offset_m, click_sigma_px, priors, lens)
+    fit = JointFit(
+        evidence, image_size, height_m, reference_offset_m, click_sigma_px, priors, lens, bend or NO_BEND
+    )
     x, covariance = fit.solve()
     camera, orientation = fit.camera(x)
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
@@ -123,7 +128,7 @@ def calibrate_jointly(
             yaw_sigma_rad=math.sqrt(covariance[YAW, YAW]) if fit.tells_yaw else YAW_SIGMA_RAD,
             roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]) if fit.tells_roll else ROLL_SIGMA_RAD,
         ),
-        lens,
+        fit.lens(x),
     )
     residuals = tuple(
         row_px - calibration.row_at(point.distance_m)

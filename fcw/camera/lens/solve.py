@@ -1,6 +1,5 @@
 """A lens from pictures: of a chessboard, or of lines that are straight in the world."""
 
-import math
 from collections.abc import Sequence
 
 import cv2
@@ -8,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.lens.model import Lens
+from fcw.camera.lens.plumb import bows_px
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -88,19 +88,7 @@ def lens_of_plumb_lines(
 
     def bends(unknowns: NDArray[np.float64]) -> NDArray[np.float64]:
         there = lens(*unknowns)
-        return np.concatenate([_bend(there.undistorted(np.array(line))) for line in lines]) * focal_px
+        return np.concatenate([bows_px(there.undistorted(np.array(line))) for line in lines]) * focal_px
 
     fit = least_squares(bends, np.zeros(2), loss="soft_l1", f_scale=1.0, diff_step=1e-4)
     return lens(float(fit.x[0]), float(fit.x[1]))
-
-
-def bend_px(line: Sequence[tuple[float, float]]) -> float:
-    """How far the points of a line lie off a straight one, root mean square."""
-    return math.sqrt(float(np.mean(_bend(np.array(line, float)) ** 2)))
-
-
-def _bend(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) distances of places from their straight line."""
-    centred = places - places.mean(axis=0)
-    _, _, axes = np.linalg.svd(centred, full_matrices=False)
-    return centred @ axes[1]

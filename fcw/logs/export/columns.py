@@ -143,12 +143,16 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
             None if row.result.own_motion is None else row.result.own_motion.speed_source.value or None
         ),
     ),
-    _of_motion("yaw_rate_radps", "rad/s", "how fast we turn, positive to the left; empty when unknown"),
-    _of_mount("yaw", "the camera's axis to the left of the direction of travel, as believed by then"),
-    _of_mount("pitch", "the camera's axis below the road, likewise"),
-    _of_mount("roll", "the camera's turn to the right about its axis, likewise"),
-    _of_path("curvature_per_m", "1/m", "bend of the own path, positive to the left"),
-    _of_path("offset_m", "m", "middle of the own path or lane beside the camera, positive to the left"),
+    _of_motion("yaw_rate_radps", "rad/s", "own yaw rate, positive to the left; empty when unknown"),
+    _of_mount("yaw", "estimated angle of the camera's axis to the left of the direction of travel"),
+    _of_mount("pitch", "estimated angle of the camera's axis below the road"),
+    _of_mount("roll", "estimated rotation of the camera to the right about its axis"),
+    _of_path("curvature_per_m", "1/m", "curvature of the own path, positive to the left"),
+    _of_path(
+        "offset_m",
+        "m",
+        "lateral position of the middle of the own path or lane, from the camera, positive to the left",
+    ),
     Column(
         "lead_id",
         "int64",
@@ -183,8 +187,10 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
     _of_warning("distance_low_m", "float64", "m", "16th percentile of that distance"),
     _of_warning("distance_high_m", "float64", "m", "84th percentile of it; inf when unbounded"),
     _of_warning("closing_speed_mps", "float64", "m/s", "rate at which it shrinks"),
-    _of_warning("overlap_m", "float64", "m", "of its width and ours when we reach it; negative is room"),
-    _of_warning("collision_probability", "float64", "", "that we hit it if nobody acts, 0 to 1"),
+    _of_warning(
+        "overlap_m", "float64", "m", "overlap of its width and ours when we reach it; negative is room"
+    ),
+    _of_warning("collision_probability", "float64", "", "probability that we hit it if nobody acts, 0 to 1"),
     _of_warning("needed_distance_m", "float64", "m", "the gap that the rule asks for"),
     Column(
         "warning_assumes",
@@ -193,15 +199,20 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "what the rule assumes, or its threshold",
         lambda row: row.result.warning.assumes or None,
     ),
-    _of_warning("extrapolated", "bool", "", "whether that vehicle is not followed any more"),
+    _of_warning(
+        "extrapolated",
+        "bool",
+        "",
+        "whether that vehicle is no longer tracked and its figures are extrapolated",
+    ),
     Column(
         "notes",
         "string",
         "",
-        "what a person should know of the drive by then, e.g. that the mount has moved",
+        "what a person should know about the drive so far, e.g. that the mount has moved",
         lambda row: NOTE_SEPARATOR.join(row.result.notes) or None,
     ),
-    _of_track("track_id", "int64", "", "the vehicle; this and all that follows is empty without one"),
+    _of_track("track_id", "int64", "", "the vehicle; this and all following columns are empty without one"),
     Column(
         "is_lead",
         "bool",
@@ -214,7 +225,7 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "seen_by",
         "string",
         "",
-        "what it goes by at this frame: detector, picture (not found, but followed by its looks) or coasting",
+        "source of its position: detector, picture (tracked by its appearance) or coasting",
         lambda row: None if row.track is None else row.track.seen_by.value,
     ),
     _of_track("coasting", "bool", "", "whether neither the detector nor the picture showed it"),
@@ -239,7 +250,7 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
     ),
     _of_track("closing_acceleration_sigma_mps2", "float64", "m/s^2", "its standard deviation"),
     _of_track("ttc_s", "float64", "s", "distance over closing speed; empty unless the gap surely closes"),
-    _of_track("width_m", "float64", "m", "of its rear"),
+    _of_track("width_m", "float64", "m", "width of its rear"),
     _of_track("lateral_sigma_m", "float64", "m", "standard deviation of lateral_m"),
     _of_track("lateral_speed_sigma_mps", "float64", "m/s", "standard deviation of lateral_speed_mps"),
     _of_track("doubtful", "bool", "", "whether it may be no vehicle; it is neither lead nor warned of"),
@@ -261,7 +272,7 @@ EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
         "severity",
         "float64",
         "",
-        "braking needed over the hardest there is, times the probability",
+        "braking needed, as a share of the hardest possible, times the probability",
     ),
     _of_event("track_id", "int64", "", "the vehicle; empty where there is none"),
     Column(
@@ -274,5 +285,5 @@ EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
     _of_event("min_ttc_s", "float64", "s", "smallest time to collision; empty when it never closed"),
     _of_event("min_distance_m", "float64", "m", "smallest distance; empty when it was never measured"),
     _of_event("max_required_deceleration_mps2", "float64", "m/s^2", "hardest braking needed; empty for none"),
-    Column("note", "string", "", "what was said of a mount that moved", lambda row: row.event.note or None),
+    Column("note", "string", "", "note about a mount that moved", lambda row: row.event.note or None),
 )

@@ -9,6 +9,8 @@ from fcw.tracking.belief.still_picture import StillPictureSettings
 class BeliefSettings:
     """When a vehicle is believed.
 
+    Chosen and tried on the simulated threats and KITTI tracking 0000 to 0010; nothing was left out.
+
     Attributes:
         far_m: farther than this vehicles appear from nothing all the time, and hide nobody.
         side_part: a box this near to the picture's left or right edge, as a part of its width, came from

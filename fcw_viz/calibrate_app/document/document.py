@@ -94,6 +94,8 @@ class Document:
         lane_width: from one lane line to the other, in metres.
         vehicles: seen in the drive, whose widths are about known.
         speed: mean speed over the stretch of the drive that was looked at, in m/s.
+        edges: columns and rows along things that are straight in the world, for the lens.
+        bent: whether the lens that bends the picture is fitted with the rest.
         scale_per_mps: focal length times height in px m for each m/s of that speed, as the drive shows it.
     """
 
@@ -122,6 +124,8 @@ class Document:
     vehicles: tuple[Ruler, ...] = ()
     speed: Belief | None = None
     scale_per_mps: float | None = None
+    edges: tuple[tuple[tuple[float, float], ...], ...] = ()
+    bent: bool = False
 
     def mark(self, mark_id: int) -> Mark:
         """The mark of that id.

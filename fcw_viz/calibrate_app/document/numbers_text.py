@@ -1,6 +1,7 @@
 """Distances, intervals and gains as the page writes them: no digit that the uncertainty does not carry."""
 
 import math
+import re
 
 from fcw.units import FEET_PER_METRE
 
@@ -10,6 +11,7 @@ WIDE_INTERVAL = 5.0
 NARROW_INTERVAL = 0.5
 """One of fewer units than this needs two."""
 HALVES = ((0.29, "would cut the error to a quarter"), (0.4, "would cut the error to a third"))
+_METRES = re.compile(r"(\d+(?:\.\d+)?) m\b")
 HALF = 0.6
 """A ratio of errors up to this is called half."""
 
@@ -32,6 +34,13 @@ def typed_text(distance_m: float, imperial: bool) -> str:
 def row_distance_text(distance_m: float, imperial: bool) -> str:
     """A round distance with its unit."""
     return f"{in_units(distance_m, imperial):.3g} {unit_name(imperial)}"
+
+
+def with_lengths(text: str, imperial: bool) -> str:
+    """A sentence of the library, which writes metres, in the units of the page."""
+    if not imperial:
+        return text
+    return _METRES.sub(lambda found: f"{in_units(float(found[1]), True):.3g} ft", text)
 
 
 def about_text(distance_m: float, imperial: bool) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian, Priors
-from fcw.camera.plausibility import OUTLIER_SIGMAS, FindingKind, plausibility, vehicle_finding
+from fcw.camera.plausibility import OUTLIER_SIGMAS, Finding, FindingKind, plausibility, vehicle_finding
 from fcw.camera.points import (
     PARAMETER_COUNT,
     check_order,
@@ -20,7 +20,12 @@ from fcw.errors import UserError
 from fcw.logs.overlay import ROW_DISTANCES_M
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document import words
-from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES, joint_calibration, needs_joint
+from fcw_viz.calibrate_app.document.besides.joint_fit import (
+    FEWEST_VEHICLES,
+    bent_lens,
+    joint_calibration,
+    needs_joint,
+)
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetHorizon
 from fcw_viz.calibrate_app.document.sky import sky_troubles
@@ -103,9 +108,14 @@ def solve(document: Document, effects: bool = True) -> Solution:
     if calibration is None:
         return incomplete
     result = _result(document, facts, calibration)
+    points = tuple(mark.ground_point for mark in facts.marks if mark.ground_point is not None)
+    if effects and (bent := bent_lens(document, points, ASSUMED_HEIGHT_M)):
+        result = replace(result, findings=(*result.findings, Finding(FindingKind.LENS, bent.text)))
     if assumed:
         # Without priors the points' misfit is the same for any height and offset; all else follows from them.
-        kept = () if facts.priors.count else tuple(f for f in result.findings if f.point is not None)
+        kept = tuple(f for f in result.findings if f.kind is FindingKind.LENS)
+        if not facts.priors.count:
+            kept += tuple(f for f in result.findings if f.point is not None)
         result = replace(result, findings=kept)
     troubles = sky or implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
     solution = replace(incomplete, result=result, troubles=(*lane_troubles, *troubles))
@@ -139,8 +149,9 @@ def _facts(document: Document, lane_horizon: Gaussian | None) -> _Facts:
     beliefs = (document.field_of_view, document.principal_row)
     field_of_view, principal_row = (belief.prior if belief and belief.enabled else None for belief in beliefs)
     marks = tuple(mark for mark in document.marks if mark.ground_point is not None)
-    # A lens is its field of view and its axis; vehicles show where the horizon is.
+    # A lens is its field of view and its axis; vehicles show where the horizon is; a speed is the lens.
     besides = 2 * (document.lens is not None) + (len(document.vehicles) >= FEWEST_VEHICLES)
+    besides += document.scale_per_mps is not None and document.speed is not None and document.speed.enabled
     return _Facts(marks, Priors(field_of_view, principal_row, combined(horizons)), lane_horizon, besides)
 
 
@@ -192,7 +203,7 @@ def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, .
     apart_px = abs(dragged.prior.value - horizon.value)
     if apart_px <= OUTLIER_SIGMAS * math.hypot(dragged.prior.sigma, horizon.sigma):
         return horizon, ()
-    mend = Mend("Switch the dragged horizon off", (SetHorizon(replace(dragged, enabled=False)),))
+    mend = Mend("Switch the horizon off", (SetHorizon(replace(dragged, enabled=False)),))
     return horizon, (Trouble(words.horizons_disagree(dragged.prior, horizon), mend=mend),)
 
 

@@ -13,6 +13,7 @@ from fcw.camera.verdicts.words import JUDGED
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document import words
+from fcw_viz.calibrate_app.document.besides.knowledge import SetBent
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import (
     Edit,
@@ -26,6 +27,7 @@ from fcw_viz.calibrate_app.document.edits import (
     SetReference,
     SetUnits,
 )
+from fcw_viz.calibrate_app.document.numbers_text import with_lengths
 from fcw_viz.calibrate_app.document.state import Mend, Result, Trouble
 
 Calibrate = Callable[[Document], Calibration | None]
@@ -109,8 +111,12 @@ def implausible_troubles(
     for finding in result.findings:
         if finding.kind is FindingKind.CAUSE:
             continue
+        if finding.kind is FindingKind.LENS:
+            mend = Mend(words.FIT_LENS_LABEL, (SetBent(True),))
+            troubles.append(Trouble(f"{_sentence(finding.text)} {words.LENS_WAY_OUT}", mend=mend))
+            continue
         if finding.kind in TOLD_FINDINGS:
-            troubles.append(Trouble(_sentence(finding.text)))
+            troubles.append(Trouble(_sentence(with_lengths(finding.text, document.imperial))))
             continue
         if finding.point is not None:
             mark = by_point[finding.point]
@@ -133,7 +139,7 @@ def _camera_trouble(document: Document, marks: Sequence[Mark], result: Result) -
     cause = next((finding for finding in result.findings if finding.kind is FindingKind.CAUSE), None)
     named = cause and cause.suspicion
     if cause is None or named is None:
-        likely = "" if cause is None else _sentence(cause.text)
+        likely = "" if cause is None else _sentence(with_lengths(cause.text, document.imperial))
         return Trouble(f"{text} {likely or words.UNKNOWN_CAUSE}".strip())
     wrong = [marks[k] for k in named.points]
     offset_m = named.offset_m if cause.offset is None else cause.offset.offset_m

@@ -18,7 +18,7 @@ from fcw_viz.calibrate_app.document.numbers_text import (
     interval_text,
     typed_text,
 )
-from fcw_viz.calibrate_app.document.ways.ways import CLIP, LANE, SPEED, VEHICLES
+from fcw_viz.calibrate_app.document.ways.ways import BAY, CLIP, DASHES, LANE, SPEED, VEHICLES
 
 NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
@@ -30,6 +30,8 @@ BELIEF_NAMES = {
 }
 
 
+FIRST_DASH = "Click the near end of the nearest dash that is seen whole."
+NEXT_DASH = "Click the near end of the next dash along the same line."
 ROUGH_ERROR = 0.12
 """An error of more than this part at the distance of the quality sentence is called rough."""
 
@@ -52,6 +54,8 @@ def hint_incomplete(document: Document, missing: int) -> str:
     if untold:
         return f"Type the distance of {untold[0].name}."
     if missing > 0:
+        if document.paced and document.next_planned_m is not None:
+            return FIRST_DASH if not document.marks else NEXT_DASH
         if document.next_planned_m is not None:
             return f"Click the mark at {typed_text(document.next_planned_m, document.imperial)}."
         if missing == 1:
@@ -88,7 +92,9 @@ def hint_speed(document: Document) -> str:
         return "Take the horizon that the drive shows; then say the mean speed."
     if document.speed is None:
         return "Say the mean speed over the stretch that was looked at."
-    return hint_clip(document)
+    if document.height_m is None:
+        return hint_clip(document)
+    return "Switch the speed, the lens's axis and the horizon on: all are needed without points."
 
 
 def hint_vehicles(document: Document) -> str:
@@ -98,7 +104,24 @@ def hint_vehicles(document: Document) -> str:
     return hint_clip(document)
 
 
-HINTS = {CLIP: hint_clip, LANE: hint_lane, SPEED: hint_speed, VEHICLES: hint_vehicles}
+def hint_dashes(document: Document) -> str:
+    """What to do first with lane dashes."""
+    return "Choose your country's dashes in the list, or type how far apart they are."
+
+
+def hint_bay(document: Document) -> str:
+    """What to do first with a parking bay."""
+    return "Choose the bay in the list, and type the way to its near line."
+
+
+HINTS = {
+    CLIP: hint_clip,
+    LANE: hint_lane,
+    SPEED: hint_speed,
+    VEHICLES: hint_vehicles,
+    DASHES: hint_dashes,
+    BAY: hint_bay,
+}
 
 
 def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:
@@ -270,11 +293,16 @@ def prior_trouble(name: str, prior: Gaussian, value: float, unit: float, unit_na
 def horizons_disagree(dragged: Gaussian, lanes: Gaussian) -> str:
     """A dragged horizon that the lane lines contradict."""
     return (
-        f"The lane lines meet at row {lanes.value:.0f} ± {lanes.sigma:.1f}, the horizon was dragged to "
+        f"The lane lines meet at row {lanes.value:.0f} ± {lanes.sigma:.1f}, the horizon is said to be at "
         f"{dragged.value:.0f} ± {dragged.sigma:.1f}: one of them is wrong."
     )
 
 
+FIT_LENS_LABEL = "Fit the lens's distortion with the rest"
+LENS_WAY_OUT = (
+    "Best import the lens under “Lens and horizon”: `fcw calibrate PICTURES --chessboard 9x6` makes its "
+    "file. Without a chessboard it is fitted with the rest; the more edges are clicked, the better."
+)
 CONTRADICTION = "What was said contradicts itself, so no interval here can be trusted."
 SORT_LABEL = "Give the distances by row, the lowest point the nearest"
 UNKNOWN_CAUSE = "Likely cause: a wrong distance or camera height, or a road that is not flat. Measure again."

@@ -112,6 +112,10 @@ def draw(
     # Marks before the result: words that somebody typed are more important than those computed.
     _draw_marks(pen, state, selected, frame, handles)
     _draw_lane_lines(pen, state, handles)
+    for edge in document.edges:
+        pen.line(HORIZON_COLOR, *edge)
+        for place in edge:
+            pen.cross(HORIZON_COLOR, place, FAINT_RADIUS_CSS_PX)
     if result is not None:
         _draw_corridor(pen, result.calibration, state.current)
         _draw_rows(pen, result, state.current, document.imperial)
@@ -242,7 +246,7 @@ def _draw_dragged_horizon(pen: Pen, document: Document, result: Result | None, g
         row_px = belief.prior.value
         color = HORIZON_COLOR if belief.enabled else STALE_COLOR
         pen.dashed(color, (pen.left_px, row_px), (pen.right_px, row_px))
-        pen.words_at_right("horizon as dragged" if belief.enabled else "dragged horizon, off", row_px)
+        pen.words_at_right("horizon as said" if belief.enabled else "horizon as said, off", row_px)
     elif result is not None:
         row_px = result.calibration.horizon_row_px
     else:

@@ -8,7 +8,7 @@ import viser
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.knowledge import SetTapeError
-from fcw_viz.calibrate_app.document.document import Mark
+from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetDistance, SetRowSigma
 from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.document.state import MarkResidual, SessionState
@@ -68,10 +68,14 @@ class PointsPanel:
         """Bring table and fields to a moment of the session."""
         document = state.document
         counted = sum(mark.ground_point is not None for mark in document.marks)
-        done = "done" if counted >= MINIMUM_POINTS else "now"
+        # Fewer do where the lens and the horizon are known besides.
+        enough = counted >= MINIMUM_POINTS or (counted > 0 and state.solution.result is not None)
+        done = "done" if enough else "now"
         way = chosen_way(document)
         needed = way is None or Part.POINTS in way.parts
-        note = f"{counted} of at least {MINIMUM_POINTS}" if counted < MINIMUM_POINTS else f"{counted} points"
+        note = f"{counted} points" if enough else f"{counted} of at least {MINIMUM_POINTS}"
+        if counted == 1 and enough:
+            note = "1 point"
         if not needed:
             done, note = ("done", note) if counted else ("", "none needed")
         set_html(self._heading, step_heading(2, "Points on the road", done, note))
@@ -99,13 +103,24 @@ class PointsPanel:
                 with self._folder:
                     self._fields[mark.id] = self._new_field(mark)
             field = self._fields[mark.id]
-            unit = "feet" if imperial else "metres"
-            field.handle.label = f"{mark.name}, {'counted ' if state.document.paced else ''}{unit}"
+            first = _first_dash(state.document)
+            label = f"{mark.name}, {'feet' if imperial else 'metres'}"
+            if first is not None:
+                label = f"{mark.name}, {unit_name(imperial)} after {first.name}"
+            field.handle.label = label
             field.place(mark.id)
-            field.show(mark.distance_m, 1 / FEET_PER_METRE if imperial else 1.0)
+            distance_m = mark.distance_m
+            if first is not None and first.distance_m is not None and distance_m is not None:
+                distance_m -= first.distance_m
+            # Where the dashes begin follows from the rest.
+            field.visible = first is None or mark.id != first.id
+            field.show(distance_m, 1 / FEET_PER_METRE if imperial else 1.0)
 
     def _new_field(self, mark: Mark) -> NumberField:
         def commit(distance_m: float | None) -> None:
+            first = _first_dash(self._desk.state.document)
+            if first is not None and first.distance_m is not None and distance_m is not None:
+                distance_m += first.distance_m
             self._desk.offer(SetDistance(mark.id, distance_m))
 
         hint = f"Distance of {mark.name} along the road; empty: not said yet"
@@ -134,6 +149,12 @@ class PointsPanel:
             )
         words = f'<p class="dim">{EXACT_WORDS}</p>' if exact else ""
         return f"<table>{''.join(lines)}</table>{words}"
+
+
+def _first_dash(document: Document) -> Mark | None:
+    """The dash that the others' distances count from, where its own is not known."""
+    told = [mark for mark in document.marks if mark.distance_m is not None]
+    return min(told, key=lambda mark: mark.distance_m or 0.0, default=None) if document.paced else None
 
 
 def _key(number: int) -> str:

@@ -64,9 +64,7 @@ class PresetPanel:
         if self._chosen is not None:
             words = self._chosen.instruction
         planned = [f"{in_units(distance_m, imperial):.4g}" for distance_m in state.document.planned_m]
-        if state.document.paced:
-            words += " Click three or more dashes that follow each other, the nearest first."
-        elif planned:
+        if planned and not state.document.paced:
             words += f" Clicks get {', '.join(planned)} {unit_name(imperial)} in turn."
         set_html(self._words, text_block(f"<p class='dim'>{words.strip()}</p>") if words else "")
 

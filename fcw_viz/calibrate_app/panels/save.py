@@ -103,7 +103,7 @@ def export_doubt(result: Result) -> str:
     return (
         "camera_info and Kalibr have no place for uncertainty, and would state as exact a lens known to "
         f"± {sigmas.focal_y_px:.0f} px in focal length and ± {sigmas.principal_row_px:.0f} rows in its axis: "
-        "say what you know of the lens first, or calibrate it with a chessboard."
+        "say what you know of the lens first, or import its file (`fcw calibrate PICTURES --chessboard 9x6`)."
     )
 
 

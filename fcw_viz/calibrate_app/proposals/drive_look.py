@@ -22,6 +22,7 @@ from fcw.frame import ImageSize
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.self_calibration.clip import vehicles_of
+from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.page.pictures import Pictures
 
@@ -57,12 +58,33 @@ class Look:
         words: what to tell, either way.
         scale_per_mps: focal length times height, in px m, for each m/s of the mean speed; None where unknown.
         vehicles: seen on the way.
+        times_ns: of the pictures whose speed that mean is of.
     """
 
     horizon: Gaussian | None
     words: str
     scale_per_mps: float | None = None
     vehicles: tuple[Ruler, ...] = ()
+    times_ns: tuple[int, ...] = ()
+
+    def mean_speed_mps(self, own_speed: EgoSpeed, name: str) -> float:
+        """The mean over the same pictures by a file of speeds.
+
+        Args:
+            own_speed: over the time of the drive.
+            name: of its file.
+
+        Raises:
+            UserError: it does not cover them.
+        """
+        found = [own_speed.at(time_ns) for time_ns in self.times_ns]
+        speeds_mps = [speed_mps for speed_mps in found if speed_mps is not None]
+        if not speeds_mps or len(speeds_mps) < LEAST_KNOWN_PART * len(found):
+            raise UserError(
+                f"{name}: it has no speed for the seconds that were looked at; expected times that count "
+                "from the drive's first picture"
+            )
+        return float(np.mean(speeds_mps))
 
 
 def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:
@@ -83,6 +105,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     first_s = last_s = None
     known_s = since_s = 0.0
     speeds_mps: list[float] = []
+    times_ns: list[int] = []
     for frame in pictures.source.frames():
         now_s = frame.time_ns / 1e9
         first_s = now_s if first_s is None else first_s
@@ -92,6 +115,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
         known_s += step_s if motion.picture_speed_mps else 0.0
         if motion.picture_speed_mps:
             speeds_mps.append(motion.picture_speed_mps)
+            times_ns.append(frame.time_ns)
         since_s += step_s if known_s else 0.0
         if known_s >= ENOUGH_S or now_s - first_s >= LONGEST_LOOK_S or not going_on():
             break
@@ -105,7 +129,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     words = f"Over {known_s:.0f} s of driving the horizon is at row {row_px:.0f} ± {sigma_px:.0f}."
     # The road flows by as fast as lens and height together make it: what was assumed for both cancels.
     scale = camera.focal_y_px * camera.height_m / float(np.mean(speeds_mps))
-    return Look(Gaussian(row_px, sigma_px), words, scale)
+    return Look(Gaussian(row_px, sigma_px), words, scale, times_ns=tuple(times_ns))
 
 
 def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:
@@ -124,7 +148,12 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
     )
     rulers, frames = vehicles_of(pictures.source, detector, VEHICLES_S, going_on)
     if len(rulers) < FEWEST_VEHICLES:
-        return Look(None, f"{len(rulers)} vehicles found in {frames} pictures: too few to measure by.")
+        found = "1 vehicle" if len(rulers) == 1 else f"{len(rulers)} vehicles"
+        return Look(
+            None,
+            f"{found} found in {frames} pictures, and {FEWEST_VEHICLES} or more are needed. "
+            "Take the horizon that the drive shows instead, or draw two lane lines.",
+        )
     words = f"{len(rulers)} vehicles found in {frames} pictures; press again to take them as rulers."
     return Look(None, words, vehicles=rulers)
 

@@ -13,6 +13,10 @@ def run_calibrate(command: CalibrateCommand) -> int:
         from fcw_viz.commands.calibrate.from_drive import run_calibrate_from_drive
 
         return run_calibrate_from_drive(command, command.from_drive)
+    if command.chessboard is not None:
+        from fcw_viz.commands.calibrate.chessboard import run_calibrate_chessboard
+
+        return run_calibrate_chessboard(command, command.chessboard)
     if command.from_clip:
         from fcw_viz.commands.calibrate.from_clip import run_calibrate_from_clip
 

@@ -1,8 +1,12 @@
 """What the command line says of the road in the picture besides taped points."""
 
-from fcw.camera.calibration import Gaussian, GroundPoint
+from dataclasses import replace
+
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
+from fcw.camera.joint.bent import bent_picture
 from fcw.camera.joint.evidence import Evidence
-from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS, bend_px
+from fcw.camera.lens.plumb import bend_px
+from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS
 from fcw.camera.vanishing import Segment
 from fcw.errors import UserError
 from fcw_viz.commands.calibrate.options import CalibrateCommand
@@ -35,22 +39,36 @@ def stated_evidence(command: CalibrateCommand) -> Evidence | None:
     dashes = _dashes(command)
     if not lines and horizon is None and not dashes:
         return None
-    return Evidence(dashes, bool(dashes), lines, width, horizon)
+    places = (tuple(_places("--lane-line", text)) for text in command.lane_line)
+    edges = tuple(along for along in places if len(along) >= FEWEST_LINE_POINTS)
+    return Evidence(dashes, bool(dashes), lines, width, horizon, edges=edges)
 
 
-def bent_lines(command: CalibrateCommand) -> list[str]:
-    """Warnings of lane lines that the lens bends: by five points or more along a line it shows."""
-    if command.lens is not None:
+def bent_warnings(command: CalibrateCommand, calibration: Calibration) -> list[str]:
+    """Warnings of a lens that bends the picture, or of lane lines that bend, by five places along one."""
+    if command.lens is not None or command.exact:
         return []
-    warnings = []
-    for text in command.lane_line:
-        places = _places("--lane-line", text)
-        if len(places) >= FEWEST_LINE_POINTS and (off_px := bend_px(places)) > BENT_PX:
-            warnings.append(
-                f"the lane line {text} bends by {off_px:.1f} px: either the road does, or the lens, whose "
-                "distortion is not known here; give it with --lens"
-            )
-    return warnings
+    evidence = stated_evidence(command) or Evidence()
+    if not evidence.points:
+        evidence = replace(evidence, points=calibration.points)
+    bent = bent_picture(
+        evidence,
+        calibration.image_size,
+        Gaussian(calibration.camera.height_m, stated_height_sigma(command)),
+        calibration.reference_offset_m,
+        command.row_sigma,
+        calibration.priors,
+        command.tape_error,
+    )
+    if bent is not None:
+        return [f"{bent.text}; make its file from pictures of a chessboard (--chessboard) for --lens"]
+    return [
+        f"the lane line {text} bends by {off_px:.1f} px: either the road does, or the lens, whose "
+        "distortion is not known here; give it with --lens"
+        for text in command.lane_line
+        if len(places := _places("--lane-line", text)) >= FEWEST_LINE_POINTS
+        and (off_px := bend_px(places)) > BENT_PX
+    ]
 
 
 def stated_height_sigma(command: CalibrateCommand) -> float:

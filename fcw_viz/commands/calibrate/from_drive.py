@@ -36,6 +36,6 @@ def _believed(drive: Path) -> tuple[Calibration, Mount]:
             mount = result.own_motion.mount
     if mount is None:
         raise UserError(
-            f"{drive}: nothing is known of the mount there; run the drive again, without --no-own-motion"
+            f"{drive}: the pose of the camera was not estimated there; run it without --no-own-motion"
         )
     return log.header.calibration, mount

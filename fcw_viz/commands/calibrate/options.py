@@ -53,6 +53,9 @@ class CalibrateCommand:
     """Row of the horizon, where straight lane lines meet, and its standard deviation (default 2)."""
     lens: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Intrinsics and distortion of the lens: a camera_info of ROS, a camchain of Kalibr, OpenCV's YAML."""
+    chessboard: Annotated[str | None, tyro.conf.arg(metavar="AxB")] = None
+    """Compute the lens from SOURCE, a folder of pictures of one chessboard with AxB inner corners, such as
+    9x6. Writes a camera_info file for --lens to --save (`<folder>.lens.yaml` beside it by default)."""
     lane_line: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V ...")] = ()
     """Straight lines along the road, each given by columns and rows of two or more points. They give yaw and
     horizon, and together with points or a third line the roll."""

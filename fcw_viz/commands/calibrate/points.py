@@ -19,7 +19,7 @@ from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
-from fcw_viz.commands.calibrate.evidence import bent_lines, stated_evidence, stated_height_sigma
+from fcw_viz.commands.calibrate.evidence import bent_warnings, stated_evidence, stated_height_sigma
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
@@ -35,7 +35,8 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
     save = command.save
     if save is None and command.source is not None:
         save = default_path(command.source)
-    return save_and_report(_calibration(command), save, command, bent_lines(command))
+    calibration = _calibration(command)
+    return save_and_report(calibration, save, command, bent_warnings(command, calibration))
 
 
 def save_and_report(

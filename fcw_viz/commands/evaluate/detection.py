@@ -23,30 +23,30 @@ STRATA = {
 
 @dataclass(frozen=True, slots=True)
 class EvaluateDetectionCommand:
-    """Detections against labels: detection rate, false positives per image (FPPI), average precision."""
+    """Compare detections with labels: detection rate, false positives per image (FPPI), average precision."""
 
     labels: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LABELS")]
     """COCO JSON. An annotation with "ignore": true is neither hit nor missed."""
     images: Annotated[Path, tyro.conf.arg(metavar="DIR")]
-    """Folder that the labels' file names are relative to."""
+    """Folder to which the file names in the labels are relative."""
     calibration: Annotated[Path, tyro.conf.arg(metavar="FILE|DIR")]
     """Calibration file for all pictures, or a folder with <clip>.yaml for each clip."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
-    """net, acf, acf-full or a YOLO net, as of `fcw run`."""
+    """net, acf, acf-full or a YOLO net, as for `fcw run`."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
-    """Which classes of the ONNX model are vehicles; by default its cars, trucks and buses."""
+    """Classes of the ONNX model that count as vehicles. Default: cars, trucks and buses."""
     model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Model file, as `fcw train` writes it; by default the shipped one."""
+    """Model file written by `fcw train`. Default: the shipped one."""
     at_fppi: Annotated[tuple[float, ...], tyro.conf.arg(metavar="X ...")] = ()
-    """Also the detection rate at so many false positives per image."""
+    """Also print the detection rate at these numbers of false positives per image."""
     only: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ATTRIBUTE=VALUE ...")] = ()
-    """Count only vehicles with this in their annotation, e.g. occluded=0; the others are ignored."""
+    """Count only vehicles whose annotation has this value, e.g. occluded=0; the others are ignored."""
     detections: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Write all detections, whatever their score, as COCO results."""
+    """Write all detections, with any score, as COCO results."""
     report: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
-    """Write report.html there: the curve, and the worst misses and false positives as pictures."""
+    """Write report.html to this folder: the curve, and pictures of the worst misses and false positives."""
     json: bool = False
-    """Print the figures as JSON on stdout, alone."""
+    """Print the figures as JSON, and nothing else on stdout."""
 
 
 def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:

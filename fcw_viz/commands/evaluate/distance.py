@@ -14,34 +14,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class EvaluateDistanceCommand:
-    """Measure distances and closing speeds on KITTI tracking, beside the row alone and a constant width."""
+    """Measure the errors of distance and closing speed on KITTI tracking, beside two simple methods."""
 
     kitti_tracking: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
     """Folder with label_02/, calib/ and poses/ of KITTI tracking."""
     tusimple_velocity: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """gt.json of the TuSimple velocity challenge, a second set: single boxes with lidar range."""
+    """gt.json of the TuSimple velocity challenge, as a second data set: single boxes with lidar range."""
     simulated_tracks: Annotated[int, tyro.conf.arg(metavar="N")] = 0
-    """Also how many of N simulated tracks end with the truth inside their interval (68 % if honest)."""
+    """Also simulate N tracks, and print the share whose last interval contains the truth (ideal: 68 %)."""
     sequences: tuple[str, ...] = ()
-    """Names of the sequences, e.g. 0000 0004; by default all in the folder."""
+    """Names of the sequences, e.g. 0000 0004. Default: all in the folder."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
-    """1-sigma of the noise added to the sides of the labelled boxes, in pixels; 1.5 times as much at the
-    lower edge. 0 leaves the boxes as they are, exact projections that flatter every method of widths."""
+    """Standard deviation of the noise added to the sides of the labelled boxes, in pixels; 1.5 times as much
+    at the lower edge. With 0 the boxes are exact projections, which flatters every method based on widths."""
     without: tuple[Cue, ...] = ()
-    """Cues that the tracker shall do without, to see what each is worth."""
+    """Cues that the tracker must not use, to see what each contributes."""
     pitch_error: Annotated[float, tyro.conf.arg(metavar="DEG")] = 0.0
-    """The camera looked farther down by so much while it was calibrated than in the drives: on a ramp, or
+    """During calibration the camera looked farther down by this angle than in the drives, as on a ramp or
     with another load."""
     leave_one_out: bool = False
-    """Choose the tracker's constants on all sequences but one, and measure on that one, each in turn."""
+    """Choose the tracker's constants on all sequences but one, measure on that one, and repeat for each."""
     seed: int = 0
-    """Of the noise of boxes and clicks."""
+    """Random seed of the noise of boxes and clicks."""
     samples: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """CSV file to write with every measured vehicle of every frame."""
+    """CSV file to write, with every measured vehicle in every frame."""
     report: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """Folder for charts (SVG): errors and intervals against distance, TTC against time."""
+    """Folder for charts (SVG): errors and intervals over distance, TTC over time."""
     json: bool = False
-    """Print the result as JSON on stdout, alone."""
+    """Print the result as JSON, and nothing else on stdout."""
 
 
 METHODS = {"tracker": "estimated_m", "row alone": "row_m", "width 1.70 m": "width_m"}
@@ -77,7 +77,7 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
         if len(names) < 2:
             raise UserError("--leave-one-out: expected at least two sequences; name more with --sequences")
         if command.without:
-            raise UserError("--leave-one-out: goes by all cues; leave out --without")
+            raise UserError("--leave-one-out uses all cues; leave out --without")
         result, chosen = evaluate_left_out(
             command.kitti_tracking, names, command.box_noise, command.seed, pitch_error_rad
         )

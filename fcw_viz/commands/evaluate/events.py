@@ -60,13 +60,14 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
     labels = warning_labels(review, find_events(log.series()))
     if not labels.events:
         raise UserError(
-            f"{path}: nobody has judged a warning of this drive yet; do so with `fcw review {path}`, "
+            f"{path}: no warning of this drive has a verdict yet; judge them with `fcw review {path}`, "
             "or give labelled events with --events FILE"
         )
     for trouble in troubles:
         note(trouble)
     if labels.disagreements:
-        note(f"people judge {len(labels.disagreements)} warnings differently; they are no labels")
+        count = len(labels.disagreements)
+        note(f"people disagree about {count} warning{'s' * (count != 1)}: not used as a label")
     if labels.lost:
         note(f"{labels.lost} verdicts are on warnings that are not in the log any more")
     return labels.events, {

@@ -11,20 +11,20 @@ from fcw.errors import UserError
 
 @dataclass(frozen=True, slots=True)
 class EvaluateMotionCommand:
-    """Measure own speed, yaw rate and the camera's mount, as the picture tells them, against true poses."""
+    """Measure own speed, yaw rate and camera angles, as estimated from the picture, against true poses."""
 
     frames: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="FRAMES")] = None
-    """Video or MCAP file, or folder of pictures; not with --bends."""
+    """Video or MCAP file, or folder of pictures. Not with --bends."""
     poses: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """True poses, one line a picture: the rows of a 3x4 matrix, camera to the first camera (KITTI)."""
+    """True poses, one line per picture: a 3x4 matrix, row by row, from this camera to the first (KITTI)."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Calibration file; by default `<name>.calibration.yaml` beside the pictures."""
+    """Calibration file. Default: `<name>.calibration.yaml` beside the pictures."""
     frame_rate: Annotated[float | None, tyro.conf.arg(metavar="HZ")] = None
-    """Frames per second of a folder of pictures without time stamps."""
+    """Frames per second, for a folder of pictures without time stamps."""
     bends: bool = False
-    """The own path 30 m ahead on simulated bends of 150 to 800 m radius, from rendered pictures."""
+    """Measure the own path 30 m ahead on rendered bends of 150 to 800 m radius."""
     json: bool = False
-    """Print the result as JSON on stdout, alone."""
+    """Print the result as JSON, and nothing else on stdout."""
 
 
 def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
@@ -41,7 +41,7 @@ def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
 
     if command.bends:
         if command.frames is not None or command.poses is not None:
-            raise UserError("--bends: it has its own pictures and poses; leave FRAMES and --poses out")
+            raise UserError("--bends makes its own pictures and poses; leave out FRAMES and --poses")
         return _bends(command.json)
     if command.frames is None or command.poses is None:
         raise UserError("fcw evaluate motion: give FRAMES and --poses FILE, or --bends")

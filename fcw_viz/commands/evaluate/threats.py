@@ -122,7 +122,7 @@ def _evaluate_sights(
         table.add_row(name, scenario.danger or "-", *cells)
     console.print(table)
     total = len(seeds) * len(scenarios) * len(sights)
-    console.print(f"{in_time} of {total} as they should", highlight=False)
+    console.print(f"{in_time} of {total} as required", highlight=False)
     return {
         key: [{"name": name, "trials": len(seeds), "passed": each} for name, each in found.items()],
         "dangers_in_window": dangers_in_time / dangers if dangers else None,
@@ -167,7 +167,7 @@ def evaluate_nuisance(
     table = Table("policy", "timing", *columns, box=None)
     for policy, each in rates.items():
         table.add_row(policy.name, policy.timing, *(f"{each[column]:.1f}" for column in columns))
-    console.print("an hour:", highlight=False)
+    console.print("per hour:", highlight=False)
     console.print(table)
     return {
         "nuisance": [

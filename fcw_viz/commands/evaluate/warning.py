@@ -35,55 +35,55 @@ MOST_NOISE_PX = 100
 
 @dataclass(frozen=True, slots=True)
 class EvaluateWarningCommand:
-    """Measure warnings: in standard scenarios, on real drives, when following, against labelled events."""
+    """Measure warnings: in standard scenarios, on real drives, in steady following, on labelled events."""
 
     ncap: bool = False
-    """The scenarios of NHTSA and Euro NCAP at the level of boxes: exact motion, noisy boxes, the tracker."""
+    """The scenarios of NHTSA and Euro NCAP, simulated as boxes: exact motion, noisy boxes, the tracker."""
     kitti_tracking: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """Every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
+    """List every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
     no_own_motion: bool = False
-    """On these drives: nothing is known of our turning, as with `fcw run --no-own-motion`."""
+    """On these drives, do without our yaw rate, as with `fcw run --no-own-motion`."""
     mount_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
-    """Turn the mount by half a degree in 24 simulated drives, and drive so many simulated hours without."""
+    """Turn the camera by half a degree in 24 simulated drives, and simulate this many hours without."""
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
-    """Follow at constant gaps for so many simulated hours."""
+    """Follow at constant gaps for this many simulated hours."""
     events: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Labelled events, CSV or JSON: start_s, end_s from the drive's first frame, level; needs --log. Or a
-    reviewed drive, another run of the same source: people's verdicts on its warnings are the labels."""
+    """Labelled events as CSV or JSON: start_s, end_s from the drive's first frame, level. Or a reviewed
+    drive, another run of the same source: the verdicts on its warnings are the labels. Needs --log."""
     log: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
-    """The drive.mcap to compare with --events, or its folder; without --events, with the verdicts that people
-    gave on its own warnings in `fcw review`."""
+    """The drive.mcap, or its folder, to compare with --events. Without --events it is compared with the
+    verdicts on its own warnings in `fcw review`."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
-    """The policy, as in `fcw run`; a log has that of its run."""
+    """The policy, as in `fcw run`. A log has the policy of its run."""
     warning_timing: Literal["early", "normal", "late"] = "normal"
-    """How early, as in `fcw run`."""
+    """How early to warn, as in `fcw run`."""
     threats: bool = False
-    """Simulated dangers (partial overlaps, cut-ins, a car that pulls out or crosses ...) and what only looks
-    like
-    one: whether each is warned of within its window."""
+    """Simulated dangers (partial overlaps, cut-ins, a car that pulls out or crosses ...) and harmless scenes
+    that look alike: is each danger warned of within its window?"""
     pixels: bool = False
-    """With --threats: from rendered pictures with --detector, in the place of noisy boxes."""
+    """With --threats: use rendered pictures and --detector instead of noisy boxes."""
     variants: bool = False
-    """With --threats: vehicles half in the way, with other speeds across and overlaps, and each of them with
-    more noise, found late, and lost in part of the frames."""
+    """With --threats: variants of vehicles partly in the way, with other lateral speeds and overlaps, each
+    also with more noise, detected late, and lost in some of the frames."""
     worse: bool = False
-    """With --threats: with the boxes of a worse detector: vehicles lost, found late, boxed in part, cut; and
-    without own motion."""
+    """With --threats: use the boxes of a worse detector (vehicles lost, detected late, boxed in part, cut
+    off) and no own motion."""
     nuisance: bool = False
-    """Warnings an hour in ordinary traffic by policy and timing: on the drives of --kitti-tracking and when
-    following for --following-hours."""
+    """Warnings per hour in ordinary traffic, by policy and timing: on the drives of --kitti-tracking and in
+    --following-hours of steady following."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|onnx:FILE")] = "net"
-    """With --pixels: what finds the vehicles."""
+    """With --pixels: detector to use."""
     seeds: int = 7
-    """With --threats: runs of each scenario, from --seed on."""
+    """With --threats: runs of each scenario, with seeds from --seed on."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
-    """1-sigma of the noise on the sides of the boxes, in pixels; 1.5 times as much at the lower edge."""
+    """Standard deviation of the noise on the sides of the boxes, in pixels; at the lower edge 1.5 times as
+    much."""
     sight: Annotated[float, tyro.conf.arg(metavar="M")] = 120.0
-    """In the scenarios: the farthest vehicle that is detected, metres from the camera."""
+    """In the scenarios: distance up to which vehicles are detected, in metres from the camera."""
     seed: int = 0
-    """Of the noise of boxes and clicks."""
+    """Random seed of the noise of boxes and clicks."""
     json: bool = False
-    """Print the result as JSON on stdout, alone."""
+    """Print the result as JSON, and nothing else on stdout."""
 
 
 def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
@@ -121,17 +121,17 @@ def _check(command: EvaluateWarningCommand) -> None:
 
     make_policy(command.warning_policy, command.warning_timing)
     if command.events is not None and command.log is None:
-        raise UserError("--events needs --log: give the drive.mcap that the labels are about")
+        raise UserError("--events needs --log: give the drive.mcap that the labels belong to")
     parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
     if command.pixels and not command.threats:
-        raise UserError("--pixels: it is for --threats; add it, or leave --pixels out")
+        raise UserError("--pixels needs --threats; add it, or leave out --pixels")
     if command.nuisance and command.kitti_tracking is None and command.following_hours is None:
-        raise UserError("--nuisance: it needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
+        raise UserError("--nuisance needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
     for option, chosen in (("--variants", command.variants), ("--worse", command.worse)):
         if chosen and (command.pixels or not command.threats):
-            raise UserError(f"{option}: it is for --threats without --pixels; add or leave out the other")
+            raise UserError(f"{option} needs --threats, and cannot be combined with --pixels")
     if command.variants and command.worse:
-        raise UserError("--variants and --worse are two tables; ask for one of them")
+        raise UserError("--variants and --worse cannot be combined; choose one of them")
     if not 1 <= command.seeds <= MOST_SEEDS:
         raise UserError(
             f"--seeds {command.seeds}: expected a whole number of at least 1, at most {MOST_SEEDS}"
@@ -306,7 +306,7 @@ def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Consol
     console.print(
         f"{len(episodes)} episodes of `warning` in {hours * 60:.1f} minutes, true figures at their start; "
         f"{sum(episode.on_course for episode in episodes)} of them on a collision course; "
-        f"{len(episodes) / hours:.0f} an hour",
+        f"{len(episodes) / hours:.0f} per hour",
         highlight=False,
     )
 

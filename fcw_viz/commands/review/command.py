@@ -8,7 +8,7 @@ def run_review(command: ReviewCommand) -> int:
     from fcw.errors import UserError
 
     if command.json and not command.summary:
-        raise UserError("--json: only --summary has a result to print; add it, or leave --json out")
+        raise UserError("--json needs --summary; add it, or leave out --json")
     if command.summary:
         from fcw_viz.commands.review.summary import print_summary
 

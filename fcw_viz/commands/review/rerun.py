@@ -67,4 +67,6 @@ def _recording(path: Path) -> Iterator[Path]:
                 sink.close()
             yield made
     else:
-        raise UserError(f"{path}: no drive; expected the folder of `fcw run`, a drive.mcap or a drive.rrd")
+        raise UserError(
+            f"{path}: not a drive; expected a folder written by `fcw run`, a drive.mcap or a drive.rrd"
+        )

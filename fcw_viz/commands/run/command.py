@@ -18,10 +18,10 @@ def run_run(command: RunCommand) -> int:
 
         return run_live(command)
     if command.port is not None or command.no_open:
-        raise UserError("--port, --no-open: they are for the page of --live; add it, or leave them out")
+        raise UserError("--port and --no-open need --live; add it, or leave them out")
     path = Path(command.source)
     if not path.exists() and is_camera(command.source):
-        raise UserError(f"{command.source}: a camera runs live only; add --live")
+        raise UserError(f"{command.source}: a camera needs --live; add it")
     job = job_of(command, path)
     outcome = run_on_console(job)
     for text in outcome.notes:

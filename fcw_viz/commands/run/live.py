@@ -54,7 +54,7 @@ def run_live(command: RunCommand) -> int:
             page.say_ended(f"The drive was ended by hand. Look at it with: fcw review {job.out}")
             return 130
         page.review(job.out / MCAP_NAME, login_name())
-        MESSAGES.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; every word is kept)")
+        MESSAGES.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; everything is saved)")
         page.wait()
     finally:
         page.stop()

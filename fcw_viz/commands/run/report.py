@@ -47,7 +47,7 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
     else:
         console.print("no warnings")
     console.print(
-        f"\n  look at it: fcw review {out}\n\n"
+        f"\n  review it: fcw review {out}\n\n"
         f"  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file),\n"
         f"      with the layout {_short(FOXGLOVE_LAYOUT)} (Layouts, Import from file)\n"
         f"  {out / RRD_NAME}    open it with: fcw review {out} --rerun\n"

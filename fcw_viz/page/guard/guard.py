@@ -95,15 +95,15 @@ class Guard:
         """
         host, origin = header("Host") or "", header("Origin")
         if _name(host) not in LOOPBACK_NAMES:
-            return Refused(HTTPStatus.FORBIDDEN, "this page is for its own computer alone")
+            return Refused(HTTPStatus.FORBIDDEN, "this page can be opened only on its own computer")
         if origin not in ({f"http://{host}"} if web_socket else {None, f"http://{host}"}):
-            return Refused(HTTPStatus.FORBIDDEN, "another page may not speak with this one")
+            return Refused(HTTPStatus.FORBIDDEN, "other web pages must not connect to this one")
         first, slash, rest = path.lstrip("/").partition("/")
         first, question, query = first.partition("?")
         if self._has_ticket(first):
             return Redirected(f"/{self.token}/")
         if not secrets.compare_digest(first.encode(errors="replace"), self.token.encode()):
-            words = "the address lacks its secret: open the one that the program has printed"
+            words = "the secret is missing in the address: open the address that the program printed"
             return Refused(HTTPStatus.FORBIDDEN, words)
         return Admitted(f"/{rest}" if slash else f"/{question}{query}")
 

@@ -89,8 +89,15 @@ class Place(NamedTuple):
     down: float
 
 
-def box_line(box: Box, color: Rgb, text: str) -> LabelledLine:
-    """A box with its words: above it, else below, else beside it."""
+def box_line(box: Box, color: Rgb, text: str, handles: bool = False) -> LabelledLine:
+    """A box with its words: above it, else below, else beside it.
+
+    Args:
+        box: in image pixels.
+        color: of the box.
+        text: its words.
+        handles: whether it has handles, which the words leave free.
+    """
     corners = (
         (box.x, box.y),
         (box.right, box.y),
@@ -108,6 +115,8 @@ def box_line(box: Box, color: Rgb, text: str) -> LabelledLine:
         Place(box.x, box.y, 0.0, -1.5),
         Place(box.x, box.bottom, 0.0, 1.5),
     )
+    if handles:
+        places = (*places[-2:], *places[:-2])
     return LabelledLine(corners, color, text, places)
 
 

@@ -55,6 +55,22 @@ def magnified(image_bgr: NDArray[np.uint8], column_px: float, row_px: float) -> 
     return np.dstack([glass[..., ::-1], mask]).astype(np.uint8)
 
 
+def place_beside(
+    place_px: tuple[float, float], window: Window, beside_px: float, room_px: float
+) -> tuple[float, float]:
+    """Where the glass stands whole: right or left of the pixel; in a narrow window above or below it."""
+    column_px, row_px = place_px
+    row_inside_px = min(max(row_px, window.top_px + room_px), window.bottom_px - room_px)
+    if column_px + beside_px + room_px <= window.right_px:
+        return column_px + beside_px, row_inside_px
+    if column_px - beside_px - room_px >= window.left_px:
+        return column_px - beside_px, row_inside_px
+    column_inside_px = min(max(column_px, window.left_px + room_px), window.right_px - room_px)
+    if row_px - window.top_px > window.bottom_px - row_px:
+        return column_inside_px, max(row_px - beside_px, window.top_px + room_px)
+    return column_inside_px, min(row_px + beside_px, window.bottom_px - room_px)
+
+
 class Magnifier:
     """The glass of one view."""
 
@@ -96,13 +112,8 @@ class Magnifier:
             return
         self._radius_px = _DIAMETER / 2 * scale
         room_px, beside_px = self._radius_px + _MARGIN * scale, _BESIDE * scale
-        to_the_right = (
-            column_px + beside_px + room_px <= window.right_px
-            or column_px - beside_px - room_px < window.left_px
-        )
-        middle_column_px = column_px + beside_px if to_the_right else column_px - beside_px
-        middle_row_px = min(max(row_px, window.top_px + room_px), window.bottom_px - room_px)
-        self._middle_px = (middle_column_px, middle_row_px)
+        self._middle_px = place_beside((column_px, row_px), window, beside_px, room_px)
+        middle_column_px, middle_row_px = self._middle_px
         self._node.position = plane.world(middle_column_px, middle_row_px, _LAYER)
         self._node.render_width = self._node.render_height = 2 * self._radius_px * plane.scale
         self._node.image = magnified(image_bgr, column_px, row_px)

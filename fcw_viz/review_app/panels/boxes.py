@@ -11,7 +11,7 @@ from fcw_viz.page.style import set_html, text_block
 from fcw_viz.review_app.picture.box_editor import BoxEditor
 
 START, STOP = "Correct boxes (E)", "Done (E)"
-DELETE, IGNORE = "Delete", "Ignore, or not"
+DELETE, IGNORE = "Delete", "Ignore / use"
 CONFIRM = "All boxes are right (C)"
 
 
@@ -45,7 +45,7 @@ class BoxesPanel:
             )
         count, edited = boxes.box_count
         said = ", ".join(boxes.confirmed_by)
-        confirmed = f"<p>All right, say {said}.</p>" if said else ""
+        confirmed = f"<p>Confirmed by {said}.</p>" if said else ""
         return (
             f"<p><b>{count} box{'es' * (count != 1)}</b> on this frame, {edited} corrected.</p>{confirmed}"
             f"{'' if boxes.selected is None else _selected_html(boxes.told()[1], boxes.draws_rear)}"
@@ -60,13 +60,13 @@ _HELP = (
         for what, does in (
             ("Click, <kbd>V</kbd>", "selects a box; drag it, its edges or corners"),
             ("<kbd>Shift</kbd> drag", "draws a new box"),
-            ("<kbd>Ctrl</kbd> arrows", "moves it a pixel, with Shift an edge"),
-            ("<kbd>Delete</kbd>", "there is no vehicle"),
+            ("<kbd>Ctrl</kbd> arrows", "moves it by a pixel; with Shift: an edge"),
+            ("<kbd>Delete</kbd>", "deletes it: no vehicle there"),
             ("<kbd>K</kbd>", "copies it to the next frame"),
-            ("<kbd>I</kbd>", "interpolates it since it was drawn"),
+            ("<kbd>I</kbd>", "interpolates from where you last drew it"),
             ("<kbd>J</kbd>", "follows it until it drifts"),
-            ("<kbd>← →</kbd>", "next frame"),
-            ("<kbd>Ctrl Z</kbd>", "takes the last step back"),
+            ("<kbd>← →</kbd>", "previous, next frame"),
+            ("<kbd>Ctrl Z</kbd>", "undo"),
         )
     )
     + "</table>"
@@ -88,7 +88,7 @@ def _selected_html(label: LabelledBox, draws_rear: bool) -> str:
         f"<button {says(message)} class='{'on' if on else ''}'>{words}</button>"
         for message, words, on in (
             ("boxrear:", rear, draws_rear),
-            ("boxcopy:", "Copy on", False),
+            ("boxcopy:", "Copy to next", False),
             ("boxinterpolate:", "Interpolate", False),
             ("boxfollow:", "Follow", False),
         )

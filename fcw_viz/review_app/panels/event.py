@@ -43,13 +43,17 @@ class EventPanel:
     def _event_html(self, drive: Drive) -> str:
         place, judged = self._place, self._place.judged
         if judged is None or place.selected is None:
-            words = "No event is selected; N goes to the next one." if drive.events else "No event here."
+            words = (
+                "No event is selected. N selects the next one."
+                if drive.events
+                else "This drive has no events."
+            )
             return f'<p class="dim">{words}</p>'
         event = judged.event
         title = (
             f'<div class="fcw-title" style="--kind: {kind_color(event.kind)}"><i></i>'
             f"<b>{kind_title(event.kind)}</b>"
-            f"<button {says('playevent:')} title='Shift space'>play it</button>"
+            f"<button {says('playevent:')} title='Shift space'>play</button>"
             f"<span>{time_text(event.start_s)} to {time_text(event.end_s)}</span></div>"
         )
         if event.kind == MOUNT_MOVED:
@@ -58,7 +62,7 @@ class EventPanel:
             f"<dt>{escape(what)}</dt><dd>{escape(much)}</dd>"
             for what, much in why(self._reason(drive, place.selected), drive.header.imperial)
         )
-        head = "When it began" if event.kind != NEAR_MISS else "At its worst; nothing was shown"
+        head = "When it began" if event.kind != NEAR_MISS else "At its worst moment; no warning was shown"
         return (
             f'{title}<p class="dim">{head}</p><dl class="fcw-why">{rows}</dl>'
             f"{verdict_html(judged, place.session.reviewer)}"
@@ -82,5 +86,5 @@ class EventPanel:
 def _words_field(text: str) -> str:
     return (
         f'<input type="text" {enters("fcw-explain", "explain")} value="{escape(text)}" '
-        'placeholder="In your own words, Enter keeps them" autocomplete="off">'
+        'placeholder="Comment; Enter saves it" autocomplete="off">'
     )

@@ -34,7 +34,7 @@ def list_html(
         imperial: units of the words.
     """
     if not events:
-        return '<p class="dim">Nothing happened in this drive: no warning, no near miss.</p>'
+        return '<p class="dim">No events in this drive: no warning, no near miss.</p>'
     orders = "".join(
         f'<button class="{"on" if chosen == by_time else ""}" {says(f"sort:{name}")}>{label}</button>'
         for name, label, chosen in (("severity", "worst first", False), ("time", "by time", True))
@@ -46,7 +46,7 @@ def list_html(
     order = list_order(events, by_time)
     rows = "".join(_row(number, events[number], number == selected, imperial) for number in order)
     more = len(events) - len(order)
-    tail = f'<p class="dim">and {more} less severe ones, on the time line</p>' if more else ""
+    tail = f'<p class="dim">and {more} less severe ones on the time line</p>' if more else ""
     return f'{head}<div class="fcw-events" {keeps_scroll(name)}>{rows}{tail}</div>'
 
 
@@ -82,18 +82,16 @@ def verdict_html(judged: JudgedEvent, reviewer: str) -> str:
             f"{escape(reason.value)}</option>"
             for reason in REASONS[own.said.judgement]
         )
-        reasons = (
-            f'<select {chooses("reason")}><option value="">why? (choose a reason)</option>{options}</select>'
-        )
+        reasons = f'<select {chooses("reason")}><option value="">choose a reason</option>{options}</select>'
     said = "".join(
         f'<p class="fcw-said" title="{when_words(entry.time)}">{escape(verdict_words(entry))}</p>'
         for entry in judged.verdicts
         if entry.person != reviewer or entry.said.text
     )
     disagreement = (
-        '<p class="fcw-disagree">You judge it differently.</p>'
+        '<p class="fcw-disagree">You disagree.</p>'
         if judged.disagreement and own is not None
-        else '<p class="fcw-disagree">They judge it differently.</p>'
+        else '<p class="fcw-disagree">They disagree.</p>'
         if judged.disagreement
         else ""
     )

@@ -6,6 +6,7 @@ from html import escape
 from fcw_viz.page.channel import says
 from fcw_viz.review_app.drive import by_severity, duration_text, time_text
 from fcw_viz.review_app.drive_card import DriveCard
+from fcw_viz.review_app.panels.troubles import troubles_html
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.timeline import (
     HEIGHT_PX,
@@ -63,7 +64,7 @@ def folder_html(
     rows = "".join(_row(card, axis_px, asked) for card in listed[:most])
     if len(listed) > most:
         rows += f"<button {says('more:')}>{len(listed) - most} more drives</button>"
-    found = f"<p>{len(listed)} of them are as asked for.</p>" if len(listed) < len(cards) else ""
+    found = f"<p>{len(listed)} match the filter.</p>" if len(listed) < len(cards) else ""
     return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{found}{rows}"
 
 
@@ -76,9 +77,9 @@ def legend_html() -> str:
     )
     meanings = {sign: judgement.value for judgement, sign in JUDGEMENT_SIGNS.items()}
     meanings[DISAGREEMENT_SIGN] = DISAGREEMENT
-    meanings[f'<i class="missed" style="--kind: {MISSED_COLOR}"></i>'] = "a warning that people missed"
+    meanings[f'<i class="missed" style="--kind: {MISSED_COLOR}"></i>'] = "a missed warning, added by a person"
     for color, meaning in (
-        (LABELLED_COLOR, "frames whose boxes are all right"),
+        (LABELLED_COLOR, "frames whose boxes are confirmed"),
         (TOUCHED_COLOR, "frames with corrected boxes"),
     ):
         meanings[f'<i class="labelled" style="--kind: {color}"></i>'] = meaning
@@ -88,7 +89,7 @@ def legend_html() -> str:
         for sign, meaning in meanings.items()
     )
     return (
-        f'<div class="fcw-legend">{kinds}<p>Over a mark stands what it was judged; people add:</p>'
+        f'<div class="fcw-legend">{kinds}<p>The sign above a mark is its verdict. Other marks:</p>'
         f"<table>{signs}</table></div>"
     )
 
@@ -107,7 +108,7 @@ def _summary(cards: Sequence[DriveCard], unread: int) -> str:
         parts.append(counts)
     if unread:
         parts.append(f"reading {unread} more")
-    return " · ".join(parts) + ". A click opens a drive at its worst moment."
+    return " · ".join(parts) + ". Click a drive to open it at its worst moment."
 
 
 def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
@@ -119,7 +120,7 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     if not card.read:
         return (
             f'<div class="fcw-row" {says(f"open:{card.name}")}><div class="fcw-thumb">…</div>'
-            f"<div><header><b>{escape(card.name)}</b><span>to be read</span></header></div></div>"
+            f"<div><header><b>{escape(card.name)}</b><span>not read yet</span></header></div></div>"
         )
     judged = card.judged
     axis = TimeAxis(0.0, max(card.duration_s, 0.04), axis_px)
@@ -140,19 +141,20 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
             f"<span>{escape(event_line(event, card.imperial))}</span>{said}</div>"
         )
     else:
-        worst = '<div class="fcw-worst"><span>Nothing happened.</span></div>'
+        worst = '<div class="fcw-worst"><span>No events.</span></div>'
     opens = f"open:{card.name}" if not card.events else f"open:{card.name}#{number}"
     calm = not (card.events or card.review.entries)
     # A mark of the time line opens the drive there: its message names the drive, too.
     svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")
-    notice = "" if card.complete else "<span>not finished: read as far as it goes</span>"
+    troubles = troubles_html(card.review_troubles, 1) if card.review_troubles else ""
+    notice = "" if card.complete else "<span>not finished; shown up to its last frame</span>"
     return (
         f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
         f"{says(opens)}>"
         f'<div class="fcw-thumb"{thumbnail}></div>'
         f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"
-        f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div></div></div>'
+        f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div>{troubles}</div></div>'
     )
 
 

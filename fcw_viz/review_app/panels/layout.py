@@ -17,13 +17,14 @@ from fcw_viz.review_app.panels.folder_list import MOST_LISTED, folder_html, lege
 from fcw_viz.review_app.panels.map import map_html
 from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
+from fcw_viz.review_app.panels.troubles import troubles_html
 from fcw_viz.review_app.runs.panel import runs_html
 from fcw_viz.review_app.triage.filter_bar import filter_html, goes_on_html
 
 PANEL_WIDTH_PX = 350
 FIRST_FOLDER_PX = 1040.0
 NOTE_FIELD = (
-    f'<input type="text" {enters(NOTE_ID, "note")} placeholder="A note on this moment (T), Enter keeps it" '
+    f'<input type="text" {enters(NOTE_ID, "note")} placeholder="Note on this moment (T); Enter saves it" '
     'autocomplete="off">'
 )
 OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
@@ -52,12 +53,13 @@ class Panels:
         self._people: tuple[str, ...] | None = None
         self._most = MOST_LISTED
         self._head = gui.add_html("")
+        self._troubles = gui.add_html("")
         self._note = gui.add_html(text_block(NOTE_FIELD), visible=False)
         self._map = gui.add_html("")
         self._tabs = gui.add_tab_group(visible=False)
         with self._tabs.add_tab("Events"):
             self._events = EventPanel(gui, place, desk.annotating)
-        with self._tabs.add_tab("Remarks"):
+        with self._tabs.add_tab("Notes"):
             self._remarks = RemarksPanel(gui, place)
         with self._tabs.add_tab("Boxes"):
             self._boxes = BoxesPanel(gui, tab.run, desk.boxes, desk.screen.switch_boxes)
@@ -65,7 +67,7 @@ class Panels:
             self._plots = gui.add_html("")
         with self._tabs.add_tab("Runs"):
             self._runs = gui.add_html("")
-        with self._tabs.add_tab("Take"):
+        with self._tabs.add_tab("Export"):
             self._take = TakePanel(tab, place)
         with self._tabs.add_tab("Keys"):
             add_page_panel(gui, tab.run, HELP_ROWS, dark)
@@ -80,6 +82,8 @@ class Panels:
         )
         self._tabs.visible = self._note.visible = drive is not None
         set_html(self._head, text_block(self._head_html()))
+        troubles = () if drive is None else self._place.review.troubles
+        set_html(self._troubles, text_block(troubles_html(troubles)) if troubles else "")
         set_html(self._map, "" if drive is None else map_html(drive, self._place.time_s))
         self._show_folder()
         if drive is not None:
@@ -142,7 +146,7 @@ class Panels:
             if session.folder.several
             else ""
         )
-        torn = "" if drive.complete else " · never finished"
+        torn = "" if drive.complete else " · not finished"
         date = "" if drive.zero_utc_ns is None else f"{utc_text(drive.zero_utc_ns, True)} · "
         return (
             f'<div class="fcw-drive"><b title="{escape(str(drive.log.path))}">'

@@ -32,7 +32,7 @@ class RemarksPanel:
         rows = [(entry.said.start_s, self._missed_html(entry)) for entry in review.missed]
         rows += [(entry.said.time_s, self._note_html(entry)) for entry in review.notes]
         html = "".join(row for _, row in sorted(rows, key=lambda row: row[0]))
-        set_html(self._list, text_block(html or '<p class="dim">Nobody has remarked anything yet.</p>'))
+        set_html(self._list, text_block(html or '<p class="dim">No notes yet.</p>'))
 
     def _note_html(self, entry: Entry[Note]) -> str:
         goes, moment = says(f"goto:{entry.said.time_s!r}"), time_text(entry.said.time_s)
@@ -59,10 +59,10 @@ class RemarksPanel:
             change = (
                 f'<div class="fcw-change"><select {chooses("missedlevel")}>{options}</select>'
                 f"{self._range_html(entry_id)}"
-                f"<button {says(f'missedstart:{entry_id}')}>starts here</button>"
-                f"<button {says(f'missedend:{entry_id}')}>ends here</button>"
+                f"<button {says(f'missedstart:{entry_id}')}>start here</button>"
+                f"<button {says(f'missedend:{entry_id}')}>end here</button>"
                 f'<input type="text" {enters(f"fcw-{entry_id}", f"missedtext:{entry_id}")} '
-                f'value="{escape(said.text)}" placeholder="What happened? Enter keeps it" autocomplete="off">'
+                f'value="{escape(said.text)}" placeholder="What happened? Enter saves it" autocomplete="off">'
                 "</div>"
             )
         return (
@@ -74,7 +74,7 @@ class RemarksPanel:
     def _range_html(self, entry_id: str) -> str:
         if self._place.marked is None:
             return ""
-        return f"<button class='wide' {says(f'missedrange:{entry_id}')}>is the marked range</button>"
+        return f"<button class='wide' {says(f'missedrange:{entry_id}')}>use the marked range</button>"
 
     def _is_own(self, entry: Entry[Any]) -> bool:
         return entry.person == self._place.session.reviewer

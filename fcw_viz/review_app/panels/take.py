@@ -17,7 +17,7 @@ from fcw_viz.review_app.place import LEAD_IN_S, Place
 from fcw_viz.review_app.taking import clip_around, event_table, exported_file, held_range
 
 SHORTEST_PLAYED_S = 0.5
-WAIT_WORDS = "One at a time: the last one is still being made."
+WAIT_WORDS = "Please wait: the previous export is not finished."
 
 
 class TakePanel:
@@ -93,10 +93,10 @@ class TakePanel:
         url = self._place.session.rerun.open(drive.log.path, between, played)
         words = (
             f"It holds {time_text(between[0])} to {time_text(between[1])}, opens at its start, and plays "
-            f"{time_text(played[0])} to {time_text(played[1])} again and again."
+            f"{time_text(played[0])} to {time_text(played[1])} in a loop."
         )
         if url is None:
-            return f"<p>rerun has a window of its own. {words}</p>"
+            return f"<p>rerun opened in its own window. {words}</p>"
         link = f'<a href="{escape(url)}" target="_blank">Open rerun on this clip</a>'
         return f'<p>{link}. {words}</p><p class="dim">{FOREIGN_WORDS}.</p>'
 
@@ -112,7 +112,7 @@ class TakePanel:
         self.show()
 
         def run() -> None:
-            result = "<p>That failed; the program's terminal says why.</p>"
+            result = "<p>That failed; see the program's terminal for the reason.</p>"
             try:
                 result = work()
             except UserError as error:

@@ -32,6 +32,11 @@ RING_DISTANCES_M = (10.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 RING_HALF_ANGLE_RAD = math.radians(38)
 """Of the rings only what a camera may see is drawn."""
 RING_POINTS = 25
+EYE_BEHIND_M = 36.0
+"""How far behind us the view's first place is."""
+LABEL_SLOPE = 0.137
+"""Distance of the rings' labels to the right of the view's middle, over their distance from the eye. So they
+form a column, which fits a window that is as wide as high. The nearest one stands at the end of its ring."""
 PATH_LENGTH_M = 80.0
 PATH_POINTS = 33
 SMALLEST_M, SMALLEST_HEIGHT_M, LARGEST_M = 1.0, 1.0, 4.0
@@ -157,9 +162,11 @@ def ring(distance_m: float) -> Floats:
 
 
 def ring_label(distance_m: float, imperial: bool) -> tuple[str, Point]:
-    """The words of a ring, and where they stand: at its right end."""
-    x, y, _ = ring(distance_m)[0]
-    return distance_text(distance_m, imperial), (float(x), float(y), 0.0)
+    """The words of a ring, and where they stand: on it, to the right, in one column for all rings."""
+    # On the ring x^2 + y^2 = d^2, and on the line y = -k (x + e) through the eye.
+    k2, e = LABEL_SLOPE**2, EYE_BEHIND_M
+    x = (math.sqrt(distance_m**2 * (1 + k2) - k2 * e**2) - k2 * e) / (1 + k2)
+    return distance_text(distance_m, imperial), (x, -LABEL_SLOPE * (x + e), 0.0)
 
 
 def segments(points: Floats) -> Floats:

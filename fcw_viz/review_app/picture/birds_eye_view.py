@@ -19,7 +19,7 @@ AHEAD_WXYZ = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 MOST_VEHICLES = 16
 """Boxes of the pool; where more are followed the nearest are shown."""
 ORBIT = Orbit(
-    position=(0.0, -36.0, 19.0 - BELOW),
+    position=(0.0, -birds_eye.EYE_BEHIND_M, 19.0 - BELOW),
     look_at=(0.0, 21.0, -BELOW),
     distances=(8.0, 300.0),
     depths=(1.0, 700.0),

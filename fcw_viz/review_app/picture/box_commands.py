@@ -100,7 +100,7 @@ class BoxCommands:
             if after is not None:
                 edits += self._between(box_id, (now, label), after)
         self._boxes.say(*edits)
-        self._notify("Interpolated", f"{len(edits) - 1} frames have this box now. Ctrl Z takes it back.")
+        self._notify("Interpolated", f"{len(edits) - 1} frames have this box now. Ctrl Z undoes it.")
 
     def follow(self) -> None:
         """Set the selected box in the frames that follow, as long as what is in it looks the same."""
@@ -122,13 +122,15 @@ class BoxCommands:
         finally:
             pictures.close()
         if not labels:
-            raise UserError("this vehicle cannot be followed by its looks here: it is too small, or changes")
+            raise UserError(
+                "this vehicle cannot be followed here: it is too small, or its appearance changes"
+            )
         edits = [BoxEdit(self._frame(now), box_id, label)]
         for number, one in enumerate(labels, 1):
             edits.append(BoxEdit(self._frame(now + number), box_id, one, MadeBy.FOLLOWED))
         self._boxes.say(*edits)
         reached = now + len(labels)
-        self._notify("Followed", f"for {len(labels)} frames; look at the last one and correct it.")
+        self._notify("Followed", f"for {len(labels)} frames. Check the last one and correct it.")
         self._go_to(reached)
 
     def _describe(self, **fields: object) -> None:

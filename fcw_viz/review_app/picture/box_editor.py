@@ -255,7 +255,7 @@ class BoxEditor:
         parts += [one.value for one in (label.view, label.kind) if one is not None]
         parts += [f"hidden {label.occluded}"] * bool(label.occluded)
         parts += ["ignored"] * label.ignore
-        return box_line(label.box, color, "  ".join(parts))
+        return box_line(label.box, color, "  ".join(parts), handles=box_id == self.selected)
 
     def _edited_lines(self) -> list[LabelledLine]:
         """What people labelled, which is seen all the same."""

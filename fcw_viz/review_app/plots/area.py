@@ -87,7 +87,7 @@ def _legend(
     for plot, (own_top_px, _) in zip(plots, plot_places(plots, height_px), strict=True):
         top = top_px + own_top_px
         several = len(plot.curves) > 1
-        away = _away(plot.curves[0]) if removable and not several else ""
+        away = _away(plot.curves[0]) if removable and left_px > BUTTONS_FROM_PX and not several else ""
         yield (
             f'<div class="fcw-plot-title" style="top:{top:.0f}px;{width}" title="{escape(plot.title)}">'
             f"<span>{escape(plot.title)}</span>{away}</div>"
@@ -106,7 +106,7 @@ def _legend(
 
 def _away(curve: Curve) -> str:
     """The button that takes a curve away."""
-    return f'<button {says(f"plot:{chosen_text([curve.chosen])}")} title="Take it away">×</button>'
+    return f'<button {says(f"plot:{chosen_text([curve.chosen])}")} title="Remove">×</button>'
 
 
 def _figure(curve: Curve) -> str:

@@ -50,7 +50,7 @@ class PlotChoice:
                 continue
             signals = {other.signal for other in self.chosen}
             if one.signal not in signals and len(signals) >= MOST_PLOTS:
-                raise UserError(f"{MOST_PLOTS} plots are the most that can be read: take one away first")
+                raise UserError(f"at most {MOST_PLOTS} plots fit: remove one first")
             self.chosen = (*self.chosen, one)
 
     def take_all(self, text: str) -> None:
@@ -91,7 +91,7 @@ class PlotChoice:
                 f'<button class="{"on" if on else ""}" role="checkbox" aria-checked="{str(on).lower()}" '
                 f"{says(f'plot:{chosen_text([one])}')}>{escape(signal.title)}{unit}</button>"
             )
-        default = f"<button {says('plotsdefault:')}>The three of the beginning</button>"
+        default = f"<button {says('plotsdefault:')}>Default plots</button>"
         return (
             f'<div {is_place(PLACE)}><select {chooses("subject")} title="Signals of">{options}</select></div>'
             f'<div class="fcw-signals">{"".join(rows)}</div><p>{default}</p>'

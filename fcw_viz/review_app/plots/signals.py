@@ -119,7 +119,7 @@ VEHICLE_SIGNALS = (
     ),
     Signal(
         "braking",
-        "Needed braking",
+        "Braking needed",
         BRAKING,
         Span(high=4.0, highest=12.0),
         (lambda _, t: required_deceleration_mps2(t.distance_m, t.closing_speed_mps),),
@@ -132,14 +132,18 @@ VEHICLE_SIGNALS = (
         Span(-1.0, 1.0),
         (lambda _, t: t.closing_acceleration_mps2,),
     ),
-    Signal("lateral", "To the left of us", LENGTH, Span(-2.0, 2.0), (lambda _, t: t.lateral_m,)),
+    Signal("lateral", "Lateral position, left", LENGTH, Span(-2.0, 2.0), (lambda _, t: t.lateral_m,)),
     Signal(
-        "lateral_speed", "Speed to the left", SLOW_SPEED, Span(-1.0, 1.0), (lambda _, t: t.lateral_speed_mps,)
+        "lateral_speed",
+        "Lateral speed, left",
+        SLOW_SPEED,
+        Span(-1.0, 1.0),
+        (lambda _, t: t.lateral_speed_mps,),
     ),
     Signal("width", "Width", LENGTH, FROM_ZERO, (lambda _, t: t.width_m,)),
     Signal("box_height", "Box height", PIXELS, FROM_ZERO, (lambda _, t: t.box.h,)),
     Signal("box_width", "Box width", PIXELS, FROM_ZERO, (lambda _, t: t.box.w,)),
-    Signal("score", "Detector's score", SCORE, FROM_ZERO, (lambda _, t: t.score,)),
+    Signal("score", "Detector score", SCORE, FROM_ZERO, (lambda _, t: t.score,)),
 )
 """Of every vehicle."""
 
@@ -175,21 +179,21 @@ OWN_SIGNALS = (
     ),
     Signal(
         "picture_speed",
-        "Own speed by the picture",
+        "Own speed from the picture",
         SPEED,
         Span(high=2.0),
         of_frame=(_motion(lambda motion: motion.picture_speed_mps),),
     ),
     Signal(
         "yaw_rate",
-        "Yaw rate, to the left",
+        "Yaw rate, left",
         TURNING,
         Span(-2 * _DEGREE, 2 * _DEGREE),
         of_frame=(_yaw_rate(0), _yaw_rate(-1), _yaw_rate(1)),
     ),
     Signal(
         "pitch",
-        "Camera's pitch, down",
+        "Camera pitch, down",
         ANGLE,
         Span(None),
         of_frame=(
@@ -200,28 +204,28 @@ OWN_SIGNALS = (
     ),
     Signal(
         "camera_yaw",
-        "Camera's yaw, to the left",
+        "Camera yaw, left",
         ANGLE,
         Span(None),
         of_frame=(_mount(lambda mount: mount.yaw_rad),),
     ),
     Signal(
         "camera_roll",
-        "Camera's roll",
+        "Camera roll",
         ANGLE,
         Span(None),
         of_frame=(_mount(lambda mount: mount.roll_rad),),
     ),
     Signal(
         "curvature",
-        "Path's curvature, to the left",
+        "Path curvature, left",
         BENDING,
         Span(-0.002, 0.002),
         of_frame=(lambda result: None if result.own_path is None else result.own_path.curvature_per_m,),
     ),
     Signal(
         "probability",
-        "Probability of collision",
+        "Collision probability",
         SHARE,
         Span(0.0, 1.0),
         of_frame=(lambda result: result.told_warning.collision_probability,),
@@ -237,7 +241,7 @@ OWN_SIGNALS = (
     ),
     Signal(
         "vehicles",
-        "Vehicles followed",
+        "Tracked vehicles",
         COUNT,
         Span(high=4.0),
         of_frame=(lambda result: float(len(result.tracks)),),

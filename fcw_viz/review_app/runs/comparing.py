@@ -96,7 +96,7 @@ class Comparing:
             UserError: there is none.
         """
         if self.other is None:
-            raise UserError("choose a run to compare with first, under Runs")
+            raise UserError("first choose a run to compare with, under Runs")
         if not self.differences:
             raise UserError(
                 "the two runs are still being compared" if self.differences is None else "no difference"

@@ -40,7 +40,7 @@ def runs_html(comparing: Comparing, name: str, candidates: list[str], imperial: 
     if other is None:
         return select
     if comparing.differences is None:
-        return f"{select}<p>They are being compared …</p>"
+        return f"{select}<p>Comparing …</p>"
     differences = comparing.differences
     counts = [
         f"{sum(one.kind is kind for one in differences)} of {kind.value}"
@@ -49,20 +49,19 @@ def runs_html(comparing: Comparing, name: str, candidates: list[str], imperial: 
     ]
     head = f"{len(differences)} difference{'s' * (len(differences) != 1)}"
     about = (
-        f"{head}: {', '.join(counts)}. <kbd>D</kbd> goes to the next one."
+        f"{head}: {', '.join(counts)}. <kbd>D</kbd> jumps to the next one."
         if differences
-        else "They do not differ."
+        else "The two runs do not differ."
     )
     rows = "".join(
         _row(number, one, number == comparing.at, (name, other.name), imperial)
         for number, one in enumerate(differences[:MOST_LISTED])
     )
     more = len(differences) - MOST_LISTED
-    tail = f'<p class="dim">and {more} later ones, by the key D</p>' if more > 0 else ""
+    tail = f'<p class="dim">and {more} later ones; press D to reach them</p>' if more > 0 else ""
     return (
         f'{select}<p class="dim">{escape(other.name)} ({escape(other.header.detector)}) is dashed in the '
-        f"plots; its lead is orange in the picture, its warnings stand above the time line, what differs "
-        f"below. {about}</p>"
+        f"plots. Its lead is orange in the picture, and its warnings stand above the time line. {about}</p>"
         f'<div class="fcw-events" {keeps_scroll("differences")}>{rows}{tail}</div>'
     )
 

@@ -92,7 +92,7 @@ class Playing:
         """Play the selected event, from a little before it to its end."""
         place = self._place
         if place.selected is None:
-            raise UserError("select an event first: click one of the list, or press N")
+            raise UserError("select an event first: click one in the list, or press N")
         event = place.opened.events[place.selected]
         self._play(place.opened.row_at(event.start_s - LEAD_IN_S), place.opened.row_at(event.end_s))
 

@@ -156,7 +156,7 @@ class Strip:
             f"{buttons}"
             f'{speed_words}{speeds}<span class="space"></span>'
             f'<button class="{"on" if from_above else ""}" {says("birdseye:")} '
-            f'title="The road from above, or the picture (B)">{above}</button>'
+            f'title="View from above, or the picture (B)">{above}</button>'
             f'<button {leads_to("Plots", PLOTS_PLACE)} title="Choose what is plotted">{add}</button>'
             f"{window_words}{windows}</div></div>"
         )

@@ -11,9 +11,9 @@ from fcw_viz.review_app.words import KIND_TITLES
 
 def filter_html(asked: DriveFilter, people: Iterable[str], goes_on: bool) -> str:
     """The fields, with what is asked for now; what changes in them says so by itself."""
-    kinds = {"": "every kind"} | KIND_TITLES
-    verdicts = {"": "every verdict"} | {verdict: verdict for verdict in VERDICTS}
-    reviewers = {"": "everybody"} | {person: person for person in people}
+    kinds = {"": "all kinds"} | KIND_TITLES
+    verdicts = {"": "all verdicts"} | {verdict: verdict for verdict in VERDICTS}
+    reviewers = {"": "all reviewers"} | {person: person for person in people}
     orders = {order.name: order.value for order in Order}
     return (
         '<div class="fcw-filter">'
@@ -29,8 +29,8 @@ def filter_html(asked: DriveFilter, people: Iterable[str], goes_on: bool) -> str
 def goes_on_html(goes_on: bool) -> str:
     """The switch by which a verdict leads to the next unjudged event."""
     state = "on" if goes_on else ""
-    title = "After a verdict go on by itself (G)"
-    return f'<button class="{state}" {says("goeson:")} title="{title}">Go on</button>'
+    title = "Go to the next event after each verdict (G)"
+    return f'<button class="{state}" {says("goeson:")} title="{title}">Auto-next</button>'
 
 
 def filter_messages(

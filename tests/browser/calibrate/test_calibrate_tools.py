@@ -261,3 +261,35 @@ def test_an_old_calibration_is_shown_again_and_handed_out(
     wait_for(lambda: min(colour()) > 128)
     checkbox(person, "Dark colours").click()
     wait_for(lambda: max(colour()) < 128)
+
+
+def test_a_straight_edge_that_the_lens_bends_is_told_and_mended(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(road(tmp_path))
+    tape = [AddMark(*seen(d), 0, d) for d in TAPE_M]
+    page.session.apply(SOMEBODY, *tape, SetHeight(HEIGHT_M))
+    person = Person(open_page(page.url))
+    checkbox(person, "Say more").click()
+    person.button("Click along a straight edge").click()
+    wait_for(lambda: "one thing that is straight" in person.banner)
+    # A pole behind a wide lens: it bows outwards, most in the middle.
+    rows_px = np.linspace(20.0, SIZE.height - 20.0, 7)
+    pole = [(60.0 + 30.0 * ((row_px - 359.5) / 359.5) ** 2, row_px) for row_px in rows_px]
+
+    def clicked() -> int:
+        return sum(map(len, page.session.state.document.edges))
+
+    for number, place in enumerate(pole, 1):
+        person.browser.click(*place)
+        wait_for(lambda number=number: clicked() == number)
+    person.press("Escape")
+    wait_for(lambda: person.browser.page.locator("[data-fcw-place=trouble]").count() == 1)
+    assert "The lens bends this picture" in person.words("[data-fcw-place=trouble]")
+    person.button("Fit the lens's distortion").click()
+    wait_for(lambda: page.session.state.document.bent)
+    solved = page.session.state.solution.result
+    assert solved is not None
+    assert solved.calibration.lens is not None
+    assert solved.calibration.lens.coefficients[0] < -0.1
+    wait_for(lambda: person.button("Forget the lens").count() == 1)

@@ -41,7 +41,7 @@ def dots() -> Generator[PictureServer]:
 
 @pytest.mark.parametrize("window_px", [(1400, 900), (1000, 900), (1600, 700)])
 def test_click_lands_on_the_dot_at_fit_zoomed_and_panned(dots, open_page, wait_for, window_px):
-    tab = open_page(dots.url, window_px)
+    tab = open_page(dots.url, window_px, sharp=True)
 
     def click_error_px(color) -> tuple[float, float]:
         """Error of the position reported, and of the position of the mouse itself."""
@@ -78,7 +78,7 @@ def test_click_lands_on_the_dot_at_fit_zoomed_and_panned(dots, open_page, wait_f
 
 
 def test_the_harness_finds_pixels_where_the_browser_draws_them(dots, open_page):
-    tab = open_page(dots.url)
+    tab = open_page(dots.url, sharp=True)
     for color, middle in DOTS.items():
         assert tab.screen_position(*middle) == pytest.approx(seen_at(tab, color), abs=0.2)
 

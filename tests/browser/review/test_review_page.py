@@ -151,7 +151,7 @@ def test_a_verdict_is_kept_and_seen_in_another_tab_that_looks_elsewhere(
     wait_for(lambda: len(said_of(drive_log).verdicts) == 1)
     two.press("m")
     wait_for(lambda: [entry.said.start_s for entry in said_of(drive_log).missed] == [pytest.approx(14.4)])
-    one.tab("Remarks")
+    one.tab("Notes")
     wait_for(lambda: "14.4 s to 16.4 s" in one.words(".fcw-remark"))
 
 
@@ -261,7 +261,7 @@ def test_a_range_is_marked_dragged_taken_and_missed(
     mouse.move(*person.place_on("#fcw-whole", 0.25), steps=3)
     mouse.up()
     end_s = 0.25 * (FRAMES - 1) / RATE_HZ
-    person.tab("Take")
+    person.tab("Export")
     wait_for(
         lambda: (
             f"The clip that is marked: 2.0 s to {end_s:.1f} s"
@@ -295,7 +295,7 @@ def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
     person = Reviewer(open_page(review({"made": drive_log}).url))
     wait_for(lambda: person.sees(WORST_ROW))
     # Whatever was pressed last: the space key plays, and an event to its end.
-    for name in ("Keys", "Take", "Boxes"):
+    for name in ("Keys", "Export", "Boxes"):
         person.tab(name)
     person.browser.page.wait_for_function("document.activeElement === document.body")
     person.press("Shift+Space")
@@ -334,7 +334,7 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     wait_for(lambda: person.types_in("fcw-note"))
     person.browser.page.keyboard.type("brakes late")
     person.press("Enter")
-    person.tab("Remarks")
+    person.tab("Notes")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
     os.kill(process.pid, signal.SIGKILL)
     process.communicate()
@@ -350,7 +350,7 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     )
     wait_for(lambda: person.sees(row_of(9.4)))
     wait_for(lambda: person.words(".fcw-event em") == "▸")
-    person.tab("Remarks")
+    person.tab("Notes")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=PATIENCE_S)
@@ -377,13 +377,13 @@ def test_verdict_after_verdict_through_all_drives(
     search.fill("")
     person.at("select[data-fcw-choice=filterkind]").select_option("near miss")
     wait_for(lambda: rows.count() == 2)
-    person.at(".fcw-filter button:has-text('Go on')").click()
+    person.at(".fcw-filter button:has-text('Auto-next')").click()
     person.at(".fcw-filter button:has-text('Next unjudged')").click()
     wait_for(lambda: person.sees(row_of(NEAR_MISS_S)) and person.words(".fcw-drive b") == "made")
     person.press("1")
     wait_for(lambda: person.words(".fcw-drive b") == "other" and person.sees(row_of(NEAR_MISS_S)))
     person.press("4")
-    wait_for(lambda: "every event that is asked for is judged" in person.browser.page.content())
+    wait_for(lambda: "every event that matches the filter is judged" in person.browser.page.content())
     assert [entry.said.judgement for entry in said_of(drive_log).verdicts] == [Judgement.RIGHT]
     assert [entry.said.judgement for entry in said_of(other).verdicts] == [Judgement.FALSE]
     person.press("l")

@@ -19,6 +19,8 @@ UNREACHED = """selector => [...document.querySelectorAll(selector)].filter((elem
   if (y > window.innerHeight && element.closest(".mantine-ScrollArea-viewport")) return false;
   return !element.contains(document.elementFromPoint(x, y)) || left < 0 || left + width > window.innerWidth;
 }).map((element) => element.outerHTML)"""
+# The upper edges of the panel's tabs.
+TAB_ROWS = "() => [...document.querySelectorAll('[role=tab]')].map((tab) => tab.getBoundingClientRect().top)"
 PANEL = ".mantine-Paper-root:has(.fcw-drive)"
 
 Rectangle = tuple[float, float, float, float]
@@ -61,6 +63,7 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
         assert plots[2] <= parts[1][2]
         assert plots[3] <= parts[1][3] + 1
         assert page.evaluate(UNREACHED, ".fcw-verdicts button, .fcw-drive button") == []
+        assert len(set(page.evaluate(TAB_ROWS))) == 1
     page.set_viewport_size({"width": 390, "height": 844})
     person.press("l")
     wait_for(lambda: page.locator(".fcw-row .fcw-whole svg").count() == 2)

@@ -9,8 +9,10 @@ import pytest
 from fcw.camera.calibration import GroundPoint
 from fcw.camera.file import default_path, read_calibration
 from fcw.camera.solve import calibrate
+from fcw.errors import UserError
 from fcw.sources import open_source
-from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, look_at
+from fcw.warning.ego_speed import EgoSpeed
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, Look, look_at
 from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[3] / "recordings" / "demo" / "drive.mp4"
@@ -76,3 +78,11 @@ def test_a_look_is_done_once_and_its_listeners_are_told(tmp_path: Path):
     look.start()
     forget()
     assert heard == [True, False]
+
+
+def test_a_file_of_speeds_gives_the_mean_over_the_pictures_that_were_looked_at():
+    look = Look(None, "", 100.0, times_ns=tuple(range(2_000_000_000, 4_000_000_001, 100_000_000)))
+    ramp = EgoSpeed((0.0, 10.0), (0.0, 20.0))
+    assert look.mean_speed_mps(ramp, "drive.gpx") == pytest.approx(6.0)
+    with pytest.raises(UserError, match=r"drive\.gpx: it has no speed for the seconds"):
+        look.mean_speed_mps(EgoSpeed((10.0, 20.0), (5.0, 5.0)), "drive.gpx")

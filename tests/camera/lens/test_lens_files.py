@@ -12,7 +12,8 @@ from fcw.camera.export import camera_info_text, kalibr_text
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
-from fcw.camera.lens.solve import bend_px, lens_of_chessboards, lens_of_plumb_lines
+from fcw.camera.lens.plumb import bend_px
+from fcw.camera.lens.solve import lens_of_chessboards, lens_of_plumb_lines
 from fcw.camera.straight import Orientation
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -111,5 +112,5 @@ def test_too_few_boards_are_refused():
 def test_a_file_that_grows_when_it_is_read_is_refused(tmp_path):
     path = tmp_path / "lens.yaml"
     path.write_text("a: &a [1, 1]\nb: &b [*a, *a]\ncamera_matrix: [*b, *b]\n")
-    with pytest.raises(UserError, match=r"lens\.yaml: not YAML \(it has anchors"):
+    with pytest.raises(UserError, match=r"lens\.yaml: not YAML \(anchors are not allowed"):
         read_lens(path)

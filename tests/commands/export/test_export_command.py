@@ -240,7 +240,7 @@ def test_coco_with_pictures_goes_into_training_and_evaluation(drives, tmp_path, 
 
 
 @pytest.mark.slow
-def test_a_log_whose_writer_was_killed_is_exported_and_that_is_said(entries, header, tmp_path, capsys):
+def test_a_log_whose_writer_was_killed_is_exported_with_a_note(entries, header, tmp_path, capsys):
     sink = McapSink(tmp_path / "writing.mcap")
     sink.open(header)
     for result, packets in entries:
@@ -255,7 +255,7 @@ def test_a_log_whose_writer_was_killed_is_exported_and_that_is_said(entries, hea
     assert len(read_video(tmp_path / "o.mp4")) >= 25
 
 
-def test_a_drive_without_frames_among_others_is_left_out_and_that_is_said(drives, header, tmp_path, capsys):
+def test_a_drive_without_frames_among_others_is_left_out_with_a_note(drives, header, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     sink = McapSink(tmp_path / "empty" / "drive.mcap")
     sink.open(header)

@@ -10,8 +10,8 @@ from marked_drives import FRAMES, export
 WRONG = [
     (("--format", "mp4", "--events"), "--events --format mp4: events are a table; choose csv or parquet"),
     (("--format", "csv", "--no-overlay"), "only an mp4 has the overlay"),
-    (("--format", "kitti", "--pictures"), "--pictures --format kitti: this is for coco"),
-    (("--format", "csv", "--every", "3"), "--every 3 --format csv: this is for coco"),
+    (("--format", "kitti", "--pictures"), "--pictures --format kitti: only for coco"),
+    (("--format", "csv", "--every", "3"), "--every 3 --format csv: only for coco"),
     (("--format", "coco", "--every", "0"), "--every 0: expected a whole number of at least 1"),
     (("--format", "csv", "--between", "3", "1"), "--between 3 1: expected two times in seconds"),
     (("--format", "csv", "--between", "9", "12"), "has no frame there; its frames are from 0 to 2.36 s"),
@@ -19,7 +19,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("options", "message"), WRONG)
-def test_what_makes_no_sense_is_told_in_one_message(drives, tmp_path, capsys, options, message):
+def test_options_that_make_no_sense_give_one_message(drives, tmp_path, capsys, options, message):
     assert export(drives / "monday", *options, "--out", tmp_path / "out.x") == 2
     captured = capsys.readouterr()
     assert message in captured.err
@@ -36,24 +36,24 @@ def test_an_unknown_format_is_refused_with_the_known_ones(drives, tmp_path, caps
     assert "'parquet'" in message
 
 
-def test_no_drive_and_a_folder_without_one_are_told(tmp_path, capsys):
+def test_no_drive_and_a_folder_without_one_are_named(tmp_path, capsys):
     assert export("--format", "csv", "--out", tmp_path / "t.csv") == 2
     assert "no drive given" in capsys.readouterr().err
     assert export(tmp_path, "--format", "csv", "--out", tmp_path / "t.csv") == 2
     assert f"{tmp_path}: no drive.mcap in this folder or below it" in capsys.readouterr().err
 
 
-def test_a_file_of_another_kind_is_told(tmp_path, capsys):
+def test_a_file_of_another_kind_is_named(tmp_path, capsys):
     (tmp_path / "notes.mcap").write_text("no log")
     assert export(tmp_path / "notes.mcap", "--format", "csv", "--out", tmp_path / "t.csv") == 2
     assert "notes.mcap: not a drive log" in capsys.readouterr().err
 
 
-def test_a_file_that_is_there_stays_unless_it_may_be_replaced(drives, tmp_path, capsys):
+def test_an_existing_file_is_replaced_only_with_overwrite(drives, tmp_path, capsys):
     out = tmp_path / "t.csv"
     out.write_text("mine")
     assert export(drives / "monday", "--format", "csv", "--out", out) == 2
-    message = f"{out}: is there already; name another place, or replace it with --overwrite"
+    message = f"{out}: exists already; choose another name, or replace it with --overwrite"
     assert message in capsys.readouterr().err
     assert out.read_text() == "mine"
     assert export(drives / "monday", "--format", "csv", "--out", out, "--overwrite") == 0
@@ -70,10 +70,10 @@ def test_a_drive_is_never_written_over_itself(drives, capsys):
 
 def test_several_drives_do_not_go_into_one_video(drives, tmp_path, capsys):
     assert export(drives, "--format", "mp4", "--out", tmp_path / "out.mp4") == 2
-    assert "2 drives make a file each; name a folder" in capsys.readouterr().err
+    assert "2 drives need one file each; give a folder" in capsys.readouterr().err
 
 
-def test_an_out_folder_that_cannot_be_made_is_told(drives, tmp_path, capsys):
+def test_an_out_folder_that_cannot_be_created_is_named(drives, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert export(drives / "monday", "--format", "mot", "--out", tmp_path / "file" / "out") == 2
     assert "cannot make this folder" in capsys.readouterr().err
@@ -81,7 +81,7 @@ def test_an_out_folder_that_cannot_be_made_is_told(drives, tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["csv", "mp4", "mcap"])  # test_rerun_log has a full disk of its own
-def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
+def test_a_full_disk_is_reported_and_leaves_nothing(drives, tmp_path, form: str):
     resource = pytest.importorskip("resource", reason="needs a limit on the size of files, as POSIX has it")
     out = tmp_path / f"out.{form}"
     arguments = ["export", str(drives / "monday"), "--format", form, "--out", str(out)]
@@ -101,7 +101,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(drives, tmp_path, form: str):
 
 
 @pytest.mark.parametrize("form", ["csv", "kitti", "mp4", "mcap", "rrd"])
-def test_a_folder_that_is_not_there_is_told(drives, tmp_path, capsys, form: str):
+def test_a_missing_folder_is_named(drives, tmp_path, capsys, form: str):
     out = tmp_path / "nowhere" / f"out.{form}"
     assert export(drives / "monday", "--format", form, "--out", out) == 2
     assert f"{out}: cannot write this file" in capsys.readouterr().err

@@ -96,7 +96,7 @@ def test_without_the_token_everything_is_refused_and_says_what_to_do(page: Empty
     path = path.format(token=token, half=token[:-1])
     status, _, body = get(without_token(page), path or "/")
     assert status == HTTPStatus.FORBIDDEN
-    assert b"open the one that the program has printed" in body
+    assert b"open the address that the program printed" in body
     with pytest.raises(InvalidStatus, match="403"):
         open_socket(f"{without_token(page)}{path}")
 

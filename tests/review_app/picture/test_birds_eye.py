@@ -114,6 +114,15 @@ def test_a_turn_to_the_left_bends_the_path_to_the_left():
     )
 
 
+def test_labels_of_rings_stand_in_one_column_seen_from_the_eye_within_the_rings():
+    places = [
+        birds_eye.ring_label(distance_m, imperial=False)[1] for distance_m in birds_eye.RING_DISTANCES_M
+    ]
+    slopes = [-y / (x + birds_eye.EYE_BEHIND_M) for x, y, _ in places]
+    assert slopes == pytest.approx([birds_eye.LABEL_SLOPE] * len(slopes))
+    assert all(math.atan2(-y, x) <= birds_eye.RING_HALF_ANGLE_RAD for x, y, _ in places)
+
+
 def test_rings_are_as_far_away_everywhere_as_their_words_say():
     for distance_m in birds_eye.RING_DISTANCES_M:
         assert np.linalg.norm(birds_eye.ring(distance_m), axis=1) == pytest.approx(distance_m)

@@ -286,7 +286,7 @@ def test_curves_are_chosen_and_taken_away():
 def test_more_plots_than_can_be_read_are_refused_but_not_curves_in_them():
     choice = PlotChoice()
     choice.take_all(",".join(f"{key} ahead" for key in ALL_OF_VEHICLE[:MOST_PLOTS]))
-    with pytest.raises(UserError, match="take one away first"):
+    with pytest.raises(UserError, match="remove one first"):
         choice.switch(f"{ALL_OF_VEHICLE[MOST_PLOTS]} ahead")
     choice.switch("distance 7")
     assert len(choice.chosen) == MOST_PLOTS + 1

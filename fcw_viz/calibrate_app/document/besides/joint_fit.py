@@ -1,6 +1,7 @@
 """The one fit of everything on the page, where marks and beliefs of rows alone do not hold it."""
 
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
+from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.vanishing import Segment
@@ -15,7 +16,7 @@ SPEED_SIGMA = 0.04
 
 def needs_joint(document: Document) -> bool:
     """Whether something was said that the fit of rows has no place for."""
-    if document.paced or document.lens is not None or document.vehicles:
+    if document.paced or document.lens is not None or document.vehicles or document.bent:
         return True
     beliefs = (document.yaw, document.roll, document.speed)
     return any(_stated(belief) is not None for belief in beliefs) or _lane_width(document) is not None
@@ -37,6 +38,38 @@ def joint_calibration(
     """
     height_m = assumed_height_m if document.height_m is None else document.height_m
     offset_m = document.reference_offset_m
+    return calibrate_jointly(
+        _evidence(document, points),
+        document.image_size,
+        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
+        assumed_offset_m if offset_m is None else offset_m,
+        document.row_sigma_px,
+        _priors(document),
+        document.lens,
+        document.tape_error,
+        WIDE_BEND if document.bent else None,
+    )
+
+
+def bent_lens(
+    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
+) -> BentPicture | None:
+    """The lens that bends the picture, where none was said and what was clicked shows it."""
+    if document.lens is not None or document.bent:
+        return None
+    height_m = assumed_height_m if document.height_m is None else document.height_m
+    return bent_picture(
+        _evidence(document, points),
+        document.image_size,
+        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
+        document.reference_offset_m or 0.0,
+        document.row_sigma_px,
+        _priors(document),
+        document.tape_error,
+    )
+
+
+def _evidence(document: Document, points: tuple[GroundPoint, ...]) -> Evidence:
     if document.paced and points:
         first_m = min(point.distance_m for point in points)
         points = tuple(GroundPoint(p.distance_m - first_m, p.row_px, p.column_px) for p in points)
@@ -45,7 +78,7 @@ def joint_calibration(
     if speed is not None and document.scale_per_mps is not None:
         value = speed.value * document.scale_per_mps
         scale = Gaussian(value, value * (SPEED_SIGMA**2 + (speed.sigma / speed.value) ** 2) ** 0.5)
-    evidence = Evidence(
+    return Evidence(
         points,
         document.paced,
         _lines(document),
@@ -54,22 +87,15 @@ def joint_calibration(
         yaw_rad=_stated(document.yaw),
         roll_rad=_stated(document.roll),
         scale_px_m=scale,
+        edges=tuple(edge for edge in document.edges if len(edge) >= FEWEST_PLACES),
     )
-    priors = Priors(
-        _stated(document.field_of_view), _stated(document.principal_row), _stated(document.horizon)
-    )
+
+
+def _priors(document: Document) -> Priors:
+    horizon = _stated(document.horizon)
     if document.lens is not None:
-        priors = Priors(None, None, priors.horizon_row_px)
-    return calibrate_jointly(
-        evidence,
-        document.image_size,
-        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
-        assumed_offset_m if offset_m is None else offset_m,
-        document.row_sigma_px,
-        priors,
-        document.lens,
-        document.tape_error,
-    )
+        return Priors(None, None, horizon)
+    return Priors(_stated(document.field_of_view), _stated(document.principal_row), horizon)
 
 
 def _stated(belief: Belief | None) -> Gaussian | None:

@@ -142,7 +142,40 @@ class SetSpeed:
         return replace(document, speed=self.belief, scale_per_mps=self.scale_per_mps)
 
 
-Knowledge = SetTapeError | SetPaced | SetLens | SetYaw | SetRoll | SetLaneWidth | SetVehicles | SetSpeed
+@dataclass(frozen=True, slots=True)
+class SetEdges:
+    """Places along things that are straight in the world, (column, row) each; none takes them back."""
+
+    edges: tuple[tuple[tuple[float, float], ...], ...]
+
+    def apply(self, document: Document) -> Document:
+        """The document with them."""
+        return replace(document, edges=self.edges, bent=document.bent and bool(self.edges))
+
+
+@dataclass(frozen=True, slots=True)
+class SetBent:
+    """Whether the lens bends the picture, so that how much is fitted with the rest."""
+
+    bent: bool
+
+    def apply(self, document: Document) -> Document:
+        """The document so."""
+        return replace(document, bent=self.bent)
+
+
+Knowledge = (
+    SetTapeError
+    | SetPaced
+    | SetLens
+    | SetYaw
+    | SetRoll
+    | SetLaneWidth
+    | SetVehicles
+    | SetSpeed
+    | SetEdges
+    | SetBent
+)
 
 
 def _check_turn(name: str, belief: Belief | None) -> None:

@@ -92,8 +92,8 @@ def dashes(where: str, period_m: float) -> SpacedPreset:
     count = max(math.floor(FARTHEST_DASH_M / period_m + 1e-9) + 1, FEWEST_DASHES)
     return SpacedPreset(
         f"Lane dashes, {where}: every {period_m:.4g} m",
-        f"Click the near ends of up to {count} dashes beside your lane that follow each other, the nearest "
-        "first. If you can, measure or pace the way to the first one: without it, the height decides.",
+        f"Click the near ends of {FEWEST_DASHES} dashes or more of one line that follow each other, the "
+        "nearest first. If you can, measure or pace the way to the first one: else the height decides.",
         period_m,
         count,
     )

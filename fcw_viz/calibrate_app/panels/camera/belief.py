@@ -34,6 +34,7 @@ class BeliefKind:
         unit: what a number without a unit counts in, in the document's.
         sigma: its standard deviation until another is typed, in the document's units.
         edit: the edit that states it.
+        imperial: label and unit where distances are in feet; None where they are the same.
     """
 
     field: str
@@ -44,6 +45,7 @@ class BeliefKind:
     unit: float
     sigma: float
     edit: Callable[[Belief | None], Edit]
+    imperial: tuple[str, float] | None = None
 
     def stated(self, document: Document) -> Belief | None:
         """What the document has."""
@@ -68,8 +70,12 @@ class BeliefControls:
     def show(self, state: SessionState) -> None:
         """Bring them to a moment of the session."""
         belief = self._kind.stated(state.document)
-        self._value.show(None if belief is None else belief.prior.value, self._kind.unit)
-        self._sigma.show(None if belief is None else belief.prior.sigma, self._kind.unit)
+        label, unit = self._kind.label, self._kind.unit
+        if state.document.imperial and self._kind.imperial is not None:
+            label, unit = self._kind.imperial
+        self._value.handle.label = label
+        self._value.show(None if belief is None else belief.prior.value, unit)
+        self._sigma.show(None if belief is None else belief.prior.sigma, unit)
         self._sigma.visible = self._used.visible = belief is not None
         self._sigma.handle.label = f"{self._kind.label.split(',')[0]} ±"
         self._used.value = belief is not None and belief.enabled

@@ -2,19 +2,27 @@
 
 import math
 import tempfile
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
+from typing import TypeVar
 
 import viser
 
+from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.bent import FEWEST_PLACES
 from fcw.camera.joint.fit import YAW_SIGMA_RAD
 from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
 from fcw.errors import UserError
+from fcw.units import FEET_PER_METRE
+from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.besides.knowledge import (
+    SetBent,
+    SetEdges,
     SetLaneWidth,
     SetLens,
     SetRoll,
@@ -33,22 +41,33 @@ from fcw_viz.calibrate_app.quantities import (
     TURN,
     WIDTH,
 )
+from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.controls import on_button
 from fcw_viz.page.style import set_html, text_block
 
+Read = TypeVar("Read")
 LANE_WIDTH_SIGMA_M = 0.1
 SPEED_SIGMA_MPS = 0.5
-KILOMETRES_PER_HOUR = 1 / 3.6
+KILOMETRES_PER_HOUR, MILES_PER_HOUR = 1 / 3.6, 1609.344 / 3600
 FIND_VEHICLES, FORGET_VEHICLES = "Take the vehicles ahead as rulers", "Forget the vehicles"
 LOOKING_WORDS = "Looking for vehicles; half a minute."
-IMPORT, FORGET_LENS = "Import a lens", "Forget the lens"
+CLICK_EDGE = "Click along a straight edge"
+EDGE_HINT = "Shows whether the lens bends the picture, and how much"
+EDGE_WORDS = (
+    f"Click {FEWEST_PLACES} places or more along one thing that is straight: a pole, a wall, a bridge; best "
+    "far from the picture's middle. Esc when done."
+)
+NOT_USED = "Field of view and axis above are not used."
+IMPORT, FORGET_LENS, FORGET_EDGES = "Import a lens", "Forget the lens", "Forget the edges"
 LENS_WORDS = "camera_info, Kalibr or OpenCV, as YAML. Without one the picture is taken as free of distortion."
 WIDE_RAD = math.radians(80.0)
 WIDE_WORDS = (
     "A lens that sees so much usually bends lines, which the own lane's lines do not show: they bend by less "
-    "than a third of a pixel. Import the lens, or trust nothing near the picture's sides."
+    "than a third of a pixel. Import the lens, or click along something straight at the picture's side."
 )
 LARGEST_LENS_BYTES = 1_000_000
+SPEED_FILE = "Take the speed of a GPX or CSV file"
+SPEED_FILE_HINT = "A track that begins with the drive, or time_s and speed_mps; of the stretch looked at"
 
 
 class BesidesPanel:
@@ -68,6 +87,7 @@ class BesidesPanel:
                 1.0,
                 LANE_WIDTH_SIGMA_M,
                 SetLaneWidth,
+                ("Lane width, ft", 1 / FEET_PER_METRE),
             ),
         )
         self._speed = BeliefControls(
@@ -82,9 +102,18 @@ class BesidesPanel:
                 KILOMETRES_PER_HOUR,
                 SPEED_SIGMA_MPS,
                 self._speed_edit,
+                ("Mean speed, mph", MILES_PER_HOUR),
             ),
         )
         several = desk.pictures.count > 1
+        self._speed_file = gui.add_upload_button(
+            SPEED_FILE,
+            color="gray",
+            icon=viser.Icon.UPLOAD,
+            mime_type=".gpx,.csv",
+            hint=SPEED_FILE_HINT,
+            visible=several,
+        )
         self._find = gui.add_button(FIND_VEHICLES, color="gray", icon=viser.Icon.CAR, visible=several)
         self._vehicle_words = gui.add_html("")
         self._turns = [
@@ -112,6 +141,7 @@ class BesidesPanel:
                 ),
             )
         ]
+        self._edge = gui.add_button(CLICK_EDGE, color="gray", icon=viser.Icon.LINE, hint=EDGE_HINT)
         self._import = gui.add_upload_button(
             IMPORT, color="gray", icon=viser.Icon.UPLOAD, mime_type=".yaml,.yml", hint=LENS_WORDS
         )
@@ -119,7 +149,13 @@ class BesidesPanel:
         self._forget = gui.add_button(FORGET_LENS, color="gray", visible=False)
 
         on_button(self._find, desk.run, self._vehicles_pressed)
-        on_button(self._forget, desk.run, lambda: desk.apply(SetLens(None)))
+        on_button(self._forget, desk.run, lambda: desk.apply(SetLens(None), SetBent(False), SetEdges(())))
+        on_button(self._edge, desk.run, self._click_edge)
+
+        @self._speed_file.on_upload
+        async def _(_: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+            file = self._speed_file.value
+            desk.run(lambda: self._speed_imported(file.name, file.content))
 
         @self._import.on_upload
         async def _(_: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
@@ -135,16 +171,31 @@ class BesidesPanel:
             controls.show(state)
         self._find.label = FORGET_VEHICLES if document.vehicles else FIND_VEHICLES
         look = self._desk.vehicles
-        self._find.disabled = look.running
+        too_few = look.look is not None and len(look.look.vehicles) < FEWEST_VEHICLES
+        self._find.disabled = look.running or (too_few and not document.vehicles)
         words = "" if look.look is None else look.look.words
         words = LOOKING_WORDS if look.running else words
         set_html(self._vehicle_words, _dim(words))
         lens = document.lens
-        self._forget.visible = lens is not None
+        self._forget.visible = lens is not None or document.bent or bool(document.edges)
+        self._forget.label = FORGET_LENS if lens is not None or document.bent else FORGET_EDGES
         view = document.field_of_view
         wide = view is not None and view.enabled and view.prior.value >= WIDE_RAD
-        words = WIDE_WORDS if wide else ""
-        set_html(self._lens_words, _dim(words if lens is None else lens_words(lens)))
+        words = edge_words(len(document.edges[-1])) if document.edges else WIDE_WORDS if wide else ""
+        if document.bent and state.shown is not None and state.shown.calibration.lens is not None:
+            words = f"Fitted with the rest. {lens_words(state.shown.calibration.lens)}"
+        set_html(self._lens_words, _dim(words if lens is None else f"{lens_words(lens)} {NOT_USED}"))
+
+    def _click_edge(self) -> None:
+        """A new edge, to which each click on the picture adds a place."""
+        before = self._desk.state.document.edges
+
+        def clicked(column_px: float, row_px: float) -> None:
+            edges = self._desk.state.document.edges
+            now = edges[len(before)] if len(edges) > len(before) else ()
+            self._desk.apply(SetEdges((*before, (*now, (column_px, row_px)))))
+
+        self._desk.use(Tool.EDGE, clicked, EDGE_WORDS)
 
     def _speed_edit(self, belief: Belief | None) -> SetSpeed:
         look = self._desk.look.look
@@ -156,6 +207,14 @@ class BesidesPanel:
                 "when the horizon is found"
             )
         return SetSpeed(belief, scale)
+
+    def _speed_imported(self, name: str, content: bytes) -> None:
+        look = self._desk.look.look
+        if look is None or look.scale_per_mps is None:
+            raise UserError("the drive has not shown yet how fast the road goes by; wait for its horizon")
+        speed_mps = look.mean_speed_mps(_read_as_file(name, content, _own_speed), name)
+        belief = Belief(Gaussian(speed_mps, SPEED_SIGMA_MPS))
+        self._desk.apply(SetSpeed(belief, look.scale_per_mps))
 
     def _vehicles_pressed(self) -> None:
         desk = self._desk
@@ -171,14 +230,26 @@ class BesidesPanel:
     def _imported(self, name: str, content: bytes) -> None:
         if len(content) > LARGEST_LENS_BYTES:
             raise UserError(f"{name}: {len(content)} bytes, expected a lens file of at most a megabyte")
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / (Path(name).name or "lens.yaml")
-            path.write_bytes(content)
-            try:
-                lens = read_lens(path)
-            except UserError as error:
-                raise UserError(str(error).replace(str(path), Path(name).name)) from None
-        self._desk.apply(SetLens(lens))
+        self._desk.apply(SetLens(_read_as_file(name, content, read_lens)))
+
+
+def _own_speed(path: Path) -> EgoSpeed:
+    return EgoSpeed.read_gpx(path) if path.suffix.lower() == ".gpx" else EgoSpeed.read_csv(path)
+
+
+def _read_as_file(name: str, content: bytes, read: Callable[[Path], Read]) -> Read:
+    """What a file that was uploaded holds; an error names it as its owner does.
+
+    Raises:
+        UserError: it cannot be read.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / (Path(name).name or "file")
+        path.write_bytes(content)
+        try:
+            return read(path)
+        except UserError as error:
+            raise UserError(str(error).replace(str(path), Path(name).name)) from None
 
 
 def lens_words(lens: Lens) -> str:
@@ -187,8 +258,15 @@ def lens_words(lens: Lens) -> str:
     first = ", ".join(f"{value:.3g}" for value in lens.coefficients[:2])
     return (
         f"Lens: {view_deg:.0f}° from side to side, axis at column {lens.column_px:.0f}, row "
-        f"{lens.row_px:.0f}, distortion {lens.model} {first}. Field of view and axis above are not used."
+        f"{lens.row_px:.0f}, distortion {lens.model} {first}."
     )
+
+
+def edge_words(places: int) -> str:
+    """What the edge clicked last still needs."""
+    if places < FEWEST_PLACES:
+        return f"{places} of at least {FEWEST_PLACES} places along the edge."
+    return "What is clicked is straight in the world: where the lens bends it, a warning says so."
 
 
 def _dim(words: str) -> str:

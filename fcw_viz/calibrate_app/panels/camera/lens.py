@@ -127,4 +127,5 @@ class LensPanel:
 def _anything_said(document: Document) -> bool:
     beliefs = (document.field_of_view, document.principal_row, document.horizon, *document.lane_lines)
     besides = (document.lens, document.yaw, document.roll, document.lane_width, document.speed)
-    return any(belief is not None for belief in (*beliefs, *besides)) or bool(document.vehicles)
+    told = any(belief is not None for belief in (*beliefs, *besides))
+    return told or bool(document.vehicles) or bool(document.edges)

@@ -15,6 +15,7 @@ from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.besides.knowledge import (
+    SetEdges,
     SetLaneWidth,
     SetLens,
     SetPaced,
@@ -26,7 +27,14 @@ from fcw_viz.calibrate_app.document.besides.knowledge import (
 )
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edit_form import edit_from_json, edit_to_json
-from fcw_viz.calibrate_app.document.edits import AddMark, Edit, SetFieldOfView, SetHeight, SetHorizon
+from fcw_viz.calibrate_app.document.edits import (
+    AddMark,
+    Edit,
+    SetFieldOfView,
+    SetHeight,
+    SetHorizon,
+    SetPrincipalRow,
+)
 from fcw_viz.calibrate_app.document.resume import document_of
 from fcw_viz.calibrate_app.document.solution import calibration_of, solve
 from fcw_viz.calibrate_app.document.state import Status
@@ -148,3 +156,46 @@ def test_what_makes_no_sense_is_refused_in_words():
     for edit, words in wrong:
         with pytest.raises(UserError, match=words):
             edit.apply(document)
+
+
+def test_a_picture_that_its_lens_bends_is_told_and_mended_by_fitting_the_lens():
+    rng = np.random.default_rng(1)
+    places = [(*seen(Orientation(), LENS, y, d), d) for d in (6.0, 15.0, 30.0) for y in (-4.0, 0.0, 4.0)]
+    clicked = [(u + rng.normal(0, 0.5), v + rng.normal(0, 0.5), d) for u, v, d in places]
+    marks = [AddMark(u, v, 0, d) for u, v, d in clicked if 0 <= u < SIZE.width]
+    document = said(*marks, SetHeight(1.3))
+    solution = solve(document)
+    (trouble,) = [trouble for trouble in solution.troubles if "lens bends this picture" in trouble.text]
+    assert "--chessboard" in trouble.text
+    assert trouble.mend is not None
+    for edit in trouble.mend.edits:
+        document = edit_from_json(edit_to_json(edit)).apply(document)
+    mended = solve(document)
+    assert mended.status is Status.GOOD
+    assert mended.result is not None
+    lens = mended.result.calibration.lens
+    assert lens is not None
+    assert lens.coefficients[0] == pytest.approx(-0.25, abs=0.1)
+    again = document_of(parse_calibration(calibration_text(mended.result.calibration), "x"))
+    assert again.lens == lens
+
+
+def test_places_along_a_straight_edge_show_a_lens_that_bends():
+    rows_px = np.linspace(0, 719, 9)
+    # A pole: it bows away from the picture's middle in the middle, as behind a wide lens.
+    pole = tuple((60.0 + 25.0 * ((v - 359.5) / 359.5) ** 2, float(v)) for v in rows_px)
+    known = (SetHeight(1.3), SetFieldOfView(UNSURE_VIEW), SetHorizon(Belief(Gaussian(310.0, 3.0))))
+    middle = SetPrincipalRow(middle_row(SIZE))
+    straight = tuple((60.0, float(v)) for v in rows_px)
+    assert not solve(said(*known, middle, SetEdges((straight,)))).troubles
+    (trouble,) = solve(said(*known, middle, SetEdges((pole,)))).troubles
+    assert "The lens bends this picture" in trouble.text
+
+
+def test_a_known_speed_stands_in_for_the_lens():
+    horizon = SetHorizon(Belief(Gaussian(309.5, 3.0)))
+    speed = SetSpeed(Belief(Gaussian(25.0, 0.3)), CAMERA.focal_y_px * CAMERA.height_m / 25.0)
+    solution = solve(said(SetHeight(1.3, 0.03), SetPrincipalRow(middle_row(SIZE)), horizon, speed))
+    assert solution.status is Status.GOOD
+    assert solution.result is not None
+    assert solution.result.calibration.camera.focal_y_px == pytest.approx(1000.0, rel=0.05)

@@ -1,0 +1,100 @@
+"""Whether a picture is bent by its lens though no lens was given: its lines bow, or its marks lie as no
+straight picture has them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.fit import NO_BEND, JointFit
+from fcw.camera.lens.model import Lens
+from fcw.camera.prior_sigmas import MARK_ERROR_PART, TAPE_ERROR
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+FEWEST_PLACES = 5
+"""Of marks with columns, or along an edge; fewer tell nothing of a lens."""
+WIDE_BEND = Gaussian(-0.2, 0.15)
+"""k1 of lenses whose picture nobody straightened: Udacity's -0.24, KITTI's raw ones -0.37, phones near 0."""
+BENT_ODDS = 30.0
+"""From which it is spoken of: even odds before, and about one straight picture accused in as many."""
+SCORE_TOLERANCE = 1e-10
+LEAST_BEND_PX = 3.0
+"""At the picture's corners; less changes no distance that matters."""
+
+
+@dataclass(frozen=True, slots=True)
+class BentPicture:
+    """A lens that explains better what was said than a picture free of distortion does.
+
+    Attributes:
+        lens: as it comes out.
+        corner_px: how far it moves the picture's corners.
+        odds: how much better it explains it.
+    """
+
+    lens: Lens
+    corner_px: float
+    odds: float
+
+    @property
+    def text(self) -> str:
+        """What is wrong, in one sentence."""
+        return (
+            "the lens bends this picture: what was clicked fits a lens with k1 "
+            f"{self.lens.coefficients[0]:.2f}, which moves the corners by {self.corner_px:.0f} px, far "
+            "better than a picture free of distortion"
+        )
+
+
+def bent_picture(
+    evidence: Evidence,
+    image_size: ImageSize,
+    height_m: Gaussian,
+    reference_offset_m: float = 0.0,
+    click_sigma_px: float = 1.0,
+    priors: Priors = Priors(),  # noqa: B008 - immutable
+    tape_error: float = TAPE_ERROR,
+) -> BentPicture | None:
+    """The lens that bends the picture, where that is clearly likelier than a straight one; else None.
+
+    Lane lines by their two ends tell nothing: along the road they run to the picture's middle, and a lens
+    bends such lines least. Edges across tell, and marks beside each other in several columns.
+
+    Both are scored by what was said under them, the unknowns integrated out (Laplace), so that a lens that
+    merely may fit better does not win. Arguments as those of `fcw.camera.joint.solve.calibrate_jointly`.
+    """
+
+    columns = {point.column_px for point in evidence.points} - {None}
+    if not evidence.edges and (len(evidence.points) < FEWEST_PLACES or len(columns) < 2):
+        return None
+
+    def fit(evidence: Evidence, bend: Gaussian = NO_BEND) -> JointFit:
+        return JointFit(
+            evidence,
+            image_size,
+            height_m,
+            reference_offset_m,
+            click_sigma_px,
+            priors,
+            None,
+            bend,
+            MARK_ERROR_PART * tape_error,
+        )
+
+    try:
+        bent, plain = fit(evidence, WIDE_BEND), fit(evidence)
+        x, covariance = bent.solve(SCORE_TOLERANCE)
+        log_odds = bent.log_evidence(x, covariance) - plain.log_evidence(*plain.solve(SCORE_TOLERANCE))
+    except (UserError, np.linalg.LinAlgError):
+        return None
+    lens = bent.lens(x)
+    if lens is None or not log_odds > math.log(BENT_ODDS):
+        return None
+    ray = np.array([[-lens.column_px / lens.focal_x_px, -lens.row_px / lens.focal_y_px]])
+    corner_px = float(np.abs(lens.distorted(ray)).max())
+    if corner_px < LEAST_BEND_PX:
+        return None
+    return BentPicture(lens, corner_px, math.exp(min(log_odds, 700.0)))

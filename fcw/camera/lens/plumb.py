@@ -1,0 +1,19 @@
+"""How far lines bow that are straight in the world."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def bend_px(line: Sequence[tuple[float, float]]) -> float:
+    """How far the points of a line lie off a straight one, root mean square."""
+    return math.sqrt(float(np.mean(bows_px(np.array(line, float)) ** 2)))
+
+
+def bows_px(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) distances of (N, 2) places from their straight line."""
+    centred = places - places.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    return centred @ axes[1]
