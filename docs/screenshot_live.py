@@ -49,9 +49,7 @@ class PacedSource(ForwardingSource):
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Each frame when it is due."""
         first: tuple[int, float] | None = None
-        for frame in self._source.frames(start_ns):
-            if frame.time_ns < self._start_s * 1e9:
-                continue
+        for frame in self._source.frames(round(self._start_s * 1e9) if start_ns is None else start_ns):
             first = first or (frame.time_ns, time.monotonic())
             due_s = first[1] + (frame.time_ns - first[0]) / 1e9 / self._rate
             time.sleep(max(due_s - time.monotonic(), 0.0))

@@ -2,8 +2,9 @@
 
     python examples/08_the_papers_tables.py
 
-Lu, Yuan and Wang, Forward Vehicle Collision Warning Based on Quick Camera Calibration. What holds and what is
-mended: docs/theory.md. Table 3 (detection) is measured by `fcw evaluate detection` and `fcw bench`.
+Lu, Yuan and Wang, Forward Vehicle Collision Warning Based on Quick Camera Calibration. docs/theory.md
+tells what is confirmed and what is corrected. Table 3 (detection) is measured by `fcw evaluate detection` and
+`fcw bench`.
 """
 
 import fcw

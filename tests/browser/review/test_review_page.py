@@ -383,7 +383,7 @@ def test_verdict_after_verdict_through_all_drives(
     person.press("1")
     wait_for(lambda: person.words(".fcw-drive b") == "other" and person.sees(row_of(NEAR_MISS_S)))
     person.press("4")
-    wait_for(lambda: "every event that is asked for is judged" in person.browser.page.content())
+    wait_for(lambda: "every event that matches the filter is judged" in person.browser.page.content())
     assert [entry.said.judgement for entry in said_of(drive_log).verdicts] == [Judgement.RIGHT]
     assert [entry.said.judgement for entry in said_of(other).verdicts] == [Judgement.FALSE]
     person.press("l")
