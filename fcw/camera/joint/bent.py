@@ -16,6 +16,8 @@ from fcw.frame import ImageSize
 
 FEWEST_PLACES = 5
 """Of marks with columns, or along an edge; fewer tell nothing of a lens."""
+ASIDE_PART = 0.1
+"""Of the picture's width: marks nearer to one column tell nothing either."""
 WIDE_BEND = Gaussian(-0.2, 0.15)
 """k1 of lenses whose picture nobody straightened: Udacity's -0.24, KITTI's raw ones -0.37, phones near 0."""
 BENT_ODDS = 30.0
@@ -67,8 +69,9 @@ def bent_picture(
     merely may fit better does not win. Arguments as those of `fcw.camera.joint.solve.calibrate_jointly`.
     """
 
-    columns = {point.column_px for point in evidence.points} - {None}
-    if not evidence.edges and (len(evidence.points) < FEWEST_PLACES or len(columns) < 2):
+    columns_px = [point.column_px for point in evidence.points if point.column_px is not None]
+    aside = len(columns_px) >= FEWEST_PLACES and np.ptp(columns_px) > ASIDE_PART * image_size.width
+    if not (evidence.edges or aside):
         return None
 
     def fit(evidence: Evidence, bend: Gaussian = NO_BEND) -> JointFit:
