@@ -27,8 +27,10 @@ def picture_of(view_deg: float, coefficients: tuple[float, ...] | None, yaw_deg=
     real = GroundPlaneCamera(0.03, focal_px, 365.0, HEIGHT.value, 639.5)
     turned = Orientation(math.radians(yaw_deg), math.radians(roll_deg))
     straight = GroundPlaneCamera(0.03, focal_px, 365.0, HEIGHT.value, straight_column(real, turned))
-    lens = coefficients and Lens("radtan", focal_px, focal_px, 639.5, 365.0, coefficients, SIZE)
-    return Straightening(straight, turned, lens or None, SIZE)
+    lens = None
+    if coefficients is not None:
+        lens = Lens("radtan", focal_px, focal_px, 639.5, 365.0, coefficients, SIZE)
+    return Straightening(straight, turned, lens, SIZE)
 
 
 def marks(there: Straightening, rng: np.random.Generator, laterals_m=(-3.0, 0.0, 3.0)) -> Evidence:
