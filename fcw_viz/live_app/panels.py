@@ -125,8 +125,8 @@ class LivePanels:
         set_html(
             self._latency,
             text_block(
-                f'<p class="dim" data-name="latency">After the picture came to the program: '
-                f"{latency.words()}. What the camera itself takes is not in it.</p>"
+                f'<p class="dim" data-name="latency">Delay since the picture arrived: '
+                f"{latency.words()}. The delay of the camera itself is not included.</p>"
             ),
         )
 
