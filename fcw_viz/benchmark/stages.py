@@ -12,7 +12,6 @@ from typing import Any
 from fcw.camera.calibration import Calibration
 from fcw.detection.choice import NET
 from fcw.detection.net.detector import NetDetector, NetSettings
-from fcw.detection.net.looks import FIRST_PX, SECOND_PX, Look, pick
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.detection.net.proposals import Proposer
 from fcw.detection.net.windows import Pyramid
@@ -96,7 +95,6 @@ def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
     calibration, model, settings = drive.header.calibration, NetModel.load(SHIPPED_NET_PATH), NetSettings()
     detector = NetDetector(model, calibration, settings)
     proposer = Proposer(model.cascade, calibration, settings.proposals)
-    first, second = Look(model.first, FIRST_PX), Look(model.second, SECOND_PX)
     clock, ego = _Clock(), EgoEstimator(calibration)
     stages = Stages((detector,), _TimedTracker(calibration, clock), drive.policy)
     count = max(round(duration_s * drive.source.frame_rate_hz), 1)
@@ -118,10 +116,9 @@ def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
                 with clock.stage(HALVING):
                     pyramid = Pyramid(frame.image)
                 with clock.stage(FIRST_LOOK):
-                    looked = first.at(pyramid, proposed)
-                placements = pick(*looked, len(frame.image), settings.picked)
+                    placements = detector.first_look(pyramid, proposed)
                 with clock.stage(SECOND_LOOK):
-                    second.at(pyramid, placements)
+                    detector.second_look(pyramid, placements)
                 with clock.stage(OWN_MOTION):
                     moving = ego.update(frame.time_ns, frame.image, [found.box for found in detections])
                 with clock.stage(_FOLLOWING):

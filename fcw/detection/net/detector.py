@@ -100,17 +100,9 @@ class NetDetector:
             )
         proposed, _ = self._proposer.propose(image)
         pyramid = Pyramid(image)
-        settings, height = self._settings, self._size.height
-
-        def near(boxes: NDArray[np.float64], _: NDArray[np.float64]) -> NDArray[np.bool_]:
-            return boxes[:, 2] * boxes[:, 3] >= (settings.mirrored_part * height) ** 2
-
-        placements = pick(*self._first.both_ways(pyramid, proposed, near), height, settings.picked)
-        boxes, logits = self._second.both_ways(
-            pyramid, placements, lambda _, logits: logits >= settings.mirrored_from
-        )
-        boxes = self._inside(boxes)
-        parts = boxes[:, 3] / (settings.near_part * height)
+        boxes, logits = self.second_look(pyramid, self.first_look(pyramid, proposed))
+        settings, boxes = self._settings, self._inside(boxes)
+        parts = boxes[:, 3] / (settings.near_part * self._size.height)
         doublings = np.log2(np.clip(parts, 1.0, settings.nearest_part / settings.near_part))
         scores = logits + settings.near_bonus * doublings
         sure = (scores >= self._threshold) & np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
@@ -118,6 +110,22 @@ class NetDetector:
             Detection(Box(*box), score)
             for box, score in zip(*self._agreed(boxes[sure], scores[sure]), strict=True)
         )
+
+    def first_look(self, pyramid: Pyramid, proposed: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(M, 3) placements that are worth a closer look, of (N, 3) that the cascade proposes."""
+        settings, height = self._settings, self._size.height
+
+        def near(boxes: NDArray[np.float64], _: NDArray[np.float64]) -> NDArray[np.bool_]:
+            return boxes[:, 2] * boxes[:, 3] >= (settings.mirrored_part * height) ** 2
+
+        return pick(*self._first.both_ways(pyramid, proposed, near), height, settings.picked)
+
+    def second_look(
+        self, pyramid: Pyramid, placements: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(M, 4) boxes of the vehicles that would stand at (M, 3) placements, and (M,) logits that they do."""
+        least = self._settings.mirrored_from
+        return self._second.both_ways(pyramid, placements, lambda _, logits: logits >= least)
 
     def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) which are as large as a vehicle, for some pitch of the camera.
