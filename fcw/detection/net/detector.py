@@ -123,7 +123,7 @@ class NetDetector:
     def second_look(
         self, pyramid: Pyramid, placements: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(M, 4) boxes of the vehicles that would stand at (M, 3) placements, and (M,) logits that they do."""
+        """(M, 4) boxes of the vehicles that would stand at (M, 3) placements, and (M,) logits of it."""
         least = self._settings.mirrored_from
         return self._second.both_ways(pyramid, placements, lambda _, logits: logits >= least)
 
