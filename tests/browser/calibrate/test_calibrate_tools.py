@@ -207,6 +207,7 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
     mouse.move(*person.browser.mouse_position(grip[0], grip_row_px - 20), steps=4)
     wait_for(lambda: dragged() == pytest.approx(grip_row_px - 20, abs=MOUSE_PX))
     mouse.up()
+    person.browser.wait_until_still()  # the drag's end is told after its last move
     wait_for(lambda: person.field("Horizon, row").input_value() not in ("", f"{grip_row_px:.5g}"))
     person.press("Escape")
     person.field("Horizon, row").fill("308.5")
@@ -281,6 +282,7 @@ def test_a_straight_edge_that_the_lens_bends_is_told_and_mended(
         return sum(map(len, page.session.state.document.edges))
 
     for number, place in enumerate(pole, 1):
+        person.browser.wait_until_still()
         person.browser.click(*place)
         wait_for(lambda number=number: clicked() == number)
     person.press("Escape")
