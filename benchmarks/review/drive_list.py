@@ -25,9 +25,7 @@ from fcw.versions import machine
 
 ROWS = "document.querySelectorAll('.fcw-row').length"
 ALL_READ = "!/reading/.test(document.querySelector('.fcw-folder > p')?.innerText ?? 'reading')"
-FILTERED = (
-    "[...document.querySelectorAll('.fcw-folder > p')].some((p) => /match the filter/.test(p.innerText))"
-)
+FILTERED = "[...document.querySelectorAll('.fcw-folder > p')].some((p) => /match the/.test(p.innerText))"
 PICTURED = (
     "[...document.querySelectorAll('.fcw-row .fcw-thumb')].every((one) => one.style.backgroundImage !== '')"
 )
