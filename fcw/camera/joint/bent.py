@@ -68,7 +68,6 @@ def bent_picture(
     Both are scored by what was said under them, the unknowns integrated out (Laplace), so that a lens that
     merely may fit better does not win. Arguments as those of `fcw.camera.joint.solve.calibrate_jointly`.
     """
-
     columns_px = [point.column_px for point in evidence.points if point.column_px is not None]
     aside = len(columns_px) >= FEWEST_PLACES and np.ptp(columns_px) > ASIDE_PART * image_size.width
     if not (evidence.edges or aside):
