@@ -1,10 +1,11 @@
 """The review page as a person uses it."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from browser_page import BrowserPage
+from browser_page import PATIENCE_S, BrowserPage
 from playwright.sync_api import Locator
 from review_drives import CODE_BITS, CODE_PX, PERIOD_NS, RATE_HZ
 
@@ -75,15 +76,19 @@ class Reviewer:
 
     def cursor_x(self, name: str) -> float:
         """Where a cursor stands on the screen."""
-        box = self.at(f'.fcw-cursor[data-cursor="{name}"]').bounding_box()
-        assert box is not None
-        return box["x"] + box["width"] / 2
+        x, _, width, _ = self._box_of(f'.fcw-cursor[data-cursor="{name}"]')
+        return x + width / 2
 
     def place_on(self, selector: str, part: float) -> tuple[float, float]:
         """A place on an element, so far from its left edge."""
-        box = self.at(selector).bounding_box()
-        assert box is not None
-        return box["x"] + part * box["width"], box["y"] + box["height"] / 2
+        x, y, width, height = self._box_of(selector)
+        return x + part * width, y + height / 2
+
+    def _box_of(self, selector: str) -> tuple[float, float, float, float]:
+        end_s = time.monotonic() + PATIENCE_S
+        while (box := self.at(selector).bounding_box()) is None:  # while it is drawn anew
+            assert time.monotonic() < end_s, f"{selector} was not seen in {PATIENCE_S} s"
+        return box["x"], box["y"], box["width"], box["height"]
 
     def sees(self, row: int) -> bool:
         """Whether picture and cursors show a frame."""

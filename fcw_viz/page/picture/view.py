@@ -7,6 +7,7 @@ project's pixels: the centre of the top-left one is (0, 0).
 
 import contextlib
 import logging
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -30,6 +31,9 @@ _BROWSER_SIDE = "\n".join(
     Path(__file__).with_name(f"{topic}.js").read_text() for topic in ("view", "away", "frames")
 )
 _TELL_DRAWN = Path(__file__).with_name("drawn.js").read_text()
+# From above and the right, so that the sides of a box differ where it is seen from above.
+_LIGHT_FROM = (400.0, 0.0, 900.0)
+_SHADE = (90, 90, 90)
 _LEVEL_COSINE = 1 - 1e-12  # of half the angle between two orientations
 
 _log = logging.getLogger(__name__)
@@ -53,7 +57,12 @@ class PictureView(PictureCamera):
         self._magnified: Handle | None = None
         self._in_order = ThreadPoolExecutor(max_workers=1, thread_name_prefix="picture")
 
-        client.scene.configure_default_lights(cast_shadow=False)  # drawn anew in each frame, for nothing
+        # Without a graphics card viser's own lights and surroundings cost seconds at the first mark.
+        client.scene.configure_default_lights(False)
+        client.scene.configure_environment_map(None)
+        client.scene.add_light_hemisphere(
+            "/light", ground_color=_SHADE, intensity=math.pi, position=_LIGHT_FROM
+        )
         width, height = self.plane.extent
         self._picture = client.scene.add_image(
             "/picture",
@@ -240,18 +249,22 @@ class PictureView(PictureCamera):
 
     async def _clicked(self, event: viser.SceneClickEvent) -> None:
         column_px, row_px = self.plane.pixel_under(np.array(event.ray_origin), np.array(event.ray_direction))
+        on_glass = self._magnifier.covers(column_px, row_px)
+        # What was done before may have removed the handle that is still there now.
+        self.run_in_order(self._click, column_px, row_px, on_glass)
+
+    def _click(self, column_px: float, row_px: float, on_glass: bool) -> None:
         reached = [
             (distance_px, handle)
-            for handle in list(self._handles.values())
+            for handle in self._handles.values()
             if (distance_px := handle.distance_px(column_px, row_px)) <= handle.reach_px
         ]
         if reached:
             _, clicked = min(reached, key=lambda near: near[0])
-            self.run_in_order(self.magnify_handle, clicked)
-            self.run_in_order(clicked.on_click)
+            self.magnify_handle(clicked)
+            clicked.on_click()
             return
-        on_glass = self._magnifier.covers(column_px, row_px)
-        self.run_in_order(self.magnify_handle, None)
+        self.magnify_handle(None)
         if self.plane.is_inside(column_px, row_px) and not on_glass:
             for callback in self._on_click:
                 self.run_in_order(callback, column_px, row_px)
