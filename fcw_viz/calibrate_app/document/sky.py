@@ -10,6 +10,7 @@ from fcw_viz.calibrate_app.document import words
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import DeleteMark
 from fcw_viz.calibrate_app.document.state import Mend, Trouble
+from fcw_viz.calibrate_app.document.troubles import speaks_against
 
 SURE_SIGMAS = 3.0
 """So far above the horizon a point is in the sky, and no far point of the road clicked badly."""
@@ -42,7 +43,8 @@ def _in_sky(document: Document, mark: Mark, calibrate: Callable[[Document], Cali
             calibration = calibrate(others)
         except UserError:
             return False
-        if calibration is None:
+        # Others that contradict each other put the horizon anywhere.
+        if calibration is None or speaks_against(calibration):
             return False
         row_px, sigma_px = calibration.horizon_row_px, camera_sigmas(calibration).horizon_row_px
         mark = replace(mark, row_px=calibration.straight_place(mark.column_px, mark.row_px)[1])

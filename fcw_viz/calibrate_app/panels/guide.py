@@ -5,8 +5,13 @@ from html import escape
 import viser
 
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.document.state import SessionState, Status
+from fcw_viz.calibrate_app.document.ways.ways import VEHICLES
+from fcw_viz.calibrate_app.document.words import hint_clip
+from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS
+from fcw_viz.calibrate_app.proposals.drive_look import Look
 from fcw_viz.page.channel import leads_to, says
 from fcw_viz.page.style import CROSSHAIR_STYLE, SHEET_STYLE, STYLE, set_html, text_block
 
@@ -33,7 +38,9 @@ class Guide:
 
     def show(self, state: SessionState) -> None:
         """Say what to do next at a moment of the session."""
-        words = self._desk.tool_words or _words(state)
+        look = self._desk.vehicles
+        words = vehicle_words(state, look.running, look.look) or _words(state)
+        words = self._desk.tool_words or words
         kind = "" if self._desk.tool_words else _kind(state)
         way = "" if self._desk.tool_words else _way_on(state)
         banner = f'<div class="fcw-banner {kind}" role="status">{escape(words)} {way}</div>'
@@ -45,6 +52,26 @@ class Guide:
             notices.append(f"{len(state.people)} tabs are open: {names}. They work on the same points.")
         html = "".join(f"<p>{escape(notice)}</p>" for notice in notices)
         set_html(self._notices, text_block(html) if html else "")
+
+
+def vehicle_words(state: SessionState, running: bool, look: Look | None) -> str:
+    """While vehicles are looked for, and where there were too few: what else would do; else empty.
+
+    Args:
+        state: of the session.
+        running: whether they are looked for.
+        look: what came of it.
+    """
+    document = state.document
+    waits = state.solution.status is Status.INCOMPLETE and document.way == VEHICLES
+    if not waits or document.vehicles:
+        return ""
+    if running:
+        return LOOKING_WORDS
+    if look is None or len(look.vehicles) >= FEWEST_VEHICLES:
+        return ""
+    shown = document.horizon is not None or None not in document.lane_lines
+    return hint_clip(document) if shown else look.words
 
 
 def _way_on(state: SessionState) -> str:

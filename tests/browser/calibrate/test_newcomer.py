@@ -6,8 +6,10 @@ import pytest
 from calibrate_helpers import DEMO_MARKS_PX, OpenPage, Person, Serve, WaitFor, copy_of_demo_drive
 
 from fcw.camera.file import default_path, read_calibration
-from fcw_viz.calibrate_app.document.edits import AddMark, SetHeight
+from fcw_viz.calibrate_app.document.edits import AddMark, ChooseWay, SetHeight
 from fcw_viz.calibrate_app.document.state import Status
+from fcw_viz.calibrate_app.document.ways.presets import DASH_PRESETS
+from fcw_viz.calibrate_app.document.ways.ways import DASHES
 from fcw_viz.calibrate_app.session import Person as SessionPerson
 from fcw_viz.cli import main
 
@@ -174,3 +176,17 @@ def test_on_every_window_the_picture_is_whole_and_the_panel_beside_or_below_it(
     if height_px > width_px:
         assert canvas[3] <= 0.5 * height_px
         assert canvas[2] - canvas[0] == width_px
+
+
+def test_every_choice_of_dashes_is_read_whole(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(copy_of_demo_drive(tmp_path))
+    page.session.apply(SOMEBODY, ChooseWay(DASHES))
+    person = Person(open_page(page.url, window_px=(1000, 700)))
+    for preset in DASH_PRESETS:
+        person.field("Distances").click()
+        person.browser.page.get_by_role("option", name=preset.name, exact=True).click()
+        wait_for(lambda name=preset.name: person.field("Distances").input_value() == name)
+        cut_px = person.field("Distances").evaluate("input => input.scrollWidth - input.clientWidth")
+        assert cut_px <= 0, preset.name

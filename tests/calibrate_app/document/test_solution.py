@@ -245,3 +245,27 @@ def test_a_point_in_the_sky_is_said_of_that_point_at_once_and_of_no_other():
     for edit in trouble.mend.edits:
         typed = edit.apply(typed)
     assert solve(typed).troubles == ()
+
+
+def test_distances_that_contradict_the_rest_put_no_good_mark_in_the_sky():
+    """Two taped distances are exchanged: what they give is no horizon, and nothing lies in its sky."""
+    rows_px = [CAMERA.row_at(true_m) for true_m in (8.0, 15.0)]
+
+    def road(side_m: float, distance_m: float) -> tuple[float, float]:
+        return CAMERA.column_at(side_m, distance_m), CAMERA.row_at(distance_m)
+
+    exchanged = said(
+        *zip((25.0, 15.0), rows_px, strict=True),
+        height_m=1.3,
+        field_of_view=Belief(Gaussian(math.radians(85), math.radians(15))),
+        principal_row=Belief(Gaussian(359.5, 20.0)),
+        lane_lines=tuple(
+            Line(*((CAMERA.column_at(side, d), CAMERA.row_at(d)) for d in (7.0, 40.0)))
+            for side in (1.8, -1.8)
+        ),
+        lane_width=Belief(Gaussian(3.6, 0.1)),
+    )
+    far = AddMark(640.0, CAMERA.row_at(40.0)).apply(exchanged)
+    troubles = solve(far, effects=False).troubles
+    assert troubles
+    assert not any("sky" in trouble.text for trouble in troubles)

@@ -91,7 +91,7 @@ def dashes(where: str, period_m: float) -> SpacedPreset:
     """Lane dashes that repeat so."""
     count = max(math.floor(FARTHEST_DASH_M / period_m + 1e-9) + 1, FEWEST_DASHES)
     return SpacedPreset(
-        f"Lane dashes, {where}: every {period_m:.4g} m",
+        f"{where}: every {period_m:.4g} m",
         f"Click the near ends of {FEWEST_DASHES} dashes or more of one line that follow each other, the "
         "nearest first. If you can, measure or pace the way to the first one: else the height decides.",
         period_m,
@@ -110,7 +110,7 @@ DASH_PRESETS = (
     dashes("USA", 40 / FEET_PER_METRE),
     dashes("California motorways", 48 / FEET_PER_METRE),
     dashes("Germany, motorways", 18.0),
-    dashes("United Kingdom, above 40 mph", 9.0),
+    dashes("Britain, above 40 mph", 9.0),
 )
 """Marks a known way apart, the first of which has to be measured."""
 

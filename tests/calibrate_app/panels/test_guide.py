@@ -1,0 +1,35 @@
+"""The line over the picture, where it follows from more than the document."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+from session_helpers import SIZE
+
+from fcw.camera.calibration import Gaussian
+from fcw_viz.calibrate_app.document.document import Belief, Document
+from fcw_viz.calibrate_app.document.solution import solve
+from fcw_viz.calibrate_app.document.ways.ways import VEHICLES
+from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS
+from fcw_viz.calibrate_app.panels.guide import vehicle_words
+from fcw_viz.calibrate_app.proposals.drive_look import Look
+
+TOO_FEW = Look(None, "1 vehicle found. Take the horizon that the drive shows instead.")
+
+
+def words(document: Document, running: bool = False, look: Look | None = None) -> str:
+    state = SimpleNamespace(document=document, solution=solve(document))
+    return vehicle_words(state, running, look)  # pyright: ignore[reportArgumentType] - only these are read
+
+
+def test_who_looks_for_vehicles_is_told_how_that_goes_and_what_else_would_do():
+    document = Document(SIZE, way=VEHICLES)
+    assert words(document) == ""
+    assert words(document, running=True) == LOOKING_WORDS
+    assert words(document, look=TOO_FEW) == TOO_FEW.words
+    # The horizon is there instead: what is missing is asked for, and no longer the vehicles.
+    with_horizon = replace(document, horizon=Belief(Gaussian(310.0, 3.0)))
+    assert "how high the camera is" in words(with_horizon, look=TOO_FEW)
+
+
+def test_no_other_way_is_told_of_vehicles():
+    assert words(Document(SIZE, way="clip"), running=True, look=TOO_FEW) == ""
