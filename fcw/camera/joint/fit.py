@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,17 +35,35 @@ LENGTH_M = 4.2
 SIDE_SIGMA = 0.5
 """Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
 HUBER_SIGMAS = 2.0
-TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND = range(9)
-UNKNOWN_COUNT = 9
-STEPS = np.array((1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4))
-NO_BEND = Gaussian(0.0, 1e-6)
+TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP = range(10)
+UNKNOWN_COUNT = 10
+STEPS = np.array((1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5))
+CLOSED_SIGMA = 1e-6
+"""Of an unknown that is not open."""
+NO_BEND = Gaussian(0.0, CLOSED_SIGMA)
 LARGEST_BEND = 0.6
 FOCAL_SIGMA = 0.01
 """Of a lens whose intrinsics are known, as a part: focus, warmth, another copy of the lens."""
 
 
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """How dashes may lie elsewhere than their period has them, all by one unknown.
+
+    Attributes:
+        by_mark_m: what a slip of 1 moves each mark by; empty where none moves.
+        sigma: of the slip.
+    """
+
+    by_mark_m: tuple[float, ...]
+    sigma: float
+
+
+NO_SLIP = Slip((), CLOSED_SIGMA)
+
+
 class JointFit:
-    """Residuals in sigmas of all evidence and beliefs over the nine unknowns."""
+    """Residuals in sigmas of all evidence and beliefs over the ten unknowns."""
 
     def __init__(
         self,
@@ -57,6 +76,7 @@ class JointFit:
         lens: Lens | None,
         bend: Gaussian = NO_BEND,
         mark_error: float = 0.0,
+        slip: Slip = NO_SLIP,
     ) -> None:
         """What is fitted.
 
@@ -70,8 +90,9 @@ class JointFit:
             lens: of the camera, where it is known.
             bend: of a lens that is not known: its k1 (Brown 1971).
             mark_error: of each distance for itself, as a part of it.
+            slip: of dashes from where their period has them.
         """
-        self._mark_error = mark_error
+        self._mark_error, self._slip_m = mark_error, np.array(slip.by_mark_m)
         self._evidence, self._size, self._offset_m, self._lens = evidence, size, offset_m, lens
         self._click_px = click_sigma_px
         self._horizon = priors.horizon_row_px
@@ -83,11 +104,11 @@ class JointFit:
         self._view = view
         self._column_px = (size.width - 1) / 2
         focal_px = size.width / 2 / math.tan(view.value / 2)
-        focal_sigma, height_sigma = 10.0, max(height_m.sigma / height_m.value, 1e-6)
+        focal_sigma, height_sigma = 10.0, max(height_m.sigma / height_m.value, CLOSED_SIGMA)
         if lens is not None:
             # The straight picture is that of this lens: its axis and focal length are what they are there.
             # What the focal length has wrong does to distances what the height would.
-            axis, focal_px, focal_sigma = Gaussian(lens.row_px, 1e-6), lens.focal_y_px, 1e-6
+            axis, focal_px, focal_sigma = Gaussian(lens.row_px, CLOSED_SIGMA), lens.focal_y_px, CLOSED_SIGMA
             height_sigma = math.hypot(height_sigma, FOCAL_SIGMA)
             self._column_px = lens.column_px
         yaw, roll = evidence.yaw_rad, evidence.roll_rad
@@ -102,6 +123,7 @@ class JointFit:
                 8.0,
                 0.0,
                 bend.value,
+                0.0,
             )
         )
         self._bends = lens is None and bend is not NO_BEND
@@ -114,12 +136,13 @@ class JointFit:
                 USUAL_TANGENT_SIGMA,
                 focal_sigma,
                 axis.sigma,
-                yaw.sigma if yaw else YAW_SIGMA_RAD if self.tells_yaw else 1e-6,
-                roll.sigma if roll else ROLL_SIGMA_RAD if self.tells_roll else 1e-6,
+                yaw.sigma if yaw else YAW_SIGMA_RAD if self.tells_yaw else CLOSED_SIGMA,
+                roll.sigma if roll else ROLL_SIGMA_RAD if self.tells_roll else CLOSED_SIGMA,
                 height_sigma,
-                START_SIGMA_M if evidence.first_unknown else 1e-6,
-                FLEET_SIGMA if evidence.rulers else 1e-6,
+                START_SIGMA_M if evidence.first_unknown else CLOSED_SIGMA,
+                FLEET_SIGMA if evidence.rulers else CLOSED_SIGMA,
                 bend.sigma,
+                slip.sigma,
             )
         )
 
@@ -154,8 +177,15 @@ class JointFit:
         misfits = self.residuals(x)
         return float(-(misfits @ misfits) + log_volume) / 2
 
-    def solve(self, tolerance: float = 1e-12) -> tuple[FloatArray, FloatArray]:
-        """The unknowns and their covariance; Gauss-Newton with damping from each start, the best of all."""
+    def solve(
+        self, tolerance: float = 1e-12, start: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """The unknowns and their covariance; Gauss-Newton with damping from each start, the best of all.
+
+        Args:
+            tolerance: of the unknowns, the cost and its slope, all relative.
+            start: where to start, if that is known.
+        """
         from scipy.optimize import least_squares
 
         fits = [
@@ -170,7 +200,7 @@ class JointFit:
                 gtol=tolerance,
                 max_nfev=400,
             )
-            for start in self._starts()
+            for start in (self._starts() if start is None else [start])
         ]
         fit = min(fits, key=lambda fit: fit.cost)
         jacobian = self.jacobian(fit.x)
@@ -203,14 +233,20 @@ class JointFit:
         return starts
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        """(M, 9) by central differences: the straightening has no short derivative."""
-        columns = []
+        """(M, 10) by central differences: the straightening has no short derivative.
+
+        What is not open moves nothing but its own belief, so that its differences are not taken.
+        """
+        jacobian = np.zeros((len(self.residuals(x)), UNKNOWN_COUNT))
         for k, step in enumerate(STEPS):
+            if self._sigmas[k] <= CLOSED_SIGMA:
+                jacobian[k, k] = 1 / self._sigmas[k]
+                continue
             up, down = x.copy(), x.copy()
             up[k] += step
             down[k] -= step
-            columns.append((self.residuals(up) - self.residuals(down)) / (2 * step))
-        return np.column_stack(columns)
+            jacobian[:, k] = (self.residuals(up) - self.residuals(down)) / (2 * step)
+        return jacobian
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """(M,) in sigmas."""
@@ -252,6 +288,8 @@ class JointFit:
         ]
         first_m = x[START] if self._evidence.first_unknown else 0.0
         distances_m = np.array([point.distance_m for point in points]) + first_m + self._offset_m
+        if self._slip_m.size:
+            distances_m = distances_m + x[SLIP] * self._slip_m
         expected = camera.horizon_row_px + camera.row_scale_m_px / np.maximum(
             distances_m + camera.pole_m, 0.2
         )

@@ -24,6 +24,7 @@ from fcw.camera.joint.fit import (
     LOG_FOCAL,
     LOG_HEIGHT,
     NO_BEND,
+    NO_SLIP,
     ROLL,
     START,
     TANGENT,
@@ -31,7 +32,9 @@ from fcw.camera.joint.fit import (
     YAW,
     YAW_SIGMA_RAD,
     JointFit,
+    Slip,
 )
+from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_setup, check_tape_error
@@ -80,10 +83,25 @@ def calibrate_jointly(
             "nothing is known of where the road lies in the picture; give points, lane lines, the horizon "
             "or vehicles"
         )
-    fit = JointFit(
-        evidence, image_size, height_m, reference_offset_m, click_sigma_px, priors, lens, bend or NO_BEND
-    )
+
+    def fit_with(slip: Slip) -> JointFit:
+        return JointFit(
+            evidence,
+            image_size,
+            height_m,
+            reference_offset_m,
+            click_sigma_px,
+            priors,
+            lens,
+            bend or NO_BEND,
+            slip=slip,
+        )
+
+    fit = fit_with(NO_SLIP)
     x, covariance = fit.solve()
+    if tells_of_spacing(evidence, priors, lens):
+        averaged = averaged_over_spacings(evidence, fit_with, (x, covariance))
+        x, covariance = averaged.x, averaged.covariance
     camera, orientation = fit.camera(x)
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
     points = tuple(

@@ -225,7 +225,7 @@ class SetPrincipalRow:
         Raises:
             UserError: its value or its standard deviation is not one.
         """
-        _check_belief("principal row", self.belief)
+        _check_belief("lens axis", self.belief)
         return replace(document, principal_row=self.belief)
 
 

@@ -23,6 +23,7 @@ from fcw_viz.calibrate_app.document import words
 from fcw_viz.calibrate_app.document.besides.joint_fit import (
     FEWEST_VEHICLES,
     bent_lens,
+    broken_period,
     joint_calibration,
     needs_joint,
 )
@@ -111,6 +112,10 @@ def solve(document: Document, effects: bool = True) -> Solution:
     points = tuple(mark.ground_point for mark in facts.marks if mark.ground_point is not None)
     if effects and (bent := bent_lens(document, points, ASSUMED_HEIGHT_M)):
         result = replace(result, findings=(*result.findings, Finding(FindingKind.LENS, bent.text)))
+    if effects and (uneven := broken_period(document, points, ASSUMED_HEIGHT_M)):
+        kept = tuple(f for f in result.findings if f.kind is not FindingKind.PERIOD)
+        told_of = Finding(FindingKind.PERIOD, uneven.text, is_question=True)
+        result = replace(result, findings=(*kept, told_of))
     if assumed:
         # Without priors the points' misfit is the same for any height and offset; all else follows from them.
         kept = tuple(f for f in result.findings if f.kind is FindingKind.LENS)

@@ -213,7 +213,7 @@ def _prior_trouble(document: Document, calibration: Calibration, field: str) -> 
         edits: tuple[Edit, ...] = (SetFieldOfView(replace(document.field_of_view, enabled=False)),)
     elif field == "principal_row_px":
         assert document.principal_row is not None
-        name, unit, unit_name = "principal row", 1.0, ""
+        name, unit, unit_name = "lens axis", 1.0, ""
         value = calibration.camera.principal_row_px
         edits = (SetPrincipalRow(replace(document.principal_row, enabled=False)),)
     else:

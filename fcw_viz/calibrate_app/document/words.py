@@ -24,7 +24,7 @@ NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
 BELIEF_NAMES = {
     "field_of_view": "field of view",
-    "principal_row": "principal row",
+    "principal_row": "lens axis",
     "horizon": "dragged horizon",
     "lane_lines": "lane lines",
 }

@@ -4,6 +4,7 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.solve import calibrate_jointly
+from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
 from fcw.camera.vanishing import Segment
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
@@ -66,6 +67,24 @@ def bent_lens(
         document.row_sigma_px,
         _priors(document),
         document.tape_error,
+    )
+
+
+def broken_period(
+    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
+) -> UnevenDashes | None:
+    """Dashes that likely do not keep the period that was said."""
+    if not document.paced or document.bent:
+        return None
+    height_m = assumed_height_m if document.height_m is None else document.height_m
+    return uneven_dashes(
+        _evidence(document, points),
+        document.image_size,
+        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
+        document.reference_offset_m or 0.0,
+        document.row_sigma_px,
+        _priors(document),
+        document.lens,
     )
 
 

@@ -1,0 +1,162 @@
+"""Whether dashes keep the period that was said: a bridge's joint breaks it, a road marked anew has another.
+
+What else is said of the camera, its height, lens and lane, tells where each dash must lie. So each way in
+which dashes may lie elsewhere is fitted beside what was said, and weighed by how well it explains everything
+(Laplace's approximation; MacKay 1992, "Bayesian interpolation"). The camera is the mean of all, and its
+covariance has their spread: model averaging (Hoeting et al. 1999).
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.ground_plane import FloatArray
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.fit import NO_SLIP, SLIP, JointFit, Slip
+from fcw.camera.lens.model import Lens
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+UNEVEN_SHARE = 0.2
+"""How often dashes that somebody clicks lie otherwise than the rule has them: half of it by another period,
+half by one gap. A guess about roads, not a count; no picture had a part in it."""
+UNEVEN_SIGMA = 0.2
+"""Of the period or the gap where it does, as a part of it: the rules of two countries differ by as much."""
+FEWEST_DASHES = 3
+SPOKEN_SHARE = 0.5
+"""From which it is spoken of: then it is likelier than what was said."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnevenDashes:
+    """Dashes that likely lie otherwise than was said.
+
+    Attributes:
+        share: probability that they do.
+        gaps_m: between them, the nearest first, in the likeliest way that they may lie.
+        said_m: their period as it was said.
+    """
+
+    share: float
+    gaps_m: tuple[float, ...]
+    said_m: float
+
+    @property
+    def text(self) -> str:
+        """What is wrong, in one sentence."""
+        odd = max(self.gaps_m, key=lambda gap_m: abs(gap_m / self.said_m - 1))
+        place = self.gaps_m.index(odd)
+        where = f"between dash {place + 1} and dash {place + 2} it is"
+        if max(self.gaps_m) - min(self.gaps_m) < 0.01 * self.said_m:
+            where = "here it is"
+        return (
+            f"these dashes do not keep their period of {self.said_m:.4g} m: by the rest of what was said "
+            f"{where} about {odd:.1f} m, as at a bridge's joint or where the road was marked anew. Click "
+            "dashes elsewhere on the drive, or measure these; until then the intervals are wider"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Averaged:
+    """The unknowns of everything, all ways together in which the dashes may lie.
+
+    Attributes:
+        x: their means.
+        covariance: of them.
+        uneven: where they likely lie otherwise than was said.
+    """
+
+    x: FloatArray
+    covariance: FloatArray
+    uneven: UnevenDashes | None
+
+
+def tells_of_spacing(evidence: Evidence, priors: Priors, lens: Lens | None) -> bool:
+    """Whether anything is known that dashes of another spacing would contradict."""
+    told = evidence.scale_px_m is not None or len(evidence.lines) > 1 or bool(evidence.rulers)
+    told = told or lens is not None or priors.count > 0 or evidence.horizon is not None
+    return evidence.first_unknown and told
+
+
+def averaged_over_spacings(
+    evidence: Evidence, fit: Callable[[Slip], JointFit], solved: tuple[FloatArray, FloatArray]
+) -> Averaged:
+    """The dashes as they were said and as they may lie otherwise, each weighed by what else is known.
+
+    Args:
+        evidence: what is known of the road; its points are the dashes, from the first of them. Where their
+            period was measured, only a gap may be another one.
+        fit: the fit of everything, with a slip.
+        solved: unknowns and covariance without one.
+    """
+    said = np.array([point.distance_m for point in evidence.points])
+    x, covariance = solved
+    unknowns, covariances, places = [x], [covariance], [said]
+    scores = [math.log(1 - UNEVEN_SHARE) + fit(NO_SLIP).log_evidence(x, covariance)]
+    for share, moves_m in _other_spacings(said, evidence.period_sigma_m is not None):
+        slipped = fit(Slip(tuple(moves_m.tolist()), UNEVEN_SIGMA))
+        try:
+            there, spread = slipped.solve(start=x)
+            score = math.log(share) + slipped.log_evidence(there, spread)
+        except (UserError, np.linalg.LinAlgError):
+            continue
+        unknowns.append(there)
+        covariances.append(spread)
+        places.append(said + there[SLIP] * moves_m)
+        scores.append(score)
+    weights = np.exp(np.array(scores) - max(scores))
+    weights /= weights.sum()
+    mean = weights @ np.array(unknowns)
+    off = np.array(unknowns) - mean
+    total = np.einsum("j,jkl->kl", weights, np.array(covariances)) + np.einsum(
+        "j,jk,jl->kl", weights, off, off
+    )
+    uneven = None
+    if 1 - weights[0] > SPOKEN_SHARE:
+        likeliest = places[1 + int(np.argmax(weights[1:]))]
+        gaps_m = tuple(np.diff(np.sort(likeliest)).tolist())
+        uneven = UnevenDashes(float(1 - weights[0]), gaps_m, float(np.diff(np.sort(said)).min()))
+    return Averaged(mean, total, uneven)
+
+
+def uneven_dashes(
+    evidence: Evidence,
+    image_size: ImageSize,
+    height_m: Gaussian,
+    reference_offset_m: float = 0.0,
+    click_sigma_px: float = 1.0,
+    priors: Priors = Priors(),  # noqa: B008 - immutable
+    lens: Lens | None = None,
+) -> UnevenDashes | None:
+    """The dashes, where they likely lie otherwise than was said; else None.
+
+    Arguments as those of `fcw.camera.joint.solve.calibrate_jointly`.
+    """
+    if not tells_of_spacing(evidence, priors, lens):
+        return None
+
+    def fit(slip: Slip) -> JointFit:
+        return JointFit(
+            evidence, image_size, height_m, reference_offset_m, click_sigma_px, priors, lens, slip=slip
+        )
+
+    try:
+        return averaged_over_spacings(evidence, fit, fit(NO_SLIP).solve()).uneven
+    except UserError:
+        return None
+
+
+def _other_spacings(said_m: FloatArray, measured: bool) -> list[tuple[float, FloatArray]]:
+    """Share of each, and what a slip of 1 moves the dashes by."""
+    ordered_m = np.sort(said_m)
+    gaps_m = [float(far - near) for near, far in pairwise(ordered_m)]
+    if len(said_m) < FEWEST_DASHES or min(gaps_m) <= 0:
+        return []  # two dashes tell nothing of their spacing
+    found = [] if measured else [(UNEVEN_SHARE / 2, said_m)]
+    for near_m, gap_m in zip(ordered_m, gaps_m, strict=False):
+        found.append((UNEVEN_SHARE / 2 / len(gaps_m), np.where(said_m > near_m, gap_m, 0.0)))
+    return found
