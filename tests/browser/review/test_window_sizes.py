@@ -69,3 +69,14 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
     wait_for(lambda: page.locator(".fcw-row .fcw-whole svg").count() == 2)
     wait_for(lambda: not page.evaluate(UNREACHED, ".fcw-row header, .fcw-row svg"))
     assert overlap_px(page.evaluate(RECTANGLE, ".fcw-folder"), page.evaluate(RECTANGLE, PANEL)) < 1
+
+
+def test_the_list_shows_long_names_whole(
+    drives: dict[str, Path], review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    name = "drive_named_as_cameras_do_20261121_130000_front"
+    url = review({name: drives["first"], "second": drives["second"]}).url
+    page = open_page(url, window_px=(768, 1024), picture=False).page
+    wait_for(lambda: page.locator(".fcw-row header b").count() == 2)
+    names = page.locator(".fcw-row header b")
+    assert names.evaluate_all("names => names.every((name) => name.scrollWidth <= name.clientWidth)")
