@@ -111,6 +111,21 @@ def test_dashes_without_a_first_distance_are_asked_about_until_the_lens_is_known
     assert sure.result.calibration.distance_at(CAMERA.row_at(30.0)) == pytest.approx(30, rel=0.02)
 
 
+def test_dashes_that_do_not_keep_their_period_are_asked_about_and_widen_the_interval():
+    """A bridge's joint: the gap between the first and the second dash is 16 m, not 12 m."""
+    straight = Lens("radtan", 1000.0, 1000.0, 639.5, 359.5, (0.0, 0.0, 0.0, 0.0), SIZE)
+    marks = [
+        AddMark(639.5, CAMERA.row_at(true_m), 0, 12.0 * k)
+        for k, true_m in enumerate((8.0, 24.0, 36.0, 48.0), 1)
+    ]
+    solution = solve(said(SetHeight(1.3), SetPaced(True), *marks, SetLens(straight)))
+    assert any("do not keep their period of 12 m" in trouble.text for trouble in solution.troubles)
+    assert solution.status is not Status.GOOD
+    assert solution.result is not None
+    low_m, high_m = solution.result.calibration.distance_interval(CAMERA.row_at(40.0))
+    assert low_m < 40.0 < high_m
+
+
 def test_a_known_speed_stands_in_for_lens_and_height():
     """Both are believed 15 % wrong, and the product that the road's flow shows is right."""
     scale = CAMERA.focal_y_px * CAMERA.height_m / 25.0
