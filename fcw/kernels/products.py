@@ -26,11 +26,12 @@ def _tile_shape() -> tuple[int, int, int]:
     return (16, 3, 8) if "+avx512f" in features.split(",") else (8, 3, 4)
 
 
+_code: Any = intrinsic  # by its type it would want the compiler's own argument of those who call
 _LANES, _REGISTERS, TILE_ROWS = _tile_shape()
 TILE_COLUMNS = _LANES * _REGISTERS
 
 
-@intrinsic
+@_code
 def sum_products(
     _context: Any,
     values: Any,

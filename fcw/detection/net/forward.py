@@ -1,4 +1,4 @@
-"""What a net says of many small windows, in kernels of our own: in a fifth of the time of OpenCV's dnn.
+"""What a net says of many small windows, in kernels of our own: in a quarter of the time of OpenCV's dnn.
 
 `TOGETHER` windows lie side by side: the innermost axis of all memory is the window, so that a row of pixels
 of these windows is one long row of numbers. A convolution then is a sum of such rows, each shifted and
