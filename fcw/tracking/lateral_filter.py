@@ -12,8 +12,8 @@ JUMP_SIGMAS = 4.0
 """What is this far from where it was expected has not moved there: another part of it was boxed, or another
 vehicle."""
 SETTLING_S = 0.5
-"""In so long the rate of a vehicle just found is learnt, though it crosses at 8 m/s; what is far off before has
-moved there."""
+"""In so long the rate of a vehicle just found is learnt, though it crosses at 8 m/s; until then what is far
+off has moved there."""
 JERKINESS_M2PS3 = 0.3
 """Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
 and so does our own turning for vehicles ahead."""

@@ -67,10 +67,10 @@ def test_without_lines_the_path_is_that_of_mount_and_yaw_rate():
 
 
 @pytest.mark.parametrize(
-    ("across_mps2", "sigma_mps2"), [(0.0, 0.15), (0.5, 0.212), (1.0, 0.335), (4.0, 0.427)]
+    ("across_mps2", "sigma_mps2"), [(0.0, 0.15), (0.5, 0.25), (1.0, 0.427), (4.0, 0.522)]
 )
 def test_the_sharper_a_bend_the_less_is_known_of_how_it_goes_on(across_mps2, sigma_mps2):
-    # A part of the acceleration across, up to 0.4 m/s^2, beside the 0.15 m/s^2 of every road.
+    # A part of the acceleration across, up to 0.5 m/s^2, beside the 0.15 m/s^2 of every road.
     motion = OwnMotion(
         speed_mps=10.0,
         speed_source=SpeedSource.PICTURE,
