@@ -103,6 +103,10 @@ class Outcome:
 
 def peak_mb() -> float:
     """The most memory that the process has had."""
+    status = Path("/proc/self/status")
+    if status.exists():  # getrusage's begins with what the process that started this one had
+        (high_kb,) = (line.split()[1] for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return int(high_kb) / 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
