@@ -15,6 +15,7 @@ BROWSER_ARGUMENTS = (
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",
 )
 READY_MS = 60_000
 STEADY_MS, STEADY_LOOKS = 1_500, 20
