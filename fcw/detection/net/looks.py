@@ -65,14 +65,7 @@ class Look:
             placements: (N, 3) of the windows.
             mirrored: whether the net is shown their mirror images.
         """
-        if not len(placements):
-            return np.empty((0, 4)), np.empty(0)
-        windows = pyramid.windows(placements, self._side_px)
-        shown = np.ascontiguousarray(windows[:, :, ::-1]) if mirrored else windows
-        verdicts = self._net(shown).astype(np.float64)
-        if mirrored:
-            verdicts[:, 1] *= -1.0
-        return boxes_of(placements, verdicts[:, 1:]), verdicts[:, 0]
+        return self._verdicts(pyramid.windows(placements, self._side_px), placements, mirrored)
 
     def both_ways(
         self,
@@ -89,12 +82,25 @@ class Look:
             placements: (N, 3) of the windows.
             worth: (N,) which windows are, by the boxes and logits of all.
         """
-        boxes, logits = self.at(pyramid, placements)
+        windows = pyramid.windows(placements, self._side_px)
+        boxes, logits = self._verdicts(windows, placements, mirrored=False)
         chosen = worth(boxes, logits)
-        mirrored_boxes, mirrored_logits = self.at(pyramid, placements[chosen], mirrored=True)
+        mirrored_boxes, mirrored_logits = self._verdicts(windows[chosen], placements[chosen], mirrored=True)
         boxes[chosen] = (boxes[chosen] + mirrored_boxes) / 2
         logits[chosen] = (logits[chosen] + mirrored_logits) / 2
         return boxes, logits
+
+    def _verdicts(
+        self, windows: NDArray[np.uint8], placements: NDArray[np.float64], mirrored: bool
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Boxes and logits of windows that were cut at these placements."""
+        if not len(placements):
+            return np.empty((0, 4)), np.empty(0)
+        verdicts = self._net(np.ascontiguousarray(windows[:, :, ::-1]) if mirrored else windows)
+        verdicts = verdicts.astype(np.float64)
+        if mirrored:
+            verdicts[:, 1] *= -1.0
+        return boxes_of(placements, verdicts[:, 1:]), verdicts[:, 0]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.channels.halving import halve_rows
+from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel, rows_of_bytes
 
 WINDOW_UNITS = 64.0
@@ -25,7 +26,7 @@ class Pyramid:
         levels = [np.ascontiguousarray(picture)]
         for _ in range(LEVELS - 1):
             levels.append(_half(levels[-1]))
-        self._levels = tuple(levels)
+        self._levels = tuple(rows_of_bytes(level) for level in levels)
 
     def windows(
         self, placements: NDArray[np.float64], side_px: int, side_units: float = WINDOW_UNITS
@@ -47,7 +48,8 @@ class Pyramid:
         lefts = middles + 0.5 - sides / 2
         tops = bottoms + 0.5 - (BOTTOM_UNITS - WINDOW_UNITS / 2) * units - sides / 2
         cut = np.empty((len(placements), side_px, side_px, 3), np.uint8)
-        _cut(self._levels, np.ascontiguousarray(np.column_stack([lefts, tops, sides])), cut)
+        squares = np.ascontiguousarray(np.column_stack([lefts, tops, sides]))
+        _cut(self._levels, squares, cut.reshape(-1, 3 * side_px))
         return cut
 
 
@@ -64,32 +66,65 @@ def _half(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @kernel()
 def _cut(levels: tuple[NDArray[np.uint8], ...], squares: NDArray[np.float64], cut: NDArray[np.uint8]) -> None:
-    """Sample each square (left, top, side; px of the picture) from the level that loses and invents least."""
-    side_px = cut.shape[1]
-    # By column: the elements of a row that are mixed, and how much of the right one.
-    lefts, besides, rights = np.empty(side_px, np.int64), np.empty(side_px, np.int64), np.empty(side_px)
+    """Sample each square (left, top, side; px of the picture) from the level that loses and invents least.
+
+    Two rows are mixed first, where they lie side by side, and then the columns of what that gives.
+    """
+    side_px = cut.shape[1] // 3
+    # By element of a row of results: the elements of a row that are mixed, and how much of the right one.
+    lefts, besides = np.empty((2, 3 * side_px), np.int32)
+    rights = np.empty(3 * side_px, np.float32)
+    mixed = np.empty(levels[0].shape[1], np.float32)
     for i in range(len(squares)):
         side = squares[i, 2]
         halvings = int(min(max(np.floor(np.log2(side / side_px)), 0.0), len(levels) - 1.0))
         level = levels[halvings]
-        height, width = level.shape[0], level.shape[1]
-        by_x, by_y = width / levels[0].shape[1], height / levels[0].shape[0]
+        height, width = level.shape[0], level.shape[1] // 3
+        by_x, by_y = level.shape[1] / levels[0].shape[1], height / levels[0].shape[0]
         step_x, step_y = side * by_x / side_px, side * by_y / side_px
         for column in range(side_px):
             x = min(max(squares[i, 0] * by_x + (column + 0.5) * step_x - 0.5, 0.0), width - 1.0)
-            lefts[column], rights[column] = int(x), x - int(x)
-            besides[column] = min(int(x) + 1, width - 1)
+            for channel in range(3):
+                to = 3 * column + channel
+                lefts[to], rights[to] = 3 * int(x) + channel, x - int(x)
+                besides[to] = 3 * min(int(x) + 1, width - 1) + channel
+        first, end = lefts[0], besides[-1] + 1
         for row in range(side_px):
             y = min(max(squares[i, 1] * by_y + (row + 0.5) * step_y - 0.5, 0.0), height - 1.0)
-            top = int(y)
-            below = min(top + 1, height - 1)
-            down = y - top
-            for column in range(side_px):
-                left, beside, right = lefts[column], besides[column], rights[column]
-                for channel in range(3):
-                    upper = (1 - right) * level[top, left, channel] + right * level[top, beside, channel]
-                    lower = (1 - right) * level[below, left, channel] + right * level[below, beside, channel]
-                    cut[i, row, column, channel] = np.uint8((1 - down) * upper + down * lower + 0.5)
+            _mix(level, int(y), min(int(y) + 1, height - 1), np.float32(y - int(y)), first, end, mixed)
+            _pick(mixed, lefts, besides, rights, cut, i * side_px + row)
+
+
+@inner_kernel(no_alias=True)
+def _mix(
+    level: NDArray[np.uint8],
+    above: int,
+    below: int,
+    part: np.float32,
+    first: int,
+    end: int,
+    mixed: NDArray[np.float32],
+) -> None:
+    """Elements of two rows, so much of the second."""
+    for i in range(first, end):
+        x = np.uint64(i)
+        upper, lower = np.float32(level[np.uint64(above), x]), np.float32(level[np.uint64(below), x])
+        mixed[x] = upper + part * (lower - upper)
+
+
+@inner_kernel(no_alias=True)
+def _pick(
+    mixed: NDArray[np.float32],
+    lefts: NDArray[np.int32],
+    besides: NDArray[np.int32],
+    rights: NDArray[np.float32],
+    out: NDArray[np.uint8],
+    row: int,
+) -> None:
+    """Elements between those of a row."""
+    for x in range(len(lefts)):
+        left, beside = mixed[np.uint64(lefts[x])], mixed[np.uint64(besides[x])]
+        out[np.uint64(row), np.uint64(x)] = np.uint8(left + rights[x] * (beside - left) + np.float32(0.5))
 
 
 def boxes_of(placements: NDArray[np.float64], offsets: NDArray[np.floating]) -> NDArray[np.float64]:
