@@ -87,6 +87,9 @@ def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> E
     # The picture's border is where it was expected, and says nothing.
     across = (left or right) and measures_width(found, size, noise)
     down = (top or bottom) and measures_row(found, size, noise) and measures_height(found, size, noise)
+    # What is wider than was expected is no part of it: it was expected too narrow.
+    left |= found.x < predicted.x
+    right |= found.right > predicted.right
     return Edges(left or not across, top or not down, right or not across, bottom or not down)
 
 

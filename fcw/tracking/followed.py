@@ -75,7 +75,7 @@ class Followed:
         self._next_m = state.distance_m
         """Where its rear would be now by what was believed at the frame before."""
         first = settings.box_noise.edge_sigma_px(detection.box) * state.distance_m
-        self._across = LateralFilter(self._lateral_m(detection.box, focal_px, path), first / focal_px)
+        self._across = LateralFilter(self._lateral_m(detection.box, focal_px, path, None), first / focal_px)
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 
@@ -255,15 +255,38 @@ class Followed:
             sigma_px = noise.edge_sigma_px(self._seen) / math.sqrt(2)
             sigma_px *= math.sqrt(noise.white(max(self._dt_s, SHORTEST_STEP_S)))
             sigma_m = sigma_px * self.state.distance_m / focal_px
-            self._across.correct(self._lateral_m(self._seen, focal_px, path), sigma_m)
+            believed_m = self._across.lateral_m
+            self._across.correct(self._lateral_m(self._seen, focal_px, path, believed_m), sigma_m)
             self._seen = None
 
-    def _lateral_m(self, box: Box, focal_px: float, path: OwnPath) -> float:
-        """Lateral position of the middle of the rear by a box, positive to the left."""
+    def _inner_edge_px(self, box: Box, believed_m: float, metres_per_px: float) -> float | None:
+        """Column of the vehicle's inner side where its outer one is believed beyond the picture; else None.
+
+        Then what bounds the box on that side is not the vehicle's own.
+        """
+        axis_px, width = self._calibration.camera.principal_column_px, self._calibration.image_size.width
+        half_m = self.state.width_m / 2
+        if axis_px - (believed_m + half_m) / metres_per_px < -0.5 and believed_m > half_m:
+            return box.right
+        if axis_px - (believed_m - half_m) / metres_per_px > width - 0.5 and believed_m < -half_m:
+            return box.x
+        return None
+
+    def _lateral_m(self, box: Box, focal_px: float, path: OwnPath, believed_m: float | None) -> float:
+        """Lateral position of the middle of the rear by a box, positive to the left.
+
+        Args:
+            box: in the picture.
+            focal_px: of the camera.
+            path: our own.
+            believed_m: the position as it was expected; None where nothing was.
+        """
         camera, distance_m = self._calibration.camera, self.state.distance_m
         metres_per_px = distance_m / focal_px
         lateral_m = (camera.principal_column_px - box.center_x) * metres_per_px
         inner_px = inner_edge_px(box, self._calibration.image_size, self._settings.box_noise)
+        if inner_px is None and believed_m is not None:
+            inner_px = self._inner_edge_px(box, believed_m, metres_per_px)
         if inner_px is not None:
             # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
             # edge is whole: that of the far end of its inner side, where the box takes that in.

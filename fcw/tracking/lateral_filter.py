@@ -8,6 +8,12 @@ import math
 
 RATE_SIGMA_MPS = 1.5
 """1-sigma of the rate of a vehicle just found: a change of lane, or what stands beside a road that bends."""
+JUMP_SIGMAS = 4.0
+"""What is this far from where it was expected has not moved there: another part of it was boxed, or another
+vehicle."""
+SETTLING_S = 0.5
+"""In so long the rate of a vehicle just found is learnt, though it crosses at 8 m/s; until then what is far
+off has moved there."""
 JERKINESS_M2PS3 = 0.3
 """Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
 and so does our own turning for vehicles ahead."""
@@ -27,6 +33,9 @@ class LateralFilter:
         self._place_variance = sigma_m**2
         self._shared = 0.0
         self._rate_variance = RATE_SIGMA_MPS**2
+        self._settled_s = 0.0
+        """For how long its rate has been learnt."""
+        self._jumped = False
 
     @property
     def sigma_m(self) -> float:
@@ -40,6 +49,7 @@ class LateralFilter:
 
     def predict(self, dt_s: float) -> None:
         """Move on by dt."""
+        self._settled_s += dt_s
         self.lateral_m += self.rate_mps * dt_s
         self._place_variance += (
             2 * dt_s * self._shared + dt_s**2 * self._rate_variance + JERKINESS_M2PS3 * dt_s**3 / 3
@@ -55,10 +65,20 @@ class LateralFilter:
         self.lateral_m *= factor
 
     def correct(self, lateral_m: float, sigma_m: float) -> None:
-        """Take a measured position and its 1-sigma."""
+        """Take a measured position and its 1-sigma.
+
+        One jump says nothing of the rate; after two in a row that is known no better than at first.
+        """
         total = self._place_variance + sigma_m**2
         gain, rate_gain = self._place_variance / total, self._shared / total
         off_m = lateral_m - self.lateral_m
+        if self._settled_s >= SETTLING_S and off_m**2 > JUMP_SIGMAS**2 * total:
+            if self._jumped:
+                self._rate_variance, self._settled_s = RATE_SIGMA_MPS**2, 0.0
+            self._jumped = True
+            self.lateral_m, self._place_variance, self._shared = lateral_m, sigma_m**2, 0.0
+            return
+        self._jumped = False
         self.lateral_m += gain * off_m
         self.rate_mps += rate_gain * off_m
         self._rate_variance -= rate_gain * self._shared

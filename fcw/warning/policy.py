@@ -149,7 +149,10 @@ class RulePolicy:
         memory = self._memories[vehicle.track_id]
         is_shown = vehicle.track_id == self._state.track_id
         shown = self._state.level if is_shown else WarningLevel.NONE
-        on_course = evidence.is_on_course(threat, is_shown, memory.on_course)
+        was_on_course = memory.on_course
+        # A level is held on less than what raises it, or a higher one.
+        comes_on_course = evidence.is_on_course(threat, False, was_on_course)
+        on_course = comes_on_course or (is_shown and evidence.is_on_course(threat, True, was_on_course))
         memory.on_course = on_course
         memory.lead_ns = _since(memory.lead_ns, time_ns, threat.is_lead)
         # Who comes in counts from before it became the lead.
@@ -172,7 +175,7 @@ class RulePolicy:
                 if rule.by_closing
                 else threat.is_lead
             )
-            may_be_raised = may_close if rule.by_closing else may_follow
+            may_be_raised = may_close and comes_on_course if rule.by_closing else may_follow
             for holding, allowed in ((True, rule.level <= shown), (False, may_be_raised)):
                 if concerned and allowed:
                     due_m = evidence.due_below_m(rule, vehicle, own_mps, holding)

@@ -66,6 +66,20 @@ def test_without_lines_the_path_is_that_of_mount_and_yaw_rate():
     assert path.lane_width_m is None
 
 
+@pytest.mark.parametrize(
+    ("across_mps2", "sigma_mps2"), [(0.0, 0.15), (0.5, 0.25), (1.0, 0.427), (4.0, 0.522)]
+)
+def test_the_sharper_a_bend_the_less_is_known_of_how_it_goes_on(across_mps2, sigma_mps2):
+    # A part of the acceleration across, up to 0.5 m/s^2, beside the 0.15 m/s^2 of every road.
+    motion = OwnMotion(
+        speed_mps=10.0,
+        speed_source=SpeedSource.PICTURE,
+        yaw_rate_radps=across_mps2 / 10,
+        yaw_rate_sigma_radps=1e-4,
+    )
+    assert own_path(motion, None).curvature_sigma_per_m * 10**2 == pytest.approx(sigma_mps2, rel=0.01)
+
+
 def test_when_we_stand_there_is_no_bend():
     motion = OwnMotion(speed_mps=0.5, speed_source=SpeedSource.PICTURE, yaw_rate_radps=0.05)
     assert own_path(motion, None).curvature_per_m == 0.0

@@ -26,6 +26,8 @@ NOISE = BoxNoise()
         (Box(600, 350, 100, 50), Edges(top=False)),
         (Box(600, 320, 100, 50), Edges(bottom=False)),
         (Box(640, 320, 100, 80), WHOLE),  # elsewhere, not a part
+        (Box(600, 320, 140, 80), WHOLE),  # it was expected too narrow
+        (Box(560, 320, 140, 80), WHOLE),
     ],
 )
 def test_the_edge_that_is_not_where_it_was_expected_is_the_end_of_a_part(found, edges):
@@ -75,3 +77,18 @@ def test_half_a_second_of_boxes_of_its_left_part_changes_neither_place_nor_speed
             assert track.lateral_m == pytest.approx(0.0, abs=0.1)
             assert track.distance_m == pytest.approx(30 - 8 * time_s, rel=0.06)
             assert track.closing_speed_mps == pytest.approx(8.0, abs=1.0)
+
+
+def test_a_vehicle_that_was_half_hidden_at_first_is_believed_as_wide_as_it_is_as_soon_as_it_is_seen():
+    calibration = Calibration.from_camera(GroundPlaneCamera(0.03, 740.0, 359.5, 1.3, 639.5), SIZE)
+    tracker = Tracker(calibration)
+    for frame in range(60):
+        time_s = frame / 30
+        box = calibration.ground_box(30 - 8 * time_s, 3.0, 1.7, 1.5)
+        if time_s <= 1.0:
+            box = Box(box.x, box.y, 0.6 * box.w, box.h)
+        tracks = tracker.update(round(time_s * 1e9), [Detection(box, 1.0)], 8.0)
+        if time_s > 1.2:
+            (track,) = tracks
+            assert track.box.w == pytest.approx(box.w, rel=0.15)
+            assert abs(track.lateral_speed_mps) < 0.7

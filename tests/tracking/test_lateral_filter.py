@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fcw.tracking.lateral_filter import JERKINESS_M2PS3, LateralFilter
+from fcw.tracking.lateral_filter import JERKINESS_M2PS3, RATE_SIGMA_MPS, LateralFilter
 
 
 def settled(sigma_m, rate_mps, seed, dt_s=1 / 30, seconds=3.0):
@@ -45,3 +45,28 @@ def test_the_noisier_the_boxes_the_longer_it_averages():
     far, _ = settled(0.3, 0.0, 0)
     assert near.rate_sigma_mps < far.rate_sigma_mps < 0.6
     assert near.sigma_m < far.sigma_m < 0.3
+
+
+def test_a_jump_of_what_is_followed_is_no_motion():
+    # Another part of it is boxed from here on, half a metre aside: in a tenth of a second, 5 m/s.
+    found, place_m = settled(0.05, 0.3, 0)
+    before_mps, sigma_mps = found.rate_mps, found.rate_sigma_mps
+    for step in range(1, 11):
+        found.predict(0.1)
+        found.correct(place_m + 0.5 + 0.03 * step, 0.05)
+        assert found.lateral_m == pytest.approx(place_m + 0.5 + 0.03 * step, abs=0.1)
+        assert found.rate_mps == pytest.approx(before_mps, abs=2.5 * sigma_mps)
+
+
+def test_after_two_jumps_in_a_row_its_rate_is_known_no_better_than_at_first():
+    found, place_m = settled(0.05, 0.0, 0)
+    for jumped_m, sigma_mps in ((0.8, found.rate_sigma_mps), (1.6, RATE_SIGMA_MPS)):
+        found.predict(0.1)
+        found.correct(place_m + jumped_m, 0.05)
+        assert found.rate_sigma_mps == pytest.approx(sigma_mps, rel=0.5)
+
+
+@pytest.mark.parametrize("rate_mps", [-10.0, 5.0, 10.0])
+def test_who_crosses_fast_when_it_is_found_is_seen_to_do_so_in_a_third_of_a_second(rate_mps):
+    found, _ = settled(0.1, rate_mps, 1, dt_s=0.1, seconds=0.3)
+    assert found.rate_mps == pytest.approx(rate_mps, rel=0.25)

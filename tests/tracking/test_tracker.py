@@ -199,6 +199,23 @@ def test_a_neighbour_cut_by_the_border_as_we_pass_it_stays_beside_the_path(side)
 
 
 @pytest.mark.parametrize("side", [1, -1])
+def test_a_neighbour_whose_box_ends_short_of_the_border_stays_beside_the_path(side):
+    # As detectors and labels have it: what goes on beyond the border ends 5 % of the picture before it.
+    left_px, right_px = 0.05 * 1280, 0.95 * 1280
+
+    def passing(t):
+        box = CALIBRATION.ground_box(14 - 9 * t, side * 3.2, 2.5, 3.0)
+        left, right, top = max(box.x, left_px), min(box.right, right_px), max(box.y, 0.0)
+        return [Detection(Box(left, top, right - left, min(box.bottom, 719.0) - top), 10.0)]
+
+    history = [tracks[0] for tracks in follow(Tracker(CALIBRATION), 40, passing, 9.0) if tracks]
+    assert history[-1].box.w < 0.25 * 1280
+    assert not any(track.in_path for track in history)
+    # What is left in the picture comes nearer to the path; the vehicle does not.
+    assert all(side * track.lateral_speed_mps > -0.3 for track in history)
+
+
+@pytest.mark.parametrize("side", [1, -1])
 def test_a_neighbour_keeps_its_identity_while_less_and_less_of_it_is_in_the_picture(side):
     def passing(t):
         box = CALIBRATION.ground_box(12 - 2.0 * t, side * 2.5, 1.8, 1.5)
