@@ -22,8 +22,9 @@ BEND_PART = 0.4
 LARGEST_BEND_SIGMA_MPS2 = 0.5
 """A bend ends, or gets sharper: 1-sigma of that as a part of the acceleration across, and at most so much.
 
-The likeliest ones, with the sigma of a straight road left free, for the own motion of KITTI tracking 0000 to
-0010, 2 and 3 s ahead: in seven of eleven choices with one sequence left out, else 0.3 to 0.4, 0.4 to 0.8."""
+The likeliest ones for the own motion of KITTI tracking 0000 to 0010, 2 and 3 s ahead, where the sigma of a
+straight road is fitted too: in seven of eleven choices with one sequence left out, else 0.3 to 0.4, 0.4 to
+0.8. With that sigma as it is above the part would be 0.2; this one warns less of parked cars in bends."""
 GROWTH_SIGMA = 1.0
 """A bend that grows may stop growing, or grow twice as fast."""
 UNKNOWN_BEND_SIGMA_PER_M = 2e-3
