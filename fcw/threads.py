@@ -1,9 +1,17 @@
-"""Threads that are not ours."""
+"""What there is to share among threads: the cores, and OpenCV's own threads."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import cv2
+
+
+def available_cores() -> int:
+    """Those that this process may run on, where the system tells (Linux); else all of the computer's."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 @contextmanager

@@ -1,9 +1,22 @@
-"""OpenCV's own threads are put aside and come back."""
+"""OpenCV's own threads are put aside and come back; only cores that we may run on are counted."""
+
+import os
 
 import cv2
 import pytest
 
-from fcw.threads import one_opencv_thread
+from fcw.threads import available_cores, one_opencv_thread
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system does not tell")
+def test_cores_that_others_have_are_not_counted():
+    before = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {min(before)})
+        assert available_cores() == 1
+    finally:
+        os.sched_setaffinity(0, before)
+    assert available_cores() == len(before)
 
 
 @pytest.mark.parametrize("before", [1, 2])

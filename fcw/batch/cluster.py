@@ -1,7 +1,6 @@
 """Drives as tasks of a Dask cluster: on this machine, or one that is there already."""
 
 import logging
-import os
 import secrets
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, cast
 from fcw.batch.ledger import Record, State
 from fcw.batch.work import Task, run_task
 from fcw.errors import UserError
+from fcw.threads import available_cores
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -60,7 +60,7 @@ def connected(scheduler: str | None = None, workers: int | None = None) -> "Iter
         return
     with (
         LocalCluster(
-            n_workers=workers or os.cpu_count() or 1,
+            n_workers=workers or available_cores(),
             threads_per_worker=1,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",

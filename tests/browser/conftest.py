@@ -35,20 +35,6 @@ _HIDE_SOFTWARE_RENDERING = """
     return name === 37446 ? "test" : ask.call(this, name);
   };
 """
-# Ten pictures a second are enough where nobody looks: software draws each of them.
-_FEWER_FRAMES = """{
-  const [ask, drop] = [window.requestAnimationFrame.bind(window), window.cancelAnimationFrame.bind(window)];
-  const asked = new Map();
-  window.requestAnimationFrame = (draw) => {
-    const timer = setTimeout(() => asked.set(timer, ask((now) => (asked.delete(timer), draw(now)))), 80);
-    return timer;
-  };
-  window.cancelAnimationFrame = (timer) => {
-    clearTimeout(timer);
-    drop(asked.get(timer));
-    asked.delete(timer);
-  };
-}"""
 
 
 class OpenPage(Protocol):
@@ -79,7 +65,7 @@ def chromium() -> Generator[Browser]:
 @pytest.fixture
 def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
     """Opens a URL of the program and waits for its picture, if it begins with one; several calls are several
-    people. Unless it has to be sharp, the scene is drawn in half the screen's resolution, ten times a second.
+    people. Unless it has to be sharp, the scene is drawn in half the screen's resolution: software draws it.
 
     At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
     """
@@ -92,8 +78,6 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
         context = chromium.new_context(viewport=ViewportSize(width=width, height=height))
         context.set_default_timeout(PATIENCE_S * 1000)
         context.add_init_script(_HIDE_SOFTWARE_RENDERING)
-        if not sharp:
-            context.add_init_script(_FEWER_FRAMES)
         opened = BrowserPage(context.new_page())
         pages.append(opened)
         opened.listen()

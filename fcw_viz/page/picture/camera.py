@@ -30,6 +30,7 @@ class PictureCamera:
         self.away = False
         self._client = client
         self._fitting: deque[tuple[float, float, float]] = deque(maxlen=_REMEMBERED_FITS)
+        self._fit_is_on_its_way = False
         client.camera.fov = FIELD_OF_VIEW_RAD
 
     def leave(self, orbit: Orbit) -> None:
@@ -74,14 +75,21 @@ class PictureCamera:
         pixels_per_screen_pixel = across * _FIT_MARGIN
         distance = self._distance(pixels_per_screen_pixel)
         self._fitting.append((0.0, -distance, 0.0))
+        self._fit_is_on_its_way = True
         with self._client.atomic():
             camera.min_orbit_distance = self._distance(1 / _CLOSEST_PIXEL)
             camera.max_orbit_distance = distance * _FARTHEST_FITS
             self._look_at(*self.plane.middle_px, pixels_per_screen_pixel)
 
-    def was_fitted(self, position: NDArray[np.float64]) -> bool:
-        """Whether `fit` put the camera there, lately."""
-        return any(np.allclose(position, fitting, atol=1e-3) for fitting in self._fitting)
+    def is_fitted(self, position: NDArray[np.float64]) -> bool:
+        """Hear where the browser's camera is: whether `fit` put it there, lately, or has yet to reach it."""
+
+        def is_there(fitting: tuple[float, float, float]) -> bool:
+            return np.allclose(position, fitting, atol=1e-3)
+
+        if self._fitting and is_there(self._fitting[-1]):
+            self._fit_is_on_its_way = False
+        return self._fit_is_on_its_way or any(map(is_there, self._fitting))
 
     def zoom(self, factor: float, centre_px: tuple[float, float] | None = None) -> None:
         """Zooms in by a factor (out, below 1) about a (column, row) that stays where it is on the screen."""

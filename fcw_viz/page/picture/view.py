@@ -228,11 +228,12 @@ class PictureView(PictureCamera):
         if seen == self._seen:
             return
         resized, self._seen = seen[3:] != self._seen[3:], seen
+        fitted = self.is_fitted(camera.position)
         if abs(np.dot(camera.wxyz, FACING_WXYZ)) < _LEVEL_COSINE:
             # Nothing on the picture tilts the view, but viser's own panel has buttons that do.
             camera.up_direction = (0.0, 0.0, 1.0)
             self.run_in_order(self.fit)
-        elif resized and self.was_fitted(camera.position):
+        elif resized and fitted:
             self.run_in_order(self.fit)
         if not self._view_change_waits:
             self._view_change_waits = True
