@@ -25,5 +25,5 @@ def test_a_fit_counts_until_the_browser_is_there_and_somebody_slides():
     assert camera.is_fitted(BEFORE)
     assert camera.is_fitted(BEFORE)
     assert camera.is_fitted(fitted)
-    assert not camera.is_fitted(fitted + [0.1, 0.0, 0.0])
+    assert not camera.is_fitted(fitted + np.array([0.1, 0.0, 0.0]))
     assert camera.is_fitted(fitted)
