@@ -7,12 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fcw.camera.calibration import (
-    Gaussian,
-    Priors,
-)
+from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
@@ -20,7 +17,6 @@ from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, USUAL_TANGENT, USUAL_TANGENT
 from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
-from fcw.frame import ImageSize
 
 YAW_SIGMA_RAD = math.radians(5.0)
 START_SIGMA_M = 20.0
@@ -67,34 +63,22 @@ class JointFit:
 
     def __init__(
         self,
-        evidence: Evidence,
-        size: ImageSize,
-        height_m: Gaussian,
-        offset_m: float,
-        click_sigma_px: float,
-        priors: Priors,
-        lens: Lens | None,
-        bend: Gaussian = NO_BEND,
+        known: Known,
         mark_error: float = 0.0,
         slip: Slip = NO_SLIP,
     ) -> None:
         """What is fitted.
 
         Args:
-            evidence: what is known of the road.
-            size: of the picture.
-            height_m: of the camera.
-            offset_m: from the camera forward to where distances start.
-            click_sigma_px: of a column or row.
-            priors: what is stated of the lens and the horizon.
-            lens: of the camera, where it is known.
-            bend: of a lens that is not known: its k1 (Brown 1971).
+            known: what is known.
             mark_error: of each distance for itself, as a part of it.
             slip: of dashes from where their period has them.
         """
+        evidence, size, height_m = known.evidence, known.image_size, known.height_m
+        priors, lens, bend = known.priors, known.lens, known.bend or NO_BEND
         self._mark_error, self._slip_m = mark_error, np.array(slip.by_mark_m)
-        self._evidence, self._size, self._offset_m, self._lens = evidence, size, offset_m, lens
-        self._click_px = click_sigma_px
+        self._evidence, self._size, self._lens = evidence, size, lens
+        self._offset_m, self._click_px = known.reference_offset_m, known.click_sigma_px
         self._horizon = priors.horizon_row_px
         usual = usual_lens(size, priors, bool(evidence.points))
         view = priors.field_of_view_rad or usual.field_of_view_rad

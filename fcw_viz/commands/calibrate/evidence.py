@@ -5,6 +5,7 @@ from dataclasses import replace
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.joint.bent import bent_picture
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.lens.plumb import bend_px
 from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS
 from fcw.camera.vanishing import Segment
@@ -52,13 +53,15 @@ def bent_warnings(command: CalibrateCommand, calibration: Calibration) -> list[s
     if not evidence.points:
         evidence = replace(evidence, points=calibration.points)
     bent = bent_picture(
-        evidence,
-        calibration.image_size,
-        Gaussian(calibration.camera.height_m, stated_height_sigma(command)),
-        calibration.reference_offset_m,
-        command.row_sigma,
-        calibration.priors,
-        command.tape_error,
+        Known(
+            evidence,
+            calibration.image_size,
+            Gaussian(calibration.camera.height_m, stated_height_sigma(command)),
+            calibration.reference_offset_m,
+            command.row_sigma,
+            calibration.priors,
+            tape_error=command.tape_error,
+        )
     )
     if bent is not None:
         return [f"{bent.text}; make its file from pictures of a chessboard (--chessboard) for --lens"]

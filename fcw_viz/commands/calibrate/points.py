@@ -11,6 +11,7 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.export import export_text
 from fcw.camera.file import default_path, write_calibration
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.files import read_lens
 from fcw.camera.points import PointsError
@@ -94,14 +95,16 @@ def _calibration(command: CalibrateCommand) -> Calibration:
             raise UserError("--dashes: for marks whose first distance is not known; leave out --points")
         evidence = replace(evidence, points=points)
     return calibrate_jointly(
-        evidence,
-        size,
-        Gaussian(command.height, stated_height_sigma(command)),
-        command.reference_offset,
-        command.row_sigma,
-        priors,
-        lens,
-        command.tape_error,
+        Known(
+            evidence,
+            size,
+            Gaussian(command.height, stated_height_sigma(command)),
+            command.reference_offset,
+            command.row_sigma,
+            priors,
+            lens,
+            command.tape_error,
+        )
     )
 
 

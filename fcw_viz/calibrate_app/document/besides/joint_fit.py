@@ -3,6 +3,7 @@
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
 from fcw.camera.vanishing import Segment
@@ -37,9 +38,36 @@ def joint_calibration(
     Raises:
         UserError: what was said determines no camera.
     """
+    return calibrate_jointly(_known(document, points, assumed_height_m, assumed_offset_m))
+
+
+def bent_lens(
+    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
+) -> BentPicture | None:
+    """The lens that bends the picture, where none was said and what was clicked shows it."""
+    if document.lens is not None or document.bent:
+        return None
+    return bent_picture(_known(document, points, assumed_height_m))
+
+
+def broken_period(
+    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
+) -> UnevenDashes | None:
+    """Dashes that likely do not keep the period that was said."""
+    if not document.paced or document.bent:
+        return None
+    return uneven_dashes(_known(document, points, assumed_height_m))
+
+
+def _known(
+    document: Document,
+    points: tuple[GroundPoint, ...],
+    assumed_height_m: float,
+    assumed_offset_m: float = 0.0,
+) -> Known:
     height_m = assumed_height_m if document.height_m is None else document.height_m
     offset_m = document.reference_offset_m
-    return calibrate_jointly(
+    return Known(
         _evidence(document, points),
         document.image_size,
         Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
@@ -49,42 +77,6 @@ def joint_calibration(
         document.lens,
         document.tape_error,
         WIDE_BEND if document.bent else None,
-    )
-
-
-def bent_lens(
-    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
-) -> BentPicture | None:
-    """The lens that bends the picture, where none was said and what was clicked shows it."""
-    if document.lens is not None or document.bent:
-        return None
-    height_m = assumed_height_m if document.height_m is None else document.height_m
-    return bent_picture(
-        _evidence(document, points),
-        document.image_size,
-        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
-        document.reference_offset_m or 0.0,
-        document.row_sigma_px,
-        _priors(document),
-        document.tape_error,
-    )
-
-
-def broken_period(
-    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
-) -> UnevenDashes | None:
-    """Dashes that likely do not keep the period that was said."""
-    if not document.paced or document.bent:
-        return None
-    height_m = assumed_height_m if document.height_m is None else document.height_m
-    return uneven_dashes(
-        _evidence(document, points),
-        document.image_size,
-        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
-        document.reference_offset_m or 0.0,
-        document.row_sigma_px,
-        _priors(document),
-        document.lens,
     )
 
 
