@@ -56,6 +56,38 @@ class Gaussian:
 
 
 @dataclass(frozen=True, slots=True)
+class GroundRectangle:
+    """A rectangle on the road that somebody clicked: a parking bay, a field of a crossing.
+
+    Attributes:
+        corners_px: columns and rows of its four corners, going round it either way from any of them.
+        first_side_m: from the first corner to the second one; None where it is not known.
+        second_side_m: from the second corner to the third one, likewise.
+        along: whether its sides lie along and across the direction of travel.
+    """
+
+    corners_px: tuple[tuple[float, float], ...]
+    first_side_m: Gaussian | None = None
+    second_side_m: Gaussian | None = None
+    along: bool = False
+
+    @property
+    def sides_m(self) -> tuple[Gaussian | None, Gaussian | None]:
+        """Both sides."""
+        return self.first_side_m, self.second_side_m
+
+    @property
+    def has_size(self) -> bool:
+        """Whether a side is known, so that it tells how large everything is."""
+        return self.sides_m != (None, None)
+
+    @property
+    def swapped(self) -> "GroundRectangle":
+        """The same corners with the sides exchanged."""
+        return replace(self, first_side_m=self.second_side_m, second_side_m=self.first_side_m)
+
+
+@dataclass(frozen=True, slots=True)
 class Priors:
     """Weak knowledge that took part in a calibration; None where there was none.
 
@@ -103,6 +135,7 @@ class Calibration:
         orientation: how the real camera is turned besides its pitch. `camera` and all that is measured with
             it are of the straight picture (`fcw.camera.straight`), the points of the picture itself.
         lens: of the real camera, where its distortion is known.
+        rectangles: that were clicked besides the points.
     """
 
     camera: GroundPlaneCamera
@@ -118,6 +151,7 @@ class Calibration:
     tape_error: float = 0.0
     orientation: Orientation = LEVEL
     lens: Lens | None = None
+    rectangles: tuple[GroundRectangle, ...] = ()
     _row_map: UncertainRowMap = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -164,11 +198,15 @@ class Calibration:
         way = self.straightening
         if way is None:
             return replace(self, orientation=LEVEL, lens=None)
+        rectangles = tuple(
+            replace(rectangle, corners_px=_pairs(way.to_straight(np.array(rectangle.corners_px))))
+            for rectangle in self.rectangles
+        )
         points = tuple(
             replace(point, row_px=row_px, column_px=None)
             for point, row_px in zip(self.points, self.straight_rows_px, strict=True)
         )
-        return replace(self, points=points, orientation=LEVEL, lens=None)
+        return replace(self, points=points, orientation=LEVEL, lens=None, rectangles=rectangles)
 
     @property
     def horizon_row_px(self) -> float:
@@ -262,19 +300,32 @@ class Calibration:
             )
 
         column_scale = size.width / self.image_size.width
+
+        def scaled_column(column_px: float) -> float:
+            return (column_px + 0.5) * column_scale - 0.5
+
         camera = replace(
             self.camera,
             focal_y_px=self.camera.focal_y_px * scale,
             principal_row_px=scaled(self.camera.principal_row_px),
-            principal_column_px=(self.camera.principal_column_px + 0.5) * column_scale - 0.5,
+            principal_column_px=scaled_column(self.camera.principal_column_px),
         )
         points = tuple(
             GroundPoint(
                 point.distance_m,
                 scaled(point.row_px),
-                None if point.column_px is None else (point.column_px + 0.5) * column_scale - 0.5,
+                None if point.column_px is None else scaled_column(point.column_px),
             )
             for point in self.points
+        )
+        rectangles = tuple(
+            replace(
+                rectangle,
+                corners_px=tuple(
+                    (scaled_column(column), scaled(row)) for column, row in rectangle.corners_px
+                ),
+            )
+            for rectangle in self.rectangles
         )
         return replace(
             self,
@@ -287,7 +338,12 @@ class Calibration:
             assumed=scaled_priors(self.assumed),
             lens=None if self.lens is None else self.lens.for_image_size(size),
             residuals_px=tuple(residual * scale for residual in self.residuals_px),
+            rectangles=rectangles,
         )
+
+
+def _pairs(places: FloatArray) -> tuple[tuple[float, float], ...]:
+    return tuple((float(column), float(row)) for column, row in places)
 
 
 def matrix3(values: NDArray[np.float64]) -> Matrix3:

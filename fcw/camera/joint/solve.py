@@ -26,12 +26,12 @@ from fcw.camera.joint.fit import (
     ROLL,
     START,
     TANGENT,
-    UNKNOWN_COUNT,
     YAW,
     YAW_SIGMA_RAD,
     JointFit,
 )
 from fcw.camera.joint.known import Known
+from fcw.camera.joint.rectangle import RECTANGLE_FACTS, check_rectangle
 from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_setup, check_tape_error
@@ -54,12 +54,14 @@ def calibrate_jointly(known: Known) -> Calibration:
     check_tape_error(tape_error)
     told = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
     told += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
-    told += evidence.scale_px_m is not None
+    told += (evidence.scale_px_m is not None) + RECTANGLE_FACTS * len(evidence.rectangles)
     if told + 2 * (lens is not None) < 2:
         raise UserError(
-            "nothing is known of where the road lies in the picture; give points, lane lines, the horizon "
-            "or vehicles"
+            "nothing is known of where the road lies in the picture; give points, lane lines, the horizon, "
+            "a rectangle on the road or vehicles"
         )
+    for rectangle in evidence.rectangles:
+        check_rectangle(rectangle, image_size)
     fit = JointFit(known)
     x, covariance = fit.solve()
     if tells_of_spacing(known):
@@ -80,7 +82,7 @@ def calibrate_jointly(known: Known) -> Calibration:
     rows = row_jacobian(camera, support + reference_offset_m)
     # Rows by tan(a), log(f), B and, with these fixed, log(h); the fit has v0 = B + f tan(a) and its own h.
     tangent, focal_px = math.tan(camera.pitch_rad), camera.focal_y_px
-    by = np.zeros((3, UNKNOWN_COUNT))
+    by = np.zeros((3, len(x)))
     by[:, TANGENT] = rows[:, 0] - focal_px
     by[:, LOG_FOCAL] = rows[:, 1] - focal_px * tangent
     by[:, AXIS] = 1.0
@@ -101,7 +103,7 @@ def calibrate_jointly(known: Known) -> Calibration:
         float(reference_offset_m),
         priors,
         (0.0,) * len(points),
-        usual_lens(image_size, priors, bool(points)) if lens is None else Priors(),
+        usual_lens(image_size, priors, evidence.has_distances) if lens is None else Priors(),
         float(tape_error),
         replace(
             orientation,
@@ -110,6 +112,7 @@ def calibrate_jointly(known: Known) -> Calibration:
             roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]) if fit.tells_roll else ROLL_SIGMA_RAD,
         ),
         fit.lens(x),
+        evidence.rectangles,
     )
     residuals = tuple(
         row_px - calibration.row_at(point.distance_m)
