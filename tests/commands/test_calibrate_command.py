@@ -294,12 +294,48 @@ def test_dashes_of_a_known_period_need_no_first_distance(capsys):
     assert at_30["low_m"] < 30 < at_30["high_m"]
 
 
+BAY_M = ((6.0, -1.0), (6.0, 1.5), (11.0, 1.5), (11.0, -1.0))
+BAY = [
+    "--rectangle",
+    ":".join(f"{TRUTH.column_at(y, d):.2f}:{TRUTH.row_at(d):.2f}" for d, y in BAY_M),
+]
+
+
+def test_a_parking_bay_alone_gives_the_camera_and_comes_back_from_the_file(tmp_path, capsys):
+    file = tmp_path / "out.yaml"
+    arguments = ["calibrate", *BAY, "--image-size", "1280x720", "--save", str(file)]
+    result = result_of([*arguments, "--rectangle-sides", "2.5x5:0.05"], capsys)
+    assert result["warnings"] == []
+    assert result["height_m"] == pytest.approx(TRUTH.height_m, rel=0.02)
+    assert result["pitch_rad"] == pytest.approx(TRUTH.pitch_rad, abs=0.005)
+    at_20 = next(row for row in result["rows"] if row["distance_m"] == 20)
+    assert at_20["row_px"] == pytest.approx(TRUTH.row_at(20.0), abs=2)
+    saved = read_calibration(file).rectangles[0]
+    assert saved.first_side_m is not None
+    assert saved.second_side_m is not None
+    assert (saved.first_side_m.sigma, saved.second_side_m.sigma) == (0.02, 0.05)
+    swapped = result_of([*arguments, "--rectangle-sides", "5x2.5"], capsys)
+    assert "exchange them in --rectangle-sides" in swapped["warnings"][-1]
+
+
+def test_a_rectangle_without_a_side_needs_the_height(capsys):
+    assert main(["calibrate", *BAY, "--image-size", "1280x720"]) == 2
+    assert "--height is missing" in capsys.readouterr().err
+    result = result_of(["calibrate", *BAY, "--image-size", "1280x720", "--height", "1.225"], capsys)
+    assert result["focal_y_px"] == pytest.approx(TRUTH.focal_y_px, rel=0.15)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--dashes", "500", "450", "430"], "--dash-period is missing"),
         (["--dashes", "500", "450", "--dash-period", "12"], "2 ends given, expected 3 or more"),
         (["--lane-line", "1:2:3"], "--lane-line 1:2:3: expected COLUMN:ROW:COLUMN:ROW"),
+        (["--rectangle", "1:2:3:4"], "--rectangle 1:2:3:4: expected the columns and rows of four corners"),
+        (["--rectangle-sides", "2.5x5"], "--rectangle-sides: needs --rectangle"),
+        ([*BAY, "--rectangle-sides", "2.5x5", "2.4x4.8"], "2 given for 1 --rectangle"),
+        ([*BAY, "--rectangle-sides", "2.5"], "--rectangle-sides 2.5: expected AxB in metres, such as 2.5x5"),
+        ([*BAY, "--rectangle-sides", "0x5"], "side 0 ± 0.02 m: expected 0.3 to 100 m"),
         (["--lane-line", "1:2:3:4", "--lane-width", "3.7"], "--lane-width: needs two --lane-line"),
         (["--from-clip"], "--from-clip: name the video or folder of pictures"),
         (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),

@@ -327,7 +327,7 @@ class JointFit:
 
     def _of_rectangles(self, x: FloatArray) -> list[FloatArray]:
         rectangles = self._evidence.rectangles
-        places = x[CAMERA_UNKNOWNS:].reshape(len(rectangles), -1)
+        places = x[CAMERA_UNKNOWNS:].reshape(-1, len(RECTANGLE_MEANS))
         return [
             self._rectangle_fit.residuals(rectangle, place, self._way, float(x[LOG_TAPE]))
             for rectangle, place in zip(rectangles, places, strict=True)
