@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.camera.calibration import Gaussian, GroundPoint, GroundRectangle
 from fcw.camera.joint.evidence import Ruler
+from fcw.camera.joint.rectangle import CORNERS
 from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.errors import UserError
@@ -96,6 +97,7 @@ class Document:
         speed: mean speed over the stretch of the drive that was looked at, in m/s.
         edges: columns and rows along things that are straight in the world, for the lens.
         bent: whether the lens that bends the picture is fitted with the rest.
+        rectangles: on the road; the last one may still lack corners.
         scale_per_mps: focal length times height in px m for each m/s of that speed, as the drive shows it.
     """
 
@@ -126,6 +128,7 @@ class Document:
     scale_per_mps: float | None = None
     edges: tuple[tuple[tuple[float, float], ...], ...] = ()
     bent: bool = False
+    rectangles: tuple[GroundRectangle, ...] = ()
 
     def mark(self, mark_id: int) -> Mark:
         """The mark of that id.
@@ -143,6 +146,16 @@ class Document:
         """Of the first letter that no mark has."""
         taken = {mark.number or mark.id for mark in self.marks}
         return next(number for number in range(1, len(taken) + 2) if number not in taken)
+
+    @property
+    def whole_rectangles(self) -> tuple[GroundRectangle, ...]:
+        """Those with all their corners."""
+        return tuple(r for r in self.rectangles if len(r.corners_px) == CORNERS)
+
+    @property
+    def has_size(self) -> bool:
+        """Whether a rectangle tells how large everything is, so that the height need not be said."""
+        return any(rectangle.has_size for rectangle in self.whole_rectangles)
 
     @property
     def reference_offset_m(self) -> float | None:

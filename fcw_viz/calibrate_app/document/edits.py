@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.besides.knowledge import Knowledge
+from fcw_viz.calibrate_app.document.besides.rectangles import RectangleEdit
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line, Mark
 
 EDGE_PX = 0.5
@@ -329,6 +330,7 @@ Edit = (
     | SetUnits
     | Load
     | Knowledge
+    | RectangleEdit
 )
 
 

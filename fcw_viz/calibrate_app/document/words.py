@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 from fcw.camera.calibration import Calibration, Gaussian
+from fcw.camera.joint.rectangle import CORNERS
 from fcw.camera.plausibility import Finding, FindingKind, OffsetProposal
 from fcw.camera.points import PointsError, PointsFault
 from fcw.camera.uncertainty import NextClick
@@ -18,7 +19,7 @@ from fcw_viz.calibrate_app.document.numbers_text import (
     interval_text,
     typed_text,
 )
-from fcw_viz.calibrate_app.document.ways.ways import BAY, CLIP, DASHES, LANE, SPEED, VEHICLES
+from fcw_viz.calibrate_app.document.ways.ways import CLIP, DASHES, LANE, RECTANGLE, SPEED, VEHICLES
 
 NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
@@ -44,6 +45,9 @@ def names(marks: Sequence[Mark]) -> str:
 
 def hint_incomplete(document: Document, missing: int) -> str:
     """What to do next while something has still to be said; `missing` is the number of facts still needed."""
+    lacks_corners = len(document.whole_rectangles) < len(document.rectangles)
+    if lacks_corners or (document.whole_rectangles and not document.has_size and document.height_m is None):
+        return hint_rectangle(document)
     if not document.marks and not document.planned_m:
         if document.way == "":
             return "Choose what you have to calibrate with, or click a mark whose distance you know."
@@ -109,9 +113,14 @@ def hint_dashes(document: Document) -> str:
     return "Choose your country's dashes in the list, or type how far apart they are."
 
 
-def hint_bay(document: Document) -> str:
-    """What to do first with a parking bay."""
-    return "Choose the bay in the list, and type the way to its near line."
+def hint_rectangle(document: Document) -> str:
+    """What to do next with a rectangle on the road."""
+    clicked = len(document.rectangles[-1].corners_px) if document.rectangles else 0
+    if clicked == 0:
+        return "Click a corner of a rectangle that is painted on the road, such as a parking bay."
+    if clicked < CORNERS:
+        return f"Click its next corner; {CORNERS - clicked} to go."
+    return "Say what it is or type one of its sides; with the camera's height, none is needed."
 
 
 HINTS = {
@@ -120,7 +129,7 @@ HINTS = {
     SPEED: hint_speed,
     VEHICLES: hint_vehicles,
     DASHES: hint_dashes,
-    BAY: hint_bay,
+    RECTANGLE: hint_rectangle,
 }
 
 
@@ -298,6 +307,7 @@ def horizons_disagree(dragged: Gaussian, lanes: Gaussian) -> str:
     )
 
 
+EXCHANGE_LABEL = "Exchange the sides of the rectangle"
 FIT_LENS_LABEL = "Fit the lens's distortion with the rest"
 LENS_WAY_OUT = (
     "Best import the lens under “Lens and horizon”: `fcw calibrate PICTURES --chessboard 9x6` makes its "

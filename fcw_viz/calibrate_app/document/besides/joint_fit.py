@@ -4,9 +4,13 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
+from fcw.camera.joint.odd_rectangle import OddRectangle, odd_rectangle, swap_gain
+from fcw.camera.joint.rectangle import check_rectangle
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
+from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment
+from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
 
@@ -19,6 +23,8 @@ SPEED_SIGMA = 0.04
 def needs_joint(document: Document) -> bool:
     """Whether something was said that the fit of rows has no place for."""
     if document.paced or document.lens is not None or document.vehicles or document.bent:
+        return True
+    if document.whole_rectangles:
         return True
     beliefs = (document.yaw, document.roll, document.speed)
     return any(_stated(belief) is not None for belief in beliefs) or _lane_width(document) is not None
@@ -59,18 +65,39 @@ def broken_period(
     return uneven_dashes(_known(document, points, assumed_height_m))
 
 
+def none_rectangle(
+    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
+) -> OddRectangle | None:
+    """A rectangle that is not as it was said."""
+    return odd_rectangle(_known(document, points, assumed_height_m))
+
+
+def sides_are_exchanged(document: Document, rectangle: int) -> bool:
+    """Whether a rectangle fits everything else better with its sides exchanged."""
+    points = tuple(mark.ground_point for mark in document.marks if mark.ground_point is not None)
+    try:
+        known = _known(document, points, UNKNOWN_HEIGHT_M)
+        check_rectangle(known.evidence.rectangles[rectangle], document.image_size)
+    except UserError:
+        return False
+    return swap_gain(known, rectangle) > 0
+
+
 def _known(
     document: Document,
     points: tuple[GroundPoint, ...],
     assumed_height_m: float,
     assumed_offset_m: float = 0.0,
 ) -> Known:
-    height_m = assumed_height_m if document.height_m is None else document.height_m
+    height_m = Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
+    if document.height_m is not None or not document.has_size:
+        stated_m = assumed_height_m if document.height_m is None else document.height_m
+        height_m = Gaussian(stated_m, document.height_sigma_m or MEASURED_SIGMA_M)
     offset_m = document.reference_offset_m
     return Known(
         _evidence(document, points),
         document.image_size,
-        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
+        height_m,
         assumed_offset_m if offset_m is None else offset_m,
         document.row_sigma_px,
         _priors(document),
@@ -98,6 +125,7 @@ def _evidence(document: Document, points: tuple[GroundPoint, ...]) -> Evidence:
         yaw_rad=_stated(document.yaw),
         roll_rad=_stated(document.roll),
         scale_px_m=scale,
+        rectangles=document.whole_rectangles,
         edges=tuple(edge for edge in document.edges if len(edge) >= FEWEST_PLACES),
     )
 

@@ -35,12 +35,16 @@ def picture(orientation: Orientation = LEVEL, lens: Lens | None = None, camera=R
 
 
 def corners(
-    there: Straightening, middle_m: tuple[float, float], heading_deg: float, sides_m=BAY_M, off_m=0.0
+    there: Straightening,
+    middle_m: tuple[float, float],
+    heading_deg: float,
+    sides_m=BAY_M,
+    off_m: complex | np.ndarray = 0.0,
 ) -> np.ndarray:
     """(4, 2) columns and rows of a rectangle; written out anew, with complex numbers for the ground."""
     turn = np.exp(1j * math.radians(heading_deg))
-    local = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
-    ground = complex(*middle_m) + turn * (local.real * sides_m[0] + 1j * local.imag * sides_m[1]) / 2 + off_m
+    along, across = np.array([-1, 1, 1, -1]), np.array([-1, -1, 1, 1])
+    ground = complex(*middle_m) + turn * (along * sides_m[0] + 1j * across * sides_m[1]) / 2 + off_m
     camera = there.camera
     straight = [(camera.column_at(g.imag, g.real), camera.row_at(g.real)) for g in ground]
     return there.to_picture(np.array(straight))
@@ -63,7 +67,7 @@ def exact(evidence: Evidence, height_m: Gaussian, lens: Lens | None = None) -> C
 @pytest.mark.parametrize(("middle_m", "heading_deg"), [((8, -1), 20.0), ((9, 3), -60.0), ((12, -4), 170.0)])
 def test_an_exact_rectangle_gives_the_camera_that_took_it(middle_m, heading_deg, orientation, lens):
     there = picture(orientation, lens)
-    bay = rectangle(corners(there, middle_m, heading_deg), *map(exactly, BAY_M))
+    bay = rectangle(corners(there, middle_m, heading_deg), exactly(2.5), exactly(5.0))
     camera = exact(Evidence(rectangles=(bay,)), ANY_HEIGHT, lens)
     assert camera.camera.pitch_rad == pytest.approx(REAL.pitch_rad, abs=1e-4)
     assert camera.camera.focal_y_px == pytest.approx(REAL.focal_y_px, rel=1e-4)
@@ -86,7 +90,7 @@ def test_one_known_side_tells_the_height_and_none_leaves_it():
 
 def test_sides_along_the_road_tell_the_yaw():
     there = picture(TURNED)
-    bay = rectangle(corners(there, (9, 2), 90.0), *map(exactly, BAY_M), along=True)
+    bay = rectangle(corners(there, (9, 2), 90.0), exactly(2.5), exactly(5.0), along=True)
     orientation = exact(Evidence(rectangles=(bay,)), ANY_HEIGHT).orientation
     # A degree between paint and car, against five of a camera that somebody put up.
     assert orientation.yaw_rad == pytest.approx(TURNED.yaw_rad * 25 / 26, abs=1e-4)
@@ -112,7 +116,7 @@ def test_it_does_not_matter_which_corner_is_clicked_first_nor_which_way_round(
     turned = sides[::-1] if (start + backward) % 2 else sides
     seen = []
     for there, lengths in ((places, sides), (places[order], turned)):
-        known = Known(Evidence(rectangles=(rectangle(there, *lengths),)), SIZE, ANY_HEIGHT)
+        known = Known(Evidence(rectangles=(rectangle(there, lengths[0], lengths[1]),)), SIZE, ANY_HEIGHT)
         seen.append(calibrate_jointly(known))
     rows_px = [camera.row_at(np.array([6.0, 15.0, 40.0])) for camera in seen]
     assert rows_px[0] == pytest.approx(rows_px[1], abs=0.02)
