@@ -70,15 +70,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--count", type=int, default=200)
     count = parser.parse_args().count
+    held: list[list[bool]] = []
     for population in (CHOSEN_ON, OTHER):
         sys.stdout.write(f"\n{population.name}: median error and share inside the interval at {AT_M} m\n")
         for way in WAYS:
-            _report(population, way, count)
+            held += _report(population, way, count)
+    shares = ", ".join(f"{share:.1%}" for share in np.mean(held, axis=0))
+    sys.stdout.write(f"\n{len(held)} calibrations: {shares} inside, where intervals are to hold 68.3 %\n")
 
 
-def _report(population: Population, way: Way, count: int) -> None:
+def _report(population: Population, way: Way, count: int) -> list[list[bool]]:
+    """A row of the table; of each calibration, whether its intervals hold."""
     rng = np.random.default_rng(2)
-    errors, inside, told, refused = [], [], 0, 0
+    errors: list[list[float]] = []
+    inside: list[list[bool]] = []
+    told = refused = 0
     for _ in range(count):
         there, known = _sampled(population, way, rng)
         try:
@@ -98,6 +104,7 @@ def _report(population: Population, way: Way, count: int) -> None:
     held = " ".join(f"{share:4.0%}" for share in np.mean(inside, axis=0))
     sys.stdout.write(f"  {way.name:32} {median}   {held}   accused {told / count:.1%}, refused {refused}\n")
     sys.stdout.flush()
+    return inside
 
 
 def _sampled(population: Population, way: Way, rng: np.random.Generator) -> tuple[Straightening, Known]:

@@ -6,6 +6,7 @@ exactly row_sigma^2 times the identity, however ill-conditioned pitch, focal len
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import overload
 
@@ -21,6 +22,8 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
+Places = tuple[tuple[float, float], ...]
+"""Columns and rows."""
 
 DEFAULT_SUPPORT_M: Vector3 = (5.0, 10.0, 20.0)
 """Support distances where no points suggest others: well apart in row, and in front of any camera."""
@@ -66,7 +69,7 @@ class GroundRectangle:
         along: whether its sides lie along and across the direction of travel.
     """
 
-    corners_px: tuple[tuple[float, float], ...]
+    corners_px: Places
     first_side_m: Gaussian | None = None
     second_side_m: Gaussian | None = None
     along: bool = False
@@ -85,6 +88,19 @@ class GroundRectangle:
     def swapped(self) -> "GroundRectangle":
         """The same corners with the sides exchanged."""
         return replace(self, first_side_m=self.second_side_m, second_side_m=self.first_side_m)
+
+
+@dataclass(frozen=True, slots=True)
+class NumberPlate:
+    """A number plate that somebody clicked on a vehicle seen from behind.
+
+    Attributes:
+        places_px: columns and rows of its two ends, and of where a rear tyre of that vehicle meets the road.
+        width_m: from end to end.
+    """
+
+    places_px: Places
+    width_m: Gaussian
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +152,7 @@ class Calibration:
             it are of the straight picture (`fcw.camera.straight`), the points of the picture itself.
         lens: of the real camera, where its distortion is known.
         rectangles: that were clicked besides the points.
+        plates: likewise.
     """
 
     camera: GroundPlaneCamera
@@ -152,6 +169,7 @@ class Calibration:
     orientation: Orientation = LEVEL
     lens: Lens | None = None
     rectangles: tuple[GroundRectangle, ...] = ()
+    plates: tuple[NumberPlate, ...] = ()
     _row_map: UncertainRowMap = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -198,15 +216,16 @@ class Calibration:
         way = self.straightening
         if way is None:
             return replace(self, orientation=LEVEL, lens=None)
-        rectangles = tuple(
-            replace(rectangle, corners_px=_pairs(way.to_straight(np.array(rectangle.corners_px))))
-            for rectangle in self.rectangles
-        )
+
+        def moved(places: Places) -> Places:
+            return _pairs(way.to_straight(np.array(places)))
+
         points = tuple(
             replace(point, row_px=row_px, column_px=None)
             for point, row_px in zip(self.points, self.straight_rows_px, strict=True)
         )
-        return replace(self, points=points, orientation=LEVEL, lens=None, rectangles=rectangles)
+        straight = replace(self, points=points, orientation=LEVEL, lens=None)
+        return straight._with_places(moved)
 
     @property
     def horizon_row_px(self) -> float:
@@ -318,16 +337,11 @@ class Calibration:
             )
             for point in self.points
         )
-        rectangles = tuple(
-            replace(
-                rectangle,
-                corners_px=tuple(
-                    (scaled_column(column), scaled(row)) for column, row in rectangle.corners_px
-                ),
-            )
-            for rectangle in self.rectangles
-        )
-        return replace(
+
+        def moved(places: Places) -> Places:
+            return tuple((scaled_column(column_px), scaled(row_px)) for column_px, row_px in places)
+
+        changed = replace(
             self,
             camera=camera,
             image_size=size,
@@ -338,11 +352,19 @@ class Calibration:
             assumed=scaled_priors(self.assumed),
             lens=None if self.lens is None else self.lens.for_image_size(size),
             residuals_px=tuple(residual * scale for residual in self.residuals_px),
-            rectangles=rectangles,
+        )
+        return changed._with_places(moved)
+
+    def _with_places(self, moved: Callable[[Places], Places]) -> "Calibration":
+        """With the rectangles and plates where they lie in another picture."""
+        return replace(
+            self,
+            rectangles=tuple(replace(r, corners_px=moved(r.corners_px)) for r in self.rectangles),
+            plates=tuple(replace(plate, places_px=moved(plate.places_px)) for plate in self.plates),
         )
 
 
-def _pairs(places: FloatArray) -> tuple[tuple[float, float], ...]:
+def _pairs(places: FloatArray) -> Places:
     return tuple((float(column), float(row)) for column, row in places)
 
 

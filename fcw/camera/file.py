@@ -9,7 +9,7 @@ import yaml
 
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
-from fcw.camera.calibration import Calibration, GroundPoint, GroundRectangle, Priors
+from fcw.camera.calibration import Calibration, GroundPoint, GroundRectangle, NumberPlate, Priors
 from fcw.camera.file_fields import PRIOR_FIELDS, Fields
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.model import Lens
@@ -21,7 +21,7 @@ from fcw.frame import ImageSize
 
 FORMAT_VERSION = 3
 READABLE_VERSIONS = (1, 2, 3)
-"""1 knew neither an error of the tape nor what every lens has, 2 no rectangles; what they hold stays so."""
+"""1 knew neither an error of the tape nor what every lens has, 2 no rectangles and plates; all stays so."""
 VERSION_FIELD = "fcw_calibration_version"
 RESIDUAL_TOLERANCE_PX = 1e-6
 """Points, camera and residuals of one calibration agree far better; a file edited by hand does not."""
@@ -69,6 +69,7 @@ def calibration_text(calibration: Calibration) -> str:
         ],
         "residuals_px": list(calibration.residuals_px),
         "rectangles": [_rectangle_section(rectangle) for rectangle in calibration.rectangles],
+        "plates": [_plate_section(plate) for plate in calibration.plates],
         "priors": _priors_section(calibration.priors),
         "assumed": _priors_section(calibration.assumed),
         "camera": {
@@ -102,6 +103,10 @@ def _rectangle_section(rectangle: GroundRectangle) -> dict[str, object]:
         "second_side_m": None if rectangle.second_side_m is None else asdict(rectangle.second_side_m),
         "along": rectangle.along,
     }
+
+
+def _plate_section(plate: NumberPlate) -> dict[str, object]:
+    return {"places_px": [list(place) for place in plate.places_px], "width_m": asdict(plate.width_m)}
 
 
 def _lens_section(lens: Lens) -> dict[str, object]:
@@ -185,7 +190,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
         item.finish()
     residuals = fields.numbers("residuals_px", len(points))
     priors = fields.priors("priors")
-    assumed, tape_error, orientation, lens, rectangles = Priors(), 0.0, LEVEL, None, ()
+    assumed, tape_error, orientation, lens, rectangles, plates = Priors(), 0.0, LEVEL, None, (), ()
     if version > 1:
         assumed = fields.priors("assumed")
         tape_error = fields.number("tape_error", at_least=0.0)
@@ -193,6 +198,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
         lens = fields.lens("lens", image_size)
     if version > 2:
         rectangles = fields.rectangles("rectangles")
+        plates = fields.plates("plates")
     section = fields.section("camera")
     camera = GroundPlaneCamera(
         section.number("pitch_rad", above=-math.pi / 2, below=math.pi / 2),
@@ -222,6 +228,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
         orientation,
         lens,
         rectangles,
+        plates,
     )
     rows_px = calibration.straight_rows_px
     for index, (point, row_px, residual) in enumerate(zip(points, rows_px, residuals, strict=True)):

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from fcw.bounded.pictures import LONGEST_SIDE_PX
-from fcw.camera.calibration import Gaussian, GroundRectangle, Matrix3, Priors, Vector3
+from fcw.camera.calibration import Gaussian, GroundRectangle, Matrix3, NumberPlate, Places, Priors, Vector3
 from fcw.camera.lens.model import COEFFICIENT_COUNTS, DISTORTION_MODELS, Lens
 from fcw.camera.straight import Orientation
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 PRIOR_FIELDS = ("field_of_view_rad", "principal_row_px", "horizon_row_px")
-RECTANGLE_CORNERS = 4
+RECTANGLE_CORNERS, PLATE_PLACES = 4, 3
 
 
 class Fields:
@@ -191,18 +191,34 @@ class Fields:
 
     def rectangle(self) -> GroundRectangle:
         """This section as a rectangle."""
-        corners = self.take("corners_px")
-        if not isinstance(corners, list) or len(corners) != RECTANGLE_CORNERS:
-            raise self.wrong("corners_px", corners, "four corners, column and row each")
-        places = []
-        for index, corner in enumerate(corners):
-            name = f"corners_px[{index}]"
-            if not isinstance(corner, list) or len(corner) != 2:
-                raise self.wrong(name, corner, "column and row")
-            places.append((self.checked(name, corner[0]), self.checked(name, corner[1])))
+        corners_px = self.places("corners_px", RECTANGLE_CORNERS)
         along = self.take("along")
         if not isinstance(along, bool):
             raise self.wrong("along", along, "true or false")
         sides = (self.gaussian("first_side_m"), self.gaussian("second_side_m"))
         self.finish()
-        return GroundRectangle(tuple(places), *sides, along)
+        return GroundRectangle(corners_px, *sides, along)
+
+    def plates(self, field: str) -> tuple[NumberPlate, ...]:
+        """Number plates of vehicles ahead."""
+        found = []
+        for section in self.sections(field):
+            places_px, width_m = section.places("places_px", PLATE_PLACES), section.gaussian("width_m")
+            if width_m is None:
+                raise section.wrong("width_m", None, "value and sigma")
+            section.finish()
+            found.append(NumberPlate(places_px, width_m))
+        return tuple(found)
+
+    def places(self, field: str, count: int) -> Places:
+        """So many columns and rows."""
+        value = self.take(field)
+        if not isinstance(value, list) or len(value) != count:
+            raise self.wrong(field, value, f"{count} places, column and row each")
+        found = []
+        for index, place in enumerate(value):
+            if not isinstance(place, list) or len(place) != 2:
+                raise self.wrong(f"{field}[{index}]", place, "column and row")
+            column_px, row_px = (self.checked(f"{field}[{index}]", number) for number in place)
+            found.append((column_px, row_px))
+        return tuple(found)

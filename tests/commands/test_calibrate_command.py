@@ -318,6 +318,23 @@ def test_a_parking_bay_alone_gives_the_camera_and_comes_back_from_the_file(tmp_p
     assert "exchange them in --rectangle-sides" in swapped["warnings"][-1]
 
 
+def test_plates_and_the_lens_give_the_camera_without_its_height(capsys):
+    plates = []
+    for rear_m, left_m in ((7.0, 0.0), (12.0, 3.0), (20.0, -2.0)):
+        tyre = (TRUTH.column_at(left_m, rear_m + 0.75), TRUTH.row_at(rear_m + 0.75))
+        box = TRUTH.ground_box(rear_m, left_m, 0.52, 0.8)  # its top edge is the plate's
+        ends = (box.x, box.y, box.x + box.w, box.y)
+        plates.append(":".join(f"{value:.2f}" for value in (*ends, *tyre)))
+    arguments = ["calibrate", "--plate", *plates, "--field-of-view", "60.4:1", "--image-size", "1280x720"]
+    result = result_of(arguments, capsys)
+    assert result["height_m"] == pytest.approx(TRUTH.height_m, rel=0.1)
+    at_20 = next(row for row in result["rows"] if row["distance_m"] == 20)
+    assert at_20["low_m"] < 20 < at_20["high_m"]
+    assert at_20["row_px"] == pytest.approx(TRUTH.row_at(20.0), abs=5)
+    larger = result_of([*arguments, "--plate-width", "0.6"], capsys)
+    assert larger["height_m"] > 1.1 * result["height_m"]
+
+
 def test_a_rectangle_without_a_side_needs_the_height(capsys):
     assert main(["calibrate", *BAY, "--image-size", "1280x720"]) == 2
     assert "--height is missing" in capsys.readouterr().err
@@ -336,6 +353,11 @@ def test_a_rectangle_without_a_side_needs_the_height(capsys):
         ([*BAY, "--rectangle-sides", "2.5x5", "2.4x4.8"], "2 given for 1 --rectangle"),
         ([*BAY, "--rectangle-sides", "2.5"], "--rectangle-sides 2.5: expected AxB in metres, such as 2.5x5"),
         ([*BAY, "--rectangle-sides", "0x5"], "side 0 ± 0.02 m: expected 0.3 to 100 m"),
+        (["--plate", "1:2:3:4"], "--plate 1:2:3:4: expected columns and rows of two ends and of a tyre"),
+        (
+            ["--plate", "1:2:9:2:5:9", "--plate-width", "fr"],
+            "--plate-width fr: expected eu, us, jp, au or metres",
+        ),
         (["--lane-line", "1:2:3:4", "--lane-width", "3.7"], "--lane-width: needs two --lane-line"),
         (["--from-clip"], "--from-clip: name the video or folder of pictures"),
         (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),

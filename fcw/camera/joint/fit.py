@@ -10,6 +10,7 @@ import numpy as np
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.joint.known import Known
+from fcw.camera.joint.plates import PLACES, plate_misfits
 from fcw.camera.joint.rectangle import (
     RECTANGLE_MEANS,
     RECTANGLE_SIGMAS,
@@ -18,6 +19,7 @@ from fcw.camera.joint.rectangle import (
     placed,
     seen_from,
 )
+from fcw.camera.joint.rulers import width_misfits
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
@@ -34,11 +36,6 @@ START_FIRST_M = (5.0, 9.0, 18.0)
 FLEET_SIGMA = 0.04
 """Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
 SMALLEST_DEPTH_M = 0.2
-LENGTH_M = 4.2
-"""Of a vehicle, for how much of its side it shows."""
-SIDE_SIGMA = 0.5
-"""Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
-HUBER_SIGMAS = 2.0
 TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP, LOG_TAPE = range(11)
 """Of every fit; then come those of each rectangle in turn (`fcw.camera.joint.rectangle`)."""
 CAMERA_UNKNOWNS = 11
@@ -300,6 +297,7 @@ class JointFit:
             self._of_horizon(camera),
             self._of_edges(),
             self._of_rulers(x, camera),
+            self._of_plates(camera),
             *self._of_rectangles(x),
         ]
         return np.nan_to_num(np.concatenate(found), nan=1e3, posinf=1e3, neginf=-1e3)
@@ -369,27 +367,15 @@ class JointFit:
         return (self._straight(horizon)[:, 1] - camera.horizon_row_px) / self._click_px
 
     def _of_rulers(self, x: FloatArray, camera: GroundPlaneCamera) -> FloatArray:
-        """The width of each vehicle by its row, against that of its kind; wild ones count little (Huber)."""
         rulers = self._evidence.rulers
         if not rulers:
             return np.zeros(0)
         places = self._straight([(ruler.column_px, ruler.row_px) for ruler in rulers])
-        below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
-        widths_px = np.array([ruler.width_px for ruler in rulers])
-        metres_per_px = camera.height_m / (below * math.cos(camera.pitch_rad))
-        usual_m = np.array([ruler.width_m.value for ruler in rulers])
-        # A vehicle beside our path shows its side, whose far end is a car's length farther away.
-        outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
-        distances_m = camera.focal_y_px * metres_per_px
-        sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
-        seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
-        relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
-        row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) / below
-        sigmas = np.sqrt(relative**2 + row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2)
-        misfits = (np.log(seen_m / usual_m) - x[LOG_FLEET]) / sigmas
-        sizes = np.abs(misfits)
-        return np.where(
-            sizes > HUBER_SIGMAS,
-            np.sign(misfits) * np.sqrt(np.maximum(2 * HUBER_SIGMAS * sizes - HUBER_SIGMAS**2, 0.0)),
-            misfits,
-        )
+        return width_misfits(rulers, places, camera, float(x[LOG_FLEET]))
+
+    def _of_plates(self, camera: GroundPlaneCamera) -> FloatArray:
+        plates = self._evidence.plates
+        if not plates:
+            return np.zeros(0)
+        places = self._straight([place for plate in plates for place in plate.places_px])
+        return plate_misfits(plates, places.reshape(len(plates), PLACES, 2), camera, self._click_px)

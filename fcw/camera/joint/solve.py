@@ -31,6 +31,7 @@ from fcw.camera.joint.fit import (
     JointFit,
 )
 from fcw.camera.joint.known import Known
+from fcw.camera.joint.plates import check_plate
 from fcw.camera.joint.rectangle import RECTANGLE_FACTS, check_rectangle
 from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
 from fcw.camera.lens.usual import usual_lens
@@ -55,13 +56,16 @@ def calibrate_jointly(known: Known) -> Calibration:
     told = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
     told += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
     told += (evidence.scale_px_m is not None) + RECTANGLE_FACTS * len(evidence.rectangles)
+    told += len(evidence.plates)
     if told + 2 * (lens is not None) < 2:
         raise UserError(
             "nothing is known of where the road lies in the picture; give points, lane lines, the horizon, "
-            "a rectangle on the road or vehicles"
+            "a rectangle on the road, vehicles or their number plates"
         )
     for rectangle in evidence.rectangles:
         check_rectangle(rectangle, image_size)
+    for plate in evidence.plates:
+        check_plate(plate, image_size)
     fit = JointFit(known)
     x, covariance = fit.solve()
     if tells_of_spacing(known):
@@ -113,6 +117,7 @@ def calibrate_jointly(known: Known) -> Calibration:
         ),
         fit.lens(x),
         evidence.rectangles,
+        evidence.plates,
     )
     residuals = tuple(
         row_px - calibration.row_at(point.distance_m)

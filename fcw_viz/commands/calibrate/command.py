@@ -32,4 +32,5 @@ def run_calibrate(command: CalibrateCommand) -> int:
 
 def marked(command: CalibrateCommand) -> bool:
     """Whether something of the road is stated."""
-    return bool(command.points or command.lane_line or command.dashes or command.rectangle)
+    marks = (command.points, command.lane_line, command.dashes, command.rectangle, command.plate)
+    return any(marks)

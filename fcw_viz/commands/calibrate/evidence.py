@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, GroundRectangle
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, GroundRectangle, NumberPlate
 from fcw.camera.joint.bent import bent_picture
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.odd_rectangle import odd_rectangle
+from fcw.camera.joint.plates import PLATE_SIGMA_M, PLATE_WIDTHS_M
 from fcw.camera.lens.plumb import bend_px
 from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS
 from fcw.camera.prior_sigmas import SIDE_SIGMA_M, UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
@@ -22,7 +23,7 @@ FEWEST_DASHES = 3
 
 
 def stated_evidence(command: CalibrateCommand) -> Evidence | None:
-    """Lane lines, horizon, dashes and rectangles that are stated; None where there are none.
+    """Lane lines, horizon, dashes, rectangles and plates that are stated; None where there are none.
 
     Raises:
         UserError: one of them is not as expected.
@@ -40,12 +41,14 @@ def stated_evidence(command: CalibrateCommand) -> Evidence | None:
         if not (value > 0 and width.sigma > 0):
             raise UserError(f"--lane-width {command.lane_width}: expected metres above 0")
     dashes = _dashes(command)
-    rectangles = _rectangles(command)
-    if not (lines or horizon or dashes or rectangles):
+    rectangles, plates = _rectangles(command), _plates(command)
+    if not (lines or horizon or dashes or rectangles or plates):
         return None
     places = (tuple(_places("--lane-line", text)) for text in command.lane_line)
     edges = tuple(along for along in places if len(along) >= FEWEST_LINE_POINTS)
-    return Evidence(dashes, bool(dashes), lines, width, horizon, edges=edges, rectangles=rectangles)
+    return Evidence(
+        dashes, bool(dashes), lines, width, horizon, edges=edges, rectangles=rectangles, plates=plates
+    )
 
 
 def evidence_warnings(command: CalibrateCommand, calibration: Calibration) -> list[str]:
@@ -113,6 +116,20 @@ def _rectangles(command: CalibrateCommand) -> tuple[GroundRectangle, ...]:
             tuple(_pairs(_numbers("--rectangle", text, (8,), expected))), *lengths, command.rectangle_along
         )
         for text, lengths in zip(command.rectangle, sides, strict=True)
+    )
+
+
+def _plates(command: CalibrateCommand) -> tuple[NumberPlate, ...]:
+    width_m = PLATE_WIDTHS_M.get(command.plate_width.lower())
+    if width_m is None:
+        expected = f"{', '.join(PLATE_WIDTHS_M)} or metres, such as 0.52 or 0.52:0.005"
+        value, *rest = _numbers("--plate-width", command.plate_width, (1, 2), expected)
+        width = Gaussian(value, rest[0] if rest else PLATE_SIGMA_M)
+    else:
+        width = Gaussian(width_m, PLATE_SIGMA_M)
+    expected = "columns and rows of two ends and of a tyre on the road, such as 612:410:664:411:640:436"
+    return tuple(
+        NumberPlate(tuple(_pairs(_numbers("--plate", text, (6,), expected))), width) for text in command.plate
     )
 
 

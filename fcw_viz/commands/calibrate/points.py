@@ -78,13 +78,14 @@ def _calibration(command: CalibrateCommand) -> Calibration:
             "DISTANCE:ROW ..., for example --points 8:594 15:513 40:455 --image-size 1280x720 --height 1.2"
         )
     rectangles = () if evidence is None else evidence.rectangles
-    if command.height is None and not any(rectangle.has_size for rectangle in rectangles):
+    sized = bool(command.plate) or any(rectangle.has_size for rectangle in rectangles)
+    if command.height is None and not sized:
         raise UserError("--height is missing: the height of the camera's lens above the road, in metres")
     points = tuple(ground_point(text) for text in command.points)
     size = _image_size(command)
     lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
     priors = stated_priors(command, size)
-    calibration = _of_rows(command, points, size, priors) if points and not rectangles else None
+    calibration = _of_rows(command, points, size, priors) if points and not sized else None
     aside = {point.column_px for point in points if point.column_px is not None}
     if calibration is not None and evidence is None and lens is None and (command.exact or len(aside) < 2):
         return calibration
