@@ -101,6 +101,7 @@ ROW_ERROR = Quantity("the error of a row", "1 or 0.3 px", _PIXEL_UNITS, 0.001, 1
 TURN = Quantity("an angle to the side", "2, -1.5 or 2°", _ANGLE_UNITS, -math.radians(30), math.radians(30))
 WIDTH = Quantity("a width of a lane", "3.7, 3.5 m or 12 ft", _LENGTH_UNITS, 1.5, 8.0)
 SIDE = Quantity("a side of a rectangle", "2.5, 250 cm or 8 ft", _LENGTH_UNITS, 0.3, 100.0)
+PLATE_WIDTH = Quantity("a width of a number plate", "0.52, 52 cm or 12 in", _LENGTH_UNITS, 0.1, 1.0)
 SPEED = Quantity("a speed", "100, 27 m/s or 60 mph", _SPEED_UNITS, 1.0, 100.0)
 SPEED_ERROR = Quantity("the error of a speed", "2 or 1 mph", _SPEED_UNITS, 0.01, 30.0)
 TAPE = Quantity("the error of a tape", "1 or 0.5 %", _PART_UNITS, 0.0, 0.3)

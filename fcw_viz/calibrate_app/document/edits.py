@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.besides.knowledge import Knowledge
+from fcw_viz.calibrate_app.document.besides.plates import PlateEdit
 from fcw_viz.calibrate_app.document.besides.rectangles import RectangleEdit
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line, Mark
 
@@ -331,6 +332,7 @@ Edit = (
     | Load
     | Knowledge
     | RectangleEdit
+    | PlateEdit
 )
 
 

@@ -29,7 +29,7 @@ from fcw_viz.calibrate_app.document.besides.joint_fit import (
     needs_joint,
     none_rectangle,
 )
-from fcw_viz.calibrate_app.document.document import Document, Mark
+from fcw_viz.calibrate_app.document.document import FEWEST_PLATES, Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetHorizon
 from fcw_viz.calibrate_app.document.sky import sky_troubles
 from fcw_viz.calibrate_app.document.state import (
@@ -163,6 +163,7 @@ def _facts(document: Document, lane_horizon: Gaussian | None) -> _Facts:
     # A lens is its field of view and its axis; vehicles show where the horizon is; a speed is the lens.
     besides = 2 * (document.lens is not None) + (len(document.vehicles) >= FEWEST_VEHICLES)
     besides += sum(RECTANGLE_FACTS + r.has_size for r in document.whole_rectangles)
+    besides += len(document.whole_plates) >= FEWEST_PLATES
     besides += document.scale_per_mps is not None and document.speed is not None and document.speed.enabled
     return _Facts(marks, Priors(field_of_view, principal_row, combined(horizons)), lane_horizon, besides)
 

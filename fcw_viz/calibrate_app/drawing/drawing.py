@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.joint.plates import PLACES
 from fcw.camera.joint.rectangle import CORNERS
 from fcw.camera.uncertainty import NextClick
 from fcw.frame import ImageSize
@@ -114,6 +115,7 @@ def draw(
     _draw_marks(pen, state, selected, frame, handles)
     _draw_lane_lines(pen, state, handles)
     _draw_rectangles(pen, document, handles)
+    _draw_plates(pen, document, handles)
     for edge in document.edges:
         pen.line(HORIZON_COLOR, *edge)
         for place in edge:
@@ -221,6 +223,19 @@ def _draw_rectangles(pen: Pen, document: Document, handles: bool) -> None:
             if side_m is not None:
                 middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
                 pen.words_beside(typed_text(side_m.value, document.imperial), middle, FAINT_RADIUS_CSS_PX)
+
+
+def _draw_plates(pen: Pen, document: Document, handles: bool) -> None:
+    """Each plate from end to end, and from there to the tyre on the road."""
+    for places in document.plates:
+        pen.line(MARK_COLOR, *places[:2], strong=True)
+        if len(places) == PLACES:
+            pen.dashed(MARK_COLOR, min(places[:2], key=lambda end: math.dist(end, places[2])), places[2])
+        for place in places:
+            if handles:
+                pen.keep_free(place, HANDLE_RADIUS_CSS_PX)
+            else:
+                pen.ring(MARK_COLOR, place, FAINT_RADIUS_CSS_PX)
 
 
 def _draw_rows(pen: Pen, result: Result, current: bool, imperial: bool) -> None:

@@ -79,8 +79,8 @@ class PointsPanel:
         if not needed:
             done, note = ("done", note) if counted else ("", "none needed")
         heading = step_heading(2, "Points on the road", done, note)
-        # A rectangle takes the place of the points until there are some.
-        set_html(self._heading, "" if _is_of_rectangle(way) and not document.marks else heading)
+        # A rectangle or plates take the place of the points until there are some.
+        set_html(self._heading, "" if _has_own_marks(way) and not document.marks else heading)
         self._sigma.visible = counted > 0
         self._sigma.show(document.row_sigma_px)
         self._tape.visible = counted > 0
@@ -153,8 +153,8 @@ class PointsPanel:
         return f"<table>{''.join(lines)}</table>{words}"
 
 
-def _is_of_rectangle(way: Way | None) -> bool:
-    return way is not None and Part.RECTANGLE in way.parts
+def _has_own_marks(way: Way | None) -> bool:
+    return way is not None and not {Part.RECTANGLE, Part.PLATES}.isdisjoint(way.parts)
 
 
 def _first_dash(document: Document) -> Mark | None:

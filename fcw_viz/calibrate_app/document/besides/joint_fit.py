@@ -1,6 +1,6 @@
 """The one fit of everything on the page, where marks and beliefs of rows alone do not hold it."""
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, NumberPlate, Priors
 from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
@@ -24,7 +24,7 @@ def needs_joint(document: Document) -> bool:
     """Whether something was said that the fit of rows has no place for."""
     if document.paced or document.lens is not None or document.vehicles or document.bent:
         return True
-    if document.whole_rectangles:
+    if document.whole_rectangles or document.whole_plates:
         return True
     beliefs = (document.yaw, document.roll, document.speed)
     return any(_stated(belief) is not None for belief in beliefs) or _lane_width(document) is not None
@@ -126,6 +126,7 @@ def _evidence(document: Document, points: tuple[GroundPoint, ...]) -> Evidence:
         roll_rad=_stated(document.roll),
         scale_px_m=scale,
         rectangles=document.whole_rectangles,
+        plates=tuple(NumberPlate(places, document.plate_width_m) for places in document.whole_plates),
         edges=tuple(edge for edge in document.edges if len(edge) >= FEWEST_PLACES),
     )
 

@@ -22,7 +22,7 @@ class AddCorner:
         Raises:
             UserError: it is no place in the picture.
         """
-        place = _in_picture(document, self.column_px, self.row_px)
+        place = place_in_picture(document, self.column_px, self.row_px)
         rectangles = document.rectangles
         if not rectangles or len(rectangles[-1].corners_px) == CORNERS:
             rectangles = (*rectangles, GroundRectangle(()))
@@ -55,7 +55,7 @@ class MoveCorner:
         if not 0 <= self.corner < len(found.corners_px):
             raise UserError("that corner is gone; it was taken back in the meantime")
         corners_px = list(found.corners_px)
-        corners_px[self.corner] = _in_picture(document, self.column_px, self.row_px)
+        corners_px[self.corner] = place_in_picture(document, self.column_px, self.row_px)
         return _with(document, self.rectangle, replace(found, corners_px=tuple(corners_px)))
 
 
@@ -126,7 +126,7 @@ def _with(document: Document, index: int, changed: GroundRectangle) -> Document:
     return replace(document, rectangles=tuple(rectangles))
 
 
-def _in_picture(document: Document, column_px: float, row_px: float) -> tuple[float, float]:
+def place_in_picture(document: Document, column_px: float, row_px: float) -> tuple[float, float]:
     """The place itself where it is inside the picture, else the nearest one at its edge."""
     if not (math.isfinite(column_px) and math.isfinite(row_px)):
         raise UserError(f"place of the corner {column_px:g}, {row_px:g}: expected finite numbers")

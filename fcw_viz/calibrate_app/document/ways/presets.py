@@ -21,6 +21,7 @@ import math
 from dataclasses import dataclass
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.plates import PLATE_WIDTHS_M
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 
@@ -121,6 +122,14 @@ DASH_PRESETS = (
     dashes("Britain, above 40 mph", 9.0),
 )
 """Marks a known way apart, the first of which has to be measured."""
+
+PLATE_PRESETS = {
+    "EU, Britain: 520 mm": PLATE_WIDTHS_M["eu"],
+    "USA, Canada, Mexico: 12 in": PLATE_WIDTHS_M["us"],
+    "Japan: 330 mm": PLATE_WIDTHS_M["jp"],
+    "Australia: 372 mm": PLATE_WIDTHS_M["au"],
+}
+"""Widths of number plates."""
 
 BAY_WIDTH_SIGMA_M, BAY_DEPTH_SIGMA_M = 0.10, 0.20
 """Of bays that are to be of a rule's size: rules say the least, builders round, paint is a hand wide."""

@@ -12,6 +12,7 @@ from enum import Enum
 from fcw.camera.calibration import Gaussian, GroundRectangle
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
+from fcw.camera.joint.plates import OVERHANG_M, PLATE_WIDTHS_M
 from fcw.camera.prior_sigmas import (
     HORIZON_ROW_SIGMA_PX,
     PRINCIPAL_ROW_SIGMA_HEIGHTS,
@@ -40,6 +41,7 @@ class Part(Enum):
     POINTS = "points"
     LENS = "lens and horizon"
     RECTANGLE = "rectangle"
+    PLATES = "plates"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +112,12 @@ def chosen_way(document: Document) -> Way | None:
     """The way of a document; one with points and none chosen is that of the taped points."""
     key = document.way or (TAPE if document.marks else "")
     return next((way for way in WAYS if way.key == key), None)
+
+
+def clicks_plates(document: Document) -> bool:
+    """Whether a click on the picture is of a number plate: their way is chosen."""
+    way = chosen_way(document)
+    return way is not None and Part.PLATES in way.parts
 
 
 def clicks_corners(document: Document) -> bool:
@@ -207,8 +215,21 @@ def _of_vehicles(size: ImageSize) -> Document:
     return replace(_without_marks(size), horizon=None, vehicles=vehicles)
 
 
+def _of_plates(size: ImageSize) -> Document:
+    """Three plates a hand above the bumper of cars at 8, 13 and 20 m."""
+    camera, plates = _typical(size), []
+    for rear_m in (8.0, 13.0, 20.0):
+        plate = camera.ground_box(rear_m, 0.0, PLATE_WIDTHS_M["eu"], 0.8)
+        tyre_m = rear_m + OVERHANG_M.value
+        tyre = (camera.column_at(0.7, tyre_m), camera.row_at(tyre_m))
+        plates.append(((plate.x, plate.y), (plate.x + plate.w, plate.y), tyre))
+    return replace(
+        _without_marks(size), horizon=None, height_m=None, height_sigma_m=None, plates=tuple(plates)
+    )
+
+
 TAPE, CLIP, DASHES, RECTANGLE, LANE = "tape", "clip", "dashes", "bay", "lane"
-SPEED, VEHICLES = "speed", "vehicles"
+SPEED, VEHICLES, PLATES = "speed", "vehicles", "plates"
 WAYS = (
     Way(
         CLIP,
@@ -259,6 +280,14 @@ WAYS = (
         True,
         (Part.LENS,),
         _of_vehicles,
+    ),
+    Way(
+        PLATES,
+        "Number plates ahead",
+        "Two or more vehicles seen from behind, near and far, their country and the kind of camera.",
+        True,
+        (Part.PLATES, Part.LENS),
+        _of_plates,
     ),
     Way(
         RECTANGLE,

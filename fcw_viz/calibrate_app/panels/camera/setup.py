@@ -18,7 +18,7 @@ METRES, FEET = "metres", "feet"
 MEASURED = "I measured it"
 HEIGHT_WORDS = "From the road to the lens. It sets pitch and the sizes of vehicles, not distances."
 SCALE_WORDS = "From the road to the lens. Without taped points every distance is proportional to it."
-SIZED_WORDS = "From the road to the lens. The rectangle tells it; measured, it makes far distances better."
+SIZED_WORDS = "From the road to the lens. It follows from the rest; measured, it makes all distances better."
 BUMPER_WORDS = '<p class="dim">How far the front bumper is ahead of the lens.</p>'
 
 

@@ -27,7 +27,7 @@ from fcw_viz.calibrate_app.document.resume import document_of
 from fcw_viz.calibrate_app.document.solution import calibration_of, solve
 from fcw_viz.calibrate_app.document.state import Status
 from fcw_viz.calibrate_app.document.ways.ways import RECTANGLE, clicks_corners
-from fcw_viz.calibrate_app.panels.rectangle import found_words
+from fcw_viz.calibrate_app.panels.road.rectangle import found_words
 
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(0.05, 1000.0, 359.5, 1.3, 639.5)
