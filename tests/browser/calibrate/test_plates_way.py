@@ -1,4 +1,4 @@
-"""Somebody with a picture of vehicles ahead and their number plates, from the first screen to a calibration."""
+"""Somebody with a picture of vehicles ahead and their number plates, from the first screen to the file."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 
 CAMERA = GroundPlaneCamera(0.05, 1000.0, 359.5, 1.3, 639.5)
 PLATE_M, OVERHANG_M = 0.52, 0.75
-REARS_M = ((6.0, -0.6), (10.0, 2.6), (16.0, -3.2))
+REARS_M = ((6.0, -0.6), (10.0, 2.6), (16.0, -6.0))
 
 
 def clicks() -> list[tuple[float, float]]:
