@@ -4,7 +4,7 @@
 
 Random cameras behind windscreens, each before a bay of 2.5 x 5 m that lies 6 to 12 m ahead and is turned
 anyhow, whole in the picture; its paint, the tape, the height and the clicks err as they are believed to.
-Nothing was chosen on these figures. The corners are projected here anew, without the code that is measured.
+Nothing was chosen on these figures. The bay is laid on the ground here anew, without the code of the fit.
 """
 
 import argparse
