@@ -40,13 +40,20 @@ class DueWarning:
 
     Attributes:
         vehicle: whom it is about.
-        due_s: when a driver of 1.2 s and 0.4 g had to be warned at the latest, on the drive's clock.
+        earliest_s: from when on it is not too early, on the drive's clock: the true ETTC is 4 s or less.
+        due_s: when a driver of 1.2 s and 0.4 g had to be warned at the latest.
         warned_s: when `warning` was shown first; None when it never was.
     """
 
     vehicle: str
+    earliest_s: float
     due_s: float
     warned_s: float | None
+
+    @property
+    def in_window(self) -> bool:
+        """Whether the warning came when it was needed, neither too early nor too late."""
+        return self.warned_s is not None and self.earliest_s <= self.warned_s <= self.due_s
 
     @property
     def in_time(self) -> bool:
@@ -223,8 +230,7 @@ def _given_warnings(results: Sequence[FrameResult], truths: Sequence[FrameTruth]
             name, oncoming, ettc_s = None, False, None
             if vehicle is not None:
                 name, oncoming = vehicle.name, vehicle.oncoming
-                growth_mps2 = _closing_acceleration_mps2(vehicle, truth, truths[max(index - 1, 0)])
-                ettc_s = enhanced_ttc_s(vehicle.distance_m, vehicle.closing_speed_mps, growth_mps2)
+                ettc_s = _true_ettc_s(vehicle, truth, truths[max(index - 1, 0)])
             given.append(GivenWarning(now[0], truth.time_ns / 1e9, name, oncoming, ettc_s))
         before = now
     return tuple(given)
@@ -241,6 +247,11 @@ def enhanced_ttc_s(distance_m: float, closing_mps: float, growth_mps2: float) ->
     return 2 * distance_m / (closing_mps + math.sqrt(closing_mps**2 + 2 * max(growth_mps2, 0.0) * distance_m))
 
 
+def _true_ettc_s(vehicle: VehicleTruth, truth: FrameTruth, before: FrameTruth) -> float | None:
+    growth_mps2 = _closing_acceleration_mps2(vehicle, truth, before)
+    return enhanced_ttc_s(vehicle.distance_m, vehicle.closing_speed_mps, growth_mps2)
+
+
 def _closing_acceleration_mps2(vehicle: VehicleTruth, truth: FrameTruth, before: FrameTruth) -> float:
     """How fast the closing speed of a vehicle grows, since the frame before; 0 where it was not there."""
     earlier = next((other for other in before.vehicles if other.name == vehicle.name), None)
@@ -254,15 +265,23 @@ def _due_warnings(truths: Sequence[FrameTruth], given: Sequence[GivenWarning]) -
     """The warnings that had to come, each with the one that came."""
     due = []
     last_s: dict[str, float] = {}
-    for truth in truths:
+    near_s: dict[str, list[float]] = {}
+    for index, truth in enumerate(truths):
         time_s, lead = truth.time_ns / 1e9, truth.lead
-        if lead is None or not warning_is_due(lead):
+        if lead is None:
+            continue
+        ettc_s = _true_ettc_s(lead, truth, truths[max(index - 1, 0)])
+        if ettc_s is not None and ettc_s <= LATEST_TTC_S:
+            near_s.setdefault(lead.name, []).append(time_s)
+        if not warning_is_due(lead):
             continue
         # A danger that goes away for a moment is still the same danger.
         is_new = time_s - last_s.get(lead.name, float("-inf")) > LATEST_WARNING_AFTER_S
         last_s[lead.name] = time_s
         if is_new:
-            due.append(DueWarning(lead.name, time_s, _warned_s(lead.name, time_s, given)))
+            near = (at_s for at_s in near_s.get(lead.name, ()) if at_s >= time_s - EARLIEST_WARNING_BEFORE_S)
+            earliest_s = next(near, time_s)
+            due.append(DueWarning(lead.name, earliest_s, time_s, _warned_s(lead.name, time_s, given)))
     return tuple(due)
 
 

@@ -92,12 +92,13 @@ def print_comparison(comparison: "SimulatedComparison", console: "Console") -> N
     for due in comparison.due:
         if due.warned_s is None:
             verdict = "never came"
+        elif due.in_window:
+            verdict = f"came at {due.warned_s:.2f} s, in this window"
         else:
-            early_s = due.due_s - due.warned_s
-            verdict = (
-                f"came at {due.warned_s:.2f} s, {abs(early_s):.2f} s {'early' if due.in_time else 'late'}"
-            )
-        table.add_row(f'warning of "{due.vehicle}", due {due.due_s:.2f} s', verdict)
+            off_s = max(due.earliest_s - due.warned_s, due.warned_s - due.due_s)
+            verdict = f"came at {due.warned_s:.2f} s, {off_s:.2f} s too {'early' if due.in_time else 'late'}"
+        window = f"{due.earliest_s:.2f} to {due.due_s:.2f} s"
+        table.add_row(f'warning of "{due.vehicle}", right from {window}', verdict)
     table.add_row(
         "warnings nobody needed",
         str(sum(warning.level == WarningLevel.WARNING for warning in comparison.needless))

@@ -141,7 +141,7 @@ def test_the_braking_lead_is_warned_of_in_time_and_oncoming_vehicles_never(demo:
     comparison = compare_with_truth(demo.results, demo.truth)
     (due,) = comparison.due
     assert due.vehicle == "cutting in"
-    assert due.in_time
+    assert due.in_window
     assert {vehicle.name for frame in demo.truth for vehicle in frame.vehicles if vehicle.oncoming}
     assert comparison.warnings_of_oncoming == 0
     assert comparison.needless == ()

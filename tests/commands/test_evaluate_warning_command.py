@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from drives.kitti_drive import kitti_drive_at_a_standing_car
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
@@ -102,3 +103,26 @@ def test_following_and_real_drives_as_json(data_dir, capsys):
     assert sum(part["warnings"] for part in result["following"]) == 0
     off_course = [episode for episode in result["episodes"] if not episode["on_course"]]
     assert result["false_alarms"] == len(off_course)
+
+
+def test_the_episodes_of_several_seeds_are_counted_each_and_together(tmp_path, capsys):
+    folder = kitti_drive_at_a_standing_car(tmp_path, lateral_m=0.0)
+    arguments = ["--kitti-tracking", str(folder), "--seed", "3", "--seeds", "2"]
+    assert main(["evaluate", "warning", *arguments, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["seeds"] == [
+        {"seed": 3, "episodes": 1, "on_course": 1},
+        {"seed": 4, "episodes": 1, "on_course": 1},
+    ]
+    assert [episode["seed"] for episode in result["episodes"]] == [3, 4]
+    assert (result["on_course"], result["false_alarms"]) == (2, 0)
+    # Two episodes in twice 5.6 s.
+    assert result["warnings_per_hour"] == pytest.approx(3600 / 5.6)
+    assert main(["evaluate", "warning", *arguments]) == 0
+    assert "2 episodes of `warning` in 0.2 minutes" in capsys.readouterr().out
+
+
+def test_without_a_number_of_seeds_drives_run_once(tmp_path, capsys):
+    folder = kitti_drive_at_a_standing_car(tmp_path, lateral_m=0.0)
+    assert main(["evaluate", "warning", "--kitti-tracking", str(folder), "--json"]) == 0
+    assert [run["seed"] for run in json.loads(capsys.readouterr().out)["seeds"]] == [0]

@@ -122,16 +122,17 @@ def test_the_side_of_a_vehicle_that_does_not_count_is_not_a_false_positive():
     assert comparison.false_positives == 1
 
 
-def approach(warned_at: int | None, level=WarningLevel.WARNING, **more):
-    """Closing at 10 m/s from 40 m: due at 24.75 m (see test_truth), which frame 46 is the first to pass."""
-    truths = [instant(k, seen(distance_m=40 - k / 3, closing_mps=10.0, **more)) for k in range(70)]
+def approach(warned_at: int | None, level=WarningLevel.WARNING, from_m=40.0, **more):
+    """Closing at 10 m/s: due at 24.75 m (see test_truth), which from 40 m frame 46 is the first to pass."""
+    frames = round(3 * (from_m - 40)) + 70
+    truths = [instant(k, seen(distance_m=from_m - k / 3, closing_mps=10.0, **more)) for k in range(frames)]
     results = [
         result(
             k,
-            track(40 - k / 3),
+            track(from_m - k / 3),
             warning=WarningState(level, 1, "ttc") if warned_at is not None and k >= warned_at else NONE,
         )
-        for k in range(70)
+        for k in range(frames)
     ]
     return compare_with_truth(results, truths)
 
@@ -143,6 +144,17 @@ def test_a_warning_is_in_time_when_it_comes_at_the_due_moment_or_before(warned_a
     assert due.due_s == pytest.approx(46 / 30)
     assert due.in_time is in_time
     assert due.warned_s == (None if warned_at is None else pytest.approx(warned_at / 30))
+
+
+@pytest.mark.parametrize(
+    ("warned_at", "in_window"), [(58, False), (61, True), (106, True), (107, False), (None, False)]
+)
+def test_the_window_of_a_warning_begins_at_4_s_and_ends_when_it_is_due(warned_at, in_window):
+    # From 60 m on: 4 s, that is 40 m, at frame 60; due at 24.75 m, which frame 106 is the first to pass.
+    (due,) = approach(warned_at, from_m=60.0).due
+    assert due.earliest_s == pytest.approx(60 / 30, abs=0.04)
+    assert due.due_s == pytest.approx(106 / 30)
+    assert due.in_window is in_window
 
 
 def test_a_caution_is_no_warning():

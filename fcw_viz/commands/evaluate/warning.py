@@ -19,7 +19,7 @@ from fcw_viz.commands.evaluate.threats import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fcw.evaluation.warning.false_alarms import Episode, FollowingResult
+    from fcw.evaluation.warning.false_alarms import FollowingResult
     from fcw.evaluation.warning.scenarios import ScenarioResult
 
 MOUNT_TRIALS = 24
@@ -30,6 +30,7 @@ MOUNT_ASKED_S = 120.0
 MOST_HOURS = 1000.0
 """Simulated: they take days."""
 MOST_SEEDS = 1000
+THREAT_SEEDS, KITTI_SEEDS = 7, 1
 MOST_NOISE_PX = 100
 
 
@@ -73,8 +74,9 @@ class EvaluateWarningCommand:
     --following-hours of steady following."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|onnx:FILE")] = "net"
     """With --pixels: detector to use."""
-    seeds: int = 7
-    """With --threats: runs of each scenario, with seeds from --seed on."""
+    seeds: int | None = None
+    """With --threats: runs of each scenario (default 7). With --kitti-tracking: runs of each drive
+    (default 1). Their seeds are counted from --seed on."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
     """Standard deviation of the noise on the sides of the boxes, in pixels; at the lower edge 1.5 times as
     much."""
@@ -84,6 +86,10 @@ class EvaluateWarningCommand:
     """Random seed of the noise of boxes and clicks."""
     json: bool = False
     """Print the result as JSON, and nothing else on stdout."""
+
+    def seeds_of(self, default: int) -> range:
+        """The seeds that were asked for; so many where no number was given."""
+        return range(self.seed, self.seed + (default if self.seeds is None else self.seeds))
 
 
 def run_evaluate_warning(command: EvaluateWarningCommand) -> int:
@@ -132,7 +138,7 @@ def _check(command: EvaluateWarningCommand) -> None:
             raise UserError(f"{option} needs --threats, and cannot be combined with --pixels")
     if command.variants and command.worse:
         raise UserError("--variants and --worse cannot be combined; choose one of them")
-    if not 1 <= command.seeds <= MOST_SEEDS:
+    if command.seeds is not None and not 1 <= command.seeds <= MOST_SEEDS:
         raise UserError(
             f"--seeds {command.seeds}: expected a whole number of at least 1, at most {MOST_SEEDS}"
         )
@@ -161,7 +167,7 @@ def _check(command: EvaluateWarningCommand) -> None:
 def _threats(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
     from fcw.warning.policies import make_policy
 
-    seeds = range(command.seed, command.seed + command.seeds)
+    seeds = command.seeds_of(THREAT_SEEDS)
     make = partial(make_policy, command.warning_policy, command.warning_timing)
     if command.variants:
         return evaluate_variants(make, seeds, console)
@@ -257,57 +263,17 @@ def print_scenarios(results: "Sequence[ScenarioResult]", console: "Console") -> 
 
 
 def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[str, Any]:
-    from fcw.evaluation.distance.kitti_tracking import sequence_names
-    from fcw.evaluation.warning.false_alarms import kitti_episodes
     from fcw.warning.policies import make_policy
+    from fcw_viz.commands.evaluate.real_drives import evaluate_real_drives
 
     assert command.kitti_tracking is not None
-    folder = command.kitti_tracking
-    names = sequence_names(folder)
-    episodes, hours = kitti_episodes(
-        folder,
-        names,
-        lambda: make_policy(command.warning_policy, command.warning_timing),
+    return evaluate_real_drives(
+        command.kitti_tracking,
+        partial(make_policy, command.warning_policy, command.warning_timing),
         command.box_noise,
-        command.seed,
-        with_own_motion=not command.no_own_motion,
-    )
-    print_episodes(episodes, hours, console)
-    return {
-        "episodes": [asdict(episode) | {"on_course": episode.on_course} for episode in episodes],
-        "warnings_per_hour": len(episodes) / hours,
-        "false_alarms": sum(not episode.on_course for episode in episodes),
-    }
-
-
-def print_episodes(episodes: "Sequence[Episode]", hours: float, console: "Console") -> None:
-    """Print what was warned of on real drives."""
-    from rich.table import Table
-
-    from fcw.units import STANDARD_GRAVITY_MPS2
-
-    def text(value: float | None, pattern: str) -> str:
-        return "-" if value is None else format(value, pattern)
-
-    table = Table("drive", "s", "own m/s", "vehicle", "m", "TTC s", "needs g", "misses by m", box=None)
-    for episode in episodes:
-        needed_mps2 = episode.required_mps2
-        table.add_row(
-            episode.sequence,
-            f"{episode.start_s:.1f}-{episode.end_s:.1f}",
-            f"{episode.own_mps:.1f}",
-            (episode.vehicle or "none labelled") + (" oncoming" if episode.oncoming else ""),
-            text(episode.distance_m, ".1f"),
-            text(episode.ttc_s, ".1f"),
-            text(None if needed_mps2 is None else needed_mps2 / STANDARD_GRAVITY_MPS2, ".2f"),
-            text(episode.miss_m, ".1f"),
-        )
-    console.print(table)
-    console.print(
-        f"{len(episodes)} episodes of `warning` in {hours * 60:.1f} minutes, true figures at their start; "
-        f"{sum(episode.on_course for episode in episodes)} of them on a collision course; "
-        f"{len(episodes) / hours:.0f} per hour",
-        highlight=False,
+        command.seeds_of(KITTI_SEEDS),
+        not command.no_own_motion,
+        console,
     )
 
 

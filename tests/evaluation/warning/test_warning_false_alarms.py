@@ -1,45 +1,17 @@
 """Episodes of warnings on labelled drives, and following at a constant gap."""
 
-import math
-
 import pytest
+from drives.kitti_drive import SPEED_MPS, kitti_drive_at_a_standing_car
 
 from fcw.evaluation.warning.false_alarms import FOLLOWINGS, kitti_episodes, run_following
 from fcw.evaluation.warning.scenarios import BoxLevel
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel, WarningState
 
-FOCAL_PX, U0, V0, HEIGHT_M, LENGTH_M = 720.0, 611.5, 184.5, 1.65, 4.0
-SPEED_MPS = 10.0
 
-
-@pytest.fixture
-def drive(tmp_path):
-    """Makes a KITTI folder: we drive straight at 10 m/s towards a standing car, from 60 m to 5 m."""
-
-    def make(lateral_m):
-        for name in ("label_02", "calib", "poses"):
-            (tmp_path / name).mkdir()
-        (tmp_path / "calib" / "0000.txt").write_text(f"P2: {FOCAL_PX} 0 {U0} 0 0 {FOCAL_PX} {V0} 0 0 0 1 0\n")
-        labels, poses = [], []
-        for frame in range(56):
-            rear_m = 60 - frame * SPEED_MPS / 10
-            left, right = (U0 + FOCAL_PX * (-lateral_m + side) / rear_m for side in (-0.9, 0.9))
-            top, bottom = (V0 + FOCAL_PX * (HEIGHT_M - up) / rear_m for up in (1.5, 0.0))
-            labels.append(
-                f"{frame} 7 Car 0 0 0 {left} {top} {right} {bottom} 1.5 1.8 {LENGTH_M} "
-                f"{-lateral_m} {HEIGHT_M} {rear_m + LENGTH_M / 2} {-math.pi / 2}"
-            )
-            poses.append(f"1 0 0 0 0 1 0 0 0 0 1 {frame * SPEED_MPS / 10}")
-        (tmp_path / "label_02" / "0000.txt").write_text("\n".join(labels))
-        (tmp_path / "poses" / "0000.txt").write_text("\n".join(poses))
-        return tmp_path
-
-    return make
-
-
-def test_a_standing_car_ahead_is_an_episode_with_its_true_figures(drive):
-    episodes, hours = kitti_episodes(drive(0.0), ["0000"], make_policy, 1.0, 0)
+def test_a_standing_car_ahead_is_an_episode_with_its_true_figures(tmp_path):
+    folder = kitti_drive_at_a_standing_car(tmp_path, lateral_m=0.0)
+    episodes, hours = kitti_episodes(folder, ["0000"], make_policy, 1.0, 0)
     assert hours == pytest.approx(5.6 / 3600)
     (episode,) = episodes
     assert (episode.vehicle, episode.oncoming, episode.on_course) == ("Car 7", False, True)
@@ -53,8 +25,9 @@ def test_a_standing_car_ahead_is_an_episode_with_its_true_figures(drive):
     assert 24.7 <= episode.distance_m <= 40
 
 
-def test_a_car_parked_beside_the_path_is_none(drive):
-    episodes, _ = kitti_episodes(drive(-3.5), ["0000"], make_policy, 1.0, 0)
+def test_a_car_parked_beside_the_path_is_none(tmp_path):
+    folder = kitti_drive_at_a_standing_car(tmp_path, lateral_m=-3.5)
+    episodes, _ = kitti_episodes(folder, ["0000"], make_policy, 1.0, 0)
     assert episodes == ()
 
 
