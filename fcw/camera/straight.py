@@ -134,22 +134,25 @@ def straight_column(camera: GroundPlaneCamera, orientation: Orientation) -> floa
 
 def turn(pitch_rad: float, orientation: Orientation) -> FloatArray:
     """(3, 3) from the real camera's axes to those of the straight one."""
-    pitch, yaw, roll = pitch_rad, orientation.yaw_rad, orientation.roll_rad
-    # From a camera's axes to level ones: a camera that looks down has its z axis point down there.
-    lower = np.array(
-        [[1, 0, 0], [0, math.cos(pitch), math.sin(pitch)], [0, -math.sin(pitch), math.cos(pitch)]]
+    cosine, sine = math.cos(pitch_rad), math.sin(pitch_rad)
+    ahead, left = math.cos(orientation.yaw_rad), math.sin(orientation.yaw_rad)
+    level, rolled = math.cos(orientation.roll_rad), math.sin(orientation.roll_rad)
+    # Rodrigues' formula: yaw is about the vertical, which has the camera's axes (0, cosine, sine).
+    both = (1 - ahead) * cosine * sine
+    yaw = np.array(
+        [
+            [ahead, left * sine, -left * cosine],
+            [-left * sine, cosine**2 + ahead * sine**2, both],
+            [left * cosine, both, sine**2 + ahead * cosine**2],
+        ]
     )
-    left = np.array([[math.cos(yaw), 0, -math.sin(yaw)], [0, 1, 0], [math.sin(yaw), 0, math.cos(yaw)]])
-    clockwise = np.array(
-        [[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]]
-    )
-    return lower.T @ left @ lower @ clockwise
+    return yaw @ np.array([[level, -rolled, 0], [rolled, level, 0], [0, 0, 1]])
 
 
 def _axis_shift_px(camera: GroundPlaneCamera, orientation: Orientation) -> float:
-    x, _, z = turn(camera.pitch_rad, orientation) @ np.array([0.0, 0.0, 1.0])
-    # The real axis stays where it is in the picture; the vehicle's direction lies beside it.
-    return float(-camera.focal_y_px * x / z)
+    cosine, yaw = math.cos(camera.pitch_rad), orientation.yaw_rad
+    # The real axis stays where it is in the picture; the vehicle's direction, by `turn`, lies beside it.
+    return camera.focal_y_px * math.sin(yaw) * cosine / (1 + (math.cos(yaw) - 1) * cosine**2)
 
 
 def _projected(rays: FloatArray, camera: GroundPlaneCamera) -> FloatArray:

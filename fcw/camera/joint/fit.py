@@ -306,8 +306,9 @@ class JointFit:
         """Each line runs to the point straight ahead; the first two lie a lane apart."""
         lines = self._evidence.lines
         found, sides = [], []
-        for line in lines:
-            near, far = sorted(self._straight(line), key=lambda place: -place[1])
+        ends = self._straight([end for line in lines for end in line]) if lines else np.zeros((0, 2))
+        for line in ends.reshape(-1, 2, 2):
+            near, far = sorted(line, key=lambda place: -place[1])
             below = np.maximum(np.array([near[1], far[1]]) - camera.horizon_row_px, 0.5)
             sides_px = np.array([near[0], far[0]]) - camera.principal_column_px
             ratio = below[1] / below[0]
