@@ -72,8 +72,8 @@ def chromium() -> Generator[Browser]:
 @pytest.fixture
 def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
     """Opens a URL of the program and waits for its picture, if it begins with one; several calls are several
-    people. Unless it has to be sharp, the scene is drawn in half the screen's resolution and with rough edges:
-    software draws it.
+    people. Unless it has to be sharp, the scene is drawn in half the screen's resolution and with rough
+    edges: software draws it.
 
     At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
     """
