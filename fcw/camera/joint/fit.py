@@ -95,6 +95,9 @@ class JointFit:
         self._mark_error, self._slip_m = mark_error, np.array(slip.by_mark_m)
         self._evidence, self._size, self._offset_m, self._lens = evidence, size, offset_m, lens
         self._click_px = click_sigma_px
+        self._distances_m = np.array([point.distance_m for point in evidence.points])
+        self._points_px = np.array([(point.column_px, point.row_px) for point in evidence.points], float)
+        self._has_middles = bool(np.isnan(self._points_px).any())
         self._horizon = priors.horizon_row_px
         usual = usual_lens(size, priors, bool(evidence.points))
         view = priors.field_of_view_rad or usual.field_of_view_rad
@@ -252,9 +255,9 @@ class JointFit:
         """(M,) in sigmas."""
         beliefs = (x - self._means) / self._sigmas  # also where it is out of range, which leads back
         x = x.copy()
-        x[TANGENT] = np.clip(x[TANGENT], -1.0, 1.5)
-        x[LOG_FOCAL] = np.clip(x[LOG_FOCAL], 3.0, 12.0)
-        x[BEND] = np.clip(x[BEND], -LARGEST_BEND, LARGEST_BEND)
+        x[TANGENT] = min(max(x[TANGENT], -1.0), 1.5)
+        x[LOG_FOCAL] = min(max(x[LOG_FOCAL], 3.0), 12.0)
+        x[BEND] = min(max(x[BEND], -LARGEST_BEND), LARGEST_BEND)
         camera, orientation = self.camera(x)
         self._way = Straightening(camera, orientation, self.lens(x), self._size)
         found = [beliefs]
@@ -276,24 +279,22 @@ class JointFit:
         ]
         return np.nan_to_num(np.concatenate(found), nan=1e3, posinf=1e3, neginf=-1e3)
 
-    def _straight(self, places: Sequence[tuple[float, float]]) -> FloatArray:
-        return self._way.to_straight(np.array(places, float))
+    def _straight(self, places: FloatArray | Sequence[tuple[float, float]]) -> FloatArray:
+        return self._way.to_straight(np.asarray(places, float))
 
     def _of_points(self, x: FloatArray, camera: GroundPlaneCamera) -> FloatArray:
-        points = self._evidence.points
-        if not points:
+        if not self._evidence.points:
             return np.zeros(0)
-        places = [
-            (camera.principal_column_px if p.column_px is None else p.column_px, p.row_px) for p in points
-        ]
+        places = self._points_px
+        if self._has_middles:  # a point without a column lies straight ahead
+            places = np.where(np.isnan(places), camera.principal_column_px, places)
         first_m = x[START] if self._evidence.first_unknown else 0.0
-        distances_m = np.array([point.distance_m for point in points]) + first_m + self._offset_m
+        distances_m = self._distances_m + first_m + self._offset_m
         if self._slip_m.size:
             distances_m = distances_m + x[SLIP] * self._slip_m
-        expected = camera.horizon_row_px + camera.row_scale_m_px / np.maximum(
-            distances_m + camera.pole_m, 0.2
-        )
-        slopes = camera.row_scale_m_px / np.maximum(distances_m + camera.pole_m, 0.2) ** 2
+        depths_m = np.maximum(distances_m + camera.pole_m, 0.2)
+        expected = camera.horizon_row_px + camera.row_scale_m_px / depths_m
+        slopes = camera.row_scale_m_px / depths_m**2
         sigmas_px = np.hypot(self._click_px, self._mark_error * distances_m * slopes)
         return (self._straight(places)[:, 1] - expected) / sigmas_px
 
