@@ -47,6 +47,7 @@ class LiveTab(PageTab):
         self._moment: Moment | None = None
         self._painter: OverlayPainter | None = None
         self._overlay_shown = True
+        self._end_words: str | None = None
         self._plots_s = self._words_s = float("-inf")
         self._drawn, self._anew = threading.Event(), threading.Event()
         self._drawn.set()
@@ -73,7 +74,13 @@ class LiveTab(PageTab):
 
     def show_end(self, words: str) -> None:
         """The drive has ended, and what comes now."""
-        self.run(lambda: (self._alarm.end(), self.age.end(), self._panels.show_head(words, True)))
+        self.run(partial(self._end, words))
+
+    def _end(self, words: str) -> None:
+        self._end_words = words
+        self._alarm.end()
+        self.age.end()
+        self._panels.show_head(words, True)
 
     def _follow(self) -> None:
         """Have the latest moment shown when the browser is ready, a new level at once; in a thread.
@@ -111,6 +118,8 @@ class LiveTab(PageTab):
             self._sound(moment)
             self.client.flush()  # the eye is on the picture: it does not wait for the rest
             self._show_rest(moment)
+            if self._end_words is not None:  # the picture was on its way when the drive ended
+                self._end(self._end_words)
         finally:
             shown.set()
 
@@ -135,7 +144,7 @@ class LiveTab(PageTab):
 
     def _sound(self, moment: Moment) -> None:
         header = self._feed.header
-        if header is not None:
+        if header is not None and self._end_words is None:
             self._alarm.show(moment.result, self.age.in_browser(moment.captured_s), header.imperial)
 
     def _show_rest(self, moment: Moment) -> None:

@@ -76,12 +76,11 @@ class Person:
     @property
     def table(self) -> list[list[str]]:
         """The points' table without its head."""
-        rows = self.browser.page.locator(".fcw table tr").all()
-        return [
-            [cell.inner_text() for cell in row.locator("td").all()]
-            for row in rows
-            if row.locator("td").count() > 4
-        ]
+        # In one step: rows may be drawn anew between two.
+        rows = self.browser.page.locator(".fcw table tr").evaluate_all(
+            "(rows) => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.innerText))"
+        )
+        return [row for row in rows if len(row) > 4]
 
     def cursor_is_in(self, label: str) -> bool:
         """Whether the cursor is in the field whose label begins so."""

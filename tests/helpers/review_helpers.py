@@ -52,8 +52,8 @@ class Reviewer:
 
     def words(self, selector: str) -> str:
         """What is read there; nothing where there is nothing."""
-        found = self.browser.page.locator(selector)
-        return found.first.inner_text() if found.count() else ""
+        # In one step: an element that is drawn anew may be gone in the next one.
+        return self.browser.page.locator(selector).evaluate_all("(found) => found[0]?.innerText ?? ''")
 
     def types_in(self, element_id: str) -> bool:
         """Whether the cursor is in a field."""
@@ -71,8 +71,10 @@ class Reviewer:
     @property
     def row(self) -> int:
         """The row that the time line and the plots stand at; -1 where none is shown."""
-        clock = self.browser.page.locator(".fcw-clock")
-        return int(clock.first.get_attribute("data-row") or -1) if clock.count() else -1
+        rows = self.browser.page.locator(".fcw-clock").evaluate_all(
+            "(found) => found.map((one) => one.dataset.row)"
+        )
+        return int(rows[0] or -1) if rows else -1
 
     def cursor_x(self, name: str) -> float:
         """Where a cursor stands on the screen."""

@@ -71,7 +71,7 @@ class Look:
         self,
         pyramid: Pyramid,
         placements: NDArray[np.float64],
-        worth: Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]],
+        worth: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """As `at`; of windows that are worth it the mean with what their mirror images say.
 
@@ -80,11 +80,11 @@ class Look:
         Args:
             pyramid: of the picture.
             placements: (N, 3) of the windows.
-            worth: (N,) which windows are, by the boxes and logits of all.
+            worth: (N,) which windows are, by the boxes of all.
         """
         windows = pyramid.windows(placements, self._side_px)
         boxes, logits = self._verdicts(windows, placements, mirrored=False)
-        chosen = worth(boxes, logits)
+        chosen = worth(boxes)
         mirrored_boxes, mirrored_logits = self._verdicts(windows[chosen], placements[chosen], mirrored=True)
         boxes[chosen] = (boxes[chosen] + mirrored_boxes) / 2
         logits[chosen] = (logits[chosen] + mirrored_logits) / 2

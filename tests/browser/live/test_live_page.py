@@ -140,7 +140,8 @@ def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
 
     drive.pipeline.join()
     assert len(page.evaluate("tones")) == heard
-    drive.page.review(drive.out / "drive.mcap", "anna")
+    with page.expect_navigation():
+        drive.page.review(drive.out / "drive.mcap", "anna")
     wait_for(lambda: person.row >= 0)
     person.browser.wait_until_ready()
     wait_for(lambda: person.browser.page.locator(".fcw-event").count() >= 1)
@@ -166,6 +167,12 @@ def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: Ope
     wait_for(lambda: not is_said_old(person))
     wait_for(lambda: person.words(".fcw-drive span") == "ended")
     wait_for(lambda: "ended by hand" in person.words(".fcw-drive + p"))
+    drive.pipeline.join()
+    before = picture()
+    person.press("o")  # its last picture is drawn once more, and the drive is over all the same
+    wait_for(lambda: picture() != before)
+    wait_for(lambda: person.words(".fcw-drive span") == "ended")
+    assert not is_said_old(person)
 
 
 BLOCK_MS = 3000
