@@ -106,7 +106,7 @@ def dot(tab: BrowserPage, color: tuple[int, int, int]) -> NDArray[np.float64]:
     """(N, 3): column, row and brightness of the pixels of that colour in a screenshot."""
     png = cv2.imdecode(np.frombuffer(tab.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     assert png is not None
-    shot = LIGHT[cv2.cvtColor(png, cv2.COLOR_BGR2RGB)]
+    shot = LIGHT[np.asarray(cv2.cvtColor(png, cv2.COLOR_BGR2RGB), np.uint8)]
     shot[: PANEL_PX[1], -PANEL_PX[0] :] = 0
     lit = np.array(color) > 0
     is_color = shot[..., ~lit].max(axis=2) < 0.002
