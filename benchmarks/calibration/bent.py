@@ -17,6 +17,7 @@ from random_cameras import CHOSEN_ON, OTHER, SIZE, Population
 from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.joint.bent import bent_picture
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.lens.model import Lens
 from fcw.camera.straight import Orientation, Straightening, straight_column
 
@@ -39,7 +40,7 @@ def main() -> None:
                 for _ in range(count):
                     there = _picture(population, rng, bend)
                     height_m = Gaussian(there.camera.height_m, HEIGHT_SIGMA_M)
-                    told += bent_picture(evidence_of(there, rng), SIZE, height_m) is not None
+                    told += bent_picture(Known(evidence_of(there, rng), SIZE, height_m)) is not None
                 sys.stdout.write(f"{population.name}, {name}, k1 {bend:g}: {told / count:.1%} of {count}\n")
                 sys.stdout.flush()
 

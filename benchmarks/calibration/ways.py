@@ -22,6 +22,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.solve import lens_of_chessboards
@@ -133,33 +134,37 @@ def _ways_of_a_picture(picture: Clicked, lens: Lens) -> None:
     both = replace(paced, lines=lines, lane_width_m=LANE_M)
     trusted = both if picture.even else road
     truth = calibrate_jointly(
-        replace(trusted, lane_width_m=Gaussian(LANE_M.value, 0.03), period_sigma_m=0.05),
-        SIZE,
-        Gaussian(1.25, 0.3),
-        lens=lens,
+        Known(
+            replace(trusted, lane_width_m=Gaussian(LANE_M.value, 0.03), period_sigma_m=0.05),
+            SIZE,
+            Gaussian(1.25, 0.3),
+            lens=lens,
+        )
     )
     place = _place(truth)
     say(f"\n{picture.name}: 30 m at column {place[0]:.0f}, row {place[1]:.1f}; camera {_height(truth)}")
     height = picture.height_m
     known = Priors(DATA_SHEET)
     ways: dict[str, Callable[[], Calibration]] = {
-        "dashes by rule, height": lambda: calibrate_jointly(paced, SIZE, height),
+        "dashes by rule, height": lambda: calibrate_jointly(Known(paced, SIZE, height)),
         "dashes measured, height": lambda: calibrate_jointly(
-            replace(paced, period_sigma_m=0.15), SIZE, height
+            Known(replace(paced, period_sigma_m=0.15), SIZE, height)
         ),
         "dashes by rule, height, lens by chessboards": lambda: calibrate_jointly(
-            paced, SIZE, height, lens=lens
+            Known(paced, SIZE, height, lens=lens)
         ),
         "dashes, lane width, height, field of view": lambda: calibrate_jointly(
-            both, SIZE, height, priors=known
+            Known(both, SIZE, height, priors=known)
         ),
-        "lane width, height, field of view": lambda: calibrate_jointly(road, SIZE, height, priors=known),
+        "lane width, height, field of view": lambda: calibrate_jointly(
+            Known(road, SIZE, height, priors=known)
+        ),
         "lane width, height, a phone's lens": lambda: calibrate_jointly(
-            road, SIZE, height, priors=Priors(PHONE)
+            Known(road, SIZE, height, priors=Priors(PHONE))
         ),
-        "lane width, height, no lens": lambda: calibrate_jointly(road, SIZE, height),
+        "lane width, height, no lens": lambda: calibrate_jointly(Known(road, SIZE, height)),
         "lane width, a car's height, lens by chessboards": lambda: calibrate_jointly(
-            road, SIZE, CAR_M, lens=lens
+            Known(road, SIZE, CAR_M, lens=lens)
         ),
     }
     for name, way in ways.items():
@@ -187,7 +192,11 @@ def _ways_of_a_clip(path: Path, row_px: float, height_m: float, quick: bool) -> 
             ("horizon of the drive, a car, no lens", Gaussian(unknown.view_rad, unknown.sigma_rad), CAR_M),
         ):
             priors = Priors(view, None, horizon)
-            _report(name, lambda p=priors, h=height: calibrate_jointly(Evidence(), SIZE, h, priors=p), place)
+            _report(
+                name,
+                lambda p=priors, h=height: calibrate_jointly(Known(Evidence(), SIZE, h, priors=p)),
+                place,
+            )
     if quick:
         return
     for name, priors, height in (
@@ -224,7 +233,9 @@ def _known_speed(folder: Path) -> None:
     at_speed = Evidence(scale_px_m=Gaussian(scale, SPEED_SIGMA * scale))
     size, any_height_m = pictures.image_size, Gaussian(1.5, 0.4)
     for name, evidence in (("no speed, no lens, no height", Evidence()), ("a known speed alone", at_speed)):
-        _report(name, lambda e=evidence: calibrate_jointly(e, size, any_height_m, priors=priors), place)
+        _report(
+            name, lambda e=evidence: calibrate_jointly(Known(e, size, any_height_m, priors=priors)), place
+        )
 
 
 def _place(truth: Calibration) -> np.ndarray:

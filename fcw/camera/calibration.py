@@ -6,6 +6,7 @@ exactly row_sigma^2 times the identity, however ill-conditioned pitch, focal len
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import overload
 
@@ -21,6 +22,8 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
+Places = tuple[tuple[float, float], ...]
+"""Columns and rows."""
 
 DEFAULT_SUPPORT_M: Vector3 = (5.0, 10.0, 20.0)
 """Support distances where no points suggest others: well apart in row, and in front of any camera."""
@@ -53,6 +56,51 @@ class Gaussian:
 
     value: float
     sigma: float
+
+
+@dataclass(frozen=True, slots=True)
+class GroundRectangle:
+    """A rectangle on the road that somebody clicked: a parking bay, a field of a crossing.
+
+    Attributes:
+        corners_px: columns and rows of its four corners, going round it either way from any of them.
+        first_side_m: from the first corner to the second one; None where it is not known.
+        second_side_m: from the second corner to the third one, likewise.
+        along: whether its sides lie along and across the direction of travel.
+    """
+
+    corners_px: Places
+    first_side_m: Gaussian | None = None
+    second_side_m: Gaussian | None = None
+    along: bool = False
+
+    @property
+    def sides_m(self) -> tuple[Gaussian | None, Gaussian | None]:
+        """Both sides."""
+        return self.first_side_m, self.second_side_m
+
+    @property
+    def has_size(self) -> bool:
+        """Whether a side is known, so that it tells how large everything is."""
+        return self.sides_m != (None, None)
+
+    @property
+    def swapped(self) -> "GroundRectangle":
+        """The same corners with the sides exchanged."""
+        return replace(self, first_side_m=self.second_side_m, second_side_m=self.first_side_m)
+
+
+@dataclass(frozen=True, slots=True)
+class NumberPlate:
+    """A number plate that somebody clicked on a vehicle seen from behind.
+
+    Attributes:
+        places_px: columns and rows of its two ends, and of where a rear tyre of that vehicle meets the road.
+        width_m: from end to end.
+    """
+
+    places_px: Places
+    width_m: Gaussian
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +151,8 @@ class Calibration:
         orientation: how the real camera is turned besides its pitch. `camera` and all that is measured with
             it are of the straight picture (`fcw.camera.straight`), the points of the picture itself.
         lens: of the real camera, where its distortion is known.
+        rectangles: that were clicked besides the points.
+        plates: likewise.
     """
 
     camera: GroundPlaneCamera
@@ -118,6 +168,8 @@ class Calibration:
     tape_error: float = 0.0
     orientation: Orientation = LEVEL
     lens: Lens | None = None
+    rectangles: tuple[GroundRectangle, ...] = ()
+    plates: tuple[NumberPlate, ...] = ()
     _row_map: UncertainRowMap = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -164,11 +216,16 @@ class Calibration:
         way = self.straightening
         if way is None:
             return replace(self, orientation=LEVEL, lens=None)
+
+        def moved(places: Places) -> Places:
+            return _pairs(way.to_straight(np.array(places)))
+
         points = tuple(
             replace(point, row_px=row_px, column_px=None)
             for point, row_px in zip(self.points, self.straight_rows_px, strict=True)
         )
-        return replace(self, points=points, orientation=LEVEL, lens=None)
+        straight = replace(self, points=points, orientation=LEVEL, lens=None)
+        return straight._with_places(moved)
 
     @property
     def horizon_row_px(self) -> float:
@@ -262,21 +319,29 @@ class Calibration:
             )
 
         column_scale = size.width / self.image_size.width
+
+        def scaled_column(column_px: float) -> float:
+            return (column_px + 0.5) * column_scale - 0.5
+
         camera = replace(
             self.camera,
             focal_y_px=self.camera.focal_y_px * scale,
             principal_row_px=scaled(self.camera.principal_row_px),
-            principal_column_px=(self.camera.principal_column_px + 0.5) * column_scale - 0.5,
+            principal_column_px=scaled_column(self.camera.principal_column_px),
         )
         points = tuple(
             GroundPoint(
                 point.distance_m,
                 scaled(point.row_px),
-                None if point.column_px is None else (point.column_px + 0.5) * column_scale - 0.5,
+                None if point.column_px is None else scaled_column(point.column_px),
             )
             for point in self.points
         )
-        return replace(
+
+        def moved(places: Places) -> Places:
+            return tuple((scaled_column(column_px), scaled(row_px)) for column_px, row_px in places)
+
+        changed = replace(
             self,
             camera=camera,
             image_size=size,
@@ -288,6 +353,19 @@ class Calibration:
             lens=None if self.lens is None else self.lens.for_image_size(size),
             residuals_px=tuple(residual * scale for residual in self.residuals_px),
         )
+        return changed._with_places(moved)
+
+    def _with_places(self, moved: Callable[[Places], Places]) -> "Calibration":
+        """With the rectangles and plates where they lie in another picture."""
+        return replace(
+            self,
+            rectangles=tuple(replace(r, corners_px=moved(r.corners_px)) for r in self.rectangles),
+            plates=tuple(replace(plate, places_px=moved(plate.places_px)) for plate in self.plates),
+        )
+
+
+def _pairs(places: FloatArray) -> Places:
+    return tuple((float(column), float(row)) for column, row in places)
 
 
 def matrix3(values: NDArray[np.float64]) -> Matrix3:

@@ -3,28 +3,26 @@
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
 
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
-from fcw.bounded.pictures import LONGEST_SIDE_PX
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Matrix3, Priors, Vector3
+from fcw.camera.calibration import Calibration, GroundPoint, GroundRectangle, NumberPlate, Priors
+from fcw.camera.file_fields import PRIOR_FIELDS, Fields
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.lens.model import COEFFICIENT_COUNTS, DISTORTION_MODELS, Lens
+from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import plausibility
-from fcw.camera.straight import LEVEL, Orientation
+from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
 
-FORMAT_VERSION = 2
-READABLE_VERSIONS = (1, 2)
-"""1 knew neither an error of the tape nor what every lens has; its calibrations stay as they were."""
+FORMAT_VERSION = 3
+READABLE_VERSIONS = (1, 2, 3)
+"""1 knew neither an error of the tape nor what every lens has, 2 no rectangles and plates; all stays so."""
 VERSION_FIELD = "fcw_calibration_version"
-PRIOR_FIELDS = ("field_of_view_rad", "principal_row_px", "horizon_row_px")
 RESIDUAL_TOLERANCE_PX = 1e-6
 """Points, camera and residuals of one calibration agree far better; a file edited by hand does not."""
 
@@ -70,6 +68,8 @@ def calibration_text(calibration: Calibration) -> str:
             for point in calibration.points
         ],
         "residuals_px": list(calibration.residuals_px),
+        "rectangles": [_rectangle_section(rectangle) for rectangle in calibration.rectangles],
+        "plates": [_plate_section(plate) for plate in calibration.plates],
         "priors": _priors_section(calibration.priors),
         "assumed": _priors_section(calibration.assumed),
         "camera": {
@@ -94,6 +94,19 @@ def _priors_section(priors: Priors) -> dict[str, dict[str, float] | None]:
         for name in PRIOR_FIELDS
         for prior in (getattr(priors, name),)
     }
+
+
+def _rectangle_section(rectangle: GroundRectangle) -> dict[str, object]:
+    return {
+        "corners_px": [list(corner) for corner in rectangle.corners_px],
+        "first_side_m": None if rectangle.first_side_m is None else asdict(rectangle.first_side_m),
+        "second_side_m": None if rectangle.second_side_m is None else asdict(rectangle.second_side_m),
+        "along": rectangle.along,
+    }
+
+
+def _plate_section(plate: NumberPlate) -> dict[str, object]:
+    return {"places_px": [list(place) for place in plate.places_px], "width_m": asdict(plate.width_m)}
 
 
 def _lens_section(lens: Lens) -> dict[str, object]:
@@ -152,12 +165,12 @@ def parse_calibration(text: str, name: str) -> Calibration:
         )
     version = document[VERSION_FIELD]
     if version not in READABLE_VERSIONS:
-        readable = " and ".join(map(str, READABLE_VERSIONS))
+        readable = ", ".join(map(str, READABLE_VERSIONS))
         raise UserError(
             f"{name}: {VERSION_FIELD} is {version!r}, this program reads {readable}; "
             "calibrate again with `fcw calibrate`, or use the program that wrote the file"
         )
-    fields = _Fields(name, "", document)
+    fields = Fields(name, "", document)
     fields.take(VERSION_FIELD)
     size = fields.section("image_size")
     image_size = ImageSize(size.count("width"), size.count("height"))
@@ -177,12 +190,15 @@ def parse_calibration(text: str, name: str) -> Calibration:
         item.finish()
     residuals = fields.numbers("residuals_px", len(points))
     priors = fields.priors("priors")
-    assumed, tape_error, orientation, lens = Priors(), 0.0, LEVEL, None
+    assumed, tape_error, orientation, lens, rectangles, plates = Priors(), 0.0, LEVEL, None, (), ()
     if version > 1:
         assumed = fields.priors("assumed")
         tape_error = fields.number("tape_error", at_least=0.0)
         orientation = fields.orientation("orientation")
         lens = fields.lens("lens", image_size)
+    if version > 2:
+        rectangles = fields.rectangles("rectangles")
+        plates = fields.plates("plates")
     section = fields.section("camera")
     camera = GroundPlaneCamera(
         section.number("pitch_rad", above=-math.pi / 2, below=math.pi / 2),
@@ -211,6 +227,8 @@ def parse_calibration(text: str, name: str) -> Calibration:
         tape_error,
         orientation,
         lens,
+        rectangles,
+        plates,
     )
     rows_px = calibration.straight_rows_px
     for index, (point, row_px, residual) in enumerate(zip(points, rows_px, residuals, strict=True)):
@@ -222,157 +240,3 @@ def parse_calibration(text: str, name: str) -> Calibration:
                 "run `fcw calibrate` again with the points"
             )
     return calibration
-
-
-class _Fields:
-    """One mapping of the file, its fields taken one by one, so that what is left over is a mistake."""
-
-    def __init__(self, file_name: str, prefix: str, values: dict[str, Any]) -> None:
-        self._file_name = file_name
-        self._prefix = prefix
-        self._values = dict(values)
-
-    def wrong(self, field: str, value: object, expected: str) -> UserError:
-        return UserError(
-            f"{self._file_name}: {self._prefix}{field} is {repr(value)[:80]}, expected {expected}"
-        )
-
-    def take(self, field: str) -> Any:  # noqa: ANN401 - whatever YAML holds
-        if field not in self._values:
-            raise UserError(
-                f"{self._file_name}: {self._prefix}{field} is missing; "
-                "add it or calibrate again with `fcw calibrate`"
-            )
-        return self._values.pop(field)
-
-    def finish(self) -> None:
-        for field, value in self._values.items():
-            raise self.wrong(str(field), value, "no field of that name; remove it")
-
-    def section(self, field: str) -> "_Fields":
-        return self._section(field, self.take(field))
-
-    def _section(self, field: str, value: object) -> "_Fields":
-        if not isinstance(value, dict):
-            raise self.wrong(field, value, "a mapping of fields")
-        return _Fields(self._file_name, f"{self._prefix}{field}.", value)
-
-    def sections(self, field: str) -> list["_Fields"]:
-        value = self.take(field)
-        if not isinstance(value, list):
-            raise self.wrong(field, value, "a list")
-        return [self._section(f"{field}[{index}]", item) for index, item in enumerate(value)]
-
-    def _checked(self, field: str, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise self.wrong(field, value, "a finite number")
-        return float(value)
-
-    def number(
-        self,
-        field: str,
-        *,
-        positive: bool = False,
-        at_least: float = -math.inf,
-        above: float = -math.inf,
-        below: float = math.inf,
-    ) -> float:
-        number = self._checked(field, self.take(field))
-        if positive and number <= 0:
-            raise self.wrong(field, number, "a number above 0")
-        if number < at_least:
-            raise self.wrong(field, number, f"a number of at least {at_least:g}")
-        if not above < number < below:
-            raise self.wrong(field, number, f"a number between {above:.6g} and {below:.6g}")
-        return number
-
-    def optional_number(self, field: str) -> float | None:
-        value = self.take(field)
-        return None if value is None else self._checked(field, value)
-
-    def count(self, field: str) -> int:
-        value = self.take(field)
-        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LONGEST_SIDE_PX:
-            raise self.wrong(field, value, f"a whole number of at least 1, at most {LONGEST_SIDE_PX}")
-        return value
-
-    def numbers(self, field: str, count: int) -> tuple[float, ...]:
-        value = self.take(field)
-        if not isinstance(value, list) or len(value) != count:
-            raise self.wrong(field, value, f"a list of {count} numbers")
-        return tuple(self._checked(f"{field}[{index}]", item) for index, item in enumerate(value))
-
-    def gaussian(self, field: str) -> Gaussian | None:
-        value = self.take(field)
-        if value is None:
-            return None
-        section = self._section(field, value)
-        gaussian = Gaussian(section.number("value"), section.number("sigma", positive=True))
-        section.finish()
-        return gaussian
-
-    def priors(self, field: str) -> Priors:
-        section = self.section(field)
-        priors = Priors(*(section.gaussian(name) for name in PRIOR_FIELDS))
-        section.finish()
-        return priors
-
-    def orientation(self, field: str) -> Orientation:
-        section = self.section(field)
-        limit = math.pi / 4
-        orientation = Orientation(
-            section.number("yaw_rad", above=-limit, below=limit),
-            section.number("roll_rad", above=-limit, below=limit),
-            section.number("yaw_sigma_rad", at_least=0.0),
-            section.number("roll_sigma_rad", at_least=0.0),
-        )
-        section.finish()
-        return orientation
-
-    def lens(self, field: str, image_size: ImageSize) -> Lens | None:
-        value = self.take(field)
-        if value is None:
-            return None
-        section = self._section(field, value)
-        model = section.take("model")
-        if model not in DISTORTION_MODELS:
-            raise section.wrong("model", model, f"one of {', '.join(DISTORTION_MODELS)}")
-        coefficients = section.take("coefficients")
-        if not isinstance(coefficients, list) or len(coefficients) not in COEFFICIENT_COUNTS[model]:
-            counts = " or ".join(map(str, COEFFICIENT_COUNTS[model]))
-            raise section.wrong("coefficients", coefficients, f"a list of {counts} numbers")
-        lens = Lens(
-            model,
-            section.number("focal_x_px", positive=True),
-            section.number("focal_y_px", positive=True),
-            section.number("column_px"),
-            section.number("row_px"),
-            tuple(section._checked(f"coefficients[{k}]", c) for k, c in enumerate(coefficients)),
-            image_size,
-        )
-        section.finish()
-        return lens
-
-    def support_distances(self, field: str, pole_m: float) -> Vector3:
-        near, middle, far = self.numbers(field, 3)
-        if not 0 < near < middle < far or near + pole_m <= 0:
-            raise self.wrong(field, [near, middle, far], "three ascending distances in front of the camera")
-        return near, middle, far
-
-    def covariance(self, field: str) -> Matrix3:
-        value = self.take(field)
-        if not isinstance(value, list) or len(value) != 3:
-            raise self.wrong(field, value, "three rows of three numbers")
-        rows = []
-        for index, row in enumerate(value):
-            if not isinstance(row, list) or len(row) != 3:
-                raise self.wrong(f"{field}[{index}]", row, "three numbers")
-            rows.append(tuple(self._checked(f"{field}[{index}][{k}]", item) for k, item in enumerate(row)))
-        matrix = np.array(rows)
-        tolerance = 1e-9 * max(1.0, float(np.abs(matrix).max()))
-        if (
-            not np.allclose(matrix, matrix.T, rtol=0, atol=tolerance)
-            or np.linalg.eigvalsh(matrix)[0] < -tolerance
-        ):
-            raise self.wrong(field, value, "a symmetric matrix without negative eigenvalues")
-        return rows[0], rows[1], rows[2]

@@ -55,6 +55,7 @@ class FindingKind(Enum):
     ROLL = "roll"
     VEHICLES = "vehicles"
     LENS = "lens"
+    RECTANGLE = "rectangle"
 
 
 SMALLEST_SIGMA_PX = 0.01
@@ -87,6 +88,7 @@ class Finding:
         point: the point it is about, where it is about one.
         prior: the field of `Priors` it is about, where it is about one.
         suspicion: the mistake that it names, where it names one.
+        swapped_sides: the rectangle whose sides are exchanged, where they are.
         is_question: nothing speaks against the calibration; only its maker can tell whether this is so.
     """
 
@@ -96,6 +98,7 @@ class Finding:
     point: GroundPoint | None = None
     prior: str | None = None
     suspicion: Suspicion | None = None
+    swapped_sides: int | None = None
     is_question: bool = False
 
 

@@ -25,5 +25,10 @@ TAPE_ERROR = 0.01
 """Of taped distances, all together, as a part of them: the tape sags, or lies askew."""
 MARK_ERROR_PART = 0.25
 """Of the tape's error, what each mark has for itself besides: it is laid and clicked by its edge."""
+UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M = 1.5, 0.5
+"""Of a lens behind any windscreen, a sports car's to a lorry's, where lengths on the road tell the rest."""
+SIDE_SIGMA_M = 0.02
+"""Of a taped side of a rectangle for itself, besides the tape's own error: paint is as wide as a hand, and is
+clicked and taped by what should be the same edge."""
 HORIZON_ROW_SIGMA_PX = 2.0
 """How well a horizon is dragged by eye, and how well two straight lane lines extended by eye meet."""

@@ -16,6 +16,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Evidence, Ruler
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
@@ -142,7 +143,7 @@ def calibrate_clip(
             all_known = replace(all_known, scale_px_m=scale)
         before, calibration = (
             calibration,
-            calibrate_jointly(all_known, size, height_m, priors=priors, lens=lens),
+            calibrate_jointly(Known(all_known, size, height_m, priors=priors, lens=lens)),
         )
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break

@@ -8,9 +8,12 @@ from pathlib import Path
 from typing import Protocol
 
 from fcw.errors import UserError
+from fcw_viz.calibrate_app.document.besides.plates import AddPlatePlace
+from fcw_viz.calibrate_app.document.besides.rectangles import AddCorner
 from fcw_viz.calibrate_app.document.document import Mark
 from fcw_viz.calibrate_app.document.edits import AddMark, DeleteMark, Edit, EnableMark, MoveMark
 from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.document.ways.ways import clicks_corners, clicks_plates
 from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
 from fcw_viz.calibrate_app.fields import NumberFields
 from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
@@ -218,7 +221,10 @@ class Desk:
         if self._selected_mark() is None:
             self.selected = None
         # What is typed right after a click on the picture is the distance that the click asks for.
-        asks = self.tool is Tool.POINTS and self.state.document.next_planned_m is None
+        document = self.state.document
+        planned = document.next_planned_m is not None
+        other = clicks_corners(document) or clicks_plates(document)
+        asks = self.tool is Tool.POINTS and not (planned or other)
         if asks != self._asks:
             self._asks = asks
             expect_typing(self.client, asks)
@@ -236,6 +242,12 @@ class Desk:
         self._tool_click(column_px, row_px)
 
     def _add_mark(self, column_px: float, row_px: float) -> None:
+        if clicks_corners(self.session.state.document):
+            self.apply(AddCorner(column_px, row_px))
+            return
+        if clicks_plates(self.session.state.document):
+            self.apply(AddPlatePlace(column_px, row_px))
+            return
         if not self.apply(AddMark(column_px, row_px, self.frame_index)):
             return
         marks = self.session.state.document.marks

@@ -7,6 +7,8 @@ from fcw.camera.calibration import Gaussian
 from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
 from fcw.logs.overlay import Rgb
 from fcw_viz.calibrate_app.desk import Desk, mark_handle
+from fcw_viz.calibrate_app.document.besides.plates import MovePlatePlace
+from fcw_viz.calibrate_app.document.besides.rectangles import MoveCorner
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edits import Edit, MoveMark, SetHorizon, SetLaneLine
 from fcw_viz.calibrate_app.document.state import SessionState
@@ -83,6 +85,13 @@ class PictureHandles:
         wishes = [(mark_handle(mark.id), self._mark_wish(document, mark.id)) for mark in document.marks]
         if self.horizon_grip(document):
             wishes.append((HORIZON, self._horizon_wish(state)))
+        for index, rectangle in enumerate(document.rectangles):
+            wishes += [
+                (f"rectangle_{index}_{corner}", self._corner_wish(index, corner, place))
+                for corner, place in enumerate(rectangle.corners_px)
+            ]
+        for index, places in enumerate(document.plates):
+            wishes += [(f"plate_{index}_{k}", self._plate_wish(index, k, at)) for k, at in enumerate(places)]
         if self._desk.tool in (Tool.LANE_LINES, Tool.POINTS):
             for index, line in enumerate(document.lane_lines):
                 if line is not None:
@@ -103,6 +112,18 @@ class PictureHandles:
             lambda: desk.select(mark_id),
             mark.enabled,
         )
+
+    def _corner_wish(self, rectangle: int, corner: int, place: tuple[float, float]) -> _Wish:
+        def edit(column_px: float, row_px: float) -> Edit:
+            return MoveCorner(rectangle, corner, column_px, row_px)
+
+        return _Wish(*place, MARK_COLOR, edit, lambda: None)
+
+    def _plate_wish(self, plate: int, place: int, at: tuple[float, float]) -> _Wish:
+        def edit(column_px: float, row_px: float) -> Edit:
+            return MovePlatePlace(plate, place, column_px, row_px)
+
+        return _Wish(*at, MARK_COLOR, edit, lambda: None)
 
     def _horizon_wish(self, state: SessionState) -> _Wish:
         left_px, _, right_px, _ = self._desk.view.window_px

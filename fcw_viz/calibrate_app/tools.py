@@ -10,4 +10,5 @@ class Tool(Enum):
     LANE_LINES = "lane lines"
     HORIZON = "horizon"
     EDGE = "edge"
+    CORNERS = "corners"
     MEASURE = "measure"

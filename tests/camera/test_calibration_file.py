@@ -81,7 +81,7 @@ def test_file_is_readable_and_says_degrees_only_in_a_comment():
     assert "degrees" in " ".join(comments)
     assert "degrees" not in "\n".join(line for line in text.splitlines() if not line.startswith("#"))
     document = yaml.safe_load(text)
-    assert document["fcw_calibration_version"] == 2
+    assert document["fcw_calibration_version"] == 3
     assert document["image_size"] == {"width": 1280, "height": 720}
     assert document["points"][0] == {"distance_m": 4.1, "row_px": 560.3, "column_px": 600.25}
     assert document["height_m"] == 1.2345
@@ -91,7 +91,7 @@ def test_file_is_readable_and_says_degrees_only_in_a_comment():
 @pytest.mark.parametrize(
     ("path", "value", "message"),
     [
-        (("fcw_calibration_version",), 3, "fcw_calibration_version is 3, this program reads 1 and 2"),
+        (("fcw_calibration_version",), 4, "fcw_calibration_version is 4, this program reads 1, 2, 3"),
         (("image_size", "width"), 0, "image_size.width is 0, expected a whole number of at least 1"),
         (("image_size",), [1, 2], "image_size is [1, 2], expected a mapping of fields"),
         (("height_m",), -1.2, "height_m is -1.2, expected a number above 0"),

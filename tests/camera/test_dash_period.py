@@ -8,6 +8,7 @@ import pytest
 from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import FindingKind, plausibility
@@ -63,7 +64,7 @@ def test_a_measured_period_and_a_known_lens_leave_no_doubt():
 
     def interval_m(lens: Lens | None, sigma_m: float | None) -> float:
         evidence = Evidence(points=points, first_unknown=True, period_sigma_m=sigma_m)
-        calibration = calibrate_jointly(evidence, SIZE, height, lens=lens)
+        calibration = calibrate_jointly(Known(evidence, SIZE, height, lens=lens))
         low_m, high_m = calibration.distance_interval(calibration.row_at(30.0))
         assert low_m < 30.0 < high_m
         return high_m - low_m
@@ -77,7 +78,7 @@ def test_a_lens_that_is_known_moves_no_rows_by_its_axis():
     """An axis three pixels off shifts the straight picture and all that is in it: no distance changes."""
     lens = Lens("radtan", 1000.0, 1000.0, 639.5, 359.5, (0.0, 0.0, 0.0, 0.0), SIZE)
     points = tuple(GroundPoint(d, CAMERA.row_at(d), 639.5) for d in (6.0, 15.0, 40.0))
-    calibration = calibrate_jointly(Evidence(points=points), SIZE, Gaussian(1.3, 0.01), lens=lens)
+    calibration = calibrate_jointly(Known(Evidence(points=points), SIZE, Gaussian(1.3, 0.01), lens=lens))
     low_m, high_m = calibration.distance_interval(calibration.row_at(40.0))
     slope = CAMERA.row_slope_at(np.array([40.0]))[0]
     by_clicks_m = 1.0 / slope

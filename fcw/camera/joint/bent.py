@@ -2,17 +2,16 @@
 straight picture has them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fcw.camera.calibration import Gaussian, Priors
-from fcw.camera.joint.evidence import Evidence
-from fcw.camera.joint.fit import NO_BEND, JointFit
+from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.fit import JointFit
+from fcw.camera.joint.known import Known
 from fcw.camera.lens.model import Lens
-from fcw.camera.prior_sigmas import MARK_ERROR_PART, TAPE_ERROR
+from fcw.camera.prior_sigmas import MARK_ERROR_PART
 from fcw.errors import UserError
-from fcw.frame import ImageSize
 
 FEWEST_PLACES = 5
 """Of marks with columns, or along an edge; fewer tell nothing of a lens."""
@@ -51,43 +50,29 @@ class BentPicture:
         )
 
 
-def bent_picture(
-    evidence: Evidence,
-    image_size: ImageSize,
-    height_m: Gaussian,
-    reference_offset_m: float = 0.0,
-    click_sigma_px: float = 1.0,
-    priors: Priors = Priors(),  # noqa: B008 - immutable
-    tape_error: float = TAPE_ERROR,
-) -> BentPicture | None:
+def bent_picture(known: Known) -> BentPicture | None:
     """The lens that bends the picture, where that is clearly likelier than a straight one; else None.
 
     Lane lines by their two ends tell nothing: along the road they run to the picture's middle, and a lens
     bends such lines least. Edges across tell, and marks beside each other in several columns.
 
     Both are scored by what was said under them, the unknowns integrated out (Laplace), so that a lens that
-    merely may fit better does not win. Arguments as those of `fcw.camera.joint.solve.calibrate_jointly`.
+    merely may fit better does not win.
+
+    Args:
+        known: what is known; its lens and bend do not count.
     """
+    evidence = known.evidence
     columns_px = [point.column_px for point in evidence.points if point.column_px is not None]
-    aside = len(columns_px) >= FEWEST_PLACES and np.ptp(columns_px) > ASIDE_PART * image_size.width
+    aside = len(columns_px) >= FEWEST_PLACES and np.ptp(columns_px) > ASIDE_PART * known.image_size.width
     if not (evidence.edges or aside):
         return None
 
-    def fit(evidence: Evidence, bend: Gaussian = NO_BEND) -> JointFit:
-        return JointFit(
-            evidence,
-            image_size,
-            height_m,
-            reference_offset_m,
-            click_sigma_px,
-            priors,
-            None,
-            bend,
-            MARK_ERROR_PART * tape_error,
-        )
+    def fit(bend: Gaussian | None) -> JointFit:
+        return JointFit(replace(known, lens=None, bend=bend), MARK_ERROR_PART * known.tape_error)
 
     try:
-        bent, plain = fit(evidence, WIDE_BEND), fit(evidence)
+        bent, plain = fit(WIDE_BEND), fit(None)
         x, covariance = bent.solve(SCORE_TOLERANCE)
         log_odds = bent.log_evidence(x, covariance) - plain.log_evidence(*plain.solve(SCORE_TOLERANCE))
     except (UserError, np.linalg.LinAlgError):

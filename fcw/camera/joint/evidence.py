@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.camera.calibration import Gaussian, GroundPoint, GroundRectangle, NumberPlate
 from fcw.camera.vanishing import Segment
 
 VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
@@ -46,6 +46,8 @@ class Evidence:
         roll_rad: of the camera to the right, likewise.
         scale_px_m: focal length times height: what a known speed tells, by how fast the road flows by.
         edges: columns and rows along what is straight in the world, three places or more of each.
+        plates: number plates of vehicles ahead.
+        rectangles: on the road, wherever they lie and however they are turned.
         period_sigma_m: of dashes whose period was measured; None of one that a rule says, which may err.
     """
 
@@ -61,3 +63,10 @@ class Evidence:
     roll_rad: Gaussian | None = None
     scale_px_m: Gaussian | None = None
     edges: tuple[tuple[tuple[float, float], ...], ...] = ()
+    rectangles: tuple[GroundRectangle, ...] = ()
+    plates: tuple[NumberPlate, ...] = ()
+
+    @property
+    def has_distances(self) -> bool:
+        """Whether lengths on the road are known, so that distances do not rest on the lens and the height."""
+        return bool(self.points) or any(rectangle.has_size for rectangle in self.rectangles)

@@ -7,20 +7,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fcw.camera.calibration import (
-    Gaussian,
-    Priors,
-)
+from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
+from fcw.camera.joint.plates import PLACES, plate_misfits
+from fcw.camera.joint.rectangle import (
+    RECTANGLE_MEANS,
+    RECTANGLE_SIGMAS,
+    RECTANGLE_STEPS,
+    RectangleFit,
+    placed,
+    seen_from,
+)
+from fcw.camera.joint.rulers import width_misfits
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, USUAL_TANGENT, USUAL_TANGENT_SIGMA
+from fcw.camera.prior_sigmas import MARK_ERROR_PART, ROLL_SIGMA_RAD, USUAL_TANGENT, USUAL_TANGENT_SIGMA
 from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
-from fcw.frame import ImageSize
 
 YAW_SIGMA_RAD = math.radians(5.0)
 START_SIGMA_M = 20.0
@@ -30,14 +36,10 @@ START_FIRST_M = (5.0, 9.0, 18.0)
 FLEET_SIGMA = 0.04
 """Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
 SMALLEST_DEPTH_M = 0.2
-LENGTH_M = 4.2
-"""Of a vehicle, for how much of its side it shows."""
-SIDE_SIGMA = 0.5
-"""Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
-HUBER_SIGMAS = 2.0
-TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP = range(10)
-UNKNOWN_COUNT = 10
-STEPS = np.array((1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5))
+TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP, LOG_TAPE = range(11)
+"""Of every fit; then come those of each rectangle in turn (`fcw.camera.joint.rectangle`)."""
+CAMERA_UNKNOWNS = 11
+STEPS = (1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5)
 CLOSED_SIGMA = 1e-6
 """Of an unknown that is not open."""
 NO_BEND = Gaussian(0.0, CLOSED_SIGMA)
@@ -63,43 +65,33 @@ NO_SLIP = Slip((), CLOSED_SIGMA)
 
 
 class JointFit:
-    """Residuals in sigmas of all evidence and beliefs over the ten unknowns."""
+    """Residuals in sigmas of all evidence and beliefs over the unknowns."""
 
     def __init__(
         self,
-        evidence: Evidence,
-        size: ImageSize,
-        height_m: Gaussian,
-        offset_m: float,
-        click_sigma_px: float,
-        priors: Priors,
-        lens: Lens | None,
-        bend: Gaussian = NO_BEND,
+        known: Known,
         mark_error: float = 0.0,
         slip: Slip = NO_SLIP,
     ) -> None:
         """What is fitted.
 
         Args:
-            evidence: what is known of the road.
-            size: of the picture.
-            height_m: of the camera.
-            offset_m: from the camera forward to where distances start.
-            click_sigma_px: of a column or row.
-            priors: what is stated of the lens and the horizon.
-            lens: of the camera, where it is known.
-            bend: of a lens that is not known: its k1 (Brown 1971).
+            known: what is known.
             mark_error: of each distance for itself, as a part of it.
             slip: of dashes from where their period has them.
         """
+        evidence, size, height_m = known.evidence, known.image_size, known.height_m
+        priors, lens, bend = known.priors, known.lens, known.bend or NO_BEND
         self._mark_error, self._slip_m = mark_error, np.array(slip.by_mark_m)
-        self._evidence, self._size, self._offset_m, self._lens = evidence, size, offset_m, lens
-        self._click_px = click_sigma_px
+        self._evidence, self._size, self._lens = evidence, size, lens
+        self._offset_m, self._click_px = known.reference_offset_m, known.click_sigma_px
         self._distances_m = np.array([point.distance_m for point in evidence.points])
         self._points_px = np.array([(point.column_px, point.row_px) for point in evidence.points], float)
         self._has_middles = bool(np.isnan(self._points_px).any())
         self._horizon = priors.horizon_row_px
-        usual = usual_lens(size, priors, bool(evidence.points))
+        rectangles = len(evidence.rectangles)
+        self._rectangle_fit = RectangleFit(self._click_px, MARK_ERROR_PART * known.tape_error)
+        usual = usual_lens(size, priors, evidence.has_distances)
         view = priors.field_of_view_rad or usual.field_of_view_rad
         axis = priors.principal_row_px or usual.principal_row_px
         assert view is not None
@@ -127,13 +119,16 @@ class JointFit:
                 0.0,
                 bend.value,
                 0.0,
+                0.0,
+                *RECTANGLE_MEANS * rectangles,
             )
         )
         self._bends = lens is None and bend is not NO_BEND
         columns = {point.column_px for point in evidence.points}
         self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None or yaw is not None
+        self.tells_yaw = self.tells_yaw or any(rectangle.along for rectangle in evidence.rectangles)
         self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
-        self.tells_roll = self.tells_roll or roll is not None
+        self.tells_roll = self.tells_roll or roll is not None or rectangles > 0
         self._sigmas = np.array(
             (
                 USUAL_TANGENT_SIGMA,
@@ -146,8 +141,11 @@ class JointFit:
                 FLEET_SIGMA if evidence.rulers else CLOSED_SIGMA,
                 bend.sigma,
                 slip.sigma,
+                max(known.tape_error, CLOSED_SIGMA) if rectangles else CLOSED_SIGMA,
+                *RECTANGLE_SIGMAS * rectangles,
             )
         )
+        self._steps = (*STEPS, *RECTANGLE_STEPS * rectangles)
 
     def camera(self, x: FloatArray) -> tuple[GroundPlaneCamera, Orientation]:
         """The straight camera, and how the real one is turned; without sigmas."""
@@ -179,6 +177,11 @@ class JointFit:
         _, log_volume = np.linalg.slogdet(covariance / np.outer(self._sigmas, self._sigmas))
         misfits = self.residuals(x)
         return float(-(misfits @ misfits) + log_volume) / 2
+
+    def rectangle_misfits(self, x: FloatArray) -> list[float]:
+        """Of each rectangle, all its residuals together, in sigmas."""
+        self.residuals(x)
+        return [float(np.linalg.norm(misfits)) for misfits in self._of_rectangles(x)]
 
     def solve(
         self, tolerance: float = 1e-12, start: FloatArray | None = None
@@ -217,7 +220,19 @@ class JointFit:
         return fit.x, root @ root.T
 
     def _starts(self) -> list[FloatArray]:
-        """From the middle of all beliefs, with the horizon where two lines meet; dashes begin anywhere."""
+        """From the middle of all beliefs, with the horizon where two lines meet; dashes begin anywhere.
+
+        Rectangles lie where the camera that it starts from sees them.
+        """
+        starts = self._camera_starts()
+        for start in starts:
+            way = Straightening(*self.camera(start), self.lens(start), self._size)
+            start[CAMERA_UNKNOWNS:] = [
+                number for rectangle in self._evidence.rectangles for number in placed(rectangle, way)
+            ]
+        return starts
+
+    def _camera_starts(self) -> list[FloatArray]:
         start = self._means.copy()
         lines = self._evidence.lines
         if self._horizon is not None:
@@ -226,22 +241,31 @@ class JointFit:
             with suppress(UserError):
                 meeting = vanishing_row(lines[0], lines[1], self._click_px)
                 start[TANGENT] = (start[AXIS] - meeting.value) / math.exp(start[LOG_FOCAL])
-        if not self._evidence.first_unknown:
-            return [start]
         starts = []
+        for rectangle in self._evidence.rectangles:
+            axis_px = (self._column_px, float(start[AXIS]))
+            for view in seen_from(rectangle, self._lens, axis_px, math.exp(start[LOG_FOCAL])):
+                there = start.copy()
+                there[[TANGENT, LOG_FOCAL, ROLL]] = view
+                starts.append(there)
+        starts = starts or [start]
+        if not self._evidence.first_unknown:
+            return starts
+        dashed = []
         for first_m in START_FIRST_M:
-            there = start.copy()
-            there[START] = first_m
-            starts.append(there)
-        return starts
+            for start in starts:
+                there = start.copy()
+                there[START] = first_m
+                dashed.append(there)
+        return dashed
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        """(M, 10) by central differences: the straightening has no short derivative.
+        """(M, N) by central differences: the straightening has no short derivative.
 
         What is not open moves nothing but its own belief, so that its differences are not taken.
         """
-        jacobian = np.zeros((len(self.residuals(x)), UNKNOWN_COUNT))
-        for k, step in enumerate(STEPS):
+        jacobian = np.zeros((len(self.residuals(x)), len(x)))
+        for k, step in enumerate(self._steps):
             if self._sigmas[k] <= CLOSED_SIGMA:
                 jacobian[k, k] = 1 / self._sigmas[k]
                 continue
@@ -276,6 +300,8 @@ class JointFit:
             self._of_horizon(camera),
             self._of_edges(),
             self._of_rulers(x, camera),
+            self._of_plates(camera),
+            *self._of_rectangles(x),
         ]
         return np.nan_to_num(np.concatenate(found), nan=1e3, posinf=1e3, neginf=-1e3)
 
@@ -297,6 +323,14 @@ class JointFit:
         slopes = camera.row_scale_m_px / depths_m**2
         sigmas_px = np.hypot(self._click_px, self._mark_error * distances_m * slopes)
         return (self._straight(places)[:, 1] - expected) / sigmas_px
+
+    def _of_rectangles(self, x: FloatArray) -> list[FloatArray]:
+        rectangles = self._evidence.rectangles
+        places = x[CAMERA_UNKNOWNS:].reshape(-1, len(RECTANGLE_MEANS))
+        return [
+            self._rectangle_fit.residuals(rectangle, place, self._way, float(x[LOG_TAPE]))
+            for rectangle, place in zip(rectangles, places, strict=True)
+        ]
 
     def _of_edges(self) -> FloatArray:
         """How far each straight edge bows in the straight picture (plumb lines, Brown 1971)."""
@@ -335,27 +369,15 @@ class JointFit:
         return (self._straight(horizon)[:, 1] - camera.horizon_row_px) / self._click_px
 
     def _of_rulers(self, x: FloatArray, camera: GroundPlaneCamera) -> FloatArray:
-        """The width of each vehicle by its row, against that of its kind; wild ones count little (Huber)."""
         rulers = self._evidence.rulers
         if not rulers:
             return np.zeros(0)
         places = self._straight([(ruler.column_px, ruler.row_px) for ruler in rulers])
-        below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
-        widths_px = np.array([ruler.width_px for ruler in rulers])
-        metres_per_px = camera.height_m / (below * math.cos(camera.pitch_rad))
-        usual_m = np.array([ruler.width_m.value for ruler in rulers])
-        # A vehicle beside our path shows its side, whose far end is a car's length farther away.
-        outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
-        distances_m = camera.focal_y_px * metres_per_px
-        sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
-        seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
-        relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
-        row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) / below
-        sigmas = np.sqrt(relative**2 + row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2)
-        misfits = (np.log(seen_m / usual_m) - x[LOG_FLEET]) / sigmas
-        sizes = np.abs(misfits)
-        return np.where(
-            sizes > HUBER_SIGMAS,
-            np.sign(misfits) * np.sqrt(np.maximum(2 * HUBER_SIGMAS * sizes - HUBER_SIGMAS**2, 0.0)),
-            misfits,
-        )
+        return width_misfits(rulers, places, camera, float(x[LOG_FLEET]))
+
+    def _of_plates(self, camera: GroundPlaneCamera) -> FloatArray:
+        plates = self._evidence.plates
+        if not plates:
+            return np.zeros(0)
+        places = self._straight([place for plate in plates for place in plate.places_px])
+        return plate_misfits(plates, places.reshape(len(plates), PLACES, 2), camera, self._click_px)

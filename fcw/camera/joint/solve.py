@@ -23,84 +23,53 @@ from fcw.camera.joint.fit import (
     AXIS,
     LOG_FOCAL,
     LOG_HEIGHT,
-    NO_BEND,
-    NO_SLIP,
     ROLL,
     START,
     TANGENT,
-    UNKNOWN_COUNT,
     YAW,
     YAW_SIGMA_RAD,
     JointFit,
-    Slip,
 )
+from fcw.camera.joint.known import Known
+from fcw.camera.joint.plates import check_plate
+from fcw.camera.joint.rectangle import RECTANGLE_FACTS, check_rectangle
 from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
-from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_setup, check_tape_error
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
 from fcw.camera.solve import row_jacobian, support_distances
 from fcw.camera.verdicts.period import period_doubt, widened
 from fcw.errors import UserError
-from fcw.frame import ImageSize
 
 
-def calibrate_jointly(
-    evidence: Evidence,
-    image_size: ImageSize,
-    height_m: Gaussian,
-    reference_offset_m: float = 0.0,
-    click_sigma_px: float = 1.0,
-    priors: Priors = Priors(),  # noqa: B008 - immutable
-    lens: Lens | None = None,
-    tape_error: float = TAPE_ERROR,
-    bend: Gaussian | None = None,
-) -> Calibration:
+def calibrate_jointly(known: Known) -> Calibration:
     """Calibrate from whatever is known.
-
-    Args:
-        evidence: what is known of the road in the picture.
-        image_size: of the picture.
-        height_m: of the camera, and how well it is known.
-        reference_offset_m: from the camera forward to where distances start.
-        click_sigma_px: standard deviation of a clicked column or row.
-        priors: what else is stated; what is not is as in every lens.
-        lens: the camera's intrinsics and distortion, where they are known.
-        tape_error: standard deviation of all distances together, as a part of them; of a period, too.
-        bend: k1 of a lens that is not known but bends the picture; it is then fitted with the rest.
 
     Raises:
         UserError: something is not as it must be, or nothing is known of the horizon.
     """
-    check_setup(image_size, height_m.value, reference_offset_m, click_sigma_px)
+    evidence, image_size, priors, lens = known.evidence, known.image_size, known.priors, known.lens
+    reference_offset_m, tape_error = known.reference_offset_m, known.tape_error
+    check_setup(image_size, known.height_m.value, reference_offset_m, known.click_sigma_px)
     check_priors(priors)
     check_tape_error(tape_error)
-    known = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
-    known += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
-    known += evidence.scale_px_m is not None
-    if known + 2 * (lens is not None) < 2:
+    told = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
+    told += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
+    told += (evidence.scale_px_m is not None) + RECTANGLE_FACTS * len(evidence.rectangles)
+    told += len(evidence.plates)
+    if told + 2 * (lens is not None) < 2:
         raise UserError(
-            "nothing is known of where the road lies in the picture; give points, lane lines, the horizon "
-            "or vehicles"
+            "nothing is known of where the road lies in the picture; give points, lane lines, the horizon, "
+            "a rectangle on the road, vehicles or their number plates"
         )
-
-    def fit_with(slip: Slip) -> JointFit:
-        return JointFit(
-            evidence,
-            image_size,
-            height_m,
-            reference_offset_m,
-            click_sigma_px,
-            priors,
-            lens,
-            bend or NO_BEND,
-            slip=slip,
-        )
-
-    fit = fit_with(NO_SLIP)
+    for rectangle in evidence.rectangles:
+        check_rectangle(rectangle, image_size)
+    for plate in evidence.plates:
+        check_plate(plate, image_size)
+    fit = JointFit(known)
     x, covariance = fit.solve()
-    if tells_of_spacing(evidence, priors, lens):
-        averaged = averaged_over_spacings(evidence, fit_with, (x, covariance))
+    if tells_of_spacing(known):
+        averaged = averaged_over_spacings(known, (x, covariance))
         x, covariance = averaged.x, averaged.covariance
     camera, orientation = fit.camera(x)
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
@@ -117,7 +86,7 @@ def calibrate_jointly(
     rows = row_jacobian(camera, support + reference_offset_m)
     # Rows by tan(a), log(f), B and, with these fixed, log(h); the fit has v0 = B + f tan(a) and its own h.
     tangent, focal_px = math.tan(camera.pitch_rad), camera.focal_y_px
-    by = np.zeros((3, UNKNOWN_COUNT))
+    by = np.zeros((3, len(x)))
     by[:, TANGENT] = rows[:, 0] - focal_px
     by[:, LOG_FOCAL] = rows[:, 1] - focal_px * tangent
     by[:, AXIS] = 1.0
@@ -132,13 +101,13 @@ def calibrate_jointly(
         camera,
         image_size,
         points,
-        float(click_sigma_px),
+        float(known.click_sigma_px),
         support_m,
         matrix3((rows_covariance + rows_covariance.T) / 2),
         float(reference_offset_m),
         priors,
         (0.0,) * len(points),
-        usual_lens(image_size, priors, bool(points)) if lens is None else Priors(),
+        usual_lens(image_size, priors, evidence.has_distances) if lens is None else Priors(),
         float(tape_error),
         replace(
             orientation,
@@ -147,6 +116,8 @@ def calibrate_jointly(
             roll_sigma_rad=math.sqrt(covariance[ROLL, ROLL]) if fit.tells_roll else ROLL_SIGMA_RAD,
         ),
         fit.lens(x),
+        evidence.rectangles,
+        evidence.plates,
     )
     residuals = tuple(
         row_px - calibration.row_at(point.distance_m)
@@ -156,7 +127,8 @@ def calibrate_jointly(
     if evidence.period_sigma_m is not None:
         return calibration
     return widened(
-        calibration, period_doubt(calibration, _height_sigma(evidence, height_m), evidence.first_unknown)
+        calibration,
+        period_doubt(calibration, _height_sigma(evidence, known.height_m), evidence.first_unknown),
     )
 
 

@@ -7,19 +7,15 @@ covariance has their spread: model averaging (Hoeting et al. 1999).
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from fcw.camera.calibration import Gaussian, Priors
 from fcw.camera.ground_plane import FloatArray
-from fcw.camera.joint.evidence import Evidence
-from fcw.camera.joint.fit import NO_SLIP, SLIP, JointFit, Slip
-from fcw.camera.lens.model import Lens
+from fcw.camera.joint.fit import SLIP, JointFit, Slip
+from fcw.camera.joint.known import Known
 from fcw.errors import UserError
-from fcw.frame import ImageSize
 
 UNEVEN_SHARE = 0.2
 """How often dashes that somebody clicks lie otherwise than the rule has them: half of it by another period,
@@ -75,30 +71,29 @@ class Averaged:
     uneven: UnevenDashes | None
 
 
-def tells_of_spacing(evidence: Evidence, priors: Priors, lens: Lens | None) -> bool:
+def tells_of_spacing(known: Known) -> bool:
     """Whether anything is known that dashes of another spacing would contradict."""
+    evidence = known.evidence
     told = evidence.scale_px_m is not None or len(evidence.lines) > 1 or bool(evidence.rulers)
-    told = told or lens is not None or priors.count > 0 or evidence.horizon is not None
+    told = told or known.lens is not None or known.priors.count > 0 or evidence.horizon is not None
     return evidence.first_unknown and told
 
 
-def averaged_over_spacings(
-    evidence: Evidence, fit: Callable[[Slip], JointFit], solved: tuple[FloatArray, FloatArray]
-) -> Averaged:
+def averaged_over_spacings(known: Known, solved: tuple[FloatArray, FloatArray]) -> Averaged:
     """The dashes as they were said and as they may lie otherwise, each weighed by what else is known.
 
     Args:
-        evidence: what is known of the road; its points are the dashes, from the first of them. Where their
-            period was measured, only a gap may be another one.
-        fit: the fit of everything, with a slip.
+        known: what is known; its points are the dashes, from the first of them. Where their period was
+            measured, only a gap may be another one.
         solved: unknowns and covariance without one.
     """
+    evidence = known.evidence
     said = np.array([point.distance_m for point in evidence.points])
     x, covariance = solved
     unknowns, covariances, places = [x], [covariance], [said]
-    scores = [math.log(1 - UNEVEN_SHARE) + fit(NO_SLIP).log_evidence(x, covariance)]
+    scores = [math.log(1 - UNEVEN_SHARE) + JointFit(known).log_evidence(x, covariance)]
     for share, moves_m in _other_spacings(said, evidence.period_sigma_m is not None):
-        slipped = fit(Slip(tuple(moves_m.tolist()), UNEVEN_SIGMA))
+        slipped = JointFit(known, slip=Slip(tuple(moves_m.tolist()), UNEVEN_SIGMA))
         try:
             there, spread = slipped.solve(start=x)
             score = math.log(share) + slipped.log_evidence(there, spread)
@@ -123,29 +118,12 @@ def averaged_over_spacings(
     return Averaged(mean, total, uneven)
 
 
-def uneven_dashes(
-    evidence: Evidence,
-    image_size: ImageSize,
-    height_m: Gaussian,
-    reference_offset_m: float = 0.0,
-    click_sigma_px: float = 1.0,
-    priors: Priors = Priors(),  # noqa: B008 - immutable
-    lens: Lens | None = None,
-) -> UnevenDashes | None:
-    """The dashes, where they likely lie otherwise than was said; else None.
-
-    Arguments as those of `fcw.camera.joint.solve.calibrate_jointly`.
-    """
-    if not tells_of_spacing(evidence, priors, lens):
+def uneven_dashes(known: Known) -> UnevenDashes | None:
+    """The dashes, where they likely lie otherwise than was said; else None."""
+    if not tells_of_spacing(known):
         return None
-
-    def fit(slip: Slip) -> JointFit:
-        return JointFit(
-            evidence, image_size, height_m, reference_offset_m, click_sigma_px, priors, lens, slip=slip
-        )
-
     try:
-        return averaged_over_spacings(evidence, fit, fit(NO_SLIP).solve()).uneven
+        return averaged_over_spacings(known, JointFit(known).solve()).uneven
     except UserError:
         return None
 

@@ -2,12 +2,17 @@
 
 from dataclasses import dataclass, replace
 
-from fcw.camera.calibration import Gaussian, GroundPoint
+from fcw.camera.calibration import Gaussian, GroundPoint, GroundRectangle, Places
 from fcw.camera.joint.evidence import Ruler
+from fcw.camera.joint.plates import PLACES, PLATE_SIGMA_M, PLATE_WIDTHS_M
+from fcw.camera.joint.rectangle import CORNERS
 from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+
+FEWEST_PLATES = 2
+"""Near and far they tell the horizon and the height; one alone tells only how the two go together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +101,9 @@ class Document:
         speed: mean speed over the stretch of the drive that was looked at, in m/s.
         edges: columns and rows along things that are straight in the world, for the lens.
         bent: whether the lens that bends the picture is fitted with the rest.
+        rectangles: on the road; the last one may still lack corners.
+        plates: two ends and a tyre of each number plate; the last one may still lack some.
+        plate_width_m: of all plates.
         scale_per_mps: focal length times height in px m for each m/s of that speed, as the drive shows it.
     """
 
@@ -126,6 +134,9 @@ class Document:
     scale_per_mps: float | None = None
     edges: tuple[tuple[tuple[float, float], ...], ...] = ()
     bent: bool = False
+    rectangles: tuple[GroundRectangle, ...] = ()
+    plates: tuple[Places, ...] = ()
+    plate_width_m: Gaussian = Gaussian(PLATE_WIDTHS_M["eu"], PLATE_SIGMA_M)  # noqa: RUF009 - immutable
 
     def mark(self, mark_id: int) -> Mark:
         """The mark of that id.
@@ -143,6 +154,22 @@ class Document:
         """Of the first letter that no mark has."""
         taken = {mark.number or mark.id for mark in self.marks}
         return next(number for number in range(1, len(taken) + 2) if number not in taken)
+
+    @property
+    def whole_rectangles(self) -> tuple[GroundRectangle, ...]:
+        """Those with all their corners."""
+        return tuple(r for r in self.rectangles if len(r.corners_px) == CORNERS)
+
+    @property
+    def whole_plates(self) -> tuple[Places, ...]:
+        """Those with both ends and a tyre."""
+        return tuple(places for places in self.plates if len(places) == PLACES)
+
+    @property
+    def has_size(self) -> bool:
+        """Whether a rectangle or plates tell how large everything is, so that no height need be said."""
+        sized = any(rectangle.has_size for rectangle in self.whole_rectangles)
+        return sized or len(self.whole_plates) >= FEWEST_PLATES
 
     @property
     def reference_offset_m(self) -> float | None:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.besides.knowledge import Knowledge
+from fcw_viz.calibrate_app.document.besides.plates import PlateEdit
+from fcw_viz.calibrate_app.document.besides.rectangles import RectangleEdit
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line, Mark
 
 EDGE_PX = 0.5
@@ -329,6 +331,8 @@ Edit = (
     | SetUnits
     | Load
     | Knowledge
+    | RectangleEdit
+    | PlateEdit
 )
 
 

@@ -11,11 +11,12 @@ from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
 from fcw.camera.uncertainty import camera_sigmas
 from fcw.errors import UserError
 from fcw.frame import ImageSize
-from fcw_viz.calibrate_app.document.document import Belief, Document, Mark
+from fcw_viz.calibrate_app.document.document import FEWEST_PLATES, Belief, Document, Mark
 from fcw_viz.calibrate_app.document.edits import Load
 from fcw_viz.calibrate_app.document.history import Action, Event, History
 from fcw_viz.calibrate_app.document.journal import Journal, file_digest, journal_path
 from fcw_viz.calibrate_app.document.solution import calibration_of
+from fcw_viz.calibrate_app.document.ways.ways import PLATES, RECTANGLE
 
 FILE_PERSON = "calibration file"
 """Who did it, where the file did."""
@@ -107,19 +108,24 @@ def document_of(calibration: Calibration) -> Document:
         for number, point in enumerate(calibration.points, 1)
     )
     priors = calibration.priors
-    if not marks and not priors.count:
+    if not (marks or priors.count or calibration.rectangles or calibration.plates):
         priors = _of_camera(calibration)
     field_of_view, principal_row, horizon = (
         None if prior is None else Belief(prior)
         for prior in (priors.field_of_view_rad, priors.principal_row_px, priors.horizon_row_px)
     )
+    rectangles = calibration.rectangles
+    plates = tuple(plate.places_px for plate in calibration.plates)
+    has_size = any(rectangle.has_size for rectangle in rectangles) or len(plates) >= FEWEST_PLATES
+    along = any(rectangle.along for rectangle in rectangles)
     offset_m, turned = calibration.reference_offset_m, calibration.orientation
     default = Document(calibration.image_size)
     return Document(
         calibration.image_size,
         marks,
         len(marks) + 1,
-        height_m=calibration.camera.height_m,
+        # What rectangles and plates tell again is not told twice.
+        height_m=None if has_size else calibration.camera.height_m,
         from_bumper=offset_m > 0,
         bumper_offset_m=offset_m if offset_m > 0 else None,
         # A camera known by other means has no clicks, and so no error of one.
@@ -127,10 +133,14 @@ def document_of(calibration: Calibration) -> Document:
         field_of_view=field_of_view,
         principal_row=principal_row,
         horizon=horizon,
-        tape_error=calibration.tape_error if calibration.points else default.tape_error,
+        tape_error=calibration.tape_error if calibration.points or rectangles else default.tape_error,
         lens=calibration.lens,
-        yaw=_turn(turned.yaw_rad, turned.yaw_sigma_rad, YAW_SIGMA_RAD),
-        roll=_turn(turned.roll_rad, turned.roll_sigma_rad, ROLL_SIGMA_RAD),
+        yaw=None if along else _turn(turned.yaw_rad, turned.yaw_sigma_rad, YAW_SIGMA_RAD),
+        roll=None if rectangles else _turn(turned.roll_rad, turned.roll_sigma_rad, ROLL_SIGMA_RAD),
+        way="" if marks else RECTANGLE if rectangles else PLATES if plates else "",
+        rectangles=rectangles,
+        plates=plates,
+        plate_width_m=calibration.plates[0].width_m if plates else default.plate_width_m,
     )
 
 

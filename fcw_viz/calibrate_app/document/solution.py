@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian, Priors
+from fcw.camera.joint.rectangle import RECTANGLE_FACTS
 from fcw.camera.plausibility import OUTLIER_SIGMAS, Finding, FindingKind, plausibility, vehicle_finding
 from fcw.camera.points import (
     PARAMETER_COUNT,
@@ -26,8 +27,9 @@ from fcw_viz.calibrate_app.document.besides.joint_fit import (
     broken_period,
     joint_calibration,
     needs_joint,
+    none_rectangle,
 )
-from fcw_viz.calibrate_app.document.document import Document, Mark
+from fcw_viz.calibrate_app.document.document import FEWEST_PLATES, Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetHorizon
 from fcw_viz.calibrate_app.document.sky import sky_troubles
 from fcw_viz.calibrate_app.document.state import (
@@ -83,7 +85,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
     lane_horizon, lane_troubles = _lane_horizon(document)
     facts = _facts(document, lane_horizon)
     sky = () if lane_troubles else sky_troubles(document, calibration_of)
-    height_assumed = document.height_m is None
+    height_assumed = document.height_m is None and not document.has_size
     assumed = height_assumed or document.reference_offset_m is None
     told = _effects(document, lane_horizon) if effects and not assumed else {}
     incomplete = Solution(
@@ -116,9 +118,13 @@ def solve(document: Document, effects: bool = True) -> Solution:
         kept = tuple(f for f in result.findings if f.kind is not FindingKind.PERIOD)
         told_of = Finding(FindingKind.PERIOD, uneven.text, is_question=True)
         result = replace(result, findings=(*kept, told_of))
+    if effects and document.rectangles and (odd := none_rectangle(document, points, ASSUMED_HEIGHT_M)):
+        swapped = odd.index if odd.swapped else None
+        told_of = Finding(FindingKind.RECTANGLE, odd.text, swapped_sides=swapped)
+        result = replace(result, findings=(*result.findings, told_of))
     if assumed:
         # Without priors the points' misfit is the same for any height and offset; all else follows from them.
-        kept = tuple(f for f in result.findings if f.kind is FindingKind.LENS)
+        kept = tuple(f for f in result.findings if f.kind in (FindingKind.LENS, FindingKind.RECTANGLE))
         if not facts.priors.count:
             kept += tuple(f for f in result.findings if f.point is not None)
         result = replace(result, findings=kept)
@@ -156,6 +162,8 @@ def _facts(document: Document, lane_horizon: Gaussian | None) -> _Facts:
     marks = tuple(mark for mark in document.marks if mark.ground_point is not None)
     # A lens is its field of view and its axis; vehicles show where the horizon is; a speed is the lens.
     besides = 2 * (document.lens is not None) + (len(document.vehicles) >= FEWEST_VEHICLES)
+    besides += sum(RECTANGLE_FACTS + r.has_size for r in document.whole_rectangles)
+    besides += len(document.whole_plates) >= FEWEST_PLATES
     besides += document.scale_per_mps is not None and document.speed is not None and document.speed.enabled
     return _Facts(marks, Priors(field_of_view, principal_row, combined(horizons)), lane_horizon, besides)
 

@@ -14,6 +14,7 @@ from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document import words
 from fcw_viz.calibrate_app.document.besides.knowledge import SetBent
+from fcw_viz.calibrate_app.document.besides.rectangles import SetSides
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import (
     Edit,
@@ -42,7 +43,7 @@ CAMERA_FINDINGS = frozenset(
         FindingKind.CAUSE,
     )
 )
-TOLD_FINDINGS = frozenset((FindingKind.PERIOD, FindingKind.VEHICLES))
+TOLD_FINDINGS = frozenset((FindingKind.PERIOD, FindingKind.VEHICLES, FindingKind.RECTANGLE))
 """Said in the finding's own words."""
 OFFSET_DECIMALS = 2
 """Nobody measures a car more finely than to a centimetre."""
@@ -114,6 +115,11 @@ def implausible_troubles(
         if finding.kind is FindingKind.LENS:
             mend = Mend(words.FIT_LENS_LABEL, (SetBent(True),))
             troubles.append(Trouble(f"{_sentence(finding.text)} {words.LENS_WAY_OUT}", mend=mend))
+            continue
+        if finding.swapped_sides is not None:
+            exchanged = document.whole_rectangles[finding.swapped_sides].swapped
+            edit = SetSides(finding.swapped_sides, *exchanged.sides_m)
+            troubles.append(Trouble(_sentence(finding.text), mend=Mend(words.EXCHANGE_LABEL, (edit,))))
             continue
         if finding.kind in TOLD_FINDINGS:
             troubles.append(Trouble(_sentence(with_lengths(finding.text, document.imperial))))

@@ -18,7 +18,7 @@ from fcw_viz.calibrate_app.document.numbers_text import (
     interval_text,
     typed_text,
 )
-from fcw_viz.calibrate_app.document.ways.ways import BAY, CLIP, DASHES, LANE, SPEED, VEHICLES
+from fcw_viz.calibrate_app.document.ways.hints import HINTS, hint_plates, hint_rectangle
 
 NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
@@ -44,6 +44,11 @@ def names(marks: Sequence[Mark]) -> str:
 
 def hint_incomplete(document: Document, missing: int) -> str:
     """What to do next while something has still to be said; `missing` is the number of facts still needed."""
+    lacks_corners = len(document.whole_rectangles) < len(document.rectangles)
+    if lacks_corners or (document.whole_rectangles and not document.has_size and document.height_m is None):
+        return hint_rectangle(document)
+    if document.plates != document.whole_plates:
+        return hint_plates(document)
     if not document.marks and not document.planned_m:
         if document.way == "":
             return "Choose what you have to calibrate with, or click a mark whose distance you know."
@@ -64,64 +69,6 @@ def hint_incomplete(document: Document, missing: int) -> str:
     if document.reference_offset_m is None:
         return "Type how far the front bumper is ahead of the camera."
     return "Type the camera's height above the road."
-
-
-def hint_clip(document: Document) -> str:
-    """What to do next without points."""
-    if document.height_m is None:
-        return "Say how high the camera is above the road, or choose your kind of vehicle."
-    if document.field_of_view is None:
-        return "Say how much the lens sees from side to side, or choose your kind of camera."
-    if document.horizon is None and None in document.lane_lines:
-        return "Take the horizon that the drive shows, or drag it to where the road ends."
-    return "Switch the lens, its axis and the horizon or the lane lines on: all are needed without points."
-
-
-def hint_lane(document: Document) -> str:
-    """What to do next with a lane of known width."""
-    if None in document.lane_lines:
-        return "Go to a straight stretch and find or draw both lane lines."
-    if document.lane_width is None:
-        return "Say how far the lane lines are apart."
-    return hint_clip(document)
-
-
-def hint_speed(document: Document) -> str:
-    """What to do next with a known speed."""
-    if document.horizon is None and None in document.lane_lines:
-        return "Take the horizon that the drive shows; then say the mean speed."
-    if document.speed is None:
-        return "Say the mean speed over the stretch that was looked at."
-    if document.height_m is None:
-        return hint_clip(document)
-    return "Switch the speed, the lens's axis and the horizon on: all are needed without points."
-
-
-def hint_vehicles(document: Document) -> str:
-    """What to do next with vehicles as rulers."""
-    if not document.vehicles:
-        return "Let the program look for the vehicles ahead, and take them as rulers."
-    return hint_clip(document)
-
-
-def hint_dashes(document: Document) -> str:
-    """What to do first with lane dashes."""
-    return "Choose your country's dashes in the list, or type how far apart they are."
-
-
-def hint_bay(document: Document) -> str:
-    """What to do first with a parking bay."""
-    return "Choose the bay in the list, and type the way to its near line."
-
-
-HINTS = {
-    CLIP: hint_clip,
-    LANE: hint_lane,
-    SPEED: hint_speed,
-    VEHICLES: hint_vehicles,
-    DASHES: hint_dashes,
-    BAY: hint_bay,
-}
 
 
 def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:
@@ -298,6 +245,7 @@ def horizons_disagree(dragged: Gaussian, lanes: Gaussian) -> str:
     )
 
 
+EXCHANGE_LABEL = "Exchange the sides of the rectangle"
 FIT_LENS_LABEL = "Fit the lens's distortion with the rest"
 LENS_WAY_OUT = (
     "Best import the lens under “Lens and horizon”: `fcw calibrate PICTURES --chessboard 9x6` makes its "

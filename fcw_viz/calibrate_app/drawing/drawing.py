@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.joint.plates import PLACES
+from fcw.camera.joint.rectangle import CORNERS
 from fcw.camera.uncertainty import NextClick
 from fcw.frame import ImageSize
 from fcw.logs.overlay import OWN_CAR_SIZE_M, ROW_COLOR, Rgb
@@ -112,6 +114,8 @@ def draw(
     # Marks before the result: words that somebody typed are more important than those computed.
     _draw_marks(pen, state, selected, frame, handles)
     _draw_lane_lines(pen, state, handles)
+    _draw_rectangles(pen, document, handles)
+    _draw_plates(pen, document, handles)
     for edge in document.edges:
         pen.line(HORIZON_COLOR, *edge)
         for place in edge:
@@ -200,6 +204,38 @@ def _draw_lane_lines(pen: Pen, state: SessionState, handles: bool) -> None:
     if crossing is not None and horizon is not None:
         pen.cross(color, crossing, TARGET_RADIUS_CSS_PX)
         pen.words_beside(f"lane lines meet  ±{horizon.sigma:.1f} px", crossing, TARGET_RADIUS_CSS_PX)
+
+
+def _draw_rectangles(pen: Pen, document: Document, handles: bool) -> None:
+    """Their corners by number, as far as they are clicked, and what is known of their sides."""
+    for rectangle in document.rectangles:
+        places = rectangle.corners_px
+        ring = (*places, places[0]) if len(places) == CORNERS else places
+        if len(ring) > 1:
+            pen.line(MARK_COLOR, *ring, strong=True)
+        for number, place in enumerate(places, 1):
+            if handles:
+                pen.keep_free(place, HANDLE_RADIUS_CSS_PX)
+            else:
+                pen.ring(MARK_COLOR, place, FAINT_RADIUS_CSS_PX)
+            pen.words_beside(str(number), place, HANDLE_RADIUS_CSS_PX if handles else FAINT_RADIUS_CSS_PX)
+        for side_m, (start, end) in zip(rectangle.sides_m, pairwise(ring), strict=False):
+            if side_m is not None:
+                middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
+                pen.words_beside(typed_text(side_m.value, document.imperial), middle, FAINT_RADIUS_CSS_PX)
+
+
+def _draw_plates(pen: Pen, document: Document, handles: bool) -> None:
+    """Each plate from end to end, and from there to the tyre on the road."""
+    for places in document.plates:
+        pen.line(MARK_COLOR, *places[:2], strong=True)
+        if len(places) == PLACES:
+            pen.dashed(MARK_COLOR, min(places[:2], key=lambda end: math.dist(end, places[2])), places[2])
+        for place in places:
+            if handles:
+                pen.keep_free(place, HANDLE_RADIUS_CSS_PX)
+            else:
+                pen.ring(MARK_COLOR, place, FAINT_RADIUS_CSS_PX)
 
 
 def _draw_rows(pen: Pen, result: Result, current: bool, imperial: bool) -> None:

@@ -8,8 +8,8 @@ from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.document.state import SessionState, Status
+from fcw_viz.calibrate_app.document.ways.hints import hint_clip
 from fcw_viz.calibrate_app.document.ways.ways import VEHICLES
-from fcw_viz.calibrate_app.document.words import hint_clip
 from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS
 from fcw_viz.calibrate_app.proposals.drive_look import Look
 from fcw_viz.page.channel import leads_to, says

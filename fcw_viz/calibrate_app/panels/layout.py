@@ -19,6 +19,8 @@ from fcw_viz.calibrate_app.panels.guide import Guide
 from fcw_viz.calibrate_app.panels.picture import PicturePanel
 from fcw_viz.calibrate_app.panels.points import PointsPanel
 from fcw_viz.calibrate_app.panels.result import ResultPanel
+from fcw_viz.calibrate_app.panels.road.plates import PlatesPanel
+from fcw_viz.calibrate_app.panels.road.rectangle import RectanglePanel
 from fcw_viz.calibrate_app.panels.save import SavePanel
 from fcw_viz.calibrate_app.panels.way import WayPanel
 from fcw_viz.page.panel import add_page_panel
@@ -51,11 +53,13 @@ class Panels:
         with tabs.add_tab(CALIBRATE):
             picture = PicturePanel(gui, desk)
             way = WayPanel(gui, desk)
+            road: list[Panel] = [RectanglePanel(gui, desk), PlatesPanel(gui, desk)]
             self.points = PointsPanel(gui, desk)
             steps: list[Panel] = [
                 guide,
                 picture,
                 way,
+                *road,
                 self.points,
                 SetupPanel(gui, desk),
                 LensPanel(gui, desk),

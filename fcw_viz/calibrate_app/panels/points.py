@@ -12,7 +12,7 @@ from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetDistance, SetRowSigma
 from fcw_viz.calibrate_app.document.numbers_text import in_units, unit_name
 from fcw_viz.calibrate_app.document.state import MarkResidual, SessionState
-from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
+from fcw_viz.calibrate_app.document.ways.ways import Part, Way, chosen_way
 from fcw_viz.calibrate_app.drawing.figures import residual_bar
 from fcw_viz.calibrate_app.fields import NumberField
 from fcw_viz.calibrate_app.keys import NUMBER_KEYS
@@ -78,7 +78,9 @@ class PointsPanel:
             note = "1 point"
         if not needed:
             done, note = ("done", note) if counted else ("", "none needed")
-        set_html(self._heading, step_heading(2, "Points on the road", done, note))
+        heading = step_heading(2, "Points on the road", done, note)
+        # A rectangle or plates take the place of the points until there are some.
+        set_html(self._heading, "" if _has_own_marks(way) and not document.marks else heading)
         self._sigma.visible = counted > 0
         self._sigma.show(document.row_sigma_px)
         self._tape.visible = counted > 0
@@ -149,6 +151,10 @@ class PointsPanel:
             )
         words = f'<p class="dim">{EXACT_WORDS}</p>' if exact else ""
         return f"<table>{''.join(lines)}</table>{words}"
+
+
+def _has_own_marks(way: Way | None) -> bool:
+    return way is not None and not {Part.RECTANGLE, Part.PLATES}.isdisjoint(way.parts)
 
 
 def _first_dash(document: Document) -> Mark | None:

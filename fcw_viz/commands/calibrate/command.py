@@ -21,10 +21,16 @@ def run_calibrate(command: CalibrateCommand) -> int:
         from fcw_viz.commands.calibrate.from_clip import run_calibrate_from_clip
 
         return run_calibrate_from_clip(command)
-    if command.source is not None and not (command.points or command.lane_line or command.dashes):
+    if command.source is not None and not marked(command):
         from fcw_viz.commands.calibrate.page import run_calibrate_page
 
         return run_calibrate_page(command, command.source)
     from fcw_viz.commands.calibrate.points import run_calibrate_points
 
     return run_calibrate_points(command)
+
+
+def marked(command: CalibrateCommand) -> bool:
+    """Whether something of the road is stated."""
+    marks = (command.points, command.lane_line, command.dashes, command.rectangle, command.plate)
+    return any(marks)

@@ -2,11 +2,15 @@
 
 from dataclasses import replace
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, GroundRectangle, NumberPlate
 from fcw.camera.joint.bent import bent_picture
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
+from fcw.camera.joint.odd_rectangle import odd_rectangle
+from fcw.camera.joint.plates import PLATE_SIGMA_M, PLATE_WIDTHS_M
 from fcw.camera.lens.plumb import bend_px
 from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS
+from fcw.camera.prior_sigmas import SIDE_SIGMA_M, UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment
 from fcw.errors import UserError
 from fcw_viz.commands.calibrate.options import CalibrateCommand
@@ -19,7 +23,7 @@ FEWEST_DASHES = 3
 
 
 def stated_evidence(command: CalibrateCommand) -> Evidence | None:
-    """Lane lines, horizon and dashes that are stated; None where there are none.
+    """Lane lines, horizon, dashes, rectangles and plates that are stated; None where there are none.
 
     Raises:
         UserError: one of them is not as expected.
@@ -37,29 +41,42 @@ def stated_evidence(command: CalibrateCommand) -> Evidence | None:
         if not (value > 0 and width.sigma > 0):
             raise UserError(f"--lane-width {command.lane_width}: expected metres above 0")
     dashes = _dashes(command)
-    if not lines and horizon is None and not dashes:
+    rectangles, plates = _rectangles(command), _plates(command)
+    if not (lines or horizon or dashes or rectangles or plates):
         return None
     places = (tuple(_places("--lane-line", text)) for text in command.lane_line)
     edges = tuple(along for along in places if len(along) >= FEWEST_LINE_POINTS)
-    return Evidence(dashes, bool(dashes), lines, width, horizon, edges=edges)
+    return Evidence(
+        dashes, bool(dashes), lines, width, horizon, edges=edges, rectangles=rectangles, plates=plates
+    )
 
 
-def bent_warnings(command: CalibrateCommand, calibration: Calibration) -> list[str]:
-    """Warnings of a lens that bends the picture, or of lane lines that bend, by five places along one."""
-    if command.lens is not None or command.exact:
+def evidence_warnings(command: CalibrateCommand, calibration: Calibration) -> list[str]:
+    """Warnings of a rectangle that is none, of a lens that bends the picture, and of lane lines that bend."""
+    if command.exact:
         return []
     evidence = stated_evidence(command) or Evidence()
     if not evidence.points:
         evidence = replace(evidence, points=calibration.points)
-    bent = bent_picture(
+    known = Known(
         evidence,
         calibration.image_size,
-        Gaussian(calibration.camera.height_m, stated_height_sigma(command)),
+        stated_height(command),
         calibration.reference_offset_m,
         command.row_sigma,
         calibration.priors,
+        calibration.lens,
         command.tape_error,
     )
+    odd = odd_rectangle(known)
+    if odd is not None:
+        return [f"{odd.text}; exchange them in --rectangle-sides" if odd.swapped else odd.text]
+    return [] if command.lens is not None else _bent_warnings(command, known)
+
+
+def _bent_warnings(command: CalibrateCommand, known: Known) -> list[str]:
+    """Of a lens that bends the picture, or of lane lines that bend, by five places along one."""
+    bent = bent_picture(known)
     if bent is not None:
         return [f"{bent.text}; make its file from pictures of a chessboard (--chessboard) for --lens"]
     return [
@@ -71,13 +88,61 @@ def bent_warnings(command: CalibrateCommand, calibration: Calibration) -> list[s
     ]
 
 
-def stated_height_sigma(command: CalibrateCommand) -> float:
-    """How well the height is known, in metres."""
-    assert command.height is not None
+def stated_height(command: CalibrateCommand) -> Gaussian:
+    """The height of the camera in metres, and how well it is known; that of any where none is stated."""
+    if command.height is None:
+        return Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
     sigma_m = HEIGHT_SIGMA * command.height if command.height_sigma is None else command.height_sigma
     if not sigma_m > 0:
         raise UserError(f"--height-sigma {sigma_m:g}: expected metres above 0, how well the height is known")
-    return sigma_m
+    return Gaussian(command.height, sigma_m)
+
+
+def _rectangles(command: CalibrateCommand) -> tuple[GroundRectangle, ...]:
+    """Each rectangle with its sides; sides stated once are those of all."""
+    if command.rectangle_sides and not command.rectangle:
+        raise UserError("--rectangle-sides: needs --rectangle, the four corners")
+    sides = [_sides(text) for text in command.rectangle_sides] or [(None, None)]
+    if len(sides) == 1:
+        sides *= len(command.rectangle)
+    if len(sides) != len(command.rectangle):
+        raise UserError(
+            f"--rectangle-sides: {len(sides)} given for {len(command.rectangle)} --rectangle; "
+            "expected one for each, or one for all"
+        )
+    expected = "the columns and rows of four corners in turn, such as 420:610:760:600:700:470:480:474"
+    return tuple(
+        GroundRectangle(
+            tuple(_pairs(_numbers("--rectangle", text, (8,), expected))), *lengths, command.rectangle_along
+        )
+        for text, lengths in zip(command.rectangle, sides, strict=True)
+    )
+
+
+def _plates(command: CalibrateCommand) -> tuple[NumberPlate, ...]:
+    width_m = PLATE_WIDTHS_M.get(command.plate_width.lower())
+    if width_m is None:
+        expected = f"{', '.join(PLATE_WIDTHS_M)} or metres, such as 0.52 or 0.52:0.005"
+        value, *rest = _numbers("--plate-width", command.plate_width, (1, 2), expected)
+        width = Gaussian(value, rest[0] if rest else PLATE_SIGMA_M)
+    else:
+        width = Gaussian(width_m, PLATE_SIGMA_M)
+    expected = "columns and rows of two ends and of a tyre on the road, such as 612:410:664:411:640:436"
+    return tuple(
+        NumberPlate(tuple(_pairs(_numbers("--plate", text, (6,), expected))), width) for text in command.plate
+    )
+
+
+def _sides(text: str) -> tuple[Gaussian | None, Gaussian | None]:
+    expected = "AxB in metres, such as 2.5x5, 2.5x, x5 or 2.5:0.1x5:0.2"
+    both = text.lower().split("x")
+    if len(both) != 2 or both == ["", ""]:
+        raise UserError(f"--rectangle-sides {text}: expected {expected}")
+    found: list[Gaussian | None] = []
+    for side in both:
+        value, *rest = _numbers("--rectangle-sides", side, (1, 2), expected) if side else (None,)
+        found.append(None if value is None else Gaussian(value, rest[0] if rest else SIDE_SIGMA_M))
+    return found[0], found[1]
 
 
 def _dashes(command: CalibrateCommand) -> tuple[GroundPoint, ...]:
@@ -105,7 +170,10 @@ def _segment(option: str, text: str) -> Segment:
 def _places(option: str, text: str) -> list[tuple[float, float]]:
     """Two or more places along a line."""
     expected = "COLUMN:ROW:COLUMN:ROW, such as 210:700:590:420, or more places of the line"
-    numbers = _numbers(option, text, tuple(range(4, 100, 2)), expected)
+    return _pairs(_numbers(option, text, tuple(range(4, 100, 2)), expected))
+
+
+def _pairs(numbers: tuple[float, ...]) -> list[tuple[float, float]]:
     return list(zip(numbers[::2], numbers[1::2], strict=True))
 
 

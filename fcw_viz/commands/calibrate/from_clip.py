@@ -9,7 +9,7 @@ from fcw.camera.lens.files import read_lens
 from fcw.camera.points import check_priors
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
-from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height_sigma
+from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import ground_point, save_and_report
 from fcw_viz.commands.calibrate.priors import stated_priors
@@ -43,7 +43,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     check_priors(priors)
     height_m = VEHICLE_HEIGHTS_M[command.vehicle_class]
     if command.height is not None:
-        height_m = Gaussian(command.height, stated_height_sigma(command))
+        height_m = stated_height(command)
     evidence = stated_evidence(command) or Evidence()
     if command.points:
         evidence = replace(evidence, points=tuple(ground_point(text) for text in command.points))

@@ -36,7 +36,7 @@ class CalibrateCommand:
     image_size: Annotated[str | None, tyro.conf.arg(metavar="WxH")] = None
     """Size of the picture in which the rows were read; not needed with a source."""
     height: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
-    """Height of the camera above the road in metres."""
+    """Height of the camera above the road in metres; not needed with --rectangle-sides or --plate."""
     reference_offset: float = 0.0
     """Metres from the camera forward to where the distances start (front bumper); 0 is the camera itself."""
     row_sigma: float = 1.0
@@ -68,6 +68,20 @@ class CalibrateCommand:
     --height; the distance of the first dash is not needed."""
     dash_period: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
     """Distance from the near end of one dash to that of the next."""
+    rectangle: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V:U:V:U:V ...")] = ()
+    """Rectangles painted on the road, such as a parking bay, each given by columns and rows of its four
+    corners in turn. They give pitch, roll and focal length; with --rectangle-sides also the height."""
+    rectangle_sides: Annotated[tuple[str, ...], tyro.conf.arg(metavar="AxB ...")] = ()
+    """Sides of each --rectangle in metres: from its first corner to the second, and on to the third. One may
+    be left out (2.5x or x5). Each may have its standard deviation (2.5:0.1x5:0.2; 0.02 by default)."""
+    rectangle_along: bool = False
+    """The sides of each --rectangle lie along and across the direction of travel; they then give the yaw."""
+    plate: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V:U:V ...")] = ()
+    """Number plates of vehicles ahead, each given by columns and rows of its two ends and of the place where
+    a rear tyre of that vehicle meets the road. Two or more, near and far, give height and horizon."""
+    plate_width: Annotated[str, tyro.conf.arg(metavar="eu|us|jp|au|M[:SIGMA]")] = "eu"
+    """Width of the plates: by country (0.520 m in the EU and Britain, 0.305 in the USA, 0.330 in Japan, 0.372
+    in Australia), or in metres with its standard deviation."""
     height_sigma: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
     """Standard deviation of --height (default 2 %). Used only without taped points."""
     save: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None

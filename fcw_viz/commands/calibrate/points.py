@@ -7,10 +7,11 @@ from pathlib import Path
 from rich.text import Text
 
 from fcw.bounded.pictures import LONGEST_SIDE_PX
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
+from fcw.camera.calibration import Calibration, GroundPoint, Priors
 from fcw.camera.export import export_text
 from fcw.camera.file import default_path, write_calibration
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.files import read_lens
 from fcw.camera.points import PointsError
@@ -19,7 +20,7 @@ from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
-from fcw_viz.commands.calibrate.evidence import bent_warnings, stated_evidence, stated_height_sigma
+from fcw_viz.commands.calibrate.evidence import evidence_warnings, stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
@@ -36,7 +37,7 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
     if save is None and command.source is not None:
         save = default_path(command.source)
     calibration = _calibration(command)
-    return save_and_report(calibration, save, command, bent_warnings(command, calibration))
+    return save_and_report(calibration, save, command, evidence_warnings(command, calibration))
 
 
 def save_and_report(
@@ -76,13 +77,15 @@ def _calibration(command: CalibrateCommand) -> Calibration:
             "no points: name a video or a picture to click them in, or give at least three as --points "
             "DISTANCE:ROW ..., for example --points 8:594 15:513 40:455 --image-size 1280x720 --height 1.2"
         )
-    if command.height is None:
+    rectangles = () if evidence is None else evidence.rectangles
+    sized = bool(command.plate) or any(rectangle.has_size for rectangle in rectangles)
+    if command.height is None and not sized:
         raise UserError("--height is missing: the height of the camera's lens above the road, in metres")
     points = tuple(ground_point(text) for text in command.points)
     size = _image_size(command)
     lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
     priors = stated_priors(command, size)
-    calibration = _of_rows(command, points, size, priors) if points else None
+    calibration = _of_rows(command, points, size, priors) if points and not sized else None
     aside = {point.column_px for point in points if point.column_px is not None}
     if calibration is not None and evidence is None and lens is None and (command.exact or len(aside) < 2):
         return calibration
@@ -94,14 +97,16 @@ def _calibration(command: CalibrateCommand) -> Calibration:
             raise UserError("--dashes: for marks whose first distance is not known; leave out --points")
         evidence = replace(evidence, points=points)
     return calibrate_jointly(
-        evidence,
-        size,
-        Gaussian(command.height, stated_height_sigma(command)),
-        command.reference_offset,
-        command.row_sigma,
-        priors,
-        lens,
-        command.tape_error,
+        Known(
+            evidence,
+            size,
+            stated_height(command),
+            command.reference_offset,
+            command.row_sigma,
+            priors,
+            lens,
+            command.tape_error,
+        )
     )
 
 

@@ -59,6 +59,7 @@ def calibration_summary(calibration: Calibration, paced: bool = False) -> dict[s
         "sigmas": asdict(camera_sigmas(calibration)),
         "rows": rows,
         "points": [asdict(point) for point in calibration.points],
+        "rectangles": [asdict(rectangle) for rectangle in calibration.rectangles],
         "residuals_px": list(calibration.residuals_px),
         "warnings": [finding.text for finding in findings],
         "exact": _exact(calibration),

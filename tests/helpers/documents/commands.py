@@ -44,7 +44,7 @@ ELSEWHERE = {
     "fcw demo": "tests/commands/test_demo_and_bench.py",
     "fcw bench": "tests/commands/test_demo_and_bench.py",
     "fcw batch": "tests/batch/test_batch_command.py",
-    "fcw calibrate": "tests/commands/test_calibrate_command.py, tests/browser/calibrate",
+    "fcw calibrate": "tests/commands/calibrate, tests/browser/calibrate",
     "fcw review": "tests/browser/review, tests/annotation/test_review_summary.py",
     "fcw export": "tests/commands/export/test_export_command.py",
     "fcw recover": "tests/logs/mcap/test_recovery.py",

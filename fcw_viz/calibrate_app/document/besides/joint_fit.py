@@ -1,11 +1,16 @@
 """The one fit of everything on the page, where marks and beliefs of rows alone do not hold it."""
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, NumberPlate, Priors
 from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
+from fcw.camera.joint.odd_rectangle import OddRectangle, odd_rectangle, swap_gain
+from fcw.camera.joint.rectangle import check_rectangle
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
+from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment
+from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
 
@@ -18,6 +23,8 @@ SPEED_SIGMA = 0.04
 def needs_joint(document: Document) -> bool:
     """Whether something was said that the fit of rows has no place for."""
     if document.paced or document.lens is not None or document.vehicles or document.bent:
+        return True
+    if document.whole_rectangles or document.whole_plates:
         return True
     beliefs = (document.yaw, document.roll, document.speed)
     return any(_stated(belief) is not None for belief in beliefs) or _lane_width(document) is not None
@@ -37,19 +44,7 @@ def joint_calibration(
     Raises:
         UserError: what was said determines no camera.
     """
-    height_m = assumed_height_m if document.height_m is None else document.height_m
-    offset_m = document.reference_offset_m
-    return calibrate_jointly(
-        _evidence(document, points),
-        document.image_size,
-        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
-        assumed_offset_m if offset_m is None else offset_m,
-        document.row_sigma_px,
-        _priors(document),
-        document.lens,
-        document.tape_error,
-        WIDE_BEND if document.bent else None,
-    )
+    return calibrate_jointly(_known(document, points, assumed_height_m, assumed_offset_m))
 
 
 def bent_lens(
@@ -58,16 +53,7 @@ def bent_lens(
     """The lens that bends the picture, where none was said and what was clicked shows it."""
     if document.lens is not None or document.bent:
         return None
-    height_m = assumed_height_m if document.height_m is None else document.height_m
-    return bent_picture(
-        _evidence(document, points),
-        document.image_size,
-        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
-        document.reference_offset_m or 0.0,
-        document.row_sigma_px,
-        _priors(document),
-        document.tape_error,
-    )
+    return bent_picture(_known(document, points, assumed_height_m))
 
 
 def broken_period(
@@ -76,15 +62,48 @@ def broken_period(
     """Dashes that likely do not keep the period that was said."""
     if not document.paced or document.bent:
         return None
-    height_m = assumed_height_m if document.height_m is None else document.height_m
-    return uneven_dashes(
+    return uneven_dashes(_known(document, points, assumed_height_m))
+
+
+def none_rectangle(
+    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
+) -> OddRectangle | None:
+    """A rectangle that is not as it was said."""
+    return odd_rectangle(_known(document, points, assumed_height_m))
+
+
+def sides_are_exchanged(document: Document, rectangle: int) -> bool:
+    """Whether a rectangle fits everything else better with its sides exchanged."""
+    points = tuple(mark.ground_point for mark in document.marks if mark.ground_point is not None)
+    try:
+        known = _known(document, points, UNKNOWN_HEIGHT_M)
+        check_rectangle(known.evidence.rectangles[rectangle], document.image_size)
+    except UserError:
+        return False
+    return swap_gain(known, rectangle) > 0
+
+
+def _known(
+    document: Document,
+    points: tuple[GroundPoint, ...],
+    assumed_height_m: float,
+    assumed_offset_m: float = 0.0,
+) -> Known:
+    height_m = Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
+    if document.height_m is not None or not document.has_size:
+        stated_m = assumed_height_m if document.height_m is None else document.height_m
+        height_m = Gaussian(stated_m, document.height_sigma_m or MEASURED_SIGMA_M)
+    offset_m = document.reference_offset_m
+    return Known(
         _evidence(document, points),
         document.image_size,
-        Gaussian(height_m, document.height_sigma_m or MEASURED_SIGMA_M),
-        document.reference_offset_m or 0.0,
+        height_m,
+        assumed_offset_m if offset_m is None else offset_m,
         document.row_sigma_px,
         _priors(document),
         document.lens,
+        document.tape_error,
+        WIDE_BEND if document.bent else None,
     )
 
 
@@ -106,6 +125,8 @@ def _evidence(document: Document, points: tuple[GroundPoint, ...]) -> Evidence:
         yaw_rad=_stated(document.yaw),
         roll_rad=_stated(document.roll),
         scale_px_m=scale,
+        rectangles=document.whole_rectangles,
+        plates=tuple(NumberPlate(places, document.plate_width_m) for places in document.whole_plates),
         edges=tuple(edge for edge in document.edges if len(edge) >= FEWEST_PLACES),
     )
 

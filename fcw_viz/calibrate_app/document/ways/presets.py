@@ -1,5 +1,12 @@
 """What people have beside a camera: a tape measure, lane dashes of a known period, a parking bay.
 
+Sizes of parking bays:
+
+- Germany: 2.50 x 5.00 m. Empfehlungen fuer Anlagen des ruhenden Verkehrs (EAR).
+- United Kingdom: 2.4 x 4.8 m. Manual for Streets, section 8.3.
+- Australia: 2.4 x 5.4 m. AS/NZS 2890.1.
+- USA: 9 x 18 ft; cities differ, 8.5 to 10 ft and 16 to 20 ft.
+
 Periods of lane dashes, from the near end of one to the near end of the next:
 
 - USA: 10 ft of line and 30 ft of gap, 40 ft. Manual on Uniform Traffic Control Devices (FHWA), section 3A.06.
@@ -13,6 +20,8 @@ Periods of lane dashes, from the near end of one to the near end of the next:
 import math
 from dataclasses import dataclass
 
+from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.plates import PLATE_WIDTHS_M
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 
@@ -114,14 +123,40 @@ DASH_PRESETS = (
 )
 """Marks a known way apart, the first of which has to be measured."""
 
-BAY_PRESETS = (
-    SpacedPreset(
-        "Parking bay, 5.0 m deep",
-        "Stop square in front of an empty bay and measure to its near line. Click its near and its far line, "
-        "then add one more mark or say the lens's field of view. Bays differ: measure its depth, and correct "
-        "the second distance where it is not 5.0 m.",
-        5.0,
-        2,
-    ),
+PLATE_PRESETS = {
+    "EU, Britain: 520 mm": PLATE_WIDTHS_M["eu"],
+    "USA, Canada, Mexico: 12 in": PLATE_WIDTHS_M["us"],
+    "Japan: 330 mm": PLATE_WIDTHS_M["jp"],
+    "Australia: 372 mm": PLATE_WIDTHS_M["au"],
+}
+"""Widths of number plates."""
+
+BAY_WIDTH_SIGMA_M, BAY_DEPTH_SIGMA_M = 0.10, 0.20
+"""Of bays that are to be of a rule's size: rules say the least, builders round, paint is a hand wide."""
+
+
+@dataclass(frozen=True, slots=True)
+class RectanglePreset:
+    """A rectangle that is painted by a rule.
+
+    Attributes:
+        name: what a list calls it.
+        sides_m: both sides, and how far they stray from the rule.
+    """
+
+    name: str
+    sides_m: tuple[Gaussian, Gaussian]
+
+
+def _bay(where: str, width_m: float, depth_m: float, stray: float = 1.0) -> RectanglePreset:
+    sides_m = (Gaussian(width_m, stray * BAY_WIDTH_SIGMA_M), Gaussian(depth_m, stray * BAY_DEPTH_SIGMA_M))
+    return RectanglePreset(f"Parking bay, {where}: {width_m:.2f} x {depth_m:.2f} m", sides_m)
+
+
+RECTANGLE_PRESETS = (
+    _bay("Germany", 2.5, 5.0),
+    _bay("Britain", 2.4, 4.8),
+    _bay("Australia", 2.4, 5.4),
+    _bay("USA", round(9 / FEET_PER_METRE, 2), round(18 / FEET_PER_METRE, 2), stray=2.0),
 )
-"""The same of a parking bay."""
+"""Bays square to the aisle. A taped side is far better than any of them."""

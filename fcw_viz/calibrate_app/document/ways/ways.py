@@ -9,9 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from fcw.camera.calibration import Gaussian
+from fcw.camera.calibration import Gaussian, GroundRectangle
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
+from fcw.camera.joint.plates import OVERHANG_M, PLATE_WIDTHS_M
 from fcw.camera.prior_sigmas import (
     HORIZON_ROW_SIGMA_PX,
     PRINCIPAL_ROW_SIGMA_HEIGHTS,
@@ -23,8 +24,8 @@ from fcw_viz.calibrate_app.document.document import Belief, Document, Line, Mark
 from fcw_viz.calibrate_app.document.edits import ChooseWay, Edit, PlanDistances, SetPrincipalRow
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
 from fcw_viz.calibrate_app.document.ways.presets import (
-    BAY_PRESETS,
     DASH_PRESETS,
+    RECTANGLE_PRESETS,
     TAPE_PRESETS,
     Preset,
     SpacedPreset,
@@ -39,6 +40,8 @@ class Part(Enum):
 
     POINTS = "points"
     LENS = "lens and horizon"
+    RECTANGLE = "rectangle"
+    PLATES = "plates"
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +114,19 @@ def chosen_way(document: Document) -> Way | None:
     return next((way for way in WAYS if way.key == key), None)
 
 
+def clicks_plates(document: Document) -> bool:
+    """Whether a click on the picture is of a number plate: their way is chosen."""
+    way = chosen_way(document)
+    return way is not None and Part.PLATES in way.parts
+
+
+def clicks_corners(document: Document) -> bool:
+    """Whether a click on the picture is a corner of the rectangle: its way is chosen and it lacks one."""
+    way = chosen_way(document)
+    whole = document.rectangles == document.whole_rectangles != ()
+    return way is not None and Part.RECTANGLE in way.parts and not whole
+
+
 def _typical(size: ImageSize) -> GroundPlaneCamera:
     focal_px = size.width / 2 / math.tan(TYPICAL_VIEW_RAD / 2)
     return GroundPlaneCamera(
@@ -126,14 +142,6 @@ def _with_marks(*distances_m: float) -> Callable[[ImageSize], Document]:
             for number, distance_m in enumerate(distances_m, 1)
         )
         return Document(size, marks, len(marks) + 1, height_m=TYPICAL_HEIGHT_M)
-
-    return example
-
-
-def _with_marks_and_lens(*distances_m: float) -> Callable[[ImageSize], Document]:
-    def example(size: ImageSize) -> Document:
-        lens, points = _without_marks(size), _with_marks(*distances_m)(size)
-        return replace(lens, marks=points.marks, next_id=points.next_id, horizon=None)
 
     return example
 
@@ -168,6 +176,19 @@ def _of_lane(size: ImageSize) -> Document:
     return replace(_without_marks(size), horizon=None, lane_lines=(line(1.75), line(-1.75)), lane_width=width)
 
 
+def _of_rectangle(size: ImageSize) -> Document:
+    """A bay by a country's rule, seen askew, and no height."""
+    camera, turn = _typical(size), math.radians(25.0)
+    sides_m = RECTANGLE_PRESETS[0].sides_m
+    corners_px = []
+    for along, across in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        x, y = along * sides_m[0].value / 2, across * sides_m[1].value / 2
+        ahead_m = 9.0 + x * math.cos(turn) - y * math.sin(turn)
+        left_m = x * math.sin(turn) + y * math.cos(turn)
+        corners_px.append((camera.column_at(left_m, ahead_m), camera.row_at(ahead_m)))
+    return Document(size, rectangles=(GroundRectangle(tuple(corners_px), *sides_m),))
+
+
 def _of_speed(size: ImageSize) -> Document:
     camera, mean_mps = _typical(size), 25.0
     return replace(
@@ -194,7 +215,21 @@ def _of_vehicles(size: ImageSize) -> Document:
     return replace(_without_marks(size), horizon=None, vehicles=vehicles)
 
 
-TAPE, CLIP, DASHES, BAY, LANE, SPEED, VEHICLES = "tape", "clip", "dashes", "bay", "lane", "speed", "vehicles"
+def _of_plates(size: ImageSize) -> Document:
+    """Three plates a hand above the bumper of cars at 8, 13 and 20 m."""
+    camera, plates = _typical(size), []
+    for rear_m in (8.0, 13.0, 20.0):
+        plate = camera.ground_box(rear_m, 0.0, PLATE_WIDTHS_M["eu"], 0.8)
+        tyre_m = rear_m + OVERHANG_M.value
+        tyre = (camera.column_at(0.7, tyre_m), camera.row_at(tyre_m))
+        plates.append(((plate.x, plate.y), (plate.x + plate.w, plate.y), tyre))
+    return replace(
+        _without_marks(size), horizon=None, height_m=None, height_sigma_m=None, plates=tuple(plates)
+    )
+
+
+TAPE, CLIP, DASHES, RECTANGLE, LANE = "tape", "clip", "dashes", "bay", "lane"
+SPEED, VEHICLES, PLATES = "speed", "vehicles", "plates"
 WAYS = (
     Way(
         CLIP,
@@ -247,13 +282,20 @@ WAYS = (
         _of_vehicles,
     ),
     Way(
-        BAY,
-        "A parking bay",
-        "Stopped square before an empty bay: its depth, the way to its near line, and the kind of camera.",
-        False,
-        (Part.POINTS, Part.LENS),
-        _with_marks_and_lens(4.0, 9.0),
-        BAY_PRESETS,
+        PLATES,
+        "Number plates ahead",
+        "Two or more vehicles seen from behind, near and far, their country and the kind of camera.",
+        True,
+        (Part.PLATES, Part.LENS),
+        _of_plates,
+    ),
+    Way(
+        RECTANGLE,
+        "A rectangle of known size",
+        "An empty parking bay or other painted rectangle, seen whole: four corners and how long a side is.",
+        True,
+        (Part.RECTANGLE,),
+        _of_rectangle,
     ),
 )
 """In the order of the first screen."""

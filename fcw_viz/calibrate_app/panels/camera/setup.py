@@ -18,6 +18,7 @@ METRES, FEET = "metres", "feet"
 MEASURED = "I measured it"
 HEIGHT_WORDS = "From the road to the lens. It sets pitch and the sizes of vehicles, not distances."
 SCALE_WORDS = "From the road to the lens. Without taped points every distance is proportional to it."
+SIZED_WORDS = "From the road to the lens. It follows from the rest; measured, it makes all distances better."
 BUMPER_WORDS = '<p class="dim">How far the front bumper is ahead of the lens.</p>'
 
 
@@ -60,12 +61,12 @@ class SetupPanel:
         unit = 1 / FEET_PER_METRE if document.imperial else 1.0
         unit_name = "ft" if document.imperial else "m"
         way = chosen_way(document)
-        said = document.height_m is not None and document.reference_offset_m is not None
+        height_said = document.height_m is not None or document.has_size
+        said = height_said and document.reference_offset_m is not None
         set_html(self._heading, step_heading(3, "Camera", "done" if said else "now" if way else ""))
         scales = _height_scales(document)
-        set_html(
-            self._height_words, text_block(f'<p class="dim">{SCALE_WORDS if scales else HEIGHT_WORDS}</p>')
-        )
+        words = SIZED_WORDS if document.has_size else SCALE_WORDS if scales else HEIGHT_WORDS
+        set_html(self._height_words, text_block(f'<p class="dim">{words}</p>'))
         self._height.handle.label = f"Camera height, {unit_name}"
         self._height.show(document.height_m, unit)
         self._sigma.visible = document.height_sigma_m is not None
@@ -108,4 +109,4 @@ class SetupPanel:
 def _height_scales(document: Document) -> bool:
     """Whether distances follow from the height, so that its error counts."""
     way = chosen_way(document)
-    return document.paced or (way is not None and Part.LENS in way.parts)
+    return document.paced or (way is not None and (Part.LENS in way.parts or Part.RECTANGLE in way.parts))

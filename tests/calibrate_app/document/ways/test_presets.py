@@ -10,7 +10,7 @@ from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw_viz.calibrate_app.document.document import Document
 from fcw_viz.calibrate_app.document.edits import PlanDistances
-from fcw_viz.calibrate_app.document.ways.presets import BAY_PRESETS, DASH_PRESETS, TAPE_PRESETS
+from fcw_viz.calibrate_app.document.ways.presets import DASH_PRESETS, RECTANGLE_PRESETS, TAPE_PRESETS
 
 BY_PLACE = {preset.name: preset for preset in DASH_PRESETS}
 
@@ -49,10 +49,11 @@ def test_lane_dashes_repeat_after_a_line_and_a_gap(place, line_and_gap_m):
     assert len(preset.distances_m) >= PARAMETER_COUNT
 
 
-def test_the_parking_bay_is_five_metres_deep_and_asks_for_one_more_fact():
-    bay = BAY_PRESETS[0].starting_at(3.2)
-    assert bay.distances_m == (3.2, 8.2)
-    assert "one more mark or say the lens's field of view" in bay.instruction
+def test_bays_are_of_the_size_that_their_country_says_and_stray_from_it():
+    sizes = {preset.name: [side.value for side in preset.sides_m] for preset in RECTANGLE_PRESETS}
+    assert sizes["Parking bay, Germany: 2.50 x 5.00 m"] == [2.5, 5.0]
+    assert sizes["Parking bay, USA: 2.74 x 5.49 m"] == pytest.approx([9 * 0.3048, 18 * 0.3048], abs=0.01)
+    assert all(0.03 < side.sigma / side.value < 0.1 for p in RECTANGLE_PRESETS for side in p.sides_m)
 
 
 @pytest.mark.parametrize("first_m", [0.0, -3.0, math.nan, math.inf])

@@ -5,6 +5,7 @@ import pytest
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.joint.uneven import uneven_dashes
 from fcw.camera.lens.model import Lens
@@ -44,8 +45,10 @@ def at_30_m(calibration: Calibration) -> tuple[float, float, float]:
 @pytest.mark.parametrize("period_m", [9.0, 12.0, 14.63])
 def test_dashes_that_keep_their_period_are_not_accused(period_m):
     true_m = [8.0 + k * period_m for k in range(4)]
-    assert uneven_dashes(evidence(period_m, *true_m), SIZE, HEIGHT, lens=LENS) is None
-    seen_m, low_m, high_m = at_30_m(calibrate_jointly(evidence(period_m, *true_m), SIZE, HEIGHT, lens=LENS))
+    assert uneven_dashes(Known(evidence(period_m, *true_m), SIZE, HEIGHT, lens=LENS)) is None
+    seen_m, low_m, high_m = at_30_m(
+        calibrate_jointly(Known(evidence(period_m, *true_m), SIZE, HEIGHT, lens=LENS))
+    )
     assert seen_m == pytest.approx(AT_M, rel=0.005)
     assert high_m - low_m < 0.12 * AT_M
 
@@ -53,11 +56,11 @@ def test_dashes_that_keep_their_period_are_not_accused(period_m):
 def test_a_gap_that_is_another_one_is_found_and_named():
     """A bridge's joint lies between the second and the third dash."""
     broken = evidence(12.0, 8.0, 20.0, 36.0, 48.0)
-    uneven = uneven_dashes(broken, SIZE, HEIGHT, lens=LENS)
+    uneven = uneven_dashes(Known(broken, SIZE, HEIGHT, lens=LENS))
     assert uneven is not None
     assert uneven.gaps_m == pytest.approx((12.0, 16.0, 12.0), rel=0.06)
     assert "between dash 2 and dash 3 it is about" in uneven.text
-    seen_m, low_m, high_m = at_30_m(calibrate_jointly(broken, SIZE, HEIGHT, lens=LENS))
+    seen_m, low_m, high_m = at_30_m(calibrate_jointly(Known(broken, SIZE, HEIGHT, lens=LENS)))
     assert low_m < AT_M < high_m
     assert seen_m == pytest.approx(AT_M, rel=0.03)
 
@@ -65,7 +68,7 @@ def test_a_gap_that_is_another_one_is_found_and_named():
 @pytest.mark.parametrize("true_period_m", [11.5, 12.7, 17.0])
 def test_dashes_of_another_period_than_the_rules_leave_no_sure_and_wrong_distance(true_period_m):
     other = evidence(14.63, *(8.0 + k * true_period_m for k in range(4)))
-    seen_m, low_m, high_m = at_30_m(calibrate_jointly(other, SIZE, HEIGHT, lens=LENS))
+    seen_m, low_m, high_m = at_30_m(calibrate_jointly(Known(other, SIZE, HEIGHT, lens=LENS)))
     assert low_m < AT_M < high_m
     # The rest of what was said has more weight than the rule.
     assert abs(seen_m / AT_M - 1) < 0.5 * abs(14.63 / true_period_m - 1)
@@ -74,7 +77,7 @@ def test_dashes_of_another_period_than_the_rules_leave_no_sure_and_wrong_distanc
 @pytest.mark.parametrize("true_period_m", [11.5, 17.0])
 def test_another_period_is_told_where_the_rest_is_sure_enough(true_period_m):
     other = evidence(14.63, *(8.0 + k * true_period_m for k in range(4)))
-    uneven = uneven_dashes(other, SIZE, HEIGHT, lens=LENS)
+    uneven = uneven_dashes(Known(other, SIZE, HEIGHT, lens=LENS))
     assert uneven is not None
     assert uneven.gaps_m == pytest.approx([true_period_m] * 3, rel=0.03)
     assert "their period of 14.63 m: by the rest of what was said here it is about" in uneven.text
@@ -83,4 +86,4 @@ def test_another_period_is_told_where_the_rest_is_sure_enough(true_period_m):
 def test_without_anything_that_would_tell_nobody_is_accused():
     other = evidence(14.63, 8.0, 20.7, 33.4)
     dashes_alone = Evidence(points=other.points, first_unknown=True)
-    assert uneven_dashes(dashes_alone, SIZE, HEIGHT) is None
+    assert uneven_dashes(Known(dashes_alone, SIZE, HEIGHT)) is None

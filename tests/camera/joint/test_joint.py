@@ -11,6 +11,7 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.file import calibration_text, parse_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Evidence, Ruler
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import FindingKind, plausibility, vehicle_finding
@@ -72,7 +73,7 @@ def test_yaw_and_roll_come_back_with_the_path_in_its_lane(lens, seed):
             column_px, row_px = clicked(there, rng, lateral_m, distance_m)
             points.append(GroundPoint(distance_m, row_px, column_px))
     evidence = Evidence(points=tuple(points), lines=lines_of(there, rng, 1.8, -1.8))
-    calibration = calibrate_jointly(evidence, SIZE, HEIGHT, lens=lens)
+    calibration = calibrate_jointly(Known(evidence, SIZE, HEIGHT, lens=lens))
     turned = calibration.orientation
     assert math.degrees(turned.yaw_rad) == pytest.approx(3, abs=0.3)
     assert math.degrees(turned.roll_rad) == pytest.approx(2, abs=0.3)
@@ -90,7 +91,7 @@ def test_whole_orientation_and_lens_survive_the_file():
         for d, y in ((6.0, 1.0), (15.0, -1.0), (30.0, 1.0))
     )
     evidence = Evidence(points=points, lines=lines_of(there, rng, 1.8, -1.8))
-    calibration = calibrate_jointly(evidence, SIZE, HEIGHT, lens=WIDE)
+    calibration = calibrate_jointly(Known(evidence, SIZE, HEIGHT, lens=WIDE))
     assert parse_calibration(calibration_text(calibration), "x") == calibration
     straight = calibration.straight()
     assert straight.straightening is None
@@ -133,7 +134,7 @@ def test_ways_without_taped_points_hold_their_intervals(kind):
             there = way(Orientation())
             height = Gaussian(1.3 * (1 + 0.02 * rng.standard_normal()), 0.026)
             evidence = evidence_of(kind, there, rng)
-            found.append(calibrate_jointly(evidence, SIZE, height))
+            found.append(calibrate_jointly(Known(evidence, SIZE, height)))
             places.append(shown(there, 0.0, 30.0))
     finally:
         REAL = before  # pyright: ignore[reportConstantRedefinition]
@@ -179,7 +180,7 @@ def test_vehicles_of_a_width_that_none_has_are_told():
 def test_dashes_tell_their_first_distance():
     there = way(Orientation())
     dashes = tuple(GroundPoint(12.0 * k, float(shown(there, 0, 9.0 + 12.0 * k)[1])) for k in range(4))
-    calibration = calibrate_jointly(Evidence(points=dashes, first_unknown=True), SIZE, HEIGHT)
+    calibration = calibrate_jointly(Known(Evidence(points=dashes, first_unknown=True), SIZE, HEIGHT))
     assert calibration.points[0].distance_m == pytest.approx(9.0, rel=0.1)
     low_m, high_m = calibration.distance_interval(calibration.row_at(30.0))
     assert low_m < 30 < high_m
@@ -187,4 +188,4 @@ def test_dashes_tell_their_first_distance():
 
 def test_nothing_known_of_the_road_is_refused():
     with pytest.raises(UserError, match="nothing is known of where the road lies"):
-        calibrate_jointly(Evidence(), SIZE, HEIGHT)
+        calibrate_jointly(Known(Evidence(), SIZE, HEIGHT))

@@ -259,59 +259,6 @@ def test_missing_source_is_named(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-LANES = [
-    "--lane-line",
-    *(
-        ":".join(f"{value:.2f}" for d in (6.0, 40.0) for value in (TRUTH.column_at(y, d), TRUTH.row_at(d)))
-        for y in (1.8, -1.8)
-    ),
-]
-
-
-def test_lane_lines_and_points_with_columns_tell_the_whole_orientation(tmp_path, capsys):
-    file = tmp_path / "out.yaml"
-    points = [f"{d}:{TRUTH.row_at(float(d))!r}:{c}" for d, c in ((6, 500), (15, 700), (40, 640))]
-    arguments = ["calibrate", "--points", *points, *LANES, "--image-size", "1280x720", "--height", "1.225"]
-    result = result_of([*arguments, "--save", str(file)], capsys)
-    orientation = result["orientation"]
-    assert orientation["yaw_rad"] == pytest.approx(0, abs=0.01)
-    assert abs(orientation["roll_rad"]) < 3 * orientation["roll_sigma_rad"]
-    assert read_calibration(file).orientation.yaw_rad == orientation["yaw_rad"]
-
-
-def test_a_line_that_the_lens_bends_is_said(capsys):
-    bent = ":".join(f"{u}:{400 + u / 4 + 20 * (u / 400 - 1) ** 2}" for u in range(0, 801, 100))
-    result = result_of([*GOOD, "--lane-line", bent, LANES[2]], capsys)
-    assert any("give it with --lens" in warning for warning in result["warnings"])
-
-
-def test_dashes_of_a_known_period_need_no_first_distance(capsys):
-    rows = [f"{TRUTH.row_at(9.0 + 12 * k):.2f}" for k in range(4)]
-    arguments = ["calibrate", "--dashes", *rows, "--dash-period", "12", "--image-size", "1280x720"]
-    result = result_of([*arguments, "--height", "1.225"], capsys)
-    assert result["points"][0]["distance_m"] == pytest.approx(9.0, rel=0.15)
-    at_30 = next(row for row in result["rows"] if row["distance_m"] == 30)
-    assert at_30["low_m"] < 30 < at_30["high_m"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--dashes", "500", "450", "430"], "--dash-period is missing"),
-        (["--dashes", "500", "450", "--dash-period", "12"], "2 ends given, expected 3 or more"),
-        (["--lane-line", "1:2:3"], "--lane-line 1:2:3: expected COLUMN:ROW:COLUMN:ROW"),
-        (["--lane-line", "1:2:3:4", "--lane-width", "3.7"], "--lane-width: needs two --lane-line"),
-        (["--from-clip"], "--from-clip: name the video or folder of pictures"),
-        (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),
-    ],
-)
-def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
-    assert main(["calibrate", "--image-size", "1280x720", "--height", "1.2", *arguments]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert message in " ".join(captured.err.split())
-
-
 @pytest.mark.slow
 def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, capsys, data_dir):
     lens = tmp_path / "udacity.lens.yaml"

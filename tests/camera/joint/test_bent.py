@@ -10,6 +10,7 @@ from fcw.camera.calibration import Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.bent import WIDE_BEND, bent_picture
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.straight import Orientation, Straightening, straight_column
@@ -59,7 +60,7 @@ def poles(there: Straightening, rng: np.random.Generator) -> Evidence:
 def test_a_wide_lens_is_noticed_and_fitted(clicked):
     there, rng = picture_of(85.0, BENT), np.random.default_rng(1)
     evidence = clicked(there, rng)
-    found = bent_picture(evidence, SIZE, HEIGHT)
+    found = bent_picture(Known(evidence, SIZE, HEIGHT))
     assert found is not None
     assert found.lens.coefficients[0] == pytest.approx(BENT[0], abs=0.1)
     assert "the lens bends this picture" in found.text
@@ -71,7 +72,7 @@ def test_a_lens_that_is_fitted_with_the_rest_puts_what_lies_aside_where_it_is():
     place = there.to_picture(np.array([[there.camera.column_at(9.0, 12.0), there.camera.row_at(12.0)]]))
     seen_m = []
     for bend in (WIDE_BEND, None):
-        calibration = calibrate_jointly(evidence, SIZE, HEIGHT, bend=bend)
+        calibration = calibrate_jointly(Known(evidence, SIZE, HEIGHT, bend=bend))
         way = calibration.straightening
         seen_m.append(
             calibration.distance_at(float((place if way is None else way.to_straight(place))[0, 1]))
@@ -83,8 +84,8 @@ def test_a_lens_that_is_fitted_with_the_rest_puts_what_lies_aside_where_it_is():
 
 def test_what_cannot_tell_of_a_lens_is_not_asked():
     there, rng = picture_of(85.0, BENT), np.random.default_rng(1)
-    assert bent_picture(marks(there, rng, (0.0,)), SIZE, HEIGHT) is None
-    assert bent_picture(Evidence(lines=LANE_LINES), SIZE, HEIGHT) is None
+    assert bent_picture(Known(marks(there, rng, (0.0,)), SIZE, HEIGHT)) is None
+    assert bent_picture(Known(Evidence(lines=LANE_LINES), SIZE, HEIGHT)) is None
 
 
 @pytest.mark.slow
@@ -94,5 +95,5 @@ def test_straight_pictures_are_not_accused():
     for number in range(60):
         there = picture_of(rng.uniform(50, 110), None, rng.normal(0, 2), rng.normal(0, 1))
         evidence = (marks if number % 2 else poles)(there, rng)
-        accused += bent_picture(evidence, SIZE, HEIGHT) is not None
+        accused += bent_picture(Known(evidence, SIZE, HEIGHT)) is not None
     assert accused <= 2

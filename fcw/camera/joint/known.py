@@ -1,0 +1,37 @@
+"""All that is known of a camera and its road: what a fit of everything takes."""
+
+from dataclasses import dataclass
+
+from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.lens.model import Lens
+from fcw.camera.prior_sigmas import TAPE_ERROR
+from fcw.frame import ImageSize
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What somebody has said and clicked.
+
+    Attributes:
+        evidence: what is known of the road in the picture.
+        image_size: of the picture.
+        height_m: of the camera, and how well it is known.
+        reference_offset_m: from the camera forward to where distances start.
+        click_sigma_px: standard deviation of a clicked column or row.
+        priors: what else is stated; what is not is as in every lens.
+        lens: the camera's intrinsics and distortion, where they are known.
+        tape_error: standard deviation of all distances together, as a part of them; of a period, too.
+        bend: k1 of a lens that is not known but bends the picture (Brown 1971); it is fitted with the rest.
+            None of a picture free of distortion.
+    """
+
+    evidence: Evidence
+    image_size: ImageSize
+    height_m: Gaussian
+    reference_offset_m: float = 0.0
+    click_sigma_px: float = 1.0
+    priors: Priors = Priors()  # noqa: RUF009 - immutable
+    lens: Lens | None = None
+    tape_error: float = TAPE_ERROR
+    bend: Gaussian | None = None

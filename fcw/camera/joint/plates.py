@@ -1,0 +1,95 @@
+"""Number plates as rulers: how wide they would be at the distance at which their vehicle stands.
+
+A plate is a hundred times better known than a vehicle's width, and a tenth as large in the picture. It stands
+at the rear face, above the road; the row of a rear tyre tells how far away the tyre meets the road, and the
+rear face is an overhang nearer.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fcw.camera.calibration import Gaussian, NumberPlate
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.points import OUTSIDE_LIMIT
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+PLACES = 3
+"""Of each plate: two ends, and where a tyre meets the road."""
+PLATE_SIGMA_M = 0.004
+"""Of a plate of a known country: its rim is bent, and its ends are rounded."""
+PLATE_WIDTHS_M = {"eu": 0.520, "us": 0.3048, "jp": 0.330, "au": 0.372}
+"""EU and Britain; USA, Canada and Mexico; Japan; Australia. Their ordinary plates for cars, by law."""
+OVERHANG_M = Gaussian(0.75, 0.25)
+"""From the rear edge of a tyre's contact back to the plate: in drawings of common cars it is 0.6 to 1.1 m
+from axle to bumper; a belief, not a count."""
+TURN_SIGMA = 0.01
+"""Of the width, as a part of it: a vehicle turned by 8 degrees shows one hundredth less."""
+NARROWEST_PX = 4.0
+NARROWEST_M, WIDEST_M = 0.1, 1.0
+
+
+def check_plate(plate: NumberPlate, image_size: ImageSize) -> None:
+    """Refuse places that are no plate above a road, and widths that none has.
+
+    Raises:
+        UserError: naming what is wrong, and what to do.
+    """
+    places = np.array(plate.places_px, float)
+    if places.shape != (PLACES, 2) or not np.isfinite(places).all():
+        raise UserError(
+            f"number plate: {len(plate.places_px)} places, expected two ends and where a tyre stands"
+        )
+    size = np.array((image_size.width, image_size.height))
+    if ((places < -OUTSIDE_LIMIT * size) | (places > 2 * size)).any():
+        raise UserError(
+            f"number plate: a place is far outside the picture of {image_size}; click in the picture"
+        )
+    ends, contact_row_px = places[:2], places[2, 1]
+    if math.dist(*ends) < NARROWEST_PX:
+        raise UserError(
+            f"number plate: it is {math.dist(*ends):.1f} px wide, too narrow to tell; take a nearer one"
+        )
+    if contact_row_px <= ends[:, 1].max():
+        raise UserError(
+            f"number plate: the tyre meets the road at row {contact_row_px:g}, above the plate at row "
+            f"{ends[:, 1].max():g}; give the two ends of the plate, then where a rear tyre stands below it"
+        )
+    width = plate.width_m
+    if not (NARROWEST_M <= width.value <= WIDEST_M and width.sigma > 0):
+        raise UserError(
+            f"number plate: width {width.value:g} ± {width.sigma:g} m: expected {NARROWEST_M:g} to "
+            f"{WIDEST_M:g} m, and an error above 0"
+        )
+
+
+def plate_misfits(
+    plates: Sequence[NumberPlate], places: FloatArray, camera: GroundPlaneCamera, click_px: float
+) -> FloatArray:
+    """(N,) in sigmas: the width of each plate where its vehicle stands, against what it is.
+
+    Args:
+        plates: as they were clicked.
+        places: (N, 3, 2) columns and rows of their ends and contacts in the straight picture.
+        camera: of it.
+        click_px: standard deviation of a clicked column or row.
+    """
+    widths_px = np.maximum(np.linalg.norm(places[:, 1] - places[:, 0], axis=1), 1.0)
+    below_px = np.maximum(places[:, 2, 1] - camera.horizon_row_px, 1.0)
+    tyres_m = camera.distance_at(camera.horizon_row_px + below_px)
+    rears_m = np.maximum(tyres_m - OVERHANG_M.value, 0.5)
+    rows = (places[:, :2, 1].mean(axis=1) - camera.principal_row_px) / camera.focal_y_px
+    depths_m = rears_m / (math.cos(camera.pitch_rad) - rows * math.sin(camera.pitch_rad))
+    seen_m = widths_px * depths_m / camera.focal_y_px
+    stated_m = np.array([plate.width_m.value for plate in plates])
+    width_parts = np.array([plate.width_m.sigma for plate in plates]) / stated_m
+    tyre_sigmas_m = click_px * (tyres_m + camera.pole_m) / below_px
+    sigmas = np.sqrt(
+        width_parts**2
+        + TURN_SIGMA**2
+        + 2 * (click_px / widths_px) ** 2
+        + (np.hypot(tyre_sigmas_m, OVERHANG_M.sigma) / rears_m) ** 2
+    )
+    return np.log(seen_m / stated_m) / sigmas

@@ -1,0 +1,47 @@
+"""Vehicles as rulers: how wide they would be, against how wide their kind is."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.joint.evidence import Ruler
+
+LENGTH_M = 4.2
+"""Of a vehicle, for how much of its side it shows."""
+SIDE_SIGMA = 0.5
+"""Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
+HUBER_SIGMAS = 2.0
+
+
+def width_misfits(
+    rulers: Sequence[Ruler], places: FloatArray, camera: GroundPlaneCamera, log_fleet: float
+) -> FloatArray:
+    """(N,) in sigmas: the width of each by its row, against that of its kind; wild ones count little (Huber).
+
+    Args:
+        rulers: the vehicles.
+        places: (N, 2) columns and rows of their lower edges in the straight picture.
+        camera: of it.
+        log_fleet: how much wider all vehicles are together, as a logarithm.
+    """
+    below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
+    widths_px = np.array([ruler.width_px for ruler in rulers])
+    metres_per_px = camera.height_m / (below * math.cos(camera.pitch_rad))
+    usual_m = np.array([ruler.width_m.value for ruler in rulers])
+    # A vehicle beside our path shows its side, whose far end is a car's length farther away.
+    outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
+    distances_m = camera.focal_y_px * metres_per_px
+    sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
+    seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
+    relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
+    row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) / below
+    sigmas = np.sqrt(relative**2 + row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2)
+    misfits = (np.log(seen_m / usual_m) - log_fleet) / sigmas
+    sizes = np.abs(misfits)
+    return np.where(
+        sizes > HUBER_SIGMAS,
+        np.sign(misfits) * np.sqrt(np.maximum(2 * HUBER_SIGMAS * sizes - HUBER_SIGMAS**2, 0.0)),
+        misfits,
+    )

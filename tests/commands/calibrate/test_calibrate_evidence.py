@@ -1,0 +1,129 @@
+"""`fcw calibrate` with what is known of the road: lane lines, dashes, rectangles, number plates."""
+
+import json
+
+import pytest
+
+from fcw.camera.file import read_calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw_viz.cli import main
+
+TRUTH = GroundPlaneCamera(0.03, 1100, 359.5, 1.225, 639.5)
+GOOD_POINTS = [f"{d}:{TRUTH.row_at(float(d))!r}" for d in (6, 15, 40)]
+GOOD = ["calibrate", "--points", *GOOD_POINTS, "--image-size", "1280x720", "--height", "1.225"]
+
+
+def result_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> dict:
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+LANES = [
+    "--lane-line",
+    *(
+        ":".join(f"{value:.2f}" for d in (6.0, 40.0) for value in (TRUTH.column_at(y, d), TRUTH.row_at(d)))
+        for y in (1.8, -1.8)
+    ),
+]
+
+
+def test_lane_lines_and_points_with_columns_tell_the_whole_orientation(tmp_path, capsys):
+    file = tmp_path / "out.yaml"
+    points = [f"{d}:{TRUTH.row_at(float(d))!r}:{c}" for d, c in ((6, 500), (15, 700), (40, 640))]
+    arguments = ["calibrate", "--points", *points, *LANES, "--image-size", "1280x720", "--height", "1.225"]
+    result = result_of([*arguments, "--save", str(file)], capsys)
+    orientation = result["orientation"]
+    assert orientation["yaw_rad"] == pytest.approx(0, abs=0.01)
+    assert abs(orientation["roll_rad"]) < 3 * orientation["roll_sigma_rad"]
+    assert read_calibration(file).orientation.yaw_rad == orientation["yaw_rad"]
+
+
+def test_a_line_that_the_lens_bends_is_said(capsys):
+    bent = ":".join(f"{u}:{400 + u / 4 + 20 * (u / 400 - 1) ** 2}" for u in range(0, 801, 100))
+    result = result_of([*GOOD, "--lane-line", bent, LANES[2]], capsys)
+    assert any("give it with --lens" in warning for warning in result["warnings"])
+
+
+def test_dashes_of_a_known_period_need_no_first_distance(capsys):
+    rows = [f"{TRUTH.row_at(9.0 + 12 * k):.2f}" for k in range(4)]
+    arguments = ["calibrate", "--dashes", *rows, "--dash-period", "12", "--image-size", "1280x720"]
+    result = result_of([*arguments, "--height", "1.225"], capsys)
+    assert result["points"][0]["distance_m"] == pytest.approx(9.0, rel=0.15)
+    at_30 = next(row for row in result["rows"] if row["distance_m"] == 30)
+    assert at_30["low_m"] < 30 < at_30["high_m"]
+
+
+BAY_M = ((6.0, -1.0), (6.0, 1.5), (11.0, 1.5), (11.0, -1.0))
+BAY = [
+    "--rectangle",
+    ":".join(f"{TRUTH.column_at(y, d):.2f}:{TRUTH.row_at(d):.2f}" for d, y in BAY_M),
+]
+
+
+def test_a_parking_bay_alone_gives_the_camera_and_comes_back_from_the_file(tmp_path, capsys):
+    file = tmp_path / "out.yaml"
+    arguments = ["calibrate", *BAY, "--image-size", "1280x720", "--save", str(file)]
+    result = result_of([*arguments, "--rectangle-sides", "2.5x5:0.05"], capsys)
+    assert result["warnings"] == []
+    assert result["height_m"] == pytest.approx(TRUTH.height_m, rel=0.02)
+    assert result["pitch_rad"] == pytest.approx(TRUTH.pitch_rad, abs=0.005)
+    at_20 = next(row for row in result["rows"] if row["distance_m"] == 20)
+    assert at_20["row_px"] == pytest.approx(TRUTH.row_at(20.0), abs=2)
+    saved = read_calibration(file).rectangles[0]
+    assert saved.first_side_m is not None
+    assert saved.second_side_m is not None
+    assert (saved.first_side_m.sigma, saved.second_side_m.sigma) == (0.02, 0.05)
+    swapped = result_of([*arguments, "--rectangle-sides", "5x2.5"], capsys)
+    assert "exchange them in --rectangle-sides" in swapped["warnings"][-1]
+
+
+def test_plates_and_the_lens_give_the_camera_without_its_height(capsys):
+    plates = []
+    for rear_m, left_m in ((7.0, 0.0), (12.0, 3.0), (20.0, -2.0)):
+        tyre = (TRUTH.column_at(left_m, rear_m + 0.75), TRUTH.row_at(rear_m + 0.75))
+        box = TRUTH.ground_box(rear_m, left_m, 0.52, 0.8)  # its top edge is the plate's
+        ends = (box.x, box.y, box.x + box.w, box.y)
+        plates.append(":".join(f"{value:.2f}" for value in (*ends, *tyre)))
+    arguments = ["calibrate", "--plate", *plates, "--field-of-view", "60.4:1", "--image-size", "1280x720"]
+    result = result_of(arguments, capsys)
+    assert result["height_m"] == pytest.approx(TRUTH.height_m, rel=0.1)
+    at_20 = next(row for row in result["rows"] if row["distance_m"] == 20)
+    assert at_20["low_m"] < 20 < at_20["high_m"]
+    assert at_20["row_px"] == pytest.approx(TRUTH.row_at(20.0), abs=5)
+    larger = result_of([*arguments, "--plate-width", "0.6"], capsys)
+    assert larger["height_m"] > 1.1 * result["height_m"]
+
+
+def test_a_rectangle_without_a_side_needs_the_height(capsys):
+    assert main(["calibrate", *BAY, "--image-size", "1280x720"]) == 2
+    assert "--height is missing" in capsys.readouterr().err
+    result = result_of(["calibrate", *BAY, "--image-size", "1280x720", "--height", "1.225"], capsys)
+    assert result["focal_y_px"] == pytest.approx(TRUTH.focal_y_px, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--dashes", "500", "450", "430"], "--dash-period is missing"),
+        (["--dashes", "500", "450", "--dash-period", "12"], "2 ends given, expected 3 or more"),
+        (["--lane-line", "1:2:3"], "--lane-line 1:2:3: expected COLUMN:ROW:COLUMN:ROW"),
+        (["--rectangle", "1:2:3:4"], "--rectangle 1:2:3:4: expected the columns and rows of four corners"),
+        (["--rectangle-sides", "2.5x5"], "--rectangle-sides: needs --rectangle"),
+        ([*BAY, "--rectangle-sides", "2.5x5", "2.4x4.8"], "2 given for 1 --rectangle"),
+        ([*BAY, "--rectangle-sides", "2.5"], "--rectangle-sides 2.5: expected AxB in metres, such as 2.5x5"),
+        ([*BAY, "--rectangle-sides", "0x5"], "side 0 ± 0.02 m: expected 0.3 to 100 m"),
+        (["--plate", "1:2:3:4"], "--plate 1:2:3:4: expected columns and rows of two ends and of a tyre"),
+        (
+            ["--plate", "1:2:9:2:5:9", "--plate-width", "fr"],
+            "--plate-width fr: expected eu, us, jp, au or metres",
+        ),
+        (["--lane-line", "1:2:3:4", "--lane-width", "3.7"], "--lane-width: needs two --lane-line"),
+        (["--from-clip"], "--from-clip: name the video or folder of pictures"),
+        (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),
+    ],
+)
+def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
+    assert main(["calibrate", "--image-size", "1280x720", "--height", "1.2", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert message in " ".join(captured.err.split())
