@@ -20,7 +20,7 @@ scenario = load_scenario("braking")  # of frozen dataclasses: change what you li
 (lead,) = scenario.vehicles
 (brakes,) = lead.actions
 lead = replace(lead, actions=(replace(brakes, at_s=1.5),))
-write_drive(replace(scenario, vehicles=(lead,), duration_s=5.5), out)
+write_drive(replace(scenario, vehicles=(lead,), duration_s=4.5), out)
 fcw.run_drive(fcw.DriveJob(out / "drive.mp4", out / "run", ego_speed=str(out / "drive.speed.csv")))
 comparison = compare_with_truth(list(fcw.read_drive(out / "run").results()), read_truth(out / "truth.csv"))
 print(f"{comparison.detection_rate:.0%} of {comparison.vehicles} vehicles found")

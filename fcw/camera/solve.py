@@ -264,29 +264,32 @@ class _Fit:
         Returns:
             None where no camera that has the points in front of it comes near them.
         """
-        from scipy.optimize import least_squares
-
-        fits = [
-            least_squares(
-                self.residuals,
-                start,
-                jac=self.jacobian,  # pyright: ignore[reportArgumentType] - scipy's annotation misses callables
-                method="lm",
-                x_scale="jac",
-                ftol=1e-15,
-                xtol=1e-15,
-                gtol=1e-15,
-                max_nfev=300,
-            )
-            for start in (self._starts() if near is None else [_unknowns(near)])
-        ]
-        fits = [fit for fit in fits if np.all(self._distances_m + self._height_m * fit.x[0] > 0)]
+        fits = [self._descend(start) for start in (self._starts() if near is None else [_unknowns(near)])]
+        fits = [(x, cost) for x, cost in fits if np.all(self._distances_m + self._height_m * x[0] > 0)]
         if not fits:
             return None
-        best = min(fit.cost for fit in fits)
+        best = min(cost for _, cost in fits)
         # Cost is half of chi squared: half a unit is one sigma.
-        straightest = min((fit for fit in fits if fit.cost <= best + 0.5), key=lambda fit: abs(fit.x[0]))
-        return self._camera(straightest.x)
+        straightest = min((x for x, cost in fits if cost <= best + 0.5), key=lambda x: abs(x[0]))
+        return self._camera(straightest)
+
+    def _descend(self, start: FloatArray) -> tuple[FloatArray, float]:
+        """The minimum from a start and its cost, by MINPACK itself: `least_squares` takes longer."""
+        from scipy.optimize import leastsq
+
+        outcome = leastsq(
+            self.residuals,
+            start,
+            Dfun=self.jacobian,
+            full_output=True,
+            ftol=1e-15,
+            xtol=1e-15,
+            gtol=1e-15,
+            maxfev=300,
+        )
+        x, found = outcome[0], outcome[2]  # pyright: ignore[reportGeneralTypeIssues] - with full_output there are more
+        residuals = found["fvec"]
+        return x, float(residuals @ residuals) / 2
 
     def covariance(self, camera: GroundPlaneCamera, support_m: FloatArray) -> FloatArray:
         """(3, 3) covariance of the rows at the support distances, from the information matrix."""

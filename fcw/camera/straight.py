@@ -9,7 +9,7 @@ Axes of a camera: x right, y down, z forward. Yaw turns to the left, pitch down,
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -74,23 +74,16 @@ class Straightening:
     def to_straight(self, places_px: FloatArray) -> FloatArray:
         """(N, 2) columns and rows of the picture in the straight picture."""
         rays = self._rays(places_px) @ self._turn().T
-        return _projected(rays, self.camera)
+        return _projected(rays, self._straight_axis_px, self.camera.focal_y_px)
 
     def to_picture(self, places_px: FloatArray) -> FloatArray:
         """(N, 2) columns and rows of the straight picture in the picture; nan behind the camera."""
-        camera = self.camera
-        rays = np.column_stack(
-            (
-                (places_px[:, 0] - camera.principal_column_px) / camera.focal_y_px,
-                (places_px[:, 1] - camera.principal_row_px) / camera.focal_y_px,
-                np.ones(len(places_px)),
-            )
-        )
+        rays = _with_depth((places_px - self._straight_axis_px) / self.camera.focal_y_px)
         rays = rays @ self._turn()
         rays[rays[:, 2] <= 0] = math.nan
         if self.lens is not None:
             return self.lens.distorted(rays[:, :2] / rays[:, 2:])
-        return _projected(rays, self._real_camera())
+        return _projected(rays, self._real_axis_px, self.camera.focal_y_px)
 
     def image(self, image: NDArray[np.uint8], maps: tuple[NDArray, NDArray]) -> NDArray[np.uint8]:
         """(height, width, 3) straight picture of a picture; `maps` are those of `maps`."""
@@ -108,20 +101,17 @@ class Straightening:
     def _rays(self, places_px: FloatArray) -> FloatArray:
         """(N, 3) in the real camera's axes."""
         if self.lens is not None:
-            places = self.lens.undistorted(places_px)
-            return np.column_stack((places, np.ones(len(places))))
-        camera = self._real_camera()
-        return np.column_stack(
-            (
-                (places_px[:, 0] - camera.principal_column_px) / camera.focal_y_px,
-                (places_px[:, 1] - camera.principal_row_px) / camera.focal_y_px,
-                np.ones(len(places_px)),
-            )
-        )
+            return _with_depth(self.lens.undistorted(places_px))
+        return _with_depth((places_px - self._real_axis_px) / self.camera.focal_y_px)
 
-    def _real_camera(self) -> GroundPlaneCamera:
+    @property
+    def _straight_axis_px(self) -> FloatArray:
+        return np.array((self.camera.principal_column_px, self.camera.principal_row_px))
+
+    @property
+    def _real_axis_px(self) -> FloatArray:
         shift_px = _axis_shift_px(self.camera, self.orientation)
-        return replace(self.camera, principal_column_px=self.camera.principal_column_px - shift_px)
+        return np.array((self.camera.principal_column_px - shift_px, self.camera.principal_row_px))
 
     def _turn(self) -> FloatArray:
         return turn(self.camera.pitch_rad, self.orientation)
@@ -134,29 +124,32 @@ def straight_column(camera: GroundPlaneCamera, orientation: Orientation) -> floa
 
 def turn(pitch_rad: float, orientation: Orientation) -> FloatArray:
     """(3, 3) from the real camera's axes to those of the straight one."""
-    pitch, yaw, roll = pitch_rad, orientation.yaw_rad, orientation.roll_rad
-    # From a camera's axes to level ones: a camera that looks down has its z axis point down there.
-    lower = np.array(
-        [[1, 0, 0], [0, math.cos(pitch), math.sin(pitch)], [0, -math.sin(pitch), math.cos(pitch)]]
+    cosine, sine = math.cos(pitch_rad), math.sin(pitch_rad)
+    ahead, left = math.cos(orientation.yaw_rad), math.sin(orientation.yaw_rad)
+    level, rolled = math.cos(orientation.roll_rad), math.sin(orientation.roll_rad)
+    # Rodrigues' formula: yaw is about the vertical, which has the camera's axes (0, cosine, sine).
+    both = (1 - ahead) * cosine * sine
+    yaw = np.array(
+        [
+            [ahead, left * sine, -left * cosine],
+            [-left * sine, cosine**2 + ahead * sine**2, both],
+            [left * cosine, both, sine**2 + ahead * cosine**2],
+        ]
     )
-    left = np.array([[math.cos(yaw), 0, -math.sin(yaw)], [0, 1, 0], [math.sin(yaw), 0, math.cos(yaw)]])
-    clockwise = np.array(
-        [[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]]
-    )
-    return lower.T @ left @ lower @ clockwise
+    return yaw @ np.array([[level, -rolled, 0], [rolled, level, 0], [0, 0, 1]])
 
 
 def _axis_shift_px(camera: GroundPlaneCamera, orientation: Orientation) -> float:
-    x, _, z = turn(camera.pitch_rad, orientation) @ np.array([0.0, 0.0, 1.0])
-    # The real axis stays where it is in the picture; the vehicle's direction lies beside it.
-    return float(-camera.focal_y_px * x / z)
+    cosine, yaw = math.cos(camera.pitch_rad), orientation.yaw_rad
+    # The real axis stays where it is in the picture; the vehicle's direction, by `turn`, lies beside it.
+    return camera.focal_y_px * math.sin(yaw) * cosine / (1 + (math.cos(yaw) - 1) * cosine**2)
 
 
-def _projected(rays: FloatArray, camera: GroundPlaneCamera) -> FloatArray:
-    depths = np.where(rays[:, 2] > 0, rays[:, 2], math.nan)
-    return np.column_stack(
-        (
-            camera.principal_column_px + camera.focal_y_px * rays[:, 0] / depths,
-            camera.principal_row_px + camera.focal_y_px * rays[:, 1] / depths,
-        )
-    )
+def _with_depth(slopes: FloatArray) -> FloatArray:
+    """(N, 3) rays of (N, 2) slopes."""
+    return np.concatenate((slopes, np.ones((len(slopes), 1))), axis=1)
+
+
+def _projected(rays: FloatArray, axis_px: FloatArray, focal_px: float) -> FloatArray:
+    depths = np.where(rays[:, 2:] > 0, rays[:, 2:], math.nan)
+    return axis_px + focal_px * rays[:, :2] / depths

@@ -317,8 +317,8 @@ def _options(root: Path) -> Iterator[list[str]]:
         "1e308",
         "9" * 400,
         "",
-        "\u0663",
-        "1_0",
+        "\u0661",  # 1, and another 1: a batch starts so many workers
+        "0_1",
         "0x10",
         " 1",
         "1,5",

@@ -43,8 +43,11 @@ def paper_document() -> Document:
 
 
 def state_of(document: Document, last_good: Result | None = None) -> SessionState:
-    """The moment after these words; the last good result is shown where nothing follows from them."""
-    solution = solve(document)
+    """The moment after these words; the last good result is shown where nothing follows from them.
+
+    Without the effects of beliefs and the mends that take several solutions: neither is drawn.
+    """
+    solution = solve(document, effects=False)
     return SessionState(
         revision=1,
         document=document,

@@ -8,8 +8,9 @@ import functools
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.ndimage import gaussian_filter
 
 from fcw.camera.ground_plane import GroundPlaneCamera
 
@@ -41,7 +42,7 @@ class Road:
 
     def picture(self, pose, pitch_deg=2.0, height_m=1.3, yaw_deg=0.0, roll_deg=0.0, lane_of=None):
         """(HEIGHT, WIDTH, 3) BGR; `lane_of` gives the lateral place of the road's middle at distances x."""
-        v, u = np.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
+        v, u = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
         right, down = (u - (WIDTH - 1) / 2) / FOCAL_PX, (v - (HEIGHT - 1) / 2) / FOCAL_PX
         roll, pitch = math.radians(roll_deg), math.radians(pitch_deg)
         # The camera is rolled to the right: its rows' right ends look farther down.
@@ -60,13 +61,12 @@ class Road:
         on_road = to_road < to_wall
         reach = np.minimum(np.minimum(to_road, to_wall), 400.0)
         at_x, at_y, at_z = pose.x_m + reach * x, pose.y_m + reach * y, height_m - reach * down
-        grey = np.empty(on_road.shape)
-        grey[on_road] = _looked_up(self._road, at_x[on_road], at_y[on_road])
+        road, wall = _looked_up(self._road, at_x, at_y), _looked_up(self._wall, at_z * 0.5, at_x * 0.5)
+        grey = np.where(on_road, road, wall)
         for line_m in self._lines_m:
             off_m = at_y - line_m - (0.0 if lane_of is None else lane_of(at_x))
             grey[on_road & (np.abs(off_m) < 0.08)] = 235.0
-        grey[~on_road] = _looked_up(self._wall, at_z[~on_road] * 0.5, at_x[~on_road] * 0.5)
-        grey = gaussian_filter(grey, 0.6)
+        grey = cv2.GaussianBlur(grey, (0, 0), 0.6)
         return np.repeat(np.clip(grey, 0, 255).astype(np.uint8)[:, :, None], 3, axis=2)
 
 
@@ -80,8 +80,17 @@ def _textures(seed):
 def _texture(rng, shape, smooth=2.0):
     fine = gaussian_filter(rng.standard_normal(shape), smooth, mode="wrap")
     coarse = gaussian_filter(rng.standard_normal(shape), 4 * smooth, mode="wrap")
-    return fine + 2 * coarse
+    return (fine + 2 * coarse).astype(np.float32)
 
 
 def _looked_up(texture, along_m, across_m):
-    return map_coordinates(texture, [along_m / CELL_M, across_m / CELL_M], order=1, mode="grid-wrap")
+    """Bilinear; the texture repeats."""
+    rows, columns = texture.shape
+    row, column = (along_m / CELL_M) % rows, (across_m / CELL_M) % columns
+    return cv2.remap(
+        texture,
+        column.astype(np.float32),
+        row.astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_WRAP,
+    )

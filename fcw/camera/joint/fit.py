@@ -85,6 +85,9 @@ class JointFit:
         self._mark_error, self._slip_m = mark_error, np.array(slip.by_mark_m)
         self._evidence, self._size, self._lens = evidence, size, lens
         self._offset_m, self._click_px = known.reference_offset_m, known.click_sigma_px
+        self._distances_m = np.array([point.distance_m for point in evidence.points])
+        self._points_px = np.array([(point.column_px, point.row_px) for point in evidence.points], float)
+        self._has_middles = bool(np.isnan(self._points_px).any())
         self._horizon = priors.horizon_row_px
         rectangles = len(evidence.rectangles)
         self._rectangle_fit = RectangleFit(self._click_px, MARK_ERROR_PART * known.tape_error)
@@ -276,9 +279,9 @@ class JointFit:
         """(M,) in sigmas."""
         beliefs = (x - self._means) / self._sigmas  # also where it is out of range, which leads back
         x = x.copy()
-        x[TANGENT] = np.clip(x[TANGENT], -1.0, 1.5)
-        x[LOG_FOCAL] = np.clip(x[LOG_FOCAL], 3.0, 12.0)
-        x[BEND] = np.clip(x[BEND], -LARGEST_BEND, LARGEST_BEND)
+        x[TANGENT] = min(max(x[TANGENT], -1.0), 1.5)
+        x[LOG_FOCAL] = min(max(x[LOG_FOCAL], 3.0), 12.0)
+        x[BEND] = min(max(x[BEND], -LARGEST_BEND), LARGEST_BEND)
         camera, orientation = self.camera(x)
         self._way = Straightening(camera, orientation, self.lens(x), self._size)
         found = [beliefs]
@@ -302,24 +305,22 @@ class JointFit:
         ]
         return np.nan_to_num(np.concatenate(found), nan=1e3, posinf=1e3, neginf=-1e3)
 
-    def _straight(self, places: Sequence[tuple[float, float]]) -> FloatArray:
-        return self._way.to_straight(np.array(places, float))
+    def _straight(self, places: FloatArray | Sequence[tuple[float, float]]) -> FloatArray:
+        return self._way.to_straight(np.asarray(places, float))
 
     def _of_points(self, x: FloatArray, camera: GroundPlaneCamera) -> FloatArray:
-        points = self._evidence.points
-        if not points:
+        if not self._evidence.points:
             return np.zeros(0)
-        places = [
-            (camera.principal_column_px if p.column_px is None else p.column_px, p.row_px) for p in points
-        ]
+        places = self._points_px
+        if self._has_middles:  # a point without a column lies straight ahead
+            places = np.where(np.isnan(places), camera.principal_column_px, places)
         first_m = x[START] if self._evidence.first_unknown else 0.0
-        distances_m = np.array([point.distance_m for point in points]) + first_m + self._offset_m
+        distances_m = self._distances_m + first_m + self._offset_m
         if self._slip_m.size:
             distances_m = distances_m + x[SLIP] * self._slip_m
-        expected = camera.horizon_row_px + camera.row_scale_m_px / np.maximum(
-            distances_m + camera.pole_m, 0.2
-        )
-        slopes = camera.row_scale_m_px / np.maximum(distances_m + camera.pole_m, 0.2) ** 2
+        depths_m = np.maximum(distances_m + camera.pole_m, 0.2)
+        expected = camera.horizon_row_px + camera.row_scale_m_px / depths_m
+        slopes = camera.row_scale_m_px / depths_m**2
         sigmas_px = np.hypot(self._click_px, self._mark_error * distances_m * slopes)
         return (self._straight(places)[:, 1] - expected) / sigmas_px
 
@@ -340,8 +341,9 @@ class JointFit:
         """Each line runs to the point straight ahead; the first two lie a lane apart."""
         lines = self._evidence.lines
         found, sides = [], []
-        for line in lines:
-            near, far = sorted(self._straight(line), key=lambda place: -place[1])
+        ends = self._straight([end for line in lines for end in line]) if lines else np.zeros((0, 2))
+        for line in ends.reshape(-1, 2, 2):
+            near, far = sorted(line, key=lambda place: -place[1])
             below = np.maximum(np.array([near[1], far[1]]) - camera.horizon_row_px, 0.5)
             sides_px = np.array([near[0], far[0]]) - camera.principal_column_px
             ratio = below[1] / below[0]

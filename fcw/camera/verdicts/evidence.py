@@ -27,6 +27,8 @@ SMALLEST_DEPTH_M = 0.2
 LOG_FOCAL_LIMITS = (3.0, 12.0)
 STEEPEST_TANGENT = 3.0
 GREATEST_DAMPING, SMALLEST_DAMPING = 1e8, 1e-7
+STILL_SIGMAS, STILL_DAMPING = 1e-6, 100.0
+"""A fit has ended when a step moves no unknown by more of its belief's sigma, and not by damping alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +68,17 @@ class Beliefs:
     sigmas: FloatArray
     horizon: tuple[float, float] | None = None
 
+    def of(self, which: NDArray[np.bool_]) -> "Beliefs":
+        """Those of some of the hypotheses."""
+        return Beliefs(
+            self.distances_m[which],
+            self.row_sigmas_px[which],
+            self.tape_m[which],
+            self.means[which],
+            self.sigmas[which],
+            self.horizon,
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fits:
@@ -84,21 +97,10 @@ class Fits:
 
 def fit(rows: Rows, beliefs: Beliefs) -> Fits:
     """Fit every hypothesis."""
-    x = beliefs.means.copy()
-    x[:, LOG_FOCAL] = np.log(rows.half_width_px / np.tan(beliefs.means[:, LOG_FOCAL] / 2))
-    damping = np.full(len(x), 1e-2)
+    x = _fitted(rows, beliefs)
     residuals, jacobian, sigmas_px = _linearised(rows, beliefs, x)
     cost = np.sum(residuals**2, axis=1)
-    for _ in range(ITERATIONS):
-        tried = _stepped(x, residuals, jacobian, damping)
-        # The weights stay while a step is judged; those of the place it leads to come after it.
-        new = _linearised(rows, beliefs, tried, sigmas_px)[0]
-        better = np.sum(new**2, axis=1) <= cost
-        x = np.where(better[:, None], tried, x)
-        damping = np.clip(np.where(better, damping / 5, damping * 4), SMALLEST_DAMPING, GREATEST_DAMPING)
-        residuals, jacobian, sigmas_px = _linearised(rows, beliefs, x)
-        cost = np.sum(residuals**2, axis=1)
-    normal = np.einsum("hij,hik->hjk", jacobian, jacobian)
+    normal = jacobian.mT @ jacobian
     _, log_determinant = np.linalg.slogdet(normal)
     focal_px = np.exp(x[:, LOG_FOCAL])
     by_log_focal = 2 * rows.half_width_px * focal_px / (focal_px**2 + rows.half_width_px**2)
@@ -114,10 +116,33 @@ def fit(rows: Rows, beliefs: Beliefs) -> Fits:
     return Fits(log_evidence, x, residuals[:, : len(rows.rows_px)])
 
 
+def _fitted(rows: Rows, beliefs: Beliefs) -> FloatArray:
+    """(H, 5): the unknowns that fit best; hypotheses whose fit no longer moves leave the iteration."""
+    fitted = beliefs.means.copy()
+    fitted[:, LOG_FOCAL] = np.log(rows.half_width_px / np.tan(beliefs.means[:, LOG_FOCAL] / 2))
+    going, x, damping = np.arange(len(fitted)), fitted, np.full(len(fitted), 1e-2)
+    for _ in range(ITERATIONS):
+        residuals, jacobian, sigmas_px = _linearised(rows, beliefs, x)
+        cost = np.sum(residuals**2, axis=1)
+        tried = _stepped(x, residuals, jacobian, damping)
+        # The weights stay while a step is judged; those of the place it leads to come after it.
+        new = _residuals(rows, beliefs, _modelled(rows, beliefs, tried), tried, sigmas_px)
+        better = np.sum(new**2, axis=1) <= cost
+        moves = (np.abs(tried - x) > STILL_SIGMAS * beliefs.sigmas).any(axis=1) | (damping > STILL_DAMPING)
+        x = np.where(better[:, None], tried, x)
+        damping = np.clip(np.where(better, damping / 5, damping * 4), SMALLEST_DAMPING, GREATEST_DAMPING)
+        fitted[going] = x
+        if not moves.any():
+            break
+        if not moves.all():
+            going, x, damping, beliefs = going[moves], x[moves], damping[moves], beliefs.of(moves)
+    return fitted
+
+
 def _stepped(x: FloatArray, residuals: FloatArray, jacobian: FloatArray, damping: FloatArray) -> FloatArray:
     """Where the next step leads: (H, 5)."""
-    normal = np.einsum("hij,hik->hjk", jacobian, jacobian)
-    gradient = np.einsum("hij,hi->hj", jacobian, residuals)
+    normal = jacobian.mT @ jacobian
+    gradient = (jacobian.mT @ residuals[..., None])[..., 0]
     diagonal = np.einsum("hjj->hj", normal)
     damped = normal + np.eye(UNKNOWN_COUNT) * (damping[:, None] * diagonal)[:, None, :]
     tried = x - np.linalg.solve(damped, gradient[..., None])[..., 0]
@@ -126,45 +151,62 @@ def _stepped(x: FloatArray, residuals: FloatArray, jacobian: FloatArray, damping
     return tried
 
 
-def _linearised(
-    rows: Rows, beliefs: Beliefs, x: FloatArray, sigmas_px: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Residuals (H, M) in sigmas, their Jacobian (H, M, 5), and the sigmas (H, N) of the rows."""
-    tangent, axis, offset, roll = (x[:, k, None] for k in (TANGENT, AXIS, OFFSET, ROLL))
-    focal = np.exp(x[:, LOG_FOCAL, None])
-    reached = beliefs.distances_m + offset + rows.height_m * tangent
-    depths_m = np.maximum(reached, SMALLEST_DEPTH_M)
-    below_px = focal * rows.height_m * (1 + tangent**2) / depths_m
-    slopes = below_px / depths_m
-    if sigmas_px is None:
-        sigmas_px = np.hypot(beliefs.row_sigmas_px, beliefs.tape_m * slopes)
-    horizon_px = axis - focal * tangent
-    modelled = horizon_px + below_px + roll * rows.columns_px
-    by = np.empty((*modelled.shape, UNKNOWN_COUNT))
-    by[..., TANGENT] = -focal + below_px * 2 * tangent / (1 + tangent**2) - slopes * rows.height_m
-    by[..., LOG_FOCAL] = below_px - focal * tangent
-    by[..., AXIS] = 1.0
-    by[..., OFFSET] = -slopes
-    by[..., ROLL] = rows.columns_px
-    residuals = [(modelled - rows.rows_px) / sigmas_px]
-    jacobians = [by / sigmas_px[..., None]]
+@dataclass(frozen=True, slots=True, eq=False)
+class _Modelled:
+    """What unknowns make of the road: all (H, N), or (H, 1) where it is the same for each row."""
 
-    half = rows.half_width_px
+    tangent: FloatArray
+    focal_px: FloatArray
+    horizon_px: FloatArray
+    below_px: FloatArray
+    slopes: FloatArray
+
+
+def _modelled(rows: Rows, beliefs: Beliefs, x: FloatArray) -> _Modelled:
+    tangent, axis, offset = (x[:, k, None] for k in (TANGENT, AXIS, OFFSET))
+    focal = np.exp(x[:, LOG_FOCAL, None])
+    depths_m = np.maximum(beliefs.distances_m + offset + rows.height_m * tangent, SMALLEST_DEPTH_M)
+    below_px = focal * rows.height_m * (1 + tangent**2) / depths_m
+    return _Modelled(tangent, focal, axis - focal * tangent, below_px, below_px / depths_m)
+
+
+def _residuals(
+    rows: Rows, beliefs: Beliefs, model: _Modelled, x: FloatArray, sigmas_px: FloatArray
+) -> FloatArray:
+    """(H, M) in sigmas: the rows, the beliefs, and the horizon where one is stated."""
+    modelled_px = model.horizon_px + model.below_px + x[:, ROLL, None] * rows.columns_px
     believed = x.copy()
-    believed[:, LOG_FOCAL] = 2 * np.arctan2(half, focal[:, 0])
-    residuals.append((believed - beliefs.means) / beliefs.sigmas)
-    slope = np.ones_like(x)
-    slope[:, LOG_FOCAL] = -2 * half * focal[:, 0] / (focal[:, 0] ** 2 + half**2)
-    jacobians.append(np.eye(UNKNOWN_COUNT) * (slope / beliefs.sigmas)[:, None, :])
+    believed[:, LOG_FOCAL] = 2 * np.arctan2(rows.half_width_px, model.focal_px[:, 0])
+    found = [(modelled_px - rows.rows_px) / sigmas_px, (believed - beliefs.means) / beliefs.sigmas]
     if beliefs.horizon is not None:
         mean, sigma = beliefs.horizon
-        residuals.append((horizon_px - mean) / sigma)
-        by_horizon = np.zeros((len(x), 1, UNKNOWN_COUNT))
-        by_horizon[:, 0, TANGENT] = -focal[:, 0]
-        by_horizon[:, 0, LOG_FOCAL] = -(focal * tangent)[:, 0]
-        by_horizon[:, 0, AXIS] = 1.0
-        jacobians.append(by_horizon / sigma)
-    return np.concatenate(residuals, axis=1), np.concatenate(jacobians, axis=1), sigmas_px
+        found.append((model.horizon_px - mean) / sigma)
+    return np.concatenate(found, axis=1)
+
+
+def _linearised(rows: Rows, beliefs: Beliefs, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Residuals (H, M) in sigmas, their Jacobian (H, M, 5), and the sigmas (H, N) of the rows."""
+    model = _modelled(rows, beliefs, x)
+    sigmas_px = np.hypot(beliefs.row_sigmas_px, beliefs.tape_m * model.slopes)
+    tangent, focal, count = model.tangent, model.focal_px, len(rows.rows_px)
+    residuals = _residuals(rows, beliefs, model, x, sigmas_px)
+    jacobian = np.zeros((*residuals.shape, UNKNOWN_COUNT))
+    by = jacobian[:, :count]
+    by[..., TANGENT] = -focal + model.below_px * 2 * tangent / (1 + tangent**2) - model.slopes * rows.height_m
+    by[..., LOG_FOCAL] = model.below_px - focal * tangent
+    by[..., AXIS] = 1.0
+    by[..., OFFSET] = -model.slopes
+    by[..., ROLL] = rows.columns_px
+    by /= sigmas_px[..., None]
+
+    half, focal, tangent = rows.half_width_px, focal[:, 0], tangent[:, 0]
+    unknowns = np.arange(UNKNOWN_COUNT)
+    jacobian[:, count + unknowns, unknowns] = 1 / beliefs.sigmas
+    jacobian[:, count + LOG_FOCAL, LOG_FOCAL] *= -2 * half * focal / (focal**2 + half**2)
+    if beliefs.horizon is not None:
+        by_horizon = np.stack((-focal, -focal * tangent, np.ones_like(focal)), axis=-1)
+        jacobian[:, -1, [TANGENT, LOG_FOCAL, AXIS]] = by_horizon / beliefs.horizon[1]
+    return residuals, jacobian, sigmas_px
 
 
 def log_sum(values: FloatArray, axis: int = -1) -> NDArray[np.float64]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.uncertainty import camera_sigmas
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document import words
@@ -34,18 +34,21 @@ def sky_troubles(
 
 
 def _in_sky(document: Document, mark: Mark, calibrate: Callable[[Document], Calibration | None]) -> bool:
-    others = replace(document, marks=tuple(other for other in document.marks if other is not mark))
     belief = document.horizon
     if belief is not None and belief.enabled:
-        row_px, sigma_px = belief.prior.value, belief.prior.sigma
-    else:
-        try:
-            calibration = calibrate(others)
-        except UserError:
-            return False
-        # Others that contradict each other put the horizon anywhere.
-        if calibration is None or speaks_against(calibration):
-            return False
-        row_px, sigma_px = calibration.horizon_row_px, camera_sigmas(calibration).horizon_row_px
-        mark = replace(mark, row_px=calibration.straight_place(mark.column_px, mark.row_px)[1])
-    return mark.row_px < row_px - SURE_SIGMAS * (sigma_px + document.row_sigma_px)
+        return _is_above(mark.row_px, belief.prior, document)
+    others = replace(document, marks=tuple(other for other in document.marks if other is not mark))
+    try:
+        calibration = calibrate(others)
+    except UserError:
+        return False
+    if calibration is None:
+        return False
+    row_px = calibration.straight_place(mark.column_px, mark.row_px)[1]
+    horizon = Gaussian(calibration.horizon_row_px, camera_sigmas(calibration).horizon_row_px)
+    # Others that contradict each other put the horizon anywhere; they are judged last, as that takes longest.
+    return _is_above(row_px, horizon, document) and not speaks_against(calibration)
+
+
+def _is_above(row_px: float, horizon: Gaussian, document: Document) -> bool:
+    return row_px < horizon.value - SURE_SIGMAS * (horizon.sigma + document.row_sigma_px)

@@ -25,6 +25,8 @@ DOTS = {
 }
 """Colour (RGB) and middle (column, row) of squares of three by three pixels on black."""
 INNER, CORNER = (255, 0, 255), (0, 0, 255)
+LIGHT = (np.arange(256) / 255) ** 2.2
+"""Of a grey level. Pixels are blended in it: only there is the middle of a blurred dot its middle."""
 ZOOMED_TO = (INNER, CORNER)
 """The one in the corner is well inside the window only after panning."""
 
@@ -104,8 +106,7 @@ def dot(tab: BrowserPage, color: tuple[int, int, int]) -> NDArray[np.float64]:
     """(N, 3): column, row and brightness of the pixels of that colour in a screenshot."""
     png = cv2.imdecode(np.frombuffer(tab.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     assert png is not None
-    # Blended in linear light: only there is the middle of a blurred dot its middle.
-    shot = (cv2.cvtColor(png, cv2.COLOR_BGR2RGB) / 255) ** 2.2
+    shot = LIGHT[np.asarray(cv2.cvtColor(png, cv2.COLOR_BGR2RGB), np.uint8)]
     shot[: PANEL_PX[1], -PANEL_PX[0] :] = 0
     lit = np.array(color) > 0
     is_color = shot[..., ~lit].max(axis=2) < 0.002
