@@ -8,14 +8,13 @@ import math
 
 RATE_SIGMA_MPS = 1.5
 """1-sigma of the rate of a vehicle just found: a change of lane, or what stands beside a road that bends."""
-JUMP_SIGMAS = 4.0
+JUMP_SIGMAS = 6.0
 """What is this far from where it was expected has not moved there: another part of it was boxed, or another
-vehicle. Not chosen on data: no vehicle's own noise reaches so far. By the lateral speed alone, of 3, 4 and 6
-sigma 6 is chosen whichever sequence of KITTI tracking is left out, with `SETTLING_S` of 0.25 s, the shortest
-tried; these two score 4 % worse (`benchmarks/tracking/lateral_gates.py`)."""
-SETTLING_S = 0.5
-"""In so long the rate of a vehicle just found is learnt, though it crosses at 8 m/s; until then what is far
-off has moved there. Chosen on the simulated crossing car."""
+vehicle. Of 3, 4 and 6 chosen by the lateral speed alone, whichever sequence of KITTI tracking is left out
+(`benchmarks/tracking/lateral_gates.py`)."""
+SETTLING_S = 0.25
+"""In so long the rate of a vehicle just found is learnt; until then what is far off has moved there. Of 0.25,
+0.5 and 1 s chosen likewise."""
 JERKINESS_M2PS3 = 0.3
 """Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
 and so does our own turning for vehicles ahead."""
