@@ -93,7 +93,7 @@ def print_comparison(comparison: "SimulatedComparison", console: "Console") -> N
         if due.warned_s is None:
             verdict = "never came"
         elif due.in_window:
-            verdict = f"came at {due.warned_s:.2f} s, in this window"
+            verdict = f"came at {due.warned_s:.2f} s, {due.due_s - due.warned_s:.2f} s before that ends"
         else:
             off_s = max(due.earliest_s - due.warned_s, due.warned_s - due.due_s)
             verdict = f"came at {due.warned_s:.2f} s, {off_s:.2f} s too {'early' if due.in_time else 'late'}"
