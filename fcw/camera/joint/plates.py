@@ -1,8 +1,8 @@
 """Number plates as rulers: how wide they would be at the distance at which their vehicle stands.
 
 A plate's width is known to a hundredth, that of a vehicle only to some, but it has far fewer pixels. It
-stands at the rear face, above the road; the row of a rear tyre tells how far away the tyre meets the road, and
-the rear face is an overhang nearer.
+stands at the rear face, above the road; the row of a rear tyre tells how far away the tyre meets the road,
+and the rear face is an overhang nearer.
 """
 
 import math
