@@ -61,7 +61,8 @@ class DriveJob:
         imperial: distances shown to a person in feet.
         frame_rate_hz: for folders of pictures without time stamps.
         own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
-        detection_threads: so many frames are searched at once.
+        detection_threads: so many frames are searched at once, while others are decoded and written. 0 does
+            everything in the thread that runs the job, as is best for one process of many.
     """
 
     source: Path
@@ -157,6 +158,7 @@ class PreparedDrive:
             len(self.detectors) if watchers else FRAMES_IN_FLIGHT,
             EgoEstimator(self.header.calibration) if self.job.own_motion else None,
             known,
+            one_thread=self.job.detection_threads == 0,
         )
 
         def add(result: FrameResult) -> None:
@@ -259,7 +261,8 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     if isinstance(detector, str):
         assert model is not None
         sha256 = model_sha256(model_path(detector))
-        detectors = [make_detector(detector, model, calibration) for _ in range(job.detection_threads)]
+        count = max(job.detection_threads, 1)
+        detectors = [make_detector(detector, model, calibration) for _ in range(count)]
     else:
         sha256, detectors = "", [detector]
     header = DriveHeader(

@@ -2,6 +2,7 @@
 
 One thread decodes, one for each detector finds vehicles, one follows our own motion, one encodes where the
 source's video can't be relayed, and the caller's thread tracks, warns and writes, in the order of the frames.
+Or the caller's thread does it all, which takes less of the processor: for one process of many.
 """
 
 import queue
@@ -41,6 +42,7 @@ class Stages:
             waits for those before it.
         ego: own motion and path, by the picture too; None goes by what is given alone.
         known: what was found in a frame before; None where it is yet to be looked for.
+        one_thread: the caller's does everything, with the first detector.
     """
 
     detectors: Sequence[Detector]
@@ -51,6 +53,7 @@ class Stages:
     frames_in_flight: int = FRAMES_IN_FLIGHT
     ego: EgoEstimator | None = None
     known: Callable[[Frame], tuple[Detection, ...] | None] = lambda frame: None
+    one_thread: bool = False
 
 
 def run_pipeline(
@@ -74,7 +77,8 @@ def run_pipeline(
         for sink in stages.sinks:
             sink.open(header)
             stack.callback(sink.close)
-        for frame, detections, ego, packets in _detected_frames(source, stages, stop or threading.Event()):
+        detected_frames = _in_one_thread if stages.one_thread else _overlapped
+        for frame, detections, ego, packets in detected_frames(source, stages, stop or threading.Event()):
             result = follow(frame, detections, ego, stages)
             for sink in stages.sinks:
                 sink.write(result, packets)
@@ -118,12 +122,28 @@ def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: St
     )
 
 
+_Detected = tuple[Frame, tuple[Detection, ...], Ego, tuple[VideoPacket, ...]]
 _Pending = tuple[Frame, Future[tuple[Detection, ...]], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
 
 
-def _detected_frames(
-    source: Source, stages: Stages, stop: threading.Event
-) -> Iterator[tuple[Frame, tuple[Detection, ...], Ego, tuple[VideoPacket, ...]]]:
+def _in_one_thread(source: Source, stages: Stages, stop: threading.Event) -> Iterator[_Detected]:
+    """Frames in order with their detections and packets."""
+    ego, encoder = stages.ego or EgoEstimator(), _encoder(source, stages)
+    try:
+        for frame in source.frames():
+            detections = stages.known(frame)
+            if detections is None:
+                detections = stages.detectors[0].detect(frame.image)
+            packets = encoder.encode(frame) if encoder else frame.packets
+            yield frame, detections, _see_ourselves(ego, stages.ego_speed, frame, detections), packets
+            if stop.is_set():
+                break
+    finally:
+        if encoder:
+            encoder.close()
+
+
+def _overlapped(source: Source, stages: Stages, stop: threading.Event) -> Iterator[_Detected]:
     """Frames in order with their detections and packets; what failed in a thread is raised here."""
     idle_detectors: queue.SimpleQueue[Detector] = queue.SimpleQueue()
     for detector in stages.detectors:
@@ -139,22 +159,12 @@ def _detected_frames(
             idle_detectors.put(detector)
 
     def see_ourselves(frame: Frame, detecting: Future[tuple[Detection, ...]]) -> Ego:
-        """In the order of the frames; other vehicles are masked by their boxes in the same frame."""
-        given, time_ns = stages.ego_speed, frame.time_ns
-        speed_mps = given.at(time_ns) if given else None
-        yaw_rate_radps = given.yaw_rate_at(time_ns) if given else None
-        boxes = [found.box for found in detecting.result()]
-        return ego.update(time_ns, frame.image, boxes, speed_mps, yaw_rate_radps)
+        return _see_ourselves(ego, stages.ego_speed, frame, detecting.result())
 
-    ego = stages.ego or EgoEstimator()
+    ego, encoder = stages.ego or EgoEstimator(), _encoder(source, stages)
     abandoned = threading.Event()
     pending: queue.SimpleQueue[_Pending | BaseException | None] = queue.SimpleQueue()
     room = threading.Semaphore(stages.frames_in_flight)
-    encoder = (
-        VideoEncoder(source.image_size, source.frame_rate_hz)
-        if stages.sinks and not source.relays_video
-        else None
-    )
 
     def read() -> None:
         try:
@@ -191,3 +201,20 @@ def _detected_frames(
             reader.join()
             if encoder:
                 encoder.close()
+
+
+def _encoder(source: Source, stages: Stages) -> VideoEncoder | None:
+    """For a drive that is written, and whose own video can't be relayed."""
+    if stages.sinks and not source.relays_video:
+        return VideoEncoder(source.image_size, source.frame_rate_hz)
+    return None
+
+
+def _see_ourselves(
+    ego: EgoEstimator, given: EgoSpeed | None, frame: Frame, detections: tuple[Detection, ...]
+) -> Ego:
+    """In the order of the frames; other vehicles are masked by their boxes in the same frame."""
+    time_ns = frame.time_ns
+    speed_mps = given.at(time_ns) if given else None
+    yaw_rate_radps = given.yaw_rate_at(time_ns) if given else None
+    return ego.update(time_ns, frame.image, [found.box for found in detections], speed_mps, yaw_rate_radps)

@@ -23,6 +23,8 @@ SIZE = ImageSize(64, 48)
 CALIBRATION = Calibration.from_camera(GroundPlaneCamera(0.03, 60.0, 23.5, 1.2, 31.5), SIZE)
 FRAME_NS = 40_000_000
 
+overlapped_or_not = pytest.mark.parametrize("one_thread", [False, True], ids=["overlapped", "one thread"])
+
 
 class CountingSource:
     """Frames whose pixels are their index, each with a packet."""
@@ -114,9 +116,10 @@ def run(
         assert set(threading.enumerate()) <= threads_before
 
 
-def test_every_sink_gets_every_frame_in_order_with_its_own_detections_and_packets() -> None:
+@overlapped_or_not
+def test_every_sink_gets_every_frame_in_order_with_its_own_detections_and_packets(one_thread: bool) -> None:
     sinks = [MemorySink(), MemorySink()]
-    run(CountingSource(100), sinks)
+    run(CountingSource(100), sinks, one_thread=one_thread)
     for sink in sinks:
         assert [result.index for result in sink.results] == list(range(100))
         assert [result.time_ns for result in sink.results] == [i * FRAME_NS for i in range(100)]
@@ -125,61 +128,71 @@ def test_every_sink_gets_every_frame_in_order_with_its_own_detections_and_packet
         assert sink.closed == 1
 
 
-def test_video_that_cannot_be_relayed_is_encoded_once_with_a_packet_for_each_frame() -> None:
+@overlapped_or_not
+def test_video_that_cannot_be_relayed_is_encoded_once_with_a_packet_for_each_frame(one_thread: bool) -> None:
     sinks = [MemorySink(), MemorySink()]
-    run(CountingSource(30, relays_video=False), sinks)
+    run(CountingSource(30, relays_video=False), sinks, one_thread=one_thread)
     assert [packet.time_ns for packet in sinks[0].packets] == [i * FRAME_NS for i in range(30)]
     assert all(a is b for a, b in zip(sinks[0].packets, sinks[1].packets, strict=True))
 
 
-def test_a_stop_ends_early_with_complete_logs() -> None:
+@overlapped_or_not
+def test_a_stop_ends_early_with_complete_logs(one_thread: bool) -> None:
     sink, stop = MemorySink(), threading.Event()
-    run(CountingSource(10_000), [sink], stop=stop, stop_after=20)
+    run(CountingSource(10_000), [sink], stop=stop, stop_after=20, one_thread=one_thread)
     assert 21 <= len(sink.results) < 200
     assert [result.index for result in sink.results] == list(range(len(sink.results)))
     assert sink.closed == 1
 
 
-def test_a_drive_that_ran_to_its_end_does_not_look_interrupted() -> None:
+@overlapped_or_not
+def test_a_drive_that_ran_to_its_end_does_not_look_interrupted(one_thread: bool) -> None:
     stop = threading.Event()
-    run(CountingSource(10), [MemorySink()], stop=stop)
+    run(CountingSource(10), [MemorySink()], stop=stop, one_thread=one_thread)
     assert not stop.is_set()
 
 
-def test_a_drive_without_frames_leaves_closed_logs() -> None:
+@overlapped_or_not
+def test_a_drive_without_frames_leaves_closed_logs(one_thread: bool) -> None:
     sink = MemorySink()
-    run(CountingSource(0), [sink])
+    run(CountingSource(0), [sink], one_thread=one_thread)
     assert (sink.opened, sink.closed, sink.results) == (1, 1, [])
 
 
-def test_a_failing_detector_is_raised_and_the_logs_hold_what_came_before() -> None:
+@overlapped_or_not
+def test_a_failing_detector_is_raised_and_the_logs_hold_what_came_before(one_thread: bool) -> None:
     sink = MemorySink()
     with pytest.raises(RuntimeError, match="detector broke"):
-        run(CountingSource(100), [sink], [UnevenDetector(1, fails_at=40)])
+        run(CountingSource(100), [sink], [UnevenDetector(1, fails_at=40)], one_thread=one_thread)
     assert [result.index for result in sink.results] == list(range(40))
     assert sink.closed == 1
 
 
-def test_a_failing_source_is_raised_after_the_frames_that_could_be_read_were_written() -> None:
+@overlapped_or_not
+def test_a_failing_source_is_raised_after_the_frames_that_could_be_read_were_written(
+    one_thread: bool,
+) -> None:
     sink = MemorySink()
     with pytest.raises(OSError, match="disk is gone"):
-        run(CountingSource(100, fails_at=50), [sink])
+        run(CountingSource(100, fails_at=50), [sink], one_thread=one_thread)
     assert [result.index for result in sink.results] == list(range(50))
     assert sink.closed == 1
 
 
-def test_when_one_log_cannot_be_written_the_other_is_closed_all_the_same() -> None:
+@overlapped_or_not
+def test_when_one_log_cannot_be_written_the_other_is_closed_all_the_same(one_thread: bool) -> None:
     good, full = MemorySink(), MemorySink(fails_at=10)
     with pytest.raises(OSError, match="no space"):
-        run(CountingSource(10_000), [good, full])
+        run(CountingSource(10_000), [good, full], one_thread=one_thread)
     assert len(good.results) == 11
     assert (good.closed, full.closed) == (1, 1)
 
 
-def test_when_one_log_cannot_be_opened_the_one_already_open_is_closed() -> None:
+@overlapped_or_not
+def test_when_one_log_cannot_be_opened_the_one_already_open_is_closed(one_thread: bool) -> None:
     first, refused = MemorySink(), MemorySink(refuses_open=True)
     with pytest.raises(OSError, match="read-only"):
-        run(CountingSource(5), [first, refused])
+        run(CountingSource(5), [first, refused], one_thread=one_thread)
     assert (first.closed, refused.closed) == (1, 0)
 
 

@@ -67,7 +67,7 @@ def run_task(
                 warning_policy=options.warning_policy,
                 warning_timing=options.warning_timing,
                 own_motion=options.own_motion,
-                detection_threads=1,
+                detection_threads=0,
             )
             prepared = prepare_drive(job)
             total = prepared.source.frame_count
