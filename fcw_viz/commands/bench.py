@@ -25,7 +25,7 @@ class BenchCommand:
     onnx: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """A YOLO net to measure beside the built-in detectors."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
-    """Classes of the ONNX model that count as vehicles. Default: cars, trucks and buses."""
+    """Classes of the ONNX model that count as vehicles. Default: cars, vans, trucks and buses."""
     report: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Folder for bench.txt, bench.json, and charts of time by stage, by windows and by pitch tolerance."""
     against: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None

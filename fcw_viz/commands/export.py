@@ -25,7 +25,7 @@ class ExportCommand:
     """csv, parquet: one table of events (warnings, near misses) instead of tracks."""
     between: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="S S")] = None
     """Only this range of time, in seconds from the drive's first frame, both ends included."""
-    overlay: bool = True
+    no_overlay: bool = False
     """mp4: the original video without the overlay, copied without loss."""
     pictures: bool = False
     """coco: also write images/ and calibration/ beside the labels, as `fcw train --data` expects them."""
@@ -49,7 +49,7 @@ def run_export(command: ExportCommand) -> int:
         out=command.out,
         events=command.events,
         between=command.between,
-        overlay=command.overlay,
+        overlay=not command.no_overlay,
         pictures=command.pictures or command.annotations,
         annotations=command.annotations,
         every=command.every,

@@ -34,7 +34,7 @@ class EvaluateDetectionCommand:
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
     """net, acf, acf-full or a YOLO net, as for `fcw run`."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
-    """Classes of the ONNX model that count as vehicles. Default: cars, trucks and buses."""
+    """Classes of the ONNX model that count as vehicles. Default: cars, vans, trucks and buses."""
     model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Model file written by `fcw train`. Default: the shipped one."""
     at_fppi: Annotated[tuple[float, ...], tyro.conf.arg(metavar="X ...")] = ()

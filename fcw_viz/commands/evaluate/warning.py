@@ -74,7 +74,7 @@ class EvaluateWarningCommand:
     --following-hours of steady following."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|onnx:FILE")] = "net"
     """With --pixels: detector to use."""
-    seeds: int | None = None
+    seeds: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
     """With --threats: runs of each scenario (default 7). With --kitti-tracking: runs of each drive
     (default 1). Their seeds are counted from --seed on."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0

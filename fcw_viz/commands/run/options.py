@@ -27,10 +27,10 @@ class RunCommand:
     """Folder for the logs and summary.json. Default: recordings/<name>, for a camera with the time. Earlier
     logs in it are replaced."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
-    """net: boosted trees propose vehicles, and two small neural nets check them. acf: the trees alone; three
-    times as fast, but fewer near vehicles. acf-full: the trees, on the whole picture. onnx: a YOLO net."""
+    """net: boosted trees propose vehicles, and two small neural nets check them. acf: the trees alone; twice
+    as fast, but fewer near vehicles. acf-full: the trees, on the whole picture. onnx: a YOLO net."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
-    """Classes of the ONNX model that count as vehicles. Default: cars, trucks and buses."""
+    """Classes of the ONNX model that count as vehicles. Default: cars, vans, trucks and buses."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
     """Own speed: a number in metres per second, a CSV file with the columns time_s and speed_mps, or a GPX
     track. Default: the speed in an MCAP file, if it has one."""
