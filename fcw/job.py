@@ -301,8 +301,9 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
         calibration = read_calibration(path)
     else:
         raise UserError(
-            f"{path}: no calibration for {job.source}; make one with `fcw calibrate {job.source} "
-            "--points ... --height ...`, or name an existing one with --calibration" + _field_of_view(facts)
+            f"{path}: no calibration for {job.source}; make one with `fcw calibrate {job.source}` (it opens "
+            "a page; without one: --points ... --height ...), or name an existing one with --calibration"
+            + _field_of_view(facts)
         )
     try:
         return calibration.for_image_size(source.image_size)

@@ -26,6 +26,7 @@ from fcw_viz.commands.run.options import RunCommand
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
 from fcw_viz.console_text import printable
+from fcw_viz.option_help import registry
 from fcw_viz.outputs import check_outputs
 from fcw_viz.signals import EXIT_INTERRUPTED, signals_as_interrupts
 
@@ -70,6 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
         description="Forward collision warning from one dash camera: calibrate, detect, range, warn, log.",
         args=arguments,
         config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+        registry=registry,
     )
     if not isinstance(command, TrainCommand):
         # NumPy is not loaded yet. From eleven vehicles on the tracker's matrices are so large that OpenBLAS

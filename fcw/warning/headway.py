@@ -33,7 +33,7 @@ class HeadwayRule:
     @property
     def assumes(self) -> str:
         """See `Rule`."""
-        return f"{self.headway_s:.1f} s"
+        return f"{self.headway_s:.2g} s"
 
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
         """See `Rule`; 0 below the speeds that count."""

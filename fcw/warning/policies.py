@@ -85,11 +85,11 @@ def without_own_speed(name: str) -> str:
     """
     if POLICIES[name].needs_own_speed:
         raise UserError(
-            f"--warning-policy {name}: goes by the own speed; give it with --ego-speed, "
-            f"or choose {DEFAULT_POLICY}"
+            f"--warning-policy {name}: goes by the own speed; give it with --ego-speed, let the picture tell "
+            f"it (without --no-own-motion), or choose {DEFAULT_POLICY}"
         )
     return (
         "own speed unknown: warnings go by distance, closing speed and TTC only; following too closely is "
         "not advised, a lead that brakes counts as one that keeps its speed, and oncoming vehicles are told "
-        "by their place alone; give --ego-speed"
+        "by their place alone; give --ego-speed, or leave out --no-own-motion"
     )
