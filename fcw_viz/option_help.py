@@ -32,9 +32,7 @@ def command_rule(info: StructTypeInfo) -> StructConstructorSpec | None:
             kind = Annotated[kind, tyro.conf.arg(help_behavior_hint="(required)")]
         elif any(default is nothing for nothing in SAYS_NOTHING):
             kind = Annotated[kind, tyro.conf.arg(help_behavior_hint="")]
-        specs.append(
-            StructFieldSpec(one.name, kind, default, lambda name=one.name: _texts(info.type).get(name))
-        )
+        specs.append(StructFieldSpec(one.name, kind, default, partial(_text, info.type, one.name)))
     return StructConstructorSpec(info.type, tuple(specs))
 
 
