@@ -170,8 +170,8 @@ def _looks(image: Picture, box: Box, right_px: int = 0, down_px: int = 0) -> Sam
 
 def _moved_px(image: Picture, box: Box, changed: Sample) -> float:
     """How far a place that looks nearly as before has moved, by one step of Lucas & Kanade 1981."""
-    beside = [_looks(image, box, *aside) for aside in ((1, 0), (-1, 0), (0, 1), (0, -1))]
-    right, left, below, above = (np.ravel(one) for one in beside)
+    beside = (_looks(image, box, *aside) for aside in ((1, 0), (-1, 0), (0, 1), (0, -1)))
+    right, left, below, above = (one.ravel() for one in beside if one is not None)
     slopes = np.stack([right - left, below - above]) / 2
     slopes -= slopes.mean(axis=1, keepdims=True)
     # Where all edges run one way, the shortest of the motions that fit.
