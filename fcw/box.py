@@ -29,3 +29,10 @@ class Box:
     def center_x(self) -> float:
         """Column of the middle."""
         return self.x + self.w / 2
+
+
+def shared_area(a: Box, b: Box) -> float:
+    """Common area of two boxes, in square pixels."""
+    width = min(a.right, b.right) - max(a.x, b.x)
+    height = min(a.bottom, b.bottom) - max(a.y, b.y)
+    return max(width, 0.0) * max(height, 0.0)

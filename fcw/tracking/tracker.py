@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.box import Box
+from fcw.box import Box, shared_area
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.motion.bend.turn import Turn
@@ -247,8 +247,6 @@ class Tracker:
 def _hides(found: Followed, carried: Followed) -> bool:
     """Whether a vehicle that was found stands in front of one that was not, or the latter is a part of it."""
     box, other = found.box, carried.box
-    width = min(box.right, other.right) - max(box.x, other.x)
-    height = min(box.bottom, other.bottom) - max(box.y, other.y)
-    inside = max(width, 0.0) * max(height, 0.0) / (other.w * other.h)
+    inside = shared_area(box, other) / (other.w * other.h)
     nearer = found.state.distance_m < NEARER_RATIO * carried.state.distance_m
     return box.w > other.w and inside > (HIDDEN_PART_NEARER if nearer else HIDDEN_PART)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.box import Box
+from fcw.box import Box, shared_area
 from fcw.tracking.belief.settings import BeliefSettings
 from fcw.tracking.belief.still_picture import StillPicture
 from fcw.tracking.followed import Followed
@@ -117,18 +117,12 @@ class Doubts:
         return seen_s >= (settings.earned_surely_s if surely else settings.earned_s)
 
 
-def _shared(a: Box, b: Box) -> float:
-    width = min(a.right, b.right) - max(a.x, b.x)
-    height = min(a.bottom, b.bottom) - max(a.y, b.y)
-    return max(width, 0.0) * max(height, 0.0)
-
-
 def _touch(box: Box, other: Box) -> bool:
     """Whether a box is at another one, or came out from behind it since the frame before."""
     pad_px = BESIDE_PART * other.w
-    return _shared(box, Box(other.x - pad_px, other.y, other.w + 2 * pad_px, other.h)) > 0
+    return shared_area(box, Box(other.x - pad_px, other.y, other.w + 2 * pad_px, other.h)) > 0
 
 
 def _inside(box: Box, other: Box) -> float:
     """How much of a box is inside another one."""
-    return _shared(box, other) / (box.w * box.h)
+    return shared_area(box, other) / (box.w * box.h)
