@@ -41,7 +41,7 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
 
 
 def save_and_report(
-    calibration: Calibration, save: Path | None, command: CalibrateCommand, warnings: Sequence[str] = ()
+    calibration: Calibration, save: Path | None, command: CalibrateCommand, causes: Sequence[str] = ()
 ) -> int:
     """Save and print a calibration; returns the exit code.
 
@@ -49,10 +49,9 @@ def save_and_report(
         calibration: the result.
         save: where to; None does not.
         command: how to print it, and what else to write.
-        warnings: what else speaks against it.
+        causes: what is known to be wrong with what was said.
     """
-    summary = calibration_summary(calibration, bool(command.dashes))
-    summary["warnings"] += warnings
+    summary = calibration_summary(calibration, bool(command.dashes), causes)
     if save is not None:
         write_calibration(calibration, save)
     if command.export is not None:

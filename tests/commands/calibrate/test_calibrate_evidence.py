@@ -73,8 +73,22 @@ def test_a_parking_bay_alone_gives_the_camera_and_comes_back_from_the_file(tmp_p
     assert saved.first_side_m is not None
     assert saved.second_side_m is not None
     assert (saved.first_side_m.sigma, saved.second_side_m.sigma) == (0.02, 0.05)
-    swapped = result_of([*arguments, "--rectangle-sides", "5x2.5"], capsys)
-    assert "exchange them in --rectangle-sides" in swapped["warnings"][-1]
+
+
+def test_exchanged_sides_are_refused_and_what_is_no_rectangle_is_said_before_what_comes_of_it(
+    tmp_path, capsys
+):
+    file = tmp_path / "out.yaml"
+    arguments = ["calibrate", "--image-size", "1280x720", "--save", str(file)]
+    assert main([*arguments, *BAY, "--rectangle-sides", "5x2.5"]) == 2
+    assert "exchange them in --rectangle-sides" in capsys.readouterr().err
+    assert not file.exists()
+
+    *others, column_px, row_px = map(float, BAY[1].split(":"))
+    elsewhere = ":".join(map(str, (*others, column_px + 80, row_px + 30)))
+    result = result_of([*arguments, "--rectangle", elsewhere, "--rectangle-sides", "2.5x5"], capsys)
+    assert "the four corners are no rectangle of 2.5 by 5 m" in result["warnings"][0]
+    assert not any("likely cause" in warning for warning in result["warnings"])
 
 
 def test_plates_and_the_lens_give_the_camera_without_its_height(capsys):
