@@ -17,8 +17,8 @@ ODD_SIGMAS = 5.0
 in 7,000 (chi-squared), and the camera gives way besides."""
 SWAPPED_ODDS = 5.0
 """How much likelier exchanged sides must be. Seen from an angle they are told apart by far more; only who
-stands square before a rectangle leaves it to the lens. Of 60 right ones before random cameras none came near
-it."""
+stands square before a rectangle leaves it to the lens. Of 160 right ones before random cameras none was
+accused (`benchmarks/calibration/rectangle.py --count 20`)."""
 UNKNOWN_SIGMA_M = 1e6
 """Of a side that is left open."""
 
