@@ -24,6 +24,10 @@ from fcw_viz.page.pictures import Pictures
 from fcw_viz.page.script import expect_typing
 from fcw_viz.page.tab import PageTab
 
+PLATE_PICTURE_PX, ZOOMED_PICTURE_PX = 900.0, 1280.0
+"""CSS pixels. In a picture less wide than the first, the ends of a plate lie too near to each other to be
+clicked; in one of the second, those of a car 16 m ahead are 30 apart, and its tyre is in a phone's window."""
+
 
 def mark_handle(mark_id: int) -> str:
     """The name of a mark's handle in the view."""
@@ -97,6 +101,7 @@ class Desk:
         self._refresh_waits = True  # what is heard while joining is shown once it is known who this is
         self._asks = False
         self._wanted_frame: int | None = None
+        self._zoomed_on_plate = False
         self._tool_click: Callable[[float, float], None] = self._add_mark
 
     def sit_down(self) -> None:
@@ -246,7 +251,7 @@ class Desk:
             self.apply(AddCorner(column_px, row_px))
             return
         if clicks_plates(self.session.state.document):
-            self.apply(AddPlatePlace(column_px, row_px))
+            self._click_plate(column_px, row_px)
             return
         if not self.apply(AddMark(column_px, row_px, self.frame_index)):
             return
@@ -257,6 +262,19 @@ class Desk:
             self.refresh()
             if added.distance_m is None:
                 self._display.ask_distance(added.id)
+
+    def _click_plate(self, column_px: float, row_px: float) -> None:
+        """A place of a plate; in a picture too small for that, the first click only zooms in on the plate."""
+        left_px, _, right_px, _ = self.view.window_px
+        shown_px = self.view.plane.size.width / self.view.pixels_per_screen_pixel
+        if shown_px < PLATE_PICTURE_PX:
+            self._zoomed_on_plate = True
+            self.view.zoom_to(column_px, row_px, (right_px - left_px) * shown_px / ZOOMED_PICTURE_PX)
+        elif self.apply(AddPlatePlace(column_px, row_px)):
+            document = self.session.state.document
+            if self._zoomed_on_plate and document.plates == document.whole_plates:
+                self._zoomed_on_plate = False
+                self.view.fit()
 
     def _load_frame(self) -> None:
         index = self._wanted_frame

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.plates import PLACES
 from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
 from fcw.logs.overlay import Rgb
 from fcw_viz.calibrate_app.desk import Desk, mark_handle
@@ -21,7 +22,8 @@ HORIZON = "horizon"
 
 @dataclass(frozen=True, slots=True)
 class _Wish:
-    """A handle that there should be: where, its colour, what a drag and a click do, whether it counts."""
+    """A handle that there should be: where, its colour, what a drag and a click do, whether it counts, and
+    whether a click on it is one on the picture."""
 
     column_px: float
     row_px: float
@@ -29,6 +31,7 @@ class _Wish:
     edit: Callable[[float, float], Edit]
     click: Callable[[], None]
     enabled: bool = True
+    lets_click_through: bool = False
 
 
 class PictureHandles:
@@ -56,6 +59,7 @@ class PictureHandles:
                 self._handles[name].move(wish.column_px, wish.row_px)
             self._handles[name].set_colour(wish.color)
             self._handles[name].set_hollow(not wish.enabled)
+            self._handles[name].lets_click_through = wish.lets_click_through
 
     def _new_handle(self, name: str, wish: _Wish) -> Handle:
         def drag(phase: Phase, column_px: float, row_px: float) -> None:
@@ -91,7 +95,10 @@ class PictureHandles:
                 for corner, place in enumerate(rectangle.corners_px)
             ]
         for index, places in enumerate(document.plates):
-            wishes += [(f"plate_{index}_{k}", self._plate_wish(index, k, at)) for k, at in enumerate(places)]
+            begun = len(places) < PLACES  # its next place may lie under the handle of the last one
+            wishes += [
+                (f"plate_{index}_{k}", self._plate_wish(index, k, at, begun)) for k, at in enumerate(places)
+            ]
         if self._desk.tool in (Tool.LANE_LINES, Tool.POINTS):
             for index, line in enumerate(document.lane_lines):
                 if line is not None:
@@ -119,11 +126,11 @@ class PictureHandles:
 
         return _Wish(*place, MARK_COLOR, edit, lambda: None)
 
-    def _plate_wish(self, plate: int, place: int, at: tuple[float, float]) -> _Wish:
+    def _plate_wish(self, plate: int, place: int, at: tuple[float, float], begun: bool) -> _Wish:
         def edit(column_px: float, row_px: float) -> Edit:
             return MovePlatePlace(plate, place, column_px, row_px)
 
-        return _Wish(*at, MARK_COLOR, edit, lambda: None)
+        return _Wish(*at, MARK_COLOR, edit, lambda: None, lets_click_through=begun)
 
     def _horizon_wish(self, state: SessionState) -> _Wish:
         left_px, _, right_px, _ = self._desk.view.window_px

@@ -1,5 +1,6 @@
 """The calibration page as a person uses it: its fields, buttons and words."""
 
+import math
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -67,6 +68,11 @@ class Person:
     def words(self, selector: str) -> str:
         """What is read there; the first one."""
         return self.browser.page.locator(selector).first.inner_text()
+
+    def heading_y(self, words: str) -> float:
+        """Where the heading of a step begins, in pixels of the window."""
+        box = self.browser.page.locator(".fcw-step", has_text=words).first.bounding_box()
+        return -math.inf if box is None else box["y"]
 
     @property
     def banner(self) -> str:

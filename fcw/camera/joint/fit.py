@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -381,3 +382,12 @@ class JointFit:
             return np.zeros(0)
         places = self._straight([place for plate in plates for place in plate.places_px])
         return plate_misfits(plates, places.reshape(len(plates), PLACES, 2), camera, self._click_px)
+
+
+@lru_cache(maxsize=8)
+def solved(known: Known) -> tuple[FloatArray, FloatArray]:
+    """Unknowns and covariance of everything as it was said: whoever asks again gets the same fit."""
+    x, covariance = JointFit(known).solve()
+    x.setflags(write=False)
+    covariance.setflags(write=False)
+    return x, covariance

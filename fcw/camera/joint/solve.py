@@ -29,6 +29,7 @@ from fcw.camera.joint.fit import (
     YAW,
     YAW_SIGMA_RAD,
     JointFit,
+    solved,
 )
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.plates import check_plate
@@ -67,9 +68,9 @@ def calibrate_jointly(known: Known) -> Calibration:
     for plate in evidence.plates:
         check_plate(plate, image_size)
     fit = JointFit(known)
-    x, covariance = fit.solve()
+    x, covariance = solved(known)
     if tells_of_spacing(known):
-        averaged = averaged_over_spacings(known, (x, covariance))
+        averaged = averaged_over_spacings(known)
         x, covariance = averaged.x, averaged.covariance
     camera, orientation = fit.camera(x)
     shift_m = float(x[START]) if evidence.first_unknown else 0.0

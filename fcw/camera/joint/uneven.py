@@ -8,12 +8,13 @@ covariance has their spread: model averaging (Hoeting et al. 1999).
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
-from fcw.camera.joint.fit import SLIP, JointFit, Slip
+from fcw.camera.joint.fit import SLIP, JointFit, Slip, solved
 from fcw.camera.joint.known import Known
 from fcw.errors import UserError
 
@@ -79,17 +80,17 @@ def tells_of_spacing(known: Known) -> bool:
     return evidence.first_unknown and told
 
 
-def averaged_over_spacings(known: Known, solved: tuple[FloatArray, FloatArray]) -> Averaged:
+@lru_cache(maxsize=8)
+def averaged_over_spacings(known: Known) -> Averaged:
     """The dashes as they were said and as they may lie otherwise, each weighed by what else is known.
 
     Args:
         known: what is known; its points are the dashes, from the first of them. Where their period was
             measured, only a gap may be another one.
-        solved: unknowns and covariance without one.
     """
     evidence = known.evidence
     said = np.array([point.distance_m for point in evidence.points])
-    x, covariance = solved
+    x, covariance = solved(known)
     unknowns, covariances, places = [x], [covariance], [said]
     scores = [math.log(1 - UNEVEN_SHARE) + JointFit(known).log_evidence(x, covariance)]
     for share, moves_m in _other_spacings(said, evidence.period_sigma_m is not None):
@@ -123,7 +124,7 @@ def uneven_dashes(known: Known) -> UnevenDashes | None:
     if not tells_of_spacing(known):
         return None
     try:
-        return averaged_over_spacings(known, JointFit(known).solve()).uneven
+        return averaged_over_spacings(known).uneven
     except UserError:
         return None
 

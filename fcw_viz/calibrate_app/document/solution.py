@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian, Priors
+from fcw.camera.joint.odd_rectangle import odd_rectangle
 from fcw.camera.joint.rectangle import RECTANGLE_FACTS
+from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.plausibility import OUTLIER_SIGMAS, Finding, FindingKind, plausibility, vehicle_finding
 from fcw.camera.points import (
     PARAMETER_COUNT,
@@ -25,9 +27,8 @@ from fcw_viz.calibrate_app.document.besides.joint_fit import (
     FEWEST_VEHICLES,
     bent_lens,
     broken_period,
-    joint_calibration,
     needs_joint,
-    none_rectangle,
+    stated,
 )
 from fcw_viz.calibrate_app.document.document import FEWEST_PLATES, Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetHorizon
@@ -112,13 +113,14 @@ def solve(document: Document, effects: bool = True) -> Solution:
         return incomplete
     result = _result(document, facts, calibration)
     points = tuple(mark.ground_point for mark in facts.marks if mark.ground_point is not None)
-    if effects and (bent := bent_lens(document, points, ASSUMED_HEIGHT_M)):
+    known = stated(document, points, ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
+    if effects and (bent := bent_lens(document, known)):
         result = replace(result, findings=(*result.findings, Finding(FindingKind.LENS, bent.text)))
-    if effects and (uneven := broken_period(document, points, ASSUMED_HEIGHT_M)):
+    if effects and (uneven := broken_period(document, known)):
         kept = tuple(f for f in result.findings if f.kind is not FindingKind.PERIOD)
         told_of = Finding(FindingKind.PERIOD, uneven.text, is_question=True)
         result = replace(result, findings=(*kept, told_of))
-    if effects and document.rectangles and (odd := none_rectangle(document, points, ASSUMED_HEIGHT_M)):
+    if effects and (odd := odd_rectangle(known)):
         swapped = odd.index if odd.swapped else None
         told_of = Finding(FindingKind.RECTANGLE, odd.text, swapped_sides=swapped)
         result = replace(result, findings=(*result.findings, told_of))
@@ -176,7 +178,7 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
         check_order(points)
         return None
     if needs_joint(document):
-        return joint_calibration(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
+        return calibrate_jointly(stated(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M))
     offset_m = document.reference_offset_m
 
     def with_height(height_m: float) -> Calibration:

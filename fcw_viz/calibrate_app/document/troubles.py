@@ -43,7 +43,7 @@ CAMERA_FINDINGS = frozenset(
         FindingKind.CAUSE,
     )
 )
-TOLD_FINDINGS = frozenset((FindingKind.PERIOD, FindingKind.VEHICLES, FindingKind.RECTANGLE))
+TOLD_FINDINGS = frozenset((FindingKind.PERIOD, FindingKind.VEHICLES))
 """Said in the finding's own words."""
 OFFSET_DECIMALS = 2
 """Nobody measures a car more finely than to a centimetre."""
@@ -104,22 +104,17 @@ def implausible_troubles(
         calibrate: tries what a mend would make of it.
         thorough: whether to look for mends that take several solutions.
     """
-    troubles: list[Trouble] = list(_height_troubles(document))
+    troubles: list[Trouble] = [*_height_troubles(document), *_rectangle_troubles(document, result)]
     calibration = result.calibration
     if any(finding.kind in CAMERA_FINDINGS for finding in result.findings):
         troubles.append(_camera_trouble(document, marks, result))
     by_point = dict(zip(calibration.points, marks, strict=True))
     for finding in result.findings:
-        if finding.kind is FindingKind.CAUSE:
+        if finding.kind in (FindingKind.CAUSE, FindingKind.RECTANGLE):
             continue
         if finding.kind is FindingKind.LENS:
             mend = Mend(words.FIT_LENS_LABEL, (SetBent(True),))
             troubles.append(Trouble(f"{_sentence(finding.text)} {words.LENS_WAY_OUT}", mend=mend))
-            continue
-        if finding.swapped_sides is not None:
-            exchanged = document.whole_rectangles[finding.swapped_sides].swapped
-            edit = SetSides(finding.swapped_sides, *exchanged.sides_m)
-            troubles.append(Trouble(_sentence(finding.text), mend=Mend(words.EXCHANGE_LABEL, (edit,))))
             continue
         if finding.kind in TOLD_FINDINGS:
             troubles.append(Trouble(_sentence(with_lengths(finding.text, document.imperial))))
@@ -145,6 +140,8 @@ def _camera_trouble(document: Document, marks: Sequence[Mark], result: Result) -
     cause = next((finding for finding in result.findings if finding.kind is FindingKind.CAUSE), None)
     named = cause and cause.suspicion
     if cause is None or named is None:
+        if any(finding.kind is FindingKind.RECTANGLE for finding in result.findings):
+            return Trouble(text)  # why, is said of the rectangle
         likely = "" if cause is None else _sentence(with_lengths(cause.text, document.imperial))
         return Trouble(f"{text} {likely or words.UNKNOWN_CAUSE}".strip())
     wrong = [marks[k] for k in named.points]
@@ -196,6 +193,19 @@ def _height_troubles(document: Document) -> Iterator[Trouble]:
     unit = next((unit for unit, meant_m in meant.items() if lowest_m <= meant_m <= highest_m), None)
     mend = unit and Mend(words.height_label(typed, unit), (SetHeight(meant[unit]),))
     yield Trouble(words.height_trouble(document, height_m), mend=mend or None)
+
+
+def _rectangle_troubles(document: Document, result: Result) -> Iterator[Trouble]:
+    """A rectangle that is not as it was said: whatever else is odd may come of that."""
+    for finding in result.findings:
+        if finding.kind is not FindingKind.RECTANGLE:
+            continue
+        mend = None
+        if finding.swapped_sides is not None:
+            exchanged = document.whole_rectangles[finding.swapped_sides].swapped
+            edit = SetSides(finding.swapped_sides, *exchanged.sides_m)
+            mend = Mend(words.EXCHANGE_LABEL, (edit,))
+        yield Trouble(_sentence(with_lengths(finding.text, document.imperial)), mend=mend)
 
 
 def _unit_mend(document: Document) -> Mend:

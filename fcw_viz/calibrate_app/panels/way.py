@@ -37,7 +37,9 @@ class WayPanel:
         set_html(self._heading, step_heading(1, CHOICE_WORDS, "now" if way is None else "done"))
         if way is not None:
             change = f'<button class="fcw-link" {says("way:")} title="{OTHER_WAY}">another way</button>'
-            set_html(self._cards, text_block(f"<p><b>{escape(way.name)}</b> {change}</p>"))
+            # Chosen at the end of the list, the steps that follow would stay out of sight above.
+            line = f"<p data-fcw-seen><b>{escape(way.name)}</b> {change}</p>"
+            set_html(self._cards, text_block(line))
             return
         cards = "".join(_card(way, state.document.image_size, state.document.imperial) for way in WAYS)
         set_html(self._cards, text_block(f'<div class="fcw-ways">{cards}</div>'))

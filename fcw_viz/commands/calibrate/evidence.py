@@ -52,7 +52,11 @@ def stated_evidence(command: CalibrateCommand) -> Evidence | None:
 
 
 def evidence_warnings(command: CalibrateCommand, calibration: Calibration) -> list[str]:
-    """Warnings of a rectangle that is none, of a lens that bends the picture, and of lane lines that bend."""
+    """Warnings of a rectangle that is none, of a lens that bends the picture, and of lane lines that bend.
+
+    Raises:
+        UserError: the sides of a rectangle are exchanged, so that every distance is wrong.
+    """
     if command.exact:
         return []
     evidence = stated_evidence(command) or Evidence()
@@ -69,8 +73,13 @@ def evidence_warnings(command: CalibrateCommand, calibration: Calibration) -> li
         command.tape_error,
     )
     odd = odd_rectangle(known)
+    if odd is not None and odd.swapped:
+        raise UserError(
+            f"{odd.text}; exchange them in --rectangle-sides or, if they are right, give the --height or "
+            "--field-of-view that shows it"
+        )
     if odd is not None:
-        return [f"{odd.text}; exchange them in --rectangle-sides" if odd.swapped else odd.text]
+        return [odd.text]
     return [] if command.lens is not None else _bent_warnings(command, known)
 
 

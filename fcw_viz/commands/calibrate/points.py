@@ -14,7 +14,7 @@ from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.files import read_lens
-from fcw.camera.points import PointsError
+from fcw.camera.points import PARAMETER_COUNT, PointsError, check_points, distinct_distances
 from fcw.camera.solve import calibrate
 from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
@@ -41,7 +41,7 @@ def run_calibrate_points(command: CalibrateCommand) -> int:
 
 
 def save_and_report(
-    calibration: Calibration, save: Path | None, command: CalibrateCommand, warnings: Sequence[str] = ()
+    calibration: Calibration, save: Path | None, command: CalibrateCommand, causes: Sequence[str] = ()
 ) -> int:
     """Save and print a calibration; returns the exit code.
 
@@ -49,10 +49,9 @@ def save_and_report(
         calibration: the result.
         save: where to; None does not.
         command: how to print it, and what else to write.
-        warnings: what else speaks against it.
+        causes: what is known to be wrong with what was said.
     """
-    summary = calibration_summary(calibration, bool(command.dashes))
-    summary["warnings"] += warnings
+    summary = calibration_summary(calibration, bool(command.dashes), causes)
     if save is not None:
         write_calibration(calibration, save)
     if command.export is not None:
@@ -85,7 +84,7 @@ def _calibration(command: CalibrateCommand) -> Calibration:
     size = _image_size(command)
     lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
     priors = stated_priors(command, size)
-    calibration = _of_rows(command, points, size, priors) if points and not sized else None
+    calibration = _of_rows(command, points, size, priors, sized) if points else None
     aside = {point.column_px for point in points if point.column_px is not None}
     if calibration is not None and evidence is None and lens is None and (command.exact or len(aside) < 2):
         return calibration
@@ -111,14 +110,28 @@ def _calibration(command: CalibrateCommand) -> Calibration:
 
 
 def _of_rows(
-    command: CalibrateCommand, points: tuple[GroundPoint, ...], size: ImageSize, priors: Priors
-) -> Calibration:
-    assert command.height is not None
+    command: CalibrateCommand, points: tuple[GroundPoint, ...], size: ImageSize, priors: Priors, sized: bool
+) -> Calibration | None:
+    """What the points alone say, whose mistakes are so found also where much else is known.
+
+    Args:
+        command: with all that was said.
+        points: taped.
+        size: of the picture.
+        priors: stated.
+        sized: whether something else besides tells how large everything is; then fewer points will do, which
+            give None.
+    """
+    height_m = stated_height(command).value
+    distinct = len(distinct_distances([point.distance_m for point in points]))
+    if sized and distinct + priors.count < PARAMETER_COUNT:
+        check_points(points, size, command.row_sigma, PARAMETER_COUNT)
+        return None
     try:
         return calibrate(
             points,
             size,
-            command.height,
+            height_m,
             command.reference_offset,
             command.row_sigma,
             priors.field_of_view_rad,
@@ -132,7 +145,7 @@ def _of_rows(
             error,
             points,
             size,
-            command.height,
+            height_m,
             command.reference_offset,
             command.row_sigma,
             priors,

@@ -1,6 +1,7 @@
 """The result of a calibration: as JSON has it, and as a person reads it."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fcw.camera.calibration import Calibration
-from fcw.camera.plausibility import plausibility
+from fcw.camera.plausibility import FindingKind, plausibility
 from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
 from fcw.camera.straight import LEVEL
@@ -19,12 +20,15 @@ from fcw.units import FEET_PER_METRE, distance_text
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 
 
-def calibration_summary(calibration: Calibration, paced: bool = False) -> dict[str, Any]:
+def calibration_summary(
+    calibration: Calibration, paced: bool = False, causes: Sequence[str] = ()
+) -> dict[str, Any]:
     """The result as JSON has it; unbounded distances are None.
 
     Args:
         calibration: the result.
         paced: its points are said to be dashes.
+        causes: what is known to be wrong; warnings of what comes of it follow.
     """
 
     def bounded(value: float) -> float | None:
@@ -43,6 +47,8 @@ def calibration_summary(calibration: Calibration, paced: bool = False) -> dict[s
             }
         )
     findings = plausibility(calibration, paced=paced)
+    if causes:  # they need no guess
+        findings = tuple(f for f in findings if f.kind is not FindingKind.CAUSE or f.suspicion)
     proposals = [finding.offset for finding in findings if finding.offset]
     next_click = best_next_click(calibration)
     camera = calibration.camera
@@ -61,7 +67,7 @@ def calibration_summary(calibration: Calibration, paced: bool = False) -> dict[s
         "points": [asdict(point) for point in calibration.points],
         "rectangles": [asdict(rectangle) for rectangle in calibration.rectangles],
         "residuals_px": list(calibration.residuals_px),
-        "warnings": [finding.text for finding in findings],
+        "warnings": [*causes, *(finding.text for finding in findings)],
         "exact": _exact(calibration),
         "orientation": asdict(calibration.orientation),
         "lens": None if calibration.lens is None else asdict(calibration.lens),

@@ -73,7 +73,13 @@ class HandleSurface(Protocol):
 
 
 class Handle:
-    """A mark that can be dragged; made by `PictureView.add_handle`."""
+    """A mark that can be dragged; made by `PictureView.add_handle`.
+
+    Attributes:
+        name: unique in its view.
+        on_click: called for a click on it.
+        lets_click_through: whether a click on it is one on the picture instead.
+    """
 
     def __init__(
         self,
@@ -86,6 +92,7 @@ class Handle:
     ) -> None:
         self.name = name
         self.on_click = on_click
+        self.lets_click_through = False
         self._view = view
         self._on_drag = on_drag
         self._column_px = self._row_px = 0.0

@@ -258,7 +258,8 @@ class PictureView(PictureCamera):
         reached = [
             (distance_px, handle)
             for handle in self._handles.values()
-            if (distance_px := handle.distance_px(column_px, row_px)) <= handle.reach_px
+            if not handle.lets_click_through
+            and (distance_px := handle.distance_px(column_px, row_px)) <= handle.reach_px
         ]
         if reached:
             _, clicked = min(reached, key=lambda near: near[0])

@@ -73,8 +73,36 @@ def test_a_parking_bay_alone_gives_the_camera_and_comes_back_from_the_file(tmp_p
     assert saved.first_side_m is not None
     assert saved.second_side_m is not None
     assert (saved.first_side_m.sigma, saved.second_side_m.sigma) == (0.02, 0.05)
-    swapped = result_of([*arguments, "--rectangle-sides", "5x2.5"], capsys)
-    assert "exchange them in --rectangle-sides" in swapped["warnings"][-1]
+
+
+def test_exchanged_sides_are_refused_and_what_is_no_rectangle_is_said_before_what_comes_of_it(
+    tmp_path, capsys
+):
+    file = tmp_path / "out.yaml"
+    arguments = ["calibrate", "--image-size", "1280x720", "--save", str(file)]
+    assert main([*arguments, *BAY, "--rectangle-sides", "5x2.5"]) == 2
+    assert "exchange them in --rectangle-sides" in " ".join(capsys.readouterr().err.split())
+    assert not file.exists()
+
+    *others, column_px, row_px = map(float, BAY[1].split(":"))
+    elsewhere = ":".join(map(str, (*others, column_px + 80, row_px + 30)))
+    result = result_of([*arguments, "--rectangle", elsewhere, "--rectangle-sides", "2.5x5"], capsys)
+    assert "the four corners are no rectangle of 2.5 by 5 m" in result["warnings"][0]
+    assert not any("likely cause" in warning for warning in result["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (("6:nan", "15:450"), "point 6:nan: expected finite numbers"),
+        (("6:560", "6:450"), "points 6:560 and 6:450 have the same distance, 6 m"),
+        (("6:560", "15:380", "40:430"), "likely cause: the distances of 15:380 and 40:430 are swapped"),
+    ],
+)
+def test_points_beside_a_rectangle_are_checked_as_they_are_alone(points, message, capsys):
+    arguments = ["calibrate", "--points", *points, *BAY, "--rectangle-sides", "2.5x5"]
+    assert main([*arguments, "--image-size", "1280x720"]) == 2
+    assert message in " ".join(capsys.readouterr().err.split())
 
 
 def test_plates_and_the_lens_give_the_camera_without_its_height(capsys):

@@ -1,12 +1,11 @@
 """The one fit of everything on the page, where marks and beliefs of rows alone do not hold it."""
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, NumberPlate, Priors
+from fcw.camera.calibration import Gaussian, GroundPoint, NumberPlate, Priors
 from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
-from fcw.camera.joint.odd_rectangle import OddRectangle, odd_rectangle, swap_gain
+from fcw.camera.joint.odd_rectangle import swap_gain
 from fcw.camera.joint.rectangle import check_rectangle
-from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment
@@ -30,69 +29,26 @@ def needs_joint(document: Document) -> bool:
     return any(_stated(belief) is not None for belief in beliefs) or _lane_width(document) is not None
 
 
-def joint_calibration(
-    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float, assumed_offset_m: float
-) -> Calibration:
-    """The calibration of everything that was said.
+def stated(
+    document: Document,
+    points: tuple[GroundPoint, ...],
+    assumed_height_m: float = UNKNOWN_HEIGHT_M,
+    assumed_offset_m: float = 0.0,
+) -> Known:
+    """Everything that was said, for one fit.
 
     Args:
         document: what was said.
         points: marks that take part, with their distances.
         assumed_height_m: where no height was said, for the preview.
         assumed_offset_m: the same of the bumper.
-
-    Raises:
-        UserError: what was said determines no camera.
     """
-    return calibrate_jointly(_known(document, points, assumed_height_m, assumed_offset_m))
-
-
-def bent_lens(
-    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
-) -> BentPicture | None:
-    """The lens that bends the picture, where none was said and what was clicked shows it."""
-    if document.lens is not None or document.bent:
-        return None
-    return bent_picture(_known(document, points, assumed_height_m))
-
-
-def broken_period(
-    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
-) -> UnevenDashes | None:
-    """Dashes that likely do not keep the period that was said."""
-    if not document.paced or document.bent:
-        return None
-    return uneven_dashes(_known(document, points, assumed_height_m))
-
-
-def none_rectangle(
-    document: Document, points: tuple[GroundPoint, ...], assumed_height_m: float
-) -> OddRectangle | None:
-    """A rectangle that is not as it was said."""
-    return odd_rectangle(_known(document, points, assumed_height_m))
-
-
-def sides_are_exchanged(document: Document, rectangle: int) -> bool:
-    """Whether a rectangle fits everything else better with its sides exchanged."""
-    points = tuple(mark.ground_point for mark in document.marks if mark.ground_point is not None)
-    try:
-        known = _known(document, points, UNKNOWN_HEIGHT_M)
-        check_rectangle(known.evidence.rectangles[rectangle], document.image_size)
-    except UserError:
-        return False
-    return swap_gain(known, rectangle) > 0
-
-
-def _known(
-    document: Document,
-    points: tuple[GroundPoint, ...],
-    assumed_height_m: float,
-    assumed_offset_m: float = 0.0,
-) -> Known:
     height_m = Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
     if document.height_m is not None or not document.has_size:
-        stated_m = assumed_height_m if document.height_m is None else document.height_m
-        height_m = Gaussian(stated_m, document.height_sigma_m or MEASURED_SIGMA_M)
+        height_m = Gaussian(
+            assumed_height_m if document.height_m is None else document.height_m,
+            document.height_sigma_m or MEASURED_SIGMA_M,
+        )
     offset_m = document.reference_offset_m
     return Known(
         _evidence(document, points),
@@ -105,6 +61,31 @@ def _known(
         document.tape_error,
         WIDE_BEND if document.bent else None,
     )
+
+
+def bent_lens(document: Document, known: Known) -> BentPicture | None:
+    """The lens that bends the picture, where none was said and what was clicked shows it."""
+    if document.lens is not None or document.bent:
+        return None
+    return bent_picture(known)
+
+
+def broken_period(document: Document, known: Known) -> UnevenDashes | None:
+    """Dashes that likely do not keep the period that was said."""
+    if not document.paced or document.bent:
+        return None
+    return uneven_dashes(known)
+
+
+def sides_are_exchanged(document: Document, rectangle: int) -> bool:
+    """Whether a rectangle fits everything else better with its sides exchanged."""
+    points = tuple(mark.ground_point for mark in document.marks if mark.ground_point is not None)
+    try:
+        known = stated(document, points)
+        check_rectangle(known.evidence.rectangles[rectangle], document.image_size)
+    except UserError:
+        return False
+    return swap_gain(known, rectangle) > 0
 
 
 def _evidence(document: Document, points: tuple[GroundPoint, ...]) -> Evidence:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from fcw.camera.calibration import Gaussian
-from fcw.camera.joint.plates import NARROWEST_M, PLACES, WIDEST_M
+from fcw.camera.joint.plates import NARROWEST_M, NARROWEST_PX, PLACES, WIDEST_M
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.besides.rectangles import place_in_picture
 from fcw_viz.calibrate_app.document.document import Document
@@ -21,11 +21,13 @@ class AddPlatePlace:
         """The document with it.
 
         Raises:
-            UserError: it is no place in the picture.
+            UserError: it is no place in the picture, or that of the first end again.
         """
         place, plates = place_in_picture(document, self.column_px, self.row_px), document.plates
         if not plates or len(plates[-1]) == PLACES:
             return replace(document, plates=(*plates, (place,)))
+        if len(plates[-1]) == 1 and math.dist(place, plates[-1][0]) < NARROWEST_PX:
+            raise UserError("that end of the plate is clicked already; click the other one")
         return replace(document, plates=(*plates[:-1], (*plates[-1], place)))
 
 

@@ -62,7 +62,7 @@ def hint_plates(document: Document) -> str:
     if begun:
         return PLATE_CLICKS[len(begun[0])]
     if not document.plates:
-        return "Click one end of a number plate; zoom in first."
+        return "Click one end of a number plate; where the picture is small, a first click zooms in."
     if len(document.plates) < FEWEST_PLATES:
         return "Click one end of the plate of another vehicle, nearer or farther."
     if document.field_of_view is None:

@@ -60,6 +60,8 @@ def test_plates_are_moved_removed_and_refused():
     document = begun(5)
     assert MovePlatePlace(1, 1, 700.0, 380.0).apply(document).plates[1][1] == (700.0, 380.0)
     assert RemovePlate().apply(document).plates == document.plates[:1]
+    with pytest.raises(UserError, match="clicked already; click the other one"):
+        AddPlatePlace(document.plates[1][0][0] + 1.0, document.plates[1][0][1]).apply(begun(4))
     with pytest.raises(UserError, match="that plate is gone"):
         MovePlatePlace(1, 2, 700.0, 380.0).apply(document)
     with pytest.raises(UserError, match=r"width of a number plate 5.2 ± 0.01 m: expected 0.1 to 1 m"):
