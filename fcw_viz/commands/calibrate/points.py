@@ -15,6 +15,7 @@ from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.files import read_lens
 from fcw.camera.points import PARAMETER_COUNT, PointsError, check_points, distinct_distances
+from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M
 from fcw.camera.solve import calibrate
 from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
@@ -122,7 +123,7 @@ def _of_rows(
         sized: whether something else besides tells how large everything is; then fewer points will do, which
             give None.
     """
-    height_m = stated_height(command).value
+    height_m = UNKNOWN_HEIGHT_M if command.height is None else command.height
     distinct = len(distinct_distances([point.distance_m for point in points]))
     if sized and distinct + priors.count < PARAMETER_COUNT:
         check_points(points, size, command.row_sigma, PARAMETER_COUNT)
