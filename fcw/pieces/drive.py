@@ -49,7 +49,8 @@ def run_in_pieces(
         UserError: as `run_drive`.
     """
     job = replace(job, detection_threads=1)
-    prepared = prepared or prepare_drive(job)
+    # The process that follows decodes beside that, as the last frames wait for nothing else.
+    prepared = replace(prepared, job=job) if prepared else prepare_drive(job)
     pieces = plan_pieces(prepared.source, piece_s)
     folder = job.out / PIECES_NAME
     paths = {piece: folder / f"{piece.number:04d}.npz" for piece in pieces}
