@@ -9,7 +9,8 @@ Measured in the first two seconds of places, at five looks a second: on vehicles
 correlation was never above 0.8; a second later it was up to 0.98. On the shipped simulated drive, whose road
 is smooth, it was up to 0.98, and then the vehicle had moved by 0.65 px or more at one of the looks. On the
 bonnets of two dash cameras 21 to 62 % of such times had more than 0.95 and less than 0.5 px, which is enough:
-what was learned once is kept.
+what was learned once is kept. The 0.5 px were chosen on that drive and these two bonnets; the real clips'
+vehicles are told apart without them.
 """
 
 from dataclasses import dataclass, replace
