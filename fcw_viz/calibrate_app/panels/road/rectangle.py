@@ -81,8 +81,13 @@ class RectanglePanel:
         note = note if whole else f"{clicked} of {CORNERS} corners"
         heading = step_heading(2, TITLE, "done" if whole else "now", note)
         set_html(self._heading, heading if shown else "")
-        words = SIDE_WORDS if whole else CORNER_WORDS
-        set_html(self._words, text_block(f'<p class="dim">{words}</p>') if shown else "")
+        # The fields of the sides appear above what a low window shows.
+        words = (
+            f'<p class="dim" data-fcw-seen>{SIDE_WORDS}</p>'
+            if whole
+            else f'<p class="dim">{CORNER_WORDS}</p>'
+        )
+        set_html(self._words, text_block(words) if shown else "")
         self._kind.visible = self._along.visible = whole
         self._actions.visible = clicked > 0
         unit = 1 / FEET_PER_METRE if document.imperial else 1.0
