@@ -65,6 +65,16 @@ if (!channel.listens) {
     channel.tell(element.dataset.fcw);
     element.blur?.(); // keys are the page's again
   });
+  // What is pressed may be drawn anew before it is let go of: of that the browser makes no click.
+  let pressed = null;
+  const pressable = ({ target }) => target.closest?.("[data-fcw], [data-fcw-goto]") ?? null;
+  document.addEventListener("pointerdown", (event) => (pressed = event.button === 0 ? pressable(event) : null));
+  document.addEventListener("pointerup", (event) => {
+    const released = pressed && !pressed.isConnected ? pressable(event) : null;
+    const same = (name) => released.dataset[name] === pressed.dataset[name];
+    if (released && same("fcw") && same("fcwGoto")) released.click();
+    pressed = null;
+  });
   // Before the page takes the cursor out of the field. viser's own fields tell only the last of several changes
   // that come quickly, and forms may be handed in without their last letters.
   window.addEventListener("keydown", (event) => {

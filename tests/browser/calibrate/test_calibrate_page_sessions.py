@@ -19,10 +19,13 @@ from calibrate_helpers import (
 from running.programs import serve_page
 
 from fcw.camera.file import default_path
+from fcw_viz.calibrate_app.document.edits import AddMark, SetHeight
 from fcw_viz.calibrate_app.document.resume import begin
+from fcw_viz.calibrate_app.session import Person as Somebody
 
 ACTIONS = 50
 SEED = 20_261_120
+ELSEWHERE = Somebody("tab 9")
 
 
 def test_fifty_clicks_drags_and_undos_from_two_tabs_are_what_the_journal_replays(
@@ -78,6 +81,27 @@ def test_fifty_clicks_drags_and_undos_from_two_tabs_are_what_the_journal_replays
     replayed = begin(source, page.pictures.image_size, default_path(source))
     assert replayed.history.document == final
     replayed.journal.close()
+
+
+def test_a_button_that_is_drawn_anew_while_it_is_pressed_is_pressed(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(copy_of_demo_drive(tmp_path))
+    session = page.session
+    for (column_px, row_px), distance_m in zip(DEMO_MARKS_PX, (7.6, 16.6, 31.6), strict=True):
+        session.apply(ELSEWHERE, AddMark(column_px, row_px, distance_m=distance_m))
+    session.apply(ELSEWHERE, SetHeight(1.3, 0.05))
+    person = Person(open_page(page.url))
+    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    before = person.banner
+    mouse = person.browser.page.mouse
+    person.browser.page.locator(".fcw-banner button").hover()
+    mouse.down()
+    session.apply(ELSEWHERE, AddMark(640.0, 362.2, distance_m=41.6))
+    wait_for(lambda: person.banner != before)
+    assert not session.state.saved
+    mouse.up()
+    wait_for(lambda: "Saved" in person.banner)
 
 
 def start(source: Path, *options: str) -> tuple["subprocess.Popen[str]", str]:

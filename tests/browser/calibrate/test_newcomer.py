@@ -61,7 +61,7 @@ def test_a_clip_without_a_tape_measure_is_calibrated_in_ten_actions(
     person.button("Take this horizon").click()
     done()
     wait_for(lambda: "At 40 m this camera is good for" in person.banner)
-    person.browser.page.locator(".fcw-banner button").click()
+    person.browser.page.locator(".fcw-banner button", has_text="Save").click()
     done()
     wait_for(lambda: "Saved" in person.banner)
     assert actions <= MOST_ACTIONS
@@ -141,7 +141,7 @@ def test_the_banner_leads_to_what_it_names_from_any_tab(
     assert page.session.state.solution.status is not Status.GOOD
     person = Person(open_page(page.url, window_px=(1000, 700)))
     person.browser.page.get_by_role("tab", name="Keys").click()
-    person.browser.page.locator(".fcw-banner button").click()
+    person.browser.page.locator(".fcw-banner button", has_text="Show it").click()
     trouble = person.browser.page.locator("[data-fcw-place=trouble]").first
 
     def seen() -> bool:

@@ -65,7 +65,7 @@ def test_a_parking_bay_is_calibrated_in_seven_actions_dragged_and_undone(
     wait_for(lambda: page.session.state.document.rectangles[0].corners_px[2] == before)
 
     wait_for(lambda: "At 40 m this camera is good for" in person.banner)
-    browser.page.locator(".fcw-banner button").click()
+    browser.page.locator(".fcw-banner button", has_text="Save").click()
     wait_for(lambda: "Saved" in person.banner)
     saved = read_calibration(default_path(source))
     low_m, high_m = saved.distance_interval(CAMERA.row_at(20.0))
