@@ -3,10 +3,10 @@
     FCW_DATA=DIR python benchmarks/approaches.py --models DIR [--each 8] [--groups CAMERA+CAMERA ...]
 
 DIR holds the models that `leave_one_camera_out.py --detector net --models DIR` made. So many labelled
-vehicles of each camera are drawn, from its clips in turn: nearly ahead, 12 to 45 m away, neither hidden nor cut. Each
-picture is enlarged as if we drove at the vehicle (`fcw.evaluation.warning.approach`); the model that was
-trained without that camera, the tracker and the default policy run on it. `--models all` takes the shipped
-detector, which has seen these cameras.
+vehicles of each camera are drawn, from its clips in turn: nearly ahead, 12 to 45 m away, neither hidden nor
+cut. Each picture is enlarged as if we drove at the vehicle (`fcw.evaluation.warning.approach`); the model
+that was trained without that camera, the tracker and the default policy run on it. `--models all` takes the
+shipped detector, which has seen these cameras.
 """
 
 import argparse

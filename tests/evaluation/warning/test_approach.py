@@ -43,7 +43,7 @@ class FindsBright:
 
     def detect(self, image: np.ndarray) -> tuple[Detection, ...]:
         x, y, w, h = cv2.boundingRect((image[:, :, 1] > 140).astype(np.uint8))
-        return (Detection(Box(x - 0.5, y - 0.5, w, h), 10.0),) if 0 < w < self._most_width_px else ()
+        return (Detection(Box(x - 0.5, y - 0.5, w, h), 10.0),) if w else ()
 
 
 def test_every_picture_shows_the_vehicle_where_the_camera_sees_it_at_that_distance():
@@ -53,8 +53,10 @@ def test_every_picture_shows_the_vehicle_where_the_camera_sees_it_at_that_distan
     assert gaps_m == sorted(gaps_m, reverse=True)
     assert END_GAP_M < gaps_m[-1] < END_GAP_M + 1
     for frame in frames:
-        expected = CALIBRATION.row_at(frame.gap_m)
-        assert frame.box.bottom == pytest.approx(min(expected, 359.5), abs=0.2)
+        # A camera that looks down by a degree sees the nearest road a hundredth less magnified.
+        row_px = CALIBRATION.row_at(frame.gap_m)
+        allowed_px = 0.01 * (row_px - CALIBRATION.horizon_row_px)
+        assert frame.box.bottom == pytest.approx(min(row_px, 359.5), abs=allowed_px)
         (found,) = FindsBright().detect(frame.image)
         for side in ("x", "y", "right", "bottom"):
             # A pixel of the first picture is as large as the vehicle has grown.
@@ -74,6 +76,7 @@ def test_the_closing_speed_is_that_which_needs_the_gap(needed_m: float):
     assert EXPECTED_DRIVER.needed_distance_m(closing_speed_mps(needed_m)) == pytest.approx(needed_m)
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_is_found_is_warned_of_in_time():
     trial = run_approach(approach(picture(), VEHICLE, CALIBRATION), CALIBRATION, FindsBright(), make_policy())
     assert trial.in_time
