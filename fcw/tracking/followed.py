@@ -198,9 +198,14 @@ class Followed:
         may_be = self.confirmed or (recent and self._is_clear()) or self._is_seen_often()
         return inside and self.state.distance_m > NEAREST_M and may_be
 
+    @property
+    def found_part(self) -> float:
+        """In how many of its frames the detector found it."""
+        return self._hits / (self._hits + self._misses)
+
     def _is_seen_often(self) -> bool:
         settings = self._settings
-        often = self._hits >= settings.confirm_part * (self._hits + self._misses)
+        often = self.found_part >= settings.confirm_part
         in_a_row = self._in_a_row >= settings.confirm_in_a_row
         return self._hits >= self._misses or (often and in_a_row and self._is_clear())
 

@@ -2,8 +2,9 @@
 
 A vehicle comes into the picture from afar, from its sides, from behind another vehicle, or was there at the
 start. A near box that appears elsewhere is a vehicle that the detector found late, or none: a reflection, the
-own bonnet, a logo. It is believed once it was seen for a while, sooner if it moves against us; and not while
-somebody is seen through it, as vehicles are opaque, nor where it stands still in the picture.
+own bonnet, a logo, plain road. It is believed once it was seen for a while, sooner if it moves against us;
+and not while it is hardly ever detected, nor while somebody is seen through it, as vehicles are opaque, nor
+where it stands still in the picture.
 """
 
 import math
@@ -110,6 +111,8 @@ class Doubts:
 
     def _has_earned(self, one: Followed, seen_s: float) -> bool:
         settings, state = self._settings, one.state
+        if one.found_part < settings.earned_part:
+            return False
         speed_mps, sigma_mps = math.fabs(state.closing_speed_mps), state.closing_speed_sigma_mps
         if speed_mps <= max(settings.moving_sigmas * sigma_mps, settings.moving_mps):
             return seen_s >= settings.earned_still_s

@@ -20,6 +20,8 @@ class BeliefSettings:
         earned_surely_s: or after so long where it does so at `surely_sigmas` of the closing speed: a
             reflection does not grow.
         earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
+        earned_part: all this where the detector found it in so large a part of its frames, as for a track to
+            be confirmed: plain road that was boxed now and then seems to move, too, while it is carried.
         surely_sigmas: see `earned_surely_s`.
         moving_sigmas: it does at this many sigmas of the closing speed,
         moving_mps: and this speed.
@@ -38,6 +40,7 @@ class BeliefSettings:
     earned_surely_s: float = 0.25
     surely_sigmas: float = 4.0
     earned_still_s: float = 4.0
+    earned_part: float = 0.34
     moving_sigmas: float = 2.0
     moving_mps: float = 1.0
     through_part: float = 0.7

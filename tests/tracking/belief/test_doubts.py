@@ -107,6 +107,18 @@ def test_a_near_vehicle_found_late_is_believed_once_it_comes_nearer_for_a_while(
     assert not doubts[0.9]
 
 
+def test_what_is_found_once_in_a_while_near_us_is_not_believed_because_it_seems_to_move():
+    def detections(time_s):
+        since = round((time_s - 2) * 30)
+        return (seen(5 + 4 * (time_s - 2)) if 0 <= since < 5 or (since > 0 and since % 8 == 0) else None,)
+
+    frames = [(time_s, tracks, lead) for time_s, tracks, lead, _ in drive(detections, 5.0) if tracks]
+    assert frames[-1][0] > 4.5
+    # After a second the five frames at its beginning are no third of all any more.
+    assert all(track.doubtful for time_s, tracks, _ in frames for track in tracks)
+    assert {lead for *_, lead in frames} == {None}
+
+
 def test_a_vehicle_lost_and_found_again_is_believed():
     def detections(time_s):
         return (None if 2 < time_s < 3.5 else seen(10.0),)
