@@ -1,6 +1,6 @@
 """Are real vehicles warned of in time when they come nearer, on cameras and in weather new to the detector?
 
-    FCW_DATA=DIR python benchmarks/approaches.py --models DIR [--each 8] [--groups CAMERA+CAMERA ...]
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/warning/approaches.py --models DIR [--each 8]
 
 DIR holds the models that `leave_one_camera_out.py --detector net --models DIR` made. So many labelled
 vehicles of each camera are drawn, from its clips in turn: nearly ahead, 12 to 45 m away, neither hidden nor
