@@ -52,6 +52,9 @@ def main() -> None:
 def run(arguments: argparse.Namespace, cameras: LabelledCameras) -> None:
     say(where_and_with_what())
     rows: dict[str, list[ApproachTrial]] = {}
+    known = [fold.name for fold in folds(cameras, GROUPS)]
+    if wrong := [name for name in arguments.groups or () if name not in known]:
+        raise UserError(f"--groups {' '.join(wrong)}: no such group; expected some of {', '.join(known)}")
     for fold in folds(cameras, GROUPS):
         if arguments.groups and fold.name not in arguments.groups:
             continue
@@ -64,8 +67,7 @@ def run(arguments: argparse.Namespace, cameras: LabelledCameras) -> None:
             frames = approach(labelled.read(), box, calibration, index)
             trial = run_approach(frames, calibration, detector, make_policy())
             rows.setdefault(labelled.camera, []).append(trial)
-            if not trial.in_time or trial.others:
-                say(f"{cameras.name(index)}: {words(trial)}")
+            say(f"{cameras.name(index)}: {words(trial)}")
     say("")
     say_row(
         ("camera", "approaches", "in time", "late", "never", "warning of another", "found", "tracked"),
@@ -136,7 +138,7 @@ def ahead(cameras: LabelledCameras, index: int) -> Iterator[Box]:
 
 
 def words(trial: ApproachTrial) -> str:
-    """What is wrong with a trial."""
+    """What came of a trial."""
     warned = "never warned of" if trial.warned_s is None else f"warned of at {trial.warned_s:.2f} s"
     others = f"; {trial.others} pictures with a warning of something else" if trial.others else ""
     return (

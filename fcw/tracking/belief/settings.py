@@ -21,7 +21,7 @@ class BeliefSettings:
             reflection does not grow.
         earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
         earned_part: all this where the detector found it in so large a part of its frames, as for a track to
-            be confirmed: plain road that was boxed now and then seems to move, too, while it is carried.
+            be confirmed (not tuned): plain road that is boxed now and then seems to move, too, if carried.
         surely_sigmas: see `earned_surely_s`.
         moving_sigmas: it does at this many sigmas of the closing speed,
         moving_mps: and this speed.

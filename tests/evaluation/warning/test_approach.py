@@ -36,11 +36,6 @@ class FindsBright:
 
     name = "bright"
 
-    def __init__(self, least_gap_m: float = 0.0) -> None:
-        self._most_width_px = (
-            np.inf if not least_gap_m else CALIBRATION.ground_box(least_gap_m, 0, WIDTH_M, 1.5).w
-        )
-
     def detect(self, image: np.ndarray) -> tuple[Detection, ...]:
         x, y, w, h = cv2.boundingRect((image[:, :, 1] > 140).astype(np.uint8))
         return (Detection(Box(x - 0.5, y - 0.5, w, h), 10.0),) if w else ()

@@ -114,8 +114,8 @@ def test_what_is_found_once_in_a_while_near_us_is_not_believed_because_it_seems_
 
     frames = [(time_s, tracks, lead) for time_s, tracks, lead, _ in drive(detections, 5.0) if tracks]
     assert frames[-1][0] > 4.5
-    # After a second the five frames at its beginning are no third of all any more.
-    assert all(track.doubtful for time_s, tracks, _ in frames for track in tracks)
+    # Soon the five frames at its beginning are no third of all any more.
+    assert all(track.doubtful for _, tracks, _ in frames for track in tracks)
     assert {lead for *_, lead in frames} == {None}
 
 
