@@ -15,11 +15,17 @@ ERRORS_LAST_S = 0.5
 
 
 class OwnSpeed:
-    """Own speed and acceleration of one drive: a Kalman filter."""
+    """Own speed and acceleration of one drive: a Kalman filter.
+
+    Attributes:
+        speed_mps: None when unknown.
+        sigma_mps: 1-sigma; 0 where it was given.
+        gain_sigma_mps: 1-sigma of by how much we became faster since the frame before; 0 where it was given.
+    """
 
     def __init__(self) -> None:
         self.speed_mps: float | None = None
-        self.sigma_mps = 0.0
+        self.sigma_mps = self.gain_sigma_mps = 0.0
         self._acceleration_mps2 = 0.0
         self._vv = self._va = 0.0
         self._aa = ACCELERATION_SIGMA_MPS2**2
@@ -35,7 +41,7 @@ class OwnSpeed:
         Returns:
             By how much we became faster since the frame before; 0 where that is unknown.
         """
-        before_mps = self.speed_mps
+        before_mps, self.gain_sigma_mps = self.speed_mps, 0.0
         if speed_mps is None:
             self.speed_mps = None
             return 0.0
@@ -56,4 +62,7 @@ class OwnSpeed:
         self._acceleration_mps2 = lasting * self._acceleration_mps2 + acceleration_gain * off_mps
         self._vv, self._va, self._aa = (1 - gain) * vv, (1 - gain) * va, aa - acceleration_gain * va
         self.sigma_mps = math.sqrt(max(self._vv, 0.0))
+        if sigma_mps:
+            # By as much as the estimate was mended in this step its error changed.
+            self.gain_sigma_mps = math.sqrt(max(vv - self._vv, 0.0))
         return self.speed_mps - before_mps

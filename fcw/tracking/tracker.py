@@ -118,7 +118,7 @@ class Tracker:
         if path is None:
             path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
         before = [followed.box for followed in self._followed]
-        growths = self._range.predict(dt_s, own_gain_mps, path)
+        growths = self._range.predict(dt_s, own_gain_mps, path, self._own.gain_sigma_mps)
         if mount is not None:
             self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
         for followed, growth in zip(self._followed, growths, strict=True):

@@ -1,12 +1,13 @@
 """The range filter against analytical motion and exact projections, and its Jacobian against differences."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fcw.box import Box
-from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.calibration import Calibration, GroundPoint, matrix3
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
@@ -265,3 +266,36 @@ def test_own_braking_is_known_and_no_doing_of_the_lead():
     told_mps2, untold_mps2 = np.abs(growths_mps2).max(axis=0)
     assert told_mps2 < 0.5 < 1.0 < untold_mps2
     assert told.state(0).closing_speed_mps == pytest.approx(0.0, abs=0.4)
+
+
+def roughly_known(focal_sigma):
+    """A calibration whose focal length, and so every distance, is known so well, and its horizon to 2 px."""
+    support_m = np.array((5.0, 10.0, 20.0))
+    below_px = EXACT.camera.row_scale_m_px / (support_m + EXACT.camera.pole_m)
+    covariance = focal_sigma**2 * np.outer(below_px, below_px) + 2.0**2
+    return replace(EXACT, support_distances_m=(5.0, 10.0, 20.0), covariance=matrix3(covariance))
+
+
+def test_an_own_gain_that_the_camera_measured_teaches_no_scale():
+    """Frozen and dropped pictures make the measured speed jump; a car at 10 m stays where it is."""
+    range_filter = RangeFilter(roughly_known(0.3), NOISE, RangeModel())
+    range_filter.add(seen(10.0), 5.0)
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        range_filter.predict(0.04, rng.normal(0, 1.0), own_gain_sigma_mps=1.0)
+        range_filter.update([(0, seen(10.0 * math.exp(rng.normal(0, 0.05))))], 0.04)
+    assert range_filter.focal_px == pytest.approx(740.0, rel=0.1)
+    assert range_filter.state(0).distance_m == pytest.approx(10.0, rel=0.3)
+    assert range_filter.state(0).log_distance_sigma > 0.25
+
+
+def test_the_distances_of_many_vehicles_teach_no_scale():
+    range_filter = RangeFilter(roughly_known(0.3), NOISE, RangeModel())
+    for distance_m in np.linspace(8.0, 50.0, 30):
+        range_filter.add(seen(distance_m), None)
+        for _ in range(3):
+            range_filter.predict(0.1)
+            range_filter.update([(0, seen(distance_m))], 0.1)
+        assert range_filter.state(0).log_distance_sigma > 0.28
+        range_filter.keep([])
+    assert range_filter.focal_px == pytest.approx(740.0, rel=0.03)

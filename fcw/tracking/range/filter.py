@@ -69,12 +69,10 @@ from fcw.tracking.box_measurement import (
 )
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.range.state import RangeState
+from fcw.tracking.range.update import kalman_update
 from fcw.tracking.ranging import BoxNoise
 
 EVERY_EDGE: Mapping[int, Edges] = MappingProxyType({})
-OUTLIER_SIGMAS = 3.0
-"""A measurement farther off than this counts as if it were just this far off (Huber), so that one wild
-box moves little and a persistent one still wins."""
 STRONGEST_SHRINK = 0.2
 """One prediction step leaves at least this part of the distance: the gap never turns negative."""
 DIFFUSE_LOG_SIGMA = 1.0
@@ -176,6 +174,10 @@ class RangeFilter:
                 DIFFUSE_LOG_SIGMA,
             )
         )
+        # Its place in the picture, K / D, is what is not known: of K alone no box of any vehicle tells.
+        at = n + DISTANCE
+        covariance[at, :n] = covariance[:n, at] = self._p[SCALE]
+        covariance[at, at] += self._p[SCALE, SCALE]
         self._p = covariance
         self._kinds.append(kind)
         self._views.append(view)
@@ -190,13 +192,20 @@ class RangeFilter:
         self._kinds = [self._kinds[slot] for slot in slots]
         self._views = [self._views[slot] for slot in slots]
 
-    def predict(self, dt_s: float, own_gain_mps: float = 0.0, path: OwnPath = STRAIGHT) -> list[float]:
+    def predict(
+        self,
+        dt_s: float,
+        own_gain_mps: float = 0.0,
+        path: OwnPath = STRAIGHT,
+        own_gain_sigma_mps: float = 0.0,
+    ) -> list[float]:
         """Move on by dt.
 
         Args:
             dt_s: since the frame before.
             own_gain_mps: by how much we became faster in it; every closing speed grows by as much.
             path: our own now, along which vehicles stand.
+            own_gain_sigma_mps: of the gain where the camera measured it: its scale is the camera's.
 
         Returns:
             For each vehicle the factor by which the picture of it grew.
@@ -234,8 +243,13 @@ class RangeFilter:
         moved[at + RATE, at + GROWTH] = dt_s / shrink - new_rate * by_growth
         moved[at + GROWTH, at + RATE] = -new_growth * by_rate
         moved[at + GROWTH, at + GROWTH] = lasting / shrink - new_growth * by_growth
+        if own_gain_sigma_mps:
+            own_gain_mps *= math.exp(float(x[SCALE])) / self._calibrated.row_scale_m_px
         gained = own_gain_mps * np.exp(-x[at + DISTANCE])
         x[at + RATE] += gained
+        if own_gain_sigma_mps:
+            moved[at + RATE, SCALE] += gained
+            added[at + RATE] = own_gain_sigma_mps**2 * np.exp(-2 * x[at + DISTANCE])
         moved[at + RATE, at + RATE] -= gained * by_rate
         moved[at + RATE, at + GROWTH] -= gained * by_growth
         moved[at + RATE, at + DISTANCE] = -gained
@@ -366,21 +380,8 @@ class RangeFilter:
     def _take(
         self, rows: FloatArray, residuals: FloatArray, variances: FloatArray, learns_camera: bool
     ) -> None:
-        """Kalman update; without `learns_camera` that of Schmidt (1966): the camera stays as it is."""
-        spread = self._p @ rows.T
-        predicted = rows @ spread
-        variances = np.maximum(variances, (residuals / OUTLIER_SIGMAS) ** 2 - predicted.diagonal())
-        predicted.flat[:: len(residuals) + 1] += variances
-        gain = np.linalg.solve(predicted, spread.T).T
-        if not learns_camera:
-            gain[:CAMERA] = 0.0
-        # Joseph's form is right for any gain; for the optimal one two of its three terms cancel.
-        used = gain @ spread.T
-        covariance = self._p - used
-        if not learns_camera:
-            covariance += gain @ predicted @ gain.T - used.T
-        self._x = self._x + gain @ residuals
-        self._p = (covariance + covariance.T) / 2
+        fixed = 0 if learns_camera else CAMERA
+        self._x, self._p = kalman_update(self._x, self._p, rows, residuals, variances, fixed)
 
     def _judge_kind(self, slot: int) -> None:
         """Replace the prior of its sizes where a vehicle turns out to be of another kind."""
