@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.motion.corners import Corners, find_corners, small_grey
+from fcw.motion.own_car import OwnCar
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH, ROAD_PITCH, ROAD_ROLL, TRAVEL, YAW
 from fcw.motion.view import RoadView
@@ -79,6 +80,7 @@ class PointFollower:
         self._factor = max(1, round(width_px / settings.working_width_px))
         self.view = RoadView.of(camera, self._factor)
         self._trust = np.zeros(0)
+        self._own_car: OwnCar | None = None
 
     def picture(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box]) -> SmallPicture:
         """A picture made ready.
@@ -92,7 +94,20 @@ class PointFollower:
         corners = find_corners(grey, self._settings.cell_px)
         if len(self._trust) != len(corners.scores):
             self._trust = np.full(len(corners.scores), self._settings.first_trust)
+            self._own_car = OwnCar(grey.shape, self._settings.cell_px)
         return SmallPicture(time_ns, grey, corners, tuple(boxes))
+
+    def find_own_car(self, last: SmallPicture, now: SmallPicture) -> None:
+        """Learn from two pictures where the own car is; no point is taken there from now on."""
+        if self._own_car is not None:
+            k = 1 / self._factor
+            others = [Box(k * box.x, k * box.y, k * box.w, k * box.h) for box in now.boxes]
+            self._own_car.look(now.time_ns, last.grey, now.grey, others)
+
+    @property
+    def picture_moves(self) -> bool:
+        """Whether the picture moved lately, as a whole and whatever the points say, beside the own car."""
+        return self._own_car is not None and self._own_car.rest_moves
 
     def follow(self, last: SmallPicture, now: SmallPicture, mean: FloatArray) -> Flow:
         """Follow the points of one picture to the next.
@@ -151,6 +166,8 @@ class PointFollower:
         settings = self._settings
         places, scores, _ = picture.corners
         usable = (scores > settings.faintest) & (self._trust > settings.least_trust)
+        if self._own_car is not None:
+            usable &= ~self._own_car.cells
         x, y = places[:, 0] * self._factor, places[:, 1] * self._factor
         for box in picture.boxes:
             aside_px, over_px = VEHICLE_MARGIN * box.w, VEHICLE_MARGIN * box.h

@@ -21,6 +21,8 @@ class MotionSettings:
             half the window.
         shortest_step_s: pictures nearer in time than this to the last one used are left out.
         longest_step_s: pictures farther apart show too little of the same.
+        repeated_s: a picture like the last one is a repeated one, of a video that was made from one of fewer
+            pictures, and is left out; after so long we stand.
         place_sigma_px: of a followed point in the small picture, with what neighbours have in common.
         scales: of the weights of points, in sigmas, one a step of the solver.
         road_half_width_m: the road is flat this far to either side; kerbs and ditches begin beyond.
@@ -62,6 +64,7 @@ class MotionSettings:
         standing_mps: below this speed a whole picture must stand:
         standing_part: so much of its points,
         standing_points: and so many: in the dark there is little but lamps and what the windscreen reflects.
+        still_mps: below this speed we stand, and the picture must not move.
         search_s: so often at most another one is looked for: a search takes as long as ten pictures.
         lost_search_s: and so often where the speed is unknown.
         supposed_mps: speeds that are tried,
@@ -87,6 +90,7 @@ class MotionSettings:
     levels: int = 2
     shortest_step_s: float = 0.045
     longest_step_s: float = 0.5
+    repeated_s: float = 0.3
     place_sigma_px: float = 0.3
     scales: tuple[float, ...] = (16.0, 8.0, 4.0, 2.5, 2.5, 2.5)
     road_half_width_m: float = 3.5
@@ -123,6 +127,7 @@ class MotionSettings:
     sure_part: float = 0.5
     least_road_part: float = 0.2
     standing_mps: float = 2.0
+    still_mps: float = 0.5
     standing_part: float = 0.75
     standing_points: int = 50
     search_s: float = 1.0

@@ -111,3 +111,29 @@ def test_pictures_faster_than_needed_are_left_out():
         seen.append(own.picture.time_ns)
     assert len(set(seen)) <= 22
     assert own.state.speed_mps == pytest.approx(10.0, rel=0.04)
+
+
+def dashboard(_, picture):
+    """The lower third of the picture, and the clutter on it."""
+    first = HEIGHT * 2 // 3
+    rng = np.random.default_rng(11)
+    coarse = rng.integers(20, 200, ((HEIGHT - first) // 8, WIDTH // 8), dtype=np.uint8)
+    picture[first:] = np.kron(coarse, np.ones((8, 8), np.uint8))[:, :, None]
+
+
+@pytest.mark.parametrize("speed_mps", [5.0, 14.0])
+def test_a_dashboard_in_the_picture_does_not_make_us_stand(speed_mps):
+    last = drive(estimator(), speed_mps, 40, change=dashboard)[-1]
+    assert last.speed_mps == pytest.approx(speed_mps, rel=0.25)
+
+
+@pytest.mark.parametrize("times", [2, 4])
+def test_repeated_pictures_do_not_make_us_stand(times):
+    """A video of 30 pictures a second made from one of 15 or 7.5, encoded again."""
+    own, road, rng, speeds = estimator(), Road(), np.random.default_rng(1), []
+    for frame in range(90):
+        noise = rng.random((HEIGHT, WIDTH, 1)) < 0.1
+        picture = road.picture(Pose(6.0 * (frame // times * times) / 30)) | noise
+        speeds.append(own.update(round(frame / 30 * 1e9), picture.astype(np.uint8)).speed_mps)
+    assert speeds[-1] == pytest.approx(6.0, rel=0.05)
+    assert all(speed is None or speed > 5.0 for speed in speeds[45:])
