@@ -20,7 +20,7 @@ from fcw.camera.joint.rectangle import (
     placed,
     seen_from,
 )
-from fcw.camera.joint.rulers import width_misfits
+from fcw.camera.joint.rulers import horizon_by_widths, width_misfits
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
@@ -250,6 +250,12 @@ class JointFit:
                 there[[TANGENT, LOG_FOCAL, ROLL]] = view
                 starts.append(there)
         starts = starts or [start]
+        if self._evidence.rulers:
+            # A vehicle above the horizon that the fit starts with would not pull it up.
+            there = start.copy()
+            row_px = horizon_by_widths(self._evidence.rulers, math.exp(start[LOG_HEIGHT]))
+            there[TANGENT] = (start[AXIS] - row_px) / math.exp(start[LOG_FOCAL])
+            starts.append(there)
         if not self._evidence.first_unknown:
             return starts
         dashed = []
@@ -374,7 +380,8 @@ class JointFit:
         if not rulers:
             return np.zeros(0)
         places = self._straight([(ruler.column_px, ruler.row_px) for ruler in rulers])
-        return width_misfits(rulers, places, camera, float(x[LOG_FLEET]))
+        usual_focal_px = math.exp(float(self._means[LOG_FOCAL]))
+        return width_misfits(rulers, places, camera, float(x[LOG_FLEET]), usual_focal_px)
 
     def _of_plates(self, camera: GroundPlaneCamera) -> FloatArray:
         plates = self._evidence.plates

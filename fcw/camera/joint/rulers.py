@@ -15,16 +15,32 @@ SIDE_SIGMA = 0.5
 HUBER_SIGMAS = 2.0
 
 
+def horizon_by_widths(rulers: Sequence[Ruler], height_m: float) -> float:
+    """About where the horizon is: a width stands as far above the lower edge as the camera above the road."""
+    rows_px = [ruler.row_px - ruler.width_px * height_m / ruler.width_m.value for ruler in rulers]
+    return float(np.median(rows_px))
+
+
 def width_misfits(
-    rulers: Sequence[Ruler], places: FloatArray, camera: GroundPlaneCamera, log_fleet: float
+    rulers: Sequence[Ruler],
+    places: FloatArray,
+    camera: GroundPlaneCamera,
+    log_fleet: float,
+    usual_focal_px: float,
 ) -> FloatArray:
-    """(N,) in sigmas: the width of each by its row, against that of its kind; wild ones count little (Huber).
+    """(2 N,) in sigmas: the width of each by its row, against that of its kind.
+
+    Wild ones count little (Huber). Widths and rows say nothing of the focal length, so the sides that are
+    seen must not either: they are those of the usual one. Sigmas that depend on the camera have a cost, the
+    second half: that of the density's factor 1 / sigma. Otherwise a camera that sees mostly the sides of all
+    vehicles fits whatever was seen.
 
     Args:
         rulers: the vehicles.
         places: (N, 2) columns and rows of their lower edges in the straight picture.
         camera: of it.
         log_fleet: how much wider all vehicles are together, as a logarithm.
+        usual_focal_px: focal length as it is known without the vehicles.
     """
     below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
     widths_px = np.array([ruler.width_px for ruler in rulers])
@@ -32,16 +48,18 @@ def width_misfits(
     usual_m = np.array([ruler.width_m.value for ruler in rulers])
     # A vehicle beside our path shows its side, whose far end is a car's length farther away.
     outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
-    distances_m = camera.focal_y_px * metres_per_px
+    distances_m = usual_focal_px * metres_per_px
     sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
     seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
     relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
     row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) / below
-    sigmas = np.sqrt(relative**2 + row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2)
+    widened = 1 + (row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2) / relative**2
+    sigmas = relative * np.sqrt(widened)
     misfits = (np.log(seen_m / usual_m) - log_fleet) / sigmas
     sizes = np.abs(misfits)
-    return np.where(
+    robust = np.where(
         sizes > HUBER_SIGMAS,
         np.sign(misfits) * np.sqrt(np.maximum(2 * HUBER_SIGMAS * sizes - HUBER_SIGMAS**2, 0.0)),
         misfits,
     )
+    return np.concatenate((robust, np.sqrt(np.log(widened))))

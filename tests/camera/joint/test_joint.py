@@ -189,3 +189,32 @@ def test_dashes_tell_their_first_distance():
 def test_nothing_known_of_the_road_is_refused():
     with pytest.raises(UserError, match="nothing is known of where the road lies"):
         calibrate_jointly(Known(Evidence(), SIZE, HEIGHT))
+
+
+def rulers_of(camera: GroundPlaneCamera, places: list[tuple[float, float]], width_m: float = 1.8):
+    """Boxes of vehicles at (distance, lateral), with the side that those beside us show."""
+    rulers = []
+    for distance_m, lateral_m in places:
+        near, far = (camera.ground_box(d, lateral_m, width_m, 1.5) for d in (distance_m, distance_m + 4.2))
+        left, right = min(near.x, far.x), max(near.right, far.right)
+        rulers.append(Ruler((left + right) / 2, near.bottom, right - left, Gaussian(1.8, 0.16), 2.0))
+    return tuple(rulers)
+
+
+def test_vehicles_above_the_usual_horizon_show_that_the_camera_looks_down():
+    """A telephone on a dashboard that looks 13 degrees down: all vehicles stand in the upper half."""
+    camera = GroundPlaneCamera(math.radians(13), 560.0, 269.5, 1.3, 479.5)
+    rulers = rulers_of(camera, [(9.0, 1.0), (9.5, -0.5), (14.0, 0.5), (22.0, -1.0)])
+    found = calibrate_jointly(Known(Evidence(rulers=rulers), ImageSize(960, 540), HEIGHT))
+    assert found.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=12)
+
+
+def test_wide_boxes_of_neighbours_do_not_make_a_lens_of_any_width():
+    """Widths and rows hold nothing of the focal length, so the belief in it stays: 66 degrees."""
+    camera = GroundPlaneCamera(0.02, 590.0, 239.5, 1.3, 426.5)
+    places = [(d, side) for d in (8.0, 11.0, 15.0, 20.0, 27.0, 35.0) for side in (-3.6, 3.4, 0.2)]
+    rulers = rulers_of(camera, places, width_m=2.2)
+    travel = Gaussian(426.5, 4.0), Gaussian(camera.horizon_row_px, 3.0)
+    found = calibrate_jointly(Known(Evidence(rulers=rulers, travel_px=travel), ImageSize(854, 480), HEIGHT))
+    view_deg = math.degrees(2 * math.atan(427 / found.camera.focal_y_px))
+    assert view_deg == pytest.approx(66, abs=5)
