@@ -1,5 +1,6 @@
 """Files that are whole or not there."""
 
+import os
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -42,6 +43,18 @@ def check_replaceable(path: Path) -> None:
     """
     if path.exists() and not path.is_file():
         raise UserError(f"{path}: this is no file, but a device, a pipe or a folder; name a file")
+
+
+def check_place(path: Path) -> None:
+    """See before long work that its result can be written there.
+
+    Raises:
+        UserError: its folder does not exist or cannot be written to, or what is there is no file.
+    """
+    check_replaceable(path)
+    if not os.access(path.parent, os.W_OK):
+        reason = "it cannot be written to" if path.parent.is_dir() else "there is no such folder"
+        raise UserError(f"{path}: cannot write this file into {path.parent}, {reason}; name another folder")
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fcw.errors import UserError
-from fcw.files import whole_file, write_whole
+from fcw.files import check_place, whole_file, write_whole
 
 
 def test_a_file_that_fails_half_way_leaves_the_earlier_one_and_nothing_else(tmp_path: Path) -> None:
@@ -35,6 +35,14 @@ def test_the_partial_name_keeps_the_suffix_and_is_not_the_files_own(tmp_path: Pa
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"gone/result\.txt: cannot write this file"):
         write_whole(tmp_path / "gone" / "result.txt", "text")
+
+
+def test_a_place_is_checked_before_the_work(tmp_path: Path) -> None:
+    check_place(tmp_path / "new.yaml")
+    with pytest.raises(UserError, match="there is no such folder; name another"):
+        check_place(tmp_path / "missing" / "new.yaml")
+    with pytest.raises(UserError, match="a folder; name a file"):
+        check_place(tmp_path)
 
 
 def test_a_pipe_or_device_is_never_replaced(tmp_path: Path) -> None:

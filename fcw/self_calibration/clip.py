@@ -8,6 +8,7 @@ person clicked.
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,11 +21,15 @@ from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
+from fcw.camera.vanishing import PixelPoint
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
 from fcw.frame import ImageSize, Source
 from fcw.motion.estimator import MotionEstimator
+from fcw.motion.settings import MotionSettings
+from fcw.motion.state import Mount
+from fcw.self_calibration.lane_lines import meeting_point, propose_lane_lines
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
@@ -40,6 +45,19 @@ SMALLEST_RULER_PX = 24.0
 BOTTOM_SIGMA_PART = 0.02
 """Of the lower edge of a box, as a part of its height."""
 FASTEST_TURN_RADPS = math.radians(3.0)
+SLOWEST_TRAVEL_MPS = 3.0
+GUESS_PITCH_SIGMA_RAD = math.radians(2.0)
+"""Of the guess that own motion begins with."""
+LANES_EVERY_S = 1.0
+LANES_TRIED_RAD = tuple(math.radians(sign * degrees) for degrees in range(11) for sign in (1, -1))
+FEWEST_LANES = 5
+LANES_SIGMA_HEIGHTS = 0.025
+"""Lanes tell where the road leads to if they scatter less than this, in picture heights; else they bend."""
+LANE_SIGMA_HEIGHTS = 0.004
+"""What all lanes of a clip have in common: camber, and slopes."""
+MAD_TO_SIGMA = 1.4826
+TOLD_PART = 0.5
+"""A drive tells where it leads to if that is so much surer than the guess was."""
 SPEED_SIGMA = 0.04
 """Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
 FEWEST_SPEEDS = 10
@@ -56,19 +74,29 @@ class ClipObservations:
 
     Attributes:
         travel_px: column and row that straight driving leads to; None where the car stood, or turned always.
+        lanes_px: column and row where the own lane's lines meet; None where few are seen, or they disagree.
         rulers: vehicles.
         speed_heights: speed by the picture in camera heights a second; None where it is not known.
         frames: how many pictures were looked at for vehicles.
     """
 
     travel_px: tuple[Gaussian, Gaussian] | None
+    lanes_px: tuple[Gaussian, Gaussian] | None
     rulers: tuple[Ruler, ...]
     speed_heights: float | None
     frames: int
 
     def evidence(self) -> Evidence:
         """As the joint fit takes it."""
-        return Evidence(travel_px=self.travel_px, rulers=self.rulers)
+        return Evidence(travel_px=self.leads_to_px, rulers=self.rulers)
+
+    @property
+    def leads_to_px(self) -> tuple[Gaussian, Gaussian] | None:
+        """Column and row that the road leads to: by the drive, and by its lines."""
+        if self.travel_px is None or self.lanes_px is None:
+            return self.travel_px or self.lanes_px
+        column, row = map(_together, self.travel_px, self.lanes_px)
+        return column, row
 
     def height_by_speed(self, speed_mps: float) -> Gaussian:
         """Height of the camera, where the mean speed over the clip is known.
@@ -135,7 +163,7 @@ def calibrate_clip(
     for _ in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         seen = observe_clip(source, calibration, None if seen else detector, on_frame=on_frame, seen=seen)
-        all_known = replace(evidence, travel_px=seen.travel_px, rulers=seen.rulers)
+        all_known = replace(evidence, travel_px=seen.leads_to_px, rulers=seen.rulers)
         if speed_mps is not None:
             # How fast the road flows by tells height times focal length: with another lens another height.
             focal_px, by_speed = calibration.camera.focal_y_px, seen.height_by_speed(speed_mps)
@@ -168,17 +196,22 @@ def observe_clip(
         on_frame: called after each picture.
         seen: the earlier look.
     """
-    camera = guess.camera
-    estimator = MotionEstimator(guess)
+    camera, settings = guess.camera, MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD)
+    estimator = MotionEstimator(guess, settings)
     boxes: tuple[Box, ...] = ()
     rulers: list[Ruler] = []
     mounts, speeds = [], []
-    first_ns = detected_ns = followed_ns = None
+    meetings: list[PixelPoint] = []
+    first_ns = detected_ns = followed_ns = lanes_ns = None
     frames = 0
     for frame in source.frames():
         first_ns = frame.time_ns if first_ns is None else first_ns
         if (frame.time_ns - first_ns) / 1e9 > longest_s:
             break
+        if seen is None and (lanes_ns is None or (frame.time_ns - lanes_ns) / 1e9 >= LANES_EVERY_S):
+            lanes_ns = frame.time_ns
+            with suppress(UserError):
+                meetings.append(meeting_point(*propose_lane_lines(frame.image, camera, LANES_TRIED_RAD)))
         if detector is not None and (
             detected_ns is None or (frame.time_ns - detected_ns) / 1e9 >= DETECTED_EVERY_S
         ):
@@ -191,25 +224,62 @@ def observe_clip(
             motion = estimator.update(frame.time_ns, frame.image, boxes)
             if motion.mount is not None and motion.speed_mps is not None:
                 speeds.append(motion.speed_mps / camera.height_m)
-                if abs(motion.yaw_rate_radps or 0.0) < FASTEST_TURN_RADPS:
+                turns = abs(motion.yaw_rate_radps or 0.0) >= FASTEST_TURN_RADPS
+                if motion.speed_mps > SLOWEST_TRAVEL_MPS and not turns:
                     mounts.append(motion.mount)
         on_frame()
-    travel = None
-    if mounts:
-        last = mounts[-1]
-        focal_px = camera.focal_y_px
-        column_px = camera.principal_column_px + focal_px * math.tan(last.yaw_rad)
-        row_px = camera.principal_row_px - focal_px * math.tan(last.pitch_rad)
-        travel = (
-            Gaussian(column_px, focal_px * math.hypot(last.yaw_sigma_rad, SLOPE_SIGMA_RAD)),
-            Gaussian(row_px, focal_px * math.hypot(last.pitch_sigma_rad, SLOPE_SIGMA_RAD)),
-        )
+    travel = _travel(mounts[-1], camera, settings) if mounts else None
     speed = float(np.mean(speeds)) if len(speeds) >= FEWEST_SPEEDS else None
     if seen is not None:
-        return ClipObservations(
-            travel or seen.travel_px, seen.rulers, speed or seen.speed_heights, seen.frames
-        )
-    return ClipObservations(travel, _spread(rulers), speed, frames)
+        return ClipObservations(travel, seen.lanes_px, seen.rulers, speed or seen.speed_heights, seen.frames)
+    return ClipObservations(travel, _agreed(meetings, guess.image_size), _spread(rulers), speed, frames)
+
+
+def _together(first: Gaussian, second: Gaussian) -> Gaussian:
+    """What two independent measurements of one thing say."""
+    precisions = first.sigma**-2, second.sigma**-2
+    mean = (precisions[0] * first.value + precisions[1] * second.value) / sum(precisions)
+    return Gaussian(mean, sum(precisions) ** -0.5)
+
+
+def _agreed(meetings: Sequence[PixelPoint], size: ImageSize) -> tuple[Gaussian, Gaussian] | None:
+    """Where lanes of many pictures meet; bends err alike, so the scatter of one stands for all."""
+    if len(meetings) < FEWEST_LANES:
+        return None
+    places = np.array(meetings)
+    middle = np.median(places, axis=0)
+    column_sigma, row_sigma = MAD_TO_SIGMA * np.median(np.abs(places - middle), axis=0)
+    if row_sigma > LANES_SIGMA_HEIGHTS * size.height:
+        return None
+    least = LANE_SIGMA_HEIGHTS * size.height
+    return (
+        Gaussian(float(middle[0]), math.hypot(column_sigma, least)),
+        Gaussian(float(middle[1]), math.hypot(row_sigma, least)),
+    )
+
+
+def _travel(
+    mount: Mount, guess: GroundPlaneCamera, settings: MotionSettings
+) -> tuple[Gaussian, Gaussian] | None:
+    """Column and row that straight driving leads to, by the drive alone; None where it tells too little.
+
+    What is believed of the mount began with the guess, which is no evidence: it is taken out again.
+    """
+    places = []
+    for believed_rad, sigma_rad, guessed_rad, guess_sigma_rad in (
+        (mount.yaw_rad, mount.yaw_sigma_rad, 0.0, settings.calibration_yaw_sigma_rad),
+        (mount.pitch_rad, mount.pitch_sigma_rad, guess.pitch_rad, settings.calibration_pitch_sigma_rad),
+    ):
+        if sigma_rad > TOLD_PART * guess_sigma_rad:
+            return None
+        precision, guessed = sigma_rad**-2, guess_sigma_rad**-2
+        told_rad = (precision * believed_rad - guessed * guessed_rad) / (precision - guessed)
+        places.append(Gaussian(told_rad, math.hypot((precision - guessed) ** -0.5, SLOPE_SIGMA_RAD)))
+    (yaw, pitch), focal_px = places, guess.focal_y_px
+    return (
+        Gaussian(guess.principal_column_px + focal_px * math.tan(yaw.value), focal_px * yaw.sigma),
+        Gaussian(guess.principal_row_px - focal_px * math.tan(pitch.value), focal_px * pitch.sigma),
+    )
 
 
 def vehicles_of(

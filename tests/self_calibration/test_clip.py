@@ -1,6 +1,8 @@
 """A recorded clip calibrated by what it shows."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -10,15 +12,23 @@ from fcw.camera.solve import calibrate
 from fcw.detection.choice import load_model, make_detector
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.motion.settings import MotionSettings
+from fcw.motion.state import Mount
 from fcw.self_calibration.clip import (
+    SLOPE_SIGMA_RAD,
     ClipObservations,
+    _agreed,
     _ruler,
+    _travel,
     calibrate_clip,
+    observe_clip,
     rough_calibration,
 )
 from fcw.sources import open_source
 
 SIZE = ImageSize(1280, 720)
+DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
+DEMO_HORIZON_ROW_PX = 329.8
 LENS = Priors(Gaussian(math.radians(58), math.radians(3)))
 """As a data sheet would say it; the chessboards say 57.8 degrees."""
 
@@ -48,10 +58,10 @@ def test_the_udacity_clip_without_any_mark(height_m, priors, error, data_dir):
 
 
 def test_a_known_speed_gives_the_height():
-    seen = ClipObservations(None, (), 20.0, 10)
+    seen = ClipObservations(None, None, (), 20.0, 10)
     assert seen.height_by_speed(26.0).value == pytest.approx(1.3)
     with pytest.raises(UserError, match="measure the camera's height"):
-        ClipObservations(None, (), None, 10).height_by_speed(26.0)
+        ClipObservations(None, None, (), None, 10).height_by_speed(26.0)
 
 
 def test_boxes_that_are_cut_small_or_aside_are_no_rulers():
@@ -63,3 +73,53 @@ def test_boxes_that_are_cut_small_or_aside_are_no_rulers():
         Box(600, 700, 80, 60),
     ):
         assert _ruler(box, SIZE) is None
+
+
+def test_what_was_guessed_of_the_mount_is_no_evidence():
+    guess, settings = rough_calibration(SIZE, 1.3).camera, MotionSettings()
+    pitch0, yaw0 = settings.calibration_pitch_sigma_rad, settings.calibration_yaw_sigma_rad
+    learnt_nothing = Mount(pitch_rad=guess.pitch_rad, pitch_sigma_rad=pitch0, yaw_sigma_rad=yaw0)
+    assert _travel(learnt_nothing, guess, settings) is None
+    # A ninth of the precision is the guess's, the rest a drive's that leads 1 degree lower, 2 to the side.
+    sigma = math.radians(0.1)
+    settings = replace(settings, calibration_pitch_sigma_rad=3 * sigma, calibration_yaw_sigma_rad=3 * sigma)
+    told = sigma * math.sqrt(9 / 8)
+    believed = [8 / 9 * math.radians(degrees) for degrees in (-1.0, 2.0)]
+    pitch_rad, yaw_rad = guess.pitch_rad + believed[0], believed[1]
+    mount = Mount(pitch_rad=pitch_rad, yaw_rad=yaw_rad, pitch_sigma_rad=sigma, yaw_sigma_rad=sigma)
+    found = _travel(mount, guess, settings)
+    assert found is not None
+    column, row = found
+    assert column.value == pytest.approx(639.5 + guess.focal_y_px * math.tan(math.radians(2.0)))
+    expected_rad = guess.pitch_rad - math.radians(1.0)
+    assert row.value == pytest.approx(guess.principal_row_px - guess.focal_y_px * math.tan(expected_rad))
+    assert row.sigma == pytest.approx(guess.focal_y_px * math.hypot(told, SLOPE_SIGMA_RAD))
+
+
+def test_lanes_count_where_many_pictures_agree():
+    straight = [(640.0 + k % 3, 330.0 + k % 5) for k in range(20)]
+    agreed = _agreed([*straight, (200.0, 100.0)], SIZE)
+    assert agreed is not None
+    assert agreed[1].value == pytest.approx(332.0, abs=1.0)
+    assert 2.0 < agreed[1].sigma < 6.0
+    assert _agreed(straight[:4], SIZE) is None
+    assert _agreed([(640.0, 200.0 + 20.0 * k) for k in range(12)], SIZE) is None
+
+
+def test_lanes_and_motion_count_by_how_sure_they_are():
+    sure, unsure = Gaussian(300.0, 1.0), Gaussian(320.0, 3.0)
+    both = ClipObservations((sure, sure), (unsure, unsure), (), None, 10).leads_to_px
+    assert both is not None
+    assert both[1].value == pytest.approx(302.0)
+    assert both[1].sigma == pytest.approx(math.sqrt(0.9))
+    assert ClipObservations(None, (sure, unsure), (), None, 10).leads_to_px == (sure, unsure)
+
+
+def test_the_shipped_drive_leads_where_its_lanes_do():
+    source = open_source(DEMO)
+    detector = make_detector("acf-full", load_model("acf-full"), rough_calibration(SIZE, 1.3))
+    seen = observe_clip(source, rough_calibration(SIZE, 1.3), detector, longest_s=4.0)
+    assert seen.lanes_px is not None
+    column, row = seen.lanes_px
+    assert abs(row.value - DEMO_HORIZON_ROW_PX) < 2 * row.sigma
+    assert abs(column.value - 639.5) < 2 * column.sigma

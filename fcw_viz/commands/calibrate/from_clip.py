@@ -9,6 +9,7 @@ from fcw.camera.lens.files import read_lens
 from fcw.camera.points import check_priors
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
+from fcw.files import check_place
 from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import ground_point, save_and_report
@@ -37,6 +38,8 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         raise UserError("--exact: takes --points alone; leave out --from-clip")
     if command.speed is not None and not command.speed > 0:
         raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
+    save = command.save or default_path(command.source)
+    check_place(save)
     source = open_source(command.source, topic=command.topic)
     size = source.image_size
     priors = stated_priors(command, size)
@@ -67,5 +70,4 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
             shown, detector, height_m, evidence, priors, speed_mps=command.speed, on_frame=bar.advance
         )
     calibration = replace(calibration, lens=lens, reference_offset_m=command.reference_offset)
-    save = command.save or default_path(command.source)
     return save_and_report(calibration, save, command)

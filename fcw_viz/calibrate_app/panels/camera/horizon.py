@@ -8,6 +8,7 @@ import viser
 from fcw.camera.calibration import Gaussian
 from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
 from fcw.frame import ImageSize
+from fcw.self_calibration.lane_lines import propose_lane_lines
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.document import Belief, Line
 from fcw_viz.calibrate_app.document.edits import EnableLaneLines, SetHorizon, SetLaneLine
@@ -16,7 +17,6 @@ from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
 from fcw_viz.calibrate_app.drawing.drawing import HORIZON_COLOR
 from fcw_viz.calibrate_app.panels.camera.belief import effect_words
 from fcw_viz.calibrate_app.proposals.drive_look import assumed_camera
-from fcw_viz.calibrate_app.proposals.lane_lines import propose_lane_lines
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.controls import on_button, on_choice, on_press
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, Place
@@ -114,7 +114,7 @@ class HorizonPanel:
         horizon = None if look is None else look.horizon
         camera = assumed_camera(size, horizon) if shown is None else shown.calibration.camera
         lines = propose_lane_lines(desk.pictures.read(desk.frame_index).image, camera)
-        left, right = lines
+        left, right = (Line(*line) for line in lines)
         desk.apply(EnableLaneLines(False), SetLaneLine(0, left), SetLaneLine(1, right))
         desk.notify("Are these your lane's lines?", "If so, switch “Use them” on; else drag their ends.")
 

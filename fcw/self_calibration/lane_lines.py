@@ -1,4 +1,4 @@
-"""The lines of the own lane in one picture, proposed for a person to confirm.
+"""The lines of the own lane in one picture: for a person to confirm, or for many pictures to agree on.
 
 `fcw.motion.lanes` finds the lane as two parallel lines of a road whose horizon is taken as known: they cannot
 say where the horizon is. So the paint of each is looked for again beside the lane that was found, and each
@@ -6,6 +6,7 @@ proposed line is a straight one through its own paint.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
@@ -13,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.camera.vanishing import vanishing_row
+from fcw.camera.vanishing import PixelPoint, Segment, vanishing_row
 from fcw.errors import UserError
 from fcw.motion.lanes import FAINTEST, Lane, find_lane
 from fcw.motion.settings import MotionSettings
 from fcw.motion.view import RoadView
-from fcw_viz.calibrate_app.document.document import Line
 
 DISTANCES_M = np.geomspace(7.0, 35.0, 60)
 ASIDE_M = np.arange(-0.6, 0.601, 0.02)
@@ -39,22 +39,25 @@ STRAIGHT_PER_M = 1 / 600
 """A lane that bends more has no vanishing point on the horizon."""
 
 
-def propose_lane_lines(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[Line, Line]:
-    """The left and the right line.
+def propose_lane_lines(
+    image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera, tried_rad: Sequence[float] = TRIED_RAD
+) -> tuple[Segment, Segment]:
+    """The left and the right line, each from its nearest paint to its farthest.
 
     Args:
         image_bgr: (height, width, 3).
         camera: as well as it is known; height and lens may be rough, and other pitches are tried.
+        tried_rad: those, against the camera's; the first that is not contradicted is taken.
 
     Raises:
         UserError: the picture shows no lane, or one that bends.
     """
     refused: UserError | None = None
-    for turn_rad in TRIED_RAD:
+    for turn_rad in tried_rad:
         tried = replace(camera, pitch_rad=camera.pitch_rad + turn_rad)
         try:
             left, right = _propose(image_bgr, tried)
-            meeting = vanishing_row((left.start_px, left.end_px), (right.start_px, right.end_px), 1.0)
+            meeting = vanishing_row(left, right, 1.0)
         except UserError as error:
             refused = refused or error
             continue
@@ -63,7 +66,7 @@ def propose_lane_lines(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) 
     raise refused or UserError(NONE_FOUND)
 
 
-def _propose(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[Line, Line]:
+def _propose(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[Segment, Segment]:
     """The lines, if the camera's pitch is about right."""
     height, width = image_bgr.shape[:2]
     factor = max(1, width // MotionSettings().working_width_px)
@@ -109,7 +112,7 @@ def _paint(grey: NDArray[np.uint8], view: RoadView, lane: Lane, side: float) -> 
     return places[seen]
 
 
-def _through_paint(places: FloatArray, horizon_px: float) -> Line | None:
+def _through_paint(places: FloatArray, horizon_px: float) -> Segment | None:
     """The straight line through most of the places, from the nearest to the farthest of them."""
     best: NDArray[np.bool_] | None = None
     for i in range(len(places)):
@@ -131,4 +134,11 @@ def _through_paint(places: FloatArray, horizon_px: float) -> Line | None:
     near_px, far_px = (
         (float(column_at_zero + slope * row_px), float(row_px)) for row_px in (rows.max(), rows.min())
     )
-    return Line(near_px, far_px)
+    return near_px, far_px
+
+
+def meeting_point(left: Segment, right: Segment) -> PixelPoint:
+    """Column and row where two lines meet that are not parallel."""
+    first, second = (np.cross((*start, 1.0), (*end, 1.0)) for start, end in (left, right))
+    column, row, scale = np.cross(first, second)
+    return float(column / scale), float(row / scale)

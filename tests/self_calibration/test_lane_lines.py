@@ -10,14 +10,14 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.self_calibration.lane_lines import meeting_point, propose_lane_lines
 from fcw.sources import open_source
 from fcw_viz.calibrate_app.proposals.drive_look import assumed_camera
-from fcw_viz.calibrate_app.proposals.lane_lines import propose_lane_lines
 from fcw_viz.page.pictures import Pictures
 
 SIZE = ImageSize(1280, 720)
 TRUE = GroundPlaneCamera(0.03, 1000.0, 359.5, 1.3, 639.5)
-DEMO = Path(__file__).parents[3] / "recordings" / "demo" / "drive.mp4"
+DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 DEMO_HORIZON_ROW_PX = 329.8
 
 
@@ -41,10 +41,11 @@ def road(bend_per_m: float = 0.0) -> np.ndarray:
 def test_they_meet_at_the_true_horizon_whatever_was_believed(off_rad: float, height_m: float):
     believed = GroundPlaneCamera(0.03 + off_rad, 950.0, 359.5, height_m, 639.5)
     left, right = propose_lane_lines(road(), believed)
-    meeting = vanishing_row((left.start_px, left.end_px), (right.start_px, right.end_px), 1.0)
+    meeting = vanishing_row(left, right, 1.0)
     assert abs(meeting.value - TRUE.horizon_row_px) < 2.0
+    assert meeting_point(left, right)[1] == pytest.approx(meeting.value)
     for line, side in ((left, 1), (right, -1)):
-        for column_px, row_px in (line.start_px, line.end_px):
+        for column_px, row_px in line:
             lateral_m = TRUE.lateral_at(column_px, row_px)
             assert lateral_m == pytest.approx(side * 1.75 + 0.2, abs=0.08)
 
@@ -61,5 +62,5 @@ def test_a_bend_and_an_empty_road_are_refused_with_what_to_do():
 def test_the_shipped_drive(number: int):
     image = Pictures(open_source(DEMO)).read(number).image
     left, right = propose_lane_lines(image, assumed_camera(SIZE))
-    meeting = vanishing_row((left.start_px, left.end_px), (right.start_px, right.end_px), 1.0)
+    meeting = vanishing_row(left, right, 1.0)
     assert abs(meeting.value - DEMO_HORIZON_ROW_PX) < 4.0
