@@ -38,9 +38,9 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         raise UserError("--exact: takes --points alone; leave out --from-clip")
     if command.speed is not None and not command.speed > 0:
         raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
+    source = open_source(command.source, topic=command.topic)
     save = command.save or default_path(command.source)
     check_place(save)
-    source = open_source(command.source, topic=command.topic)
     size = source.image_size
     priors = stated_priors(command, size)
     check_priors(priors)
