@@ -48,7 +48,7 @@ FASTEST_TURN_RADPS = math.radians(3.0)
 SLOWEST_TRAVEL_MPS = 3.0
 GUESS_PITCH_SIGMA_RAD = math.radians(2.0)
 """Of the guess that own motion begins with."""
-LANES_EVERY_S = 1.0
+LANES_EVERY_S = 0.5
 LANES_TRIED_RAD = tuple(math.radians(sign * degrees) for degrees in range(11) for sign in (1, -1))
 FEWEST_LANES = 5
 LANES_SIGMA_HEIGHTS = 0.025
