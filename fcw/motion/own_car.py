@@ -21,7 +21,7 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.motion.corners import BLOCK_PX
 
 LOOKED_S = 0.2
-"""A look takes a millisecond: so often is enough."""
+"""A look takes five milliseconds: so often is enough."""
 MOVED_PX, STILL_PX = 0.6, 0.4
 PLAIN = 4.0
 """Mean square of the gradient, in grey values a pixel, below which a cell shows nothing that could move."""
@@ -100,15 +100,15 @@ class OwnCar:
         size = self._columns, self._rows
         width, height = size[0] * self._cell_px[0], size[1] * self._cell_px[1]
 
-        def mean(values: FloatArray) -> FloatArray:
+        def mean(values: NDArray[np.float32]) -> FloatArray:
             below, beside = max(height - values.shape[0], 0), max(width - values.shape[1], 0)
             whole = cv2.copyMakeBorder(values, 0, below, 0, beside, cv2.BORDER_REPLICATE)
             return cv2.resize(whole[:height, :width], size, interpolation=cv2.INTER_AREA).astype(float)
 
-        changed = np.subtract(now, last, dtype=float)
+        changed = np.subtract(now, last, dtype=np.float32)
         across, down = cv2.spatialGradient(last)  # of eight pixels
         # Of any one direction half of the slopes' squares; a change of exposure moves nothing.
-        slope = mean(np.square(across, dtype=float) + np.square(down, dtype=float)) / (2 * 8**2)
+        slope = mean(np.square(across, dtype=np.float32) + np.square(down, dtype=np.float32)) / (2 * 8**2)
         change = np.maximum(mean(changed * changed) - mean(changed) ** 2, 0.0)
         return np.sqrt(change / np.maximum(slope, 1e-6)), slope > PLAIN
 
