@@ -5,9 +5,10 @@ that we stand, at any speed. How far a cell has moved between two pictures follo
 its grey values changed, by the gradients that they have (Horn & Schunck 1981); that is right up to about a
 pixel, and more than that is only known to be more, which is enough.
 
-The limits were chosen on eight cameras with a dashboard or bonnet in view and six without, most of them not
-of the project's data: cells of the own car were still in nine looks of ten, others of the lower half in none
-to two of ten, by their medians, and on the six without one no cell was taken.
+The limits were set while looking at eight clips with a dashboard or bonnet in view and six without, eight of
+them not of the project's data; none was left out. By their medians, cells of the own car were still in nine
+looks of ten, and others of the lower half in none to two of ten, but for one clip that repeats its pictures
+(eight of ten). On the six without one no cell was taken.
 """
 
 from collections.abc import Sequence

@@ -49,11 +49,11 @@ SLOWEST_TRAVEL_MPS = 3.0
 GUESS_PITCH_SIGMA_RAD = math.radians(2.0)
 """Of the guess that own motion begins with."""
 LANES_EVERY_S = 0.5
-LANES_TRIED_RAD = tuple(math.radians(sign * degrees) for degrees in range(11) for sign in (1, -1))
+LANES_TRIED_RAD = (0.0, *(math.radians(sign * deg) for deg in range(1, 11) for sign in (1, -1)))
 FEWEST_LANES = 5
-LANES_SIGMA_HEIGHTS = 0.025
+LARGEST_SCATTER_HEIGHTS = 0.025
 """Lanes tell where the road leads to if they scatter less than this, in picture heights; else they bend."""
-LANE_SIGMA_HEIGHTS = 0.004
+COMMON_LANE_SIGMA_HEIGHTS = 0.004
 """What all lanes of a clip have in common: camber, and slopes."""
 MAD_TO_SIGMA = 1.4826
 TOLD_PART = 0.5
@@ -231,7 +231,9 @@ def observe_clip(
     travel = _travel(mounts[-1], camera, settings) if mounts else None
     speed = float(np.mean(speeds)) if len(speeds) >= FEWEST_SPEEDS else None
     if seen is not None:
-        return ClipObservations(travel, seen.lanes_px, seen.rulers, speed or seen.speed_heights, seen.frames)
+        # A later look may tell less than an earlier one did, in a short clip.
+        travel, speed = travel or seen.travel_px, speed or seen.speed_heights
+        return ClipObservations(travel, seen.lanes_px, seen.rulers, speed, seen.frames)
     return ClipObservations(travel, _agreed(meetings, guess.image_size), _spread(rulers), speed, frames)
 
 
@@ -249,9 +251,9 @@ def _agreed(meetings: Sequence[PixelPoint], size: ImageSize) -> tuple[Gaussian, 
     places = np.array(meetings)
     middle = np.median(places, axis=0)
     column_sigma, row_sigma = MAD_TO_SIGMA * np.median(np.abs(places - middle), axis=0)
-    if row_sigma > LANES_SIGMA_HEIGHTS * size.height:
+    if row_sigma > LARGEST_SCATTER_HEIGHTS * size.height:
         return None
-    least = LANE_SIGMA_HEIGHTS * size.height
+    least = COMMON_LANE_SIGMA_HEIGHTS * size.height
     return (
         Gaussian(float(middle[0]), math.hypot(column_sigma, least)),
         Gaussian(float(middle[1]), math.hypot(row_sigma, least)),

@@ -40,7 +40,7 @@ def width_misfits(
         places: (N, 2) columns and rows of their lower edges in the straight picture.
         camera: of it.
         log_fleet: how much wider all vehicles are together, as a logarithm.
-        usual_focal_px: focal length as it is known without the vehicles.
+        usual_focal_px: focal length as it is believed beforehand, or of a lens that is known.
     """
     below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
     widths_px = np.array([ruler.width_px for ruler in rulers])
