@@ -12,6 +12,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
 from fcw.tracking.box_measurement import CAMERA, VEHICLE, BoxGeometry, Sighting
+from fcw.tracking.own_speed import OwnSpeed
 from fcw.tracking.range.filter import RangeFilter
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise
@@ -276,13 +277,16 @@ def roughly_known(focal_sigma):
     return replace(EXACT, support_distances_m=(5.0, 10.0, 20.0), covariance=matrix3(covariance))
 
 
-def test_an_own_gain_that_the_camera_measured_teaches_no_scale():
-    """Frozen and dropped pictures make the measured speed jump; a car at 10 m stays where it is."""
+@pytest.mark.parametrize("seed", range(4))
+def test_an_own_speed_that_the_camera_measured_teaches_no_scale(seed: int):
+    """Dropped pictures make the measured speed jump; a car at 10 m stays where it is."""
     range_filter = RangeFilter(roughly_known(0.3), NOISE, RangeModel())
     range_filter.add(seen(10.0), 5.0)
-    rng = np.random.default_rng(4)
-    for _ in range(200):
-        range_filter.predict(0.04, rng.normal(0, 1.0), own_gain_sigma_mps=1.0)
+    own = OwnSpeed()
+    rng = np.random.default_rng(seed)
+    for _ in range(250):
+        gain_mps = own.update(0.04, 12.0 * rng.choice([0, 1, 1, 2]), 3.0)
+        range_filter.predict(0.04, gain_mps, own_gain_sigma_mps=own.gain_sigma_mps)
         range_filter.update([(0, seen(10.0 * math.exp(rng.normal(0, 0.05))))], 0.04)
     assert range_filter.focal_px == pytest.approx(740.0, rel=0.1)
     assert range_filter.state(0).distance_m == pytest.approx(10.0, rel=0.3)

@@ -243,13 +243,13 @@ class RangeFilter:
         moved[at + RATE, at + GROWTH] = dt_s / shrink - new_rate * by_growth
         moved[at + GROWTH, at + RATE] = -new_growth * by_rate
         moved[at + GROWTH, at + GROWTH] = lasting / shrink - new_growth * by_growth
-        if own_gain_sigma_mps:
-            own_gain_mps *= math.exp(float(x[SCALE])) / self._calibrated.row_scale_m_px
-        gained = own_gain_mps * np.exp(-x[at + DISTANCE])
+        believed = math.exp(float(x[SCALE])) / self._calibrated.row_scale_m_px if own_gain_sigma_mps else 1.0
+        gained = believed * own_gain_mps * np.exp(-x[at + DISTANCE])
         x[at + RATE] += gained
         if own_gain_sigma_mps:
             moved[at + RATE, SCALE] += gained
-            added[at + RATE] = own_gain_sigma_mps**2 * np.exp(-2 * x[at + DISTANCE])
+            lasting_mps = model.lasting_gain_error * own_gain_sigma_mps
+            added[at + RATE] = (lasting_mps * np.exp(-x[at + DISTANCE])) ** 2
         moved[at + RATE, at + RATE] -= gained * by_rate
         moved[at + RATE, at + GROWTH] -= gained * by_growth
         moved[at + RATE, at + DISTANCE] = -gained
