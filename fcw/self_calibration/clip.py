@@ -113,6 +113,19 @@ class ClipObservations:
         return Gaussian(height_m, SPEED_SIGMA * height_m)
 
 
+@dataclass(frozen=True, slots=True)
+class ClipCalibration:
+    """What a clip tells of its camera.
+
+    Attributes:
+        calibration: with what is not known in its intervals.
+        shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
+    """
+
+    calibration: Calibration
+    shows_road: bool
+
+
 def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | None = None) -> Calibration:
     """A camera that nothing is known of but its height: the usual lens, looking slightly down."""
     priors = priors or Priors()
@@ -137,7 +150,7 @@ def calibrate_clip(
     lens: Lens | None = None,
     speed_mps: float | None = None,
     on_frame: Callable[[], None] = lambda: None,
-) -> Calibration:
+) -> ClipCalibration:
     """Calibrate a recorded clip from what it shows and what is known besides.
 
     Args:
@@ -151,7 +164,7 @@ def calibrate_clip(
         on_frame: called after each picture.
 
     Raises:
-        UserError: the clip shows neither vehicles nor motion, and nothing else is known.
+        UserError: a speed is given, and the clip does not show how fast the road goes by.
     """
     priors, evidence, size = priors or Priors(), evidence or Evidence(), source.image_size
     if lens is not None and priors.field_of_view_rad is None:
@@ -159,7 +172,7 @@ def calibrate_clip(
         guess = rough_calibration(size, height_m.value, Priors(Gaussian(known_rad, 0.01)))
     else:
         guess = rough_calibration(size, height_m.value, priors)
-    calibration, seen = guess, None
+    calibration, seen, shows_road = guess, None, False
     for _ in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         seen = observe_clip(source, calibration, None if seen else detector, on_frame=on_frame, seen=seen)
@@ -169,13 +182,12 @@ def calibrate_clip(
             focal_px, by_speed = calibration.camera.focal_y_px, seen.height_by_speed(speed_mps)
             scale = Gaussian(by_speed.value * focal_px, by_speed.sigma * focal_px)
             all_known = replace(all_known, scale_px_m=scale)
-        before, calibration = (
-            calibration,
-            calibrate_jointly(Known(all_known, size, height_m, priors=priors, lens=lens)),
-        )
+        known = Known(all_known, size, height_m, priors=priors, lens=lens, rough=True)
+        before, calibration = calibration, calibrate_jointly(known)
+        shows_road = known.tells_of_the_road
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
-    return calibration
+    return ClipCalibration(calibration, shows_road)
 
 
 def observe_clip(

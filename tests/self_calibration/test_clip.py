@@ -50,7 +50,9 @@ def test_the_udacity_clip_without_any_mark(height_m, priors, error, data_dir):
     )
     guess = rough_calibration(SIZE, height_m.value, priors)
     detector = make_detector("acf-full", load_model("acf-full"), guess)
-    found = calibrate_clip(source, detector, height_m, priors=priors)
+    clip = calibrate_clip(source, detector, height_m, priors=priors)
+    assert clip.shows_road
+    found = clip.calibration
     row_px = truth.row_at(30.0)
     assert found.distance_at(row_px) == pytest.approx(30, rel=error)
     low_m, high_m = found.distance_interval(row_px)

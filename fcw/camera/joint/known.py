@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from fcw.camera.calibration import Gaussian, Priors
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.rectangle import RECTANGLE_FACTS
 from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.frame import ImageSize
@@ -24,6 +25,7 @@ class Known:
         tape_error: standard deviation of all distances together, as a part of them; of a period, too.
         bend: k1 of a lens that is not known but bends the picture (Brown 1971); it is fitted with the rest.
             None of a picture free of distortion.
+        rough: where nothing tells where the road lies, take the camera as most people put it up.
     """
 
     evidence: Evidence
@@ -35,3 +37,14 @@ class Known:
     lens: Lens | None = None
     tape_error: float = TAPE_ERROR
     bend: Gaussian | None = None
+    rough: bool = False
+
+    @property
+    def tells_of_the_road(self) -> bool:
+        """Whether anything but how cameras usually are tells where the road lies in the picture."""
+        evidence = self.evidence
+        told = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
+        told += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + self.priors.count
+        told += (evidence.scale_px_m is not None) + RECTANGLE_FACTS * len(evidence.rectangles)
+        told += len(evidence.plates) + 2 * (self.lens is not None)
+        return told >= 2

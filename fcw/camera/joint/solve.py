@@ -33,7 +33,7 @@ from fcw.camera.joint.fit import (
 )
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.plates import check_plate
-from fcw.camera.joint.rectangle import RECTANGLE_FACTS, check_rectangle
+from fcw.camera.joint.rectangle import check_rectangle
 from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_setup, check_tape_error
@@ -54,11 +54,7 @@ def calibrate_jointly(known: Known) -> Calibration:
     check_setup(image_size, known.height_m.value, reference_offset_m, known.click_sigma_px)
     check_priors(priors)
     check_tape_error(tape_error)
-    told = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
-    told += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + priors.count
-    told += (evidence.scale_px_m is not None) + RECTANGLE_FACTS * len(evidence.rectangles)
-    told += len(evidence.plates)
-    if told + 2 * (lens is not None) < 2:
+    if not (known.rough or known.tells_of_the_road):
         raise UserError(
             "nothing is known of where the road lies in the picture; give points, lane lines, the horizon, "
             "a rectangle on the road, vehicles or their number plates"

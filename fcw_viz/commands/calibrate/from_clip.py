@@ -18,6 +18,11 @@ from fcw_viz.console import progress
 
 DETECTOR = "acf-full"
 """It looks everywhere: where the road is, is the question."""
+NO_ROAD = (
+    "nothing was found that tells where the road lies in the picture: no straight drive, no lane lines, "
+    "hardly a vehicle. The camera is taken to look as most do, and distances may be off by a factor of two; "
+    "for better ones give --horizon-row, points or lane lines, or a clip of a straight road by day"
+)
 
 
 def run_calibrate_from_clip(command: CalibrateCommand) -> int:
@@ -66,8 +71,8 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         priors = Priors(known, Gaussian(lens.row_px, 3.0), priors.horizon_row_px)
     detector = make_detector(DETECTOR, load_model(DETECTOR), guess)
     with progress(source.name, None) as bar:
-        calibration = calibrate_clip(
+        found = calibrate_clip(
             shown, detector, height_m, evidence, priors, speed_mps=command.speed, on_frame=bar.advance
         )
-    calibration = replace(calibration, lens=lens, reference_offset_m=command.reference_offset)
-    return save_and_report(calibration, save, command)
+    calibration = replace(found.calibration, lens=lens, reference_offset_m=command.reference_offset)
+    return save_and_report(calibration, save, command, () if found.shows_road else (NO_ROAD,))

@@ -15,7 +15,9 @@ from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import FindingKind, plausibility, vehicle_finding
+from fcw.camera.prior_sigmas import USUAL_TANGENT, USUAL_TANGENT_SIGMA
 from fcw.camera.straight import Orientation, Straightening, straight_column
+from fcw.camera.uncertainty import camera_sigmas
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -189,6 +191,16 @@ def test_dashes_tell_their_first_distance():
 def test_nothing_known_of_the_road_is_refused():
     with pytest.raises(UserError, match="nothing is known of where the road lies"):
         calibrate_jointly(Known(Evidence(), SIZE, HEIGHT))
+
+
+def test_a_rough_camera_of_nothing_known_looks_a_little_down_and_says_how_little_that_tells():
+    calibration = calibrate_jointly(Known(Evidence(), SIZE, HEIGHT, rough=True))
+    assert math.tan(calibration.camera.pitch_rad) == pytest.approx(USUAL_TANGENT, abs=1e-3)
+    usual_px = USUAL_TANGENT_SIGMA * calibration.camera.focal_y_px
+    assert camera_sigmas(calibration).horizon_row_px == pytest.approx(usual_px, rel=0.3)
+    low_m, high_m = calibration.distance_interval(calibration.row_at(20.0))
+    assert low_m < 11
+    assert high_m == math.inf
 
 
 def rulers_of(camera: GroundPlaneCamera, places: list[tuple[float, float]], width_m: float = 1.8):

@@ -2,9 +2,11 @@
 
 import json
 
+import cv2
+import numpy as np
 import pytest
 
-from fcw.camera.file import read_calibration
+from fcw.camera.file import default_path, read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw_viz.cli import main
 
@@ -155,3 +157,16 @@ def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in " ".join(captured.err.split())
+
+
+def test_a_clip_that_shows_no_road_gives_a_rough_camera_and_says_so(tmp_path, capsys):
+    clip = tmp_path / "night.mp4"
+    writer = cv2.VideoWriter(str(clip), cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (640, 360))
+    for level in range(30):
+        writer.write(np.full((360, 640, 3), 8 + level % 3, np.uint8))
+    writer.release()
+    assert main(["calibrate", str(clip), "--from-clip"]) == 0
+    captured = capsys.readouterr()
+    assert "nothing was found that tells where the road lies" in " ".join(captured.err.split())
+    assert "unbounded" in captured.out
+    assert read_calibration(default_path(clip)).assumed.field_of_view_rad is not None
