@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, MOUNT_YAW, SPEED, SPRING, YAW_RATE, MotionFilter
+from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, YAW_RATE, MotionFilter
 from fcw.motion.points import Flow, PointFollower, SmallPicture
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import TRAVEL, Solution, solve
@@ -92,6 +92,8 @@ class MotionEstimator:
         self._filter = MotionFilter(self._settings)
         self._last: SmallPicture | None = None
         self._known = False
+        self._known_s = 0.0
+        self._mount = self._filter.mount()
         self._since_search_s = float("inf")
         self.points = (0, 0)
 
@@ -116,6 +118,8 @@ class MotionEstimator:
         self._since_search_s += dt_s
         before = self._filter.copy()
         self._filter.predict(dt_s)
+        if not self._known:
+            self._mount = self._filter.mount()
         if dt_s <= settings.longest_step_s:
             self._follower.find_own_car(last, now)
             self._take_step((last, now), dt_s, before)
@@ -123,7 +127,18 @@ class MotionEstimator:
             self._filter.sigma(SPEED)
             < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
         )
+        self._judge_mount()
         return self.state
+
+    def _judge_mount(self) -> None:
+        """What a short acquaintance with the speed taught of the mount is forgotten with it."""
+        sure = self._known_s >= self._settings.mount_after_s
+        if sure:
+            self._mount = self._filter.mount()
+        elif not self._known:
+            self._filter.take_mount(self._mount)
+        if not self._known:
+            self._known_s = 0.0
 
     @property
     def state(self) -> OwnMotion:
@@ -137,15 +152,21 @@ class MotionEstimator:
             speed_source=SpeedSource.PICTURE if known else SpeedSource.UNKNOWN,
             yaw_rate_radps=float(filtered.x[YAW_RATE]) if known else None,
             yaw_rate_sigma_radps=filtered.sigma(YAW_RATE) if known else None,
-            mount=Mount(
-                pitch_rad=self._camera.pitch_rad + float(filtered.x[MOUNT_PITCH]),
-                yaw_rad=float(filtered.x[MOUNT_YAW]),
-                roll_rad=float(filtered.x[MOUNT_ROLL]),
-                pitch_sigma_rad=filtered.sigma(MOUNT_PITCH),
-                yaw_sigma_rad=filtered.sigma(MOUNT_YAW),
-                roll_sigma_rad=filtered.sigma(MOUNT_ROLL),
-            ),
+            mount=self._believed_mount,
             picture_speed_mps=speed_mps if known else None,
+        )
+
+    @property
+    def _believed_mount(self) -> Mount:
+        (pitch_rad, yaw_rad, roll_rad), covariance = self._mount
+        sigmas_rad = np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist()
+        return Mount(
+            pitch_rad=self._camera.pitch_rad + float(pitch_rad),
+            yaw_rad=float(yaw_rad),
+            roll_rad=float(roll_rad),
+            pitch_sigma_rad=sigmas_rad[0],
+            yaw_sigma_rad=sigmas_rad[1],
+            roll_sigma_rad=sigmas_rad[2],
         )
 
     @property
@@ -173,18 +194,21 @@ class MotionEstimator:
             self._since_search_s >= (settings.search_s if self._known else settings.lost_search_s)
         ):
             self._since_search_s = 0.0
+            if self._known_s < settings.mount_after_s:
+                before.take_mount(self._mount)
             for speed_mps in settings.supposed_mps:
                 supposed = before.copy()
                 supposed.forget_speed(speed_mps, settings.supposed_sigma_mps)
                 supposed.predict(dt_s)
                 other = self._attempt(pictures, dt_s, supposed)
                 if other.solution is not None and not other.doubtful and other.evidence > needed:
-                    best, needed = other, other.evidence
+                    best, needed, self._known_s = other, other.evidence, 0.0
         if best is None or best.solution is None:
             return
         self._filter, self._known = best.filter, True
         self.points = best.points
         if float(self._filter.x[SPEED]) > settings.learns_above_mps:
+            self._known_s += dt_s
             self._follower.learn(best.flow.cells, best.solution.inlying, dt_s)
 
     def _attempt(

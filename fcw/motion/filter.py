@@ -32,6 +32,7 @@ from fcw.motion.solver import (
 
 SPEED, ACCELERATION, YAW_RATE, MOUNT_PITCH, MOUNT_YAW, MOUNT_ROLL, SPRING, SPRING_BEFORE = range(8)
 STATES = 8
+MOUNT = slice(MOUNT_PITCH, MOUNT_ROLL + 1)
 UNKNOWN_SPEED_SIGMA_MPS = 20.0
 SLOWEST_DIRECTION_MPS = 1.0
 """Below this speed the direction of travel is anything."""
@@ -134,6 +135,15 @@ class MotionFilter:
         self.x = self.x + gain @ (solution.unknowns - mean)
         self.p = self.p + gain @ (posterior - covariance) @ gain.T
         self.p = (self.p + self.p.T) / 2
+
+    def mount(self) -> tuple[FloatArray, FloatArray]:
+        """Mean (3,) and covariance (3, 3) of pitch, yaw and roll of the mount."""
+        return self.x[MOUNT].copy(), self.p[MOUNT, MOUNT].copy()
+
+    def take_mount(self, mount: tuple[FloatArray, FloatArray]) -> None:
+        """Believe this of the mount, and that nothing else tells of it."""
+        self.p[MOUNT, :] = self.p[:, MOUNT] = 0.0
+        self.x[MOUNT], self.p[MOUNT, MOUNT] = mount
 
     def forget_speed(self, speed_mps: float, sigma_mps: float) -> None:
         """Suppose a speed anew."""

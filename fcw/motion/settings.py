@@ -78,7 +78,9 @@ class MotionSettings:
         least_trust: with less a cell is left alone; its trust comes back,
         trust_s: time in which trust follows what is seen.
         trust_lasts_s: time in which it is forgotten.
-        learns_above_mps: of trust; what stands proves nothing.
+        learns_above_mps: of trust and of the mount; what stands proves nothing.
+        mount_after_s: what pictures tell of the mount counts once they have told one speed for so long, and
+            is forgotten if they stop before: a speed found by chance turns the mount by degrees.
     """
 
     working_width_px: int = 640
@@ -142,3 +144,4 @@ class MotionSettings:
     trust_s: float = 3.0
     trust_lasts_s: float = 60.0
     learns_above_mps: float = 3.0
+    mount_after_s: float = 1.0

@@ -92,6 +92,23 @@ def test_black_pictures_say_nothing_and_the_last_value_decays():
     assert states[-1].mount is not None
 
 
+@pytest.mark.parametrize(("driven_s", "believed"), [(0.8, False), (2.5, True)])
+def test_the_mount_is_believed_after_a_second_of_one_speed(driven_s, believed):
+    """Then pictures tell nothing any more: what less than a second of them taught is forgotten."""
+    own = estimator(pitch_deg=3.0)
+    states = drive(own, 10.0, round(driven_s / STEP_S), roll_deg=1.5)
+    black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    states += [own.update(round((driven_s + k * STEP_S) * 1e9), black) for k in range(60)]
+    assert states[7].speed_mps is not None
+    assert [math.degrees(state.mount.pitch_rad) for state in states[:8]] == pytest.approx([3.0] * 8)
+    turned_deg = math.degrees(states[-1].mount.pitch_rad) - 3.0, math.degrees(states[-1].mount.roll_rad)
+    if believed:
+        assert turned_deg[0] < -0.4
+        assert turned_deg[1] > 0.5
+    else:
+        assert turned_deg == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
 def test_a_vehicle_that_stays_ahead_does_not_stop_us():
     def lead(_, picture):
         rng = np.random.default_rng(5)
