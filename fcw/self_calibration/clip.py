@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian, Priors
@@ -29,7 +30,7 @@ from fcw.frame import ImageSize, Source
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
-from fcw.self_calibration.lane_lines import meeting_point, propose_lane_lines
+from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
@@ -49,13 +50,6 @@ SLOWEST_TRAVEL_MPS = 3.0
 GUESS_PITCH_SIGMA_RAD = math.radians(2.0)
 """Of the guess that own motion begins with."""
 LANES_EVERY_S = 0.5
-LANES_TRIED_RAD = (0.0, *(math.radians(sign * deg) for deg in range(1, 11) for sign in (1, -1)))
-FEWEST_LANES = 5
-LARGEST_SCATTER_HEIGHTS = 0.025
-"""Lanes tell where the road leads to if they scatter less than this, in picture heights; else they bend."""
-COMMON_LANE_SIGMA_HEIGHTS = 0.004
-"""What all lanes of a clip have in common: camber, and slopes."""
-MAD_TO_SIGMA = 1.4826
 TOLD_PART = 0.5
 """A drive tells where it leads to if that is so much surer than the guess was."""
 SPEED_SIGMA = 0.04
@@ -184,7 +178,7 @@ def calibrate_clip(
             all_known = replace(all_known, scale_px_m=scale)
         known = Known(all_known, size, height_m, priors=priors, lens=lens, rough=True)
         before, calibration = calibration, calibrate_jointly(known)
-        shows_road = known.tells_of_the_road
+        shows_road = known.tells_of_the_road or bool(seen.rulers)
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
     return ClipCalibration(calibration, shows_road)
@@ -214,6 +208,7 @@ def observe_clip(
     rulers: list[Ruler] = []
     mounts, speeds = [], []
     meetings: list[PixelPoint] = []
+    pictures: list[NDArray[np.uint8]] = []
     first_ns = detected_ns = followed_ns = lanes_ns = None
     frames = 0
     for frame in source.frames():
@@ -223,7 +218,9 @@ def observe_clip(
         if seen is None and (lanes_ns is None or (frame.time_ns - lanes_ns) / 1e9 >= LANES_EVERY_S):
             lanes_ns = frame.time_ns
             with suppress(UserError):
-                meetings.append(meeting_point(*propose_lane_lines(frame.image, camera, LANES_TRIED_RAD)))
+                meetings.append(lanes_meet(frame.image, camera))
+            if len(pictures) < YAWED_PICTURES:
+                pictures.append(frame.image)
         if detector is not None and (
             detected_ns is None or (frame.time_ns - detected_ns) / 1e9 >= DETECTED_EVERY_S
         ):
@@ -246,7 +243,8 @@ def observe_clip(
         # A later look may tell less than an earlier one did, in a short clip.
         travel, speed = travel or seen.travel_px, speed or seen.speed_heights
         return ClipObservations(travel, seen.lanes_px, seen.rulers, speed, seen.frames)
-    return ClipObservations(travel, _agreed(meetings, guess.image_size), _spread(rulers), speed, frames)
+    lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
+    return ClipObservations(travel, lanes, _spread(rulers), speed, frames)
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:
@@ -254,22 +252,6 @@ def _together(first: Gaussian, second: Gaussian) -> Gaussian:
     precisions = first.sigma**-2, second.sigma**-2
     mean = (precisions[0] * first.value + precisions[1] * second.value) / sum(precisions)
     return Gaussian(mean, sum(precisions) ** -0.5)
-
-
-def _agreed(meetings: Sequence[PixelPoint], size: ImageSize) -> tuple[Gaussian, Gaussian] | None:
-    """Where lanes of many pictures meet; bends err alike, so the scatter of one stands for all."""
-    if len(meetings) < FEWEST_LANES:
-        return None
-    places = np.array(meetings)
-    middle = np.median(places, axis=0)
-    column_sigma, row_sigma = MAD_TO_SIGMA * np.median(np.abs(places - middle), axis=0)
-    if row_sigma > LARGEST_SCATTER_HEIGHTS * size.height:
-        return None
-    least = COMMON_LANE_SIGMA_HEIGHTS * size.height
-    return (
-        Gaussian(float(middle[0]), math.hypot(column_sigma, least)),
-        Gaussian(float(middle[1]), math.hypot(row_sigma, least)),
-    )
 
 
 def _travel(

@@ -7,15 +7,18 @@ proposed line is a straight one through its own paint.
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.vanishing import PixelPoint, Segment, vanishing_row
 from fcw.errors import UserError
+from fcw.frame import ImageSize
 from fcw.motion.lanes import FAINTEST, Lane, find_lane
 from fcw.motion.settings import MotionSettings
 from fcw.motion.view import RoadView
@@ -35,6 +38,18 @@ TRIED_RAD = tuple(math.radians(degrees) for degrees in (0, 1, -1, 2, -2, 3, -3, 
 AGREEING_HEIGHTS = 0.015
 """they meet farther from its horizon than this, in picture heights."""
 NONE_FOUND = "no lane lines found in this picture; go to one of a straight road, or draw them"
+LOOKED_FOR_RAD = (0.0, *(math.radians(sign * deg) for deg in range(1, 11) for sign in (1, -1)))
+"""The same where nobody has said anything of the camera."""
+YAWS_TRIED_RAD = tuple(math.radians(degrees) for degrees in (5, -5, 10, -10, 15, -15))
+"""Of a camera that looks aside, as some do that are put up by hand."""
+YAWED_PICTURES = 12
+"""In so many they are tried: one takes half a second."""
+FEWEST_LANES = 5
+LARGEST_SCATTER_HEIGHTS = 0.025
+"""Lanes tell where the road leads to if they scatter less than this, in picture heights; else they bend."""
+COMMON_LANE_SIGMA_HEIGHTS = 0.004
+"""What all lanes of a clip have in common: camber, and slopes."""
+MAD_TO_SIGMA = 1.4826
 STRAIGHT_PER_M = 1 / 600
 """A lane that bends more has no vanishing point on the horizon."""
 
@@ -142,3 +157,54 @@ def meeting_point(left: Segment, right: Segment) -> PixelPoint:
     first, second = (np.cross((*start, 1.0), (*end, 1.0)) for start, end in (left, right))
     column, row, scale = np.cross(first, second)
     return float(column / scale), float(row / scale)
+
+
+def lanes_meet(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> PixelPoint:
+    """Column and row where the lines of the own lane meet, of a camera that nothing is known of.
+
+    Arguments and errors are those of `propose_lane_lines`.
+    """
+    return meeting_point(*propose_lane_lines(image_bgr, camera, LOOKED_FOR_RAD))
+
+
+def agreed_meeting(meetings: Sequence[PixelPoint], size: ImageSize) -> tuple[Gaussian, Gaussian] | None:
+    """Column and row where lanes of many pictures meet; None if they are few, or disagree.
+
+    Bends err alike, so the scatter of one stands for all.
+    """
+    if len(meetings) < FEWEST_LANES:
+        return None
+    places = np.array(meetings)
+    middle = np.median(places, axis=0)
+    column_sigma, row_sigma = MAD_TO_SIGMA * np.median(np.abs(places - middle), axis=0)
+    if row_sigma > LARGEST_SCATTER_HEIGHTS * size.height:
+        return None
+    least = COMMON_LANE_SIGMA_HEIGHTS * size.height
+    return (
+        Gaussian(float(middle[0]), math.hypot(column_sigma, least)),
+        Gaussian(float(middle[1]), math.hypot(row_sigma, least)),
+    )
+
+
+def lanes_aside(
+    pictures: Sequence[NDArray[np.uint8]], camera: GroundPlaneCamera
+) -> tuple[Gaussian, Gaussian] | None:
+    """Where lanes meet that a camera sees which looks aside of the road; None unless most pictures agree.
+
+    Args:
+        pictures: (height, width, 3) BGR.
+        camera: that looks straight ahead.
+    """
+    best: list[PixelPoint] = []
+    for yaw_rad in YAWS_TRIED_RAD:
+        aside_px = camera.focal_y_px * math.tan(yaw_rad)
+        turned = replace(camera, principal_column_px=camera.principal_column_px + aside_px)
+        meetings = []
+        for picture in pictures:
+            with suppress(UserError):
+                meetings.append(lanes_meet(picture, turned))
+        best = max(best, meetings, key=len)
+    if 2 * len(best) <= len(pictures):
+        return None
+    height, width = pictures[0].shape[:2]
+    return agreed_meeting(best, ImageSize(width, height))

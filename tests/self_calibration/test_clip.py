@@ -17,13 +17,13 @@ from fcw.motion.state import Mount
 from fcw.self_calibration.clip import (
     SLOPE_SIGMA_RAD,
     ClipObservations,
-    _agreed,
     _ruler,
     _travel,
     calibrate_clip,
     observe_clip,
     rough_calibration,
 )
+from fcw.self_calibration.lane_lines import agreed_meeting
 from fcw.sources import open_source
 
 SIZE = ImageSize(1280, 720)
@@ -100,12 +100,12 @@ def test_what_was_guessed_of_the_mount_is_no_evidence():
 
 def test_lanes_count_where_many_pictures_agree():
     straight = [(640.0 + k % 3, 330.0 + k % 5) for k in range(20)]
-    agreed = _agreed([*straight, (200.0, 100.0)], SIZE)
+    agreed = agreed_meeting([*straight, (200.0, 100.0)], SIZE)
     assert agreed is not None
     assert agreed[1].value == pytest.approx(332.0, abs=1.0)
     assert 2.0 < agreed[1].sigma < 6.0
-    assert _agreed(straight[:4], SIZE) is None
-    assert _agreed([(640.0, 200.0 + 20.0 * k) for k in range(12)], SIZE) is None
+    assert agreed_meeting(straight[:4], SIZE) is None
+    assert agreed_meeting([(640.0, 200.0 + 20.0 * k) for k in range(12)], SIZE) is None
 
 
 def test_lanes_and_motion_count_by_how_sure_they_are():

@@ -10,7 +10,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
 from fcw.frame import ImageSize
-from fcw.self_calibration.lane_lines import meeting_point, propose_lane_lines
+from fcw.self_calibration.lane_lines import YAWED_PICTURES, lanes_aside, meeting_point, propose_lane_lines
 from fcw.sources import open_source
 from fcw_viz.calibrate_app.proposals.drive_look import assumed_camera
 from fcw_viz.page.pictures import Pictures
@@ -48,6 +48,23 @@ def test_they_meet_at_the_true_horizon_whatever_was_believed(off_rad: float, hei
         for column_px, row_px in line:
             lateral_m = TRUE.lateral_at(column_px, row_px)
             assert lateral_m == pytest.approx(side * 1.75 + 0.2, abs=0.08)
+
+
+@pytest.mark.parametrize("yaw_deg", [-12.0, 9.0])
+def test_the_road_of_a_camera_that_looks_far_aside_is_found_too(yaw_deg: float):
+    """The picture moved sideways, as it moves where the camera is turned by so much."""
+    aside_px = round(TRUE.focal_y_px * np.tan(np.radians(yaw_deg)))
+    shown = np.roll(road(), aside_px, axis=1)
+    shown[:, : max(aside_px, 0)] = shown[:, SIZE.width + min(aside_px, 0) :] = 90
+    usual = GroundPlaneCamera(0.05, 950.0, 359.5, 1.3, 639.5)
+    found = lanes_aside([shown] * YAWED_PICTURES, usual)
+    assert found is not None
+    column, row = found
+    assert column.value == pytest.approx(639.5 + aside_px, abs=5.0)
+    assert row.value == pytest.approx(TRUE.horizon_row_px, abs=4.0)
+    plain = np.full((SIZE.height, SIZE.width, 3), 90, np.uint8)
+    assert lanes_aside([shown] * 5 + [plain] * 7, usual) is None
+    assert lanes_aside([], usual) is None
 
 
 def test_a_bend_and_an_empty_road_are_refused_with_what_to_do():
