@@ -145,7 +145,7 @@ def _assess_one(
     reference_offset_m: float,
     turn: Turn | None,
 ) -> Threat:
-    closing_mps, sigma_mps = track.closing_speed_mps, track.closing_speed_sigma_mps
+    closing_mps, sigma_mps = track.closing_speed_mps, track.approach_sigma_mps
     growth_mps2 = track.closing_acceleration_mps2
     growth_mps2 = growth_mps2 if growth_mps2 >= SURE_GROWTH_MPS2 else 0.0
     time_s = reach_s(track.distance_m, closing_mps, growth_mps2)

@@ -59,7 +59,13 @@ def with_own_speed(
     total = sum(weights)
     mean_mps = sum(w * part[1] for w, part in zip(weights, parts, strict=True)) / total
     spread = sum(w * (v + (m - mean_mps) ** 2) for w, (_, m, v) in zip(weights, parts, strict=True)) / total
-    return replace(state, closing_speed_mps=own_mps - mean_mps, closing_speed_sigma_mps=math.sqrt(spread))
+    surer = math.sqrt(spread / variance)
+    return replace(
+        state,
+        closing_speed_mps=own_mps - mean_mps,
+        closing_speed_sigma_mps=math.sqrt(spread),
+        closing_speed_sigma_at_distance_mps=surer * state.closing_speed_sigma_at_distance_mps,
+    )
 
 
 def without_own_speed(state: RangeState, prior: SpeedPrior) -> RangeState:
@@ -68,10 +74,12 @@ def without_own_speed(state: RangeState, prior: SpeedPrior) -> RangeState:
     The filter's rate starts at the distance of the first box; of a vehicle that turns out to be farther away
     it would be many times what anything drives.
     """
-    variance, allowed = state.closing_speed_sigma_mps**2, prior.closing_sigma_mps**2
+    variance, allowed = state.closing_speed_sigma_at_distance_mps**2, prior.closing_sigma_mps**2
+    by_distance = max(state.closing_speed_sigma_mps**2 - variance, 0.0)
     gain = allowed / (allowed + variance)
     return replace(
         state,
         closing_speed_mps=gain * state.closing_speed_mps,
-        closing_speed_sigma_mps=math.sqrt(gain * variance),
+        closing_speed_sigma_mps=math.sqrt(gain * variance + gain**2 * by_distance),
+        closing_speed_sigma_at_distance_mps=math.sqrt(gain * variance),
     )

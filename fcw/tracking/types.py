@@ -34,6 +34,8 @@ class Track:
         lateral_m: of the middle of its rear from the camera's axis, positive to the left.
         closing_speed_mps: rate at which the distance shrinks; negative when the gap opens.
         closing_speed_sigma_mps: its standard deviation.
+        closing_speed_sigma_at_distance_mps: the same if the distance is right: what is wrong with it is as
+            wrong with the closing speed, and not with the TTC. None in logs of before it was written.
         ttc_s: distance over closing speed; None when the gap is not closing, or not surely: see
             `known_ttc_s`.
         age_s: time since its first detection.
@@ -71,6 +73,13 @@ class Track:
     lateral_sigma_m: float = 0.0
     lateral_speed_sigma_mps: float = 0.0
     doubtful: bool = False
+    closing_speed_sigma_at_distance_mps: float | None = None
+
+    @property
+    def approach_sigma_mps(self) -> float:
+        """1-sigma of the closing speed for this distance, as far as it is known."""
+        sigma_mps = self.closing_speed_sigma_at_distance_mps
+        return self.closing_speed_sigma_mps if sigma_mps is None else sigma_mps
 
     @property
     def coasting(self) -> bool:

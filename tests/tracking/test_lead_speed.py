@@ -13,8 +13,10 @@ from fcw.tracking.range.state import RangeState
 PRIOR = SpeedPrior()
 
 
-def state(closing_mps, sigma_mps):
-    return RangeState(60.0, 0.1, closing_mps, sigma_mps, 0.5, 1.0, 1.7)
+def state(closing_mps, sigma_mps, at_distance_mps=None):
+    """Of a well-known camera: no error of the distance is in the closing speed."""
+    at_distance_mps = sigma_mps if at_distance_mps is None else at_distance_mps
+    return RangeState(60.0, 0.1, closing_mps, sigma_mps, at_distance_mps, 0.5, 1.0, 1.7)
 
 
 def density(x, mean, sigma):
@@ -58,6 +60,14 @@ def test_without_own_speed_the_closing_speed_is_what_traffic_allows(closing_mps,
     assert found.closing_speed_mps == pytest.approx(mean_mps, abs=1e-3)
     spread_mps = math.sqrt(float(belief @ (speeds_mps - mean_mps) ** 2))
     assert found.closing_speed_sigma_mps == pytest.approx(spread_mps, abs=1e-3)
+
+
+def test_what_is_known_but_for_the_scale_keeps_its_time_to_contact():
+    # 40 m/s give or take 16 by the lens, half a metre a second by the picture.
+    found = without_own_speed(state(40.0, 16.0, 0.5), PRIOR)
+    assert found.closing_speed_mps == pytest.approx(40.0, rel=0.01)
+    assert found.closing_speed_sigma_mps == pytest.approx(16.0, rel=0.01)
+    assert found.closing_speed_sigma_at_distance_mps == pytest.approx(0.5, rel=0.01)
 
 
 def test_what_the_own_speed_errs_is_not_said_of_a_vehicle_that_stands():

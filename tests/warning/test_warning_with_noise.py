@@ -1,12 +1,13 @@
 """Tracker and policy together, on boxes with the errors that `BoxNoise` states, from a car that pitches."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fcw.box import Box
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, matrix3
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
@@ -50,8 +51,8 @@ class NoisyView:
         )
 
 
-def states(view, distances_m, dt_s, ego_mps):
-    tracker, policy = Tracker(CALIBRATION), make_policy()
+def states(view, distances_m, dt_s, ego_mps, calibration=CALIBRATION):
+    tracker, policy = Tracker(calibration), make_policy()
     for frame, distance_m in enumerate(distances_m):
         time_ns = round(frame * dt_s * 1e9)
         tracks = tracker.update(time_ns, [view.see(distance_m)], ego_mps)
@@ -97,3 +98,32 @@ def test_a_lead_braking_at_0_4_g_is_warned_of_before_a_crash_every_time(gap_m):
         levels = [state.level for state in states(NoisyView(seed, dt_s), gaps, dt_s, 20.0)]
         assert max(levels[:60]) <= WarningLevel.ADVISORY
         assert WarningLevel.WARNING in levels
+
+
+def rough(scale):
+    """The same camera with another lens than it has, known to 40 %."""
+    camera = CALIBRATION.camera
+    assumed = replace(camera, focal_y_px=scale * FOCAL_PX, pitch_rad=math.atan(math.tan(0.03) / scale))
+    calibration = Calibration.from_camera(assumed, CALIBRATION.image_size, reference_offset_m=1.5)
+    depths_m = np.array(calibration.support_distances_m) + 1.5 + assumed.pole_m
+    below_px = assumed.row_scale_m_px / depths_m
+    return replace(calibration, covariance=matrix3(0.4**2 * np.outer(below_px, below_px) + 2.0**2))
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+@pytest.mark.parametrize("scale", [0.7, 1.0, 1.4])
+def test_a_standing_lead_is_warned_of_as_soon_however_little_is_known_of_the_lens(scale, seed):
+    """The lens makes distance and closing speed wrong alike: the time to contact stays what it is."""
+    dt_s, own_mps = 1 / 30, 25.0
+    gaps = np.arange(75.0, 3.0, -own_mps * dt_s)
+
+    def warned_at_s(calibration):
+        shown = states(NoisyView(seed, dt_s), gaps, dt_s, None, calibration)
+        levels = (state.level for state in shown)
+        return next(
+            gap_m / own_mps
+            for gap_m, level in zip(gaps, levels, strict=True)
+            if level == WarningLevel.WARNING
+        )
+
+    assert warned_at_s(rough(scale)) == pytest.approx(warned_at_s(CALIBRATION), abs=0.25)

@@ -91,8 +91,7 @@ class RangeFilter:
     """
 
     def __init__(self, calibration: Calibration, box_noise: BoxNoise, model: RangeModel) -> None:
-        camera = calibration.camera
-        self._calibrated = camera
+        self._calibrated = camera = calibration.camera
         self._model, self._focal_px = model, camera.focal_y_px
         self._geometry = BoxGeometry(camera, calibration.image_size, box_noise, model)
         self._prior = self._geometry.prior
@@ -248,8 +247,8 @@ class RangeFilter:
         x[at + RATE] += gained
         if own_gain_sigma_mps:
             moved[at + RATE, SCALE] += gained
-            lasting_mps = model.lasting_gain_error * own_gain_sigma_mps
-            added[at + RATE] = (lasting_mps * np.exp(-x[at + DISTANCE])) ** 2
+        lasting_mps = model.lasting_gain_error * own_gain_sigma_mps
+        added[at + RATE] = (lasting_mps * np.exp(-x[at + DISTANCE])) ** 2
         moved[at + RATE, at + RATE] -= gained * by_rate
         moved[at + RATE, at + GROWTH] -= gained * by_growth
         moved[at + RATE, at + DISTANCE] = -gained
@@ -372,6 +371,7 @@ class RangeFilter:
             math.hypot(math.sqrt(max(ll, 0.0)), self._model.unmodelled_sigma),
             rate * distance_m,
             distance_m * math.sqrt(max(closing_variance, 0.0)),
+            distance_m * math.sqrt(max(rr, 0.0)),
             growth * distance_m,
             distance_m * math.sqrt(max(growth_variance, 0.0)),
             math.exp(log_width + float(self._x[WIDER])),

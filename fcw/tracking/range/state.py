@@ -15,6 +15,8 @@ class RangeState:
         log_distance_sigma: 1-sigma of its logarithm.
         closing_speed_mps: rate at which it shrinks.
         closing_speed_sigma_mps: 1-sigma.
+        closing_speed_sigma_at_distance_mps: 1-sigma if the distance is right: what is wrong with it is as
+            wrong with the closing speed, and not with the TTC.
         closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
         closing_acceleration_sigma_mps2: 1-sigma.
         width_m: of its rear, as the detector's boxes show it.
@@ -24,6 +26,7 @@ class RangeState:
     log_distance_sigma: float
     closing_speed_mps: float
     closing_speed_sigma_mps: float
+    closing_speed_sigma_at_distance_mps: float
     closing_acceleration_mps2: float
     closing_acceleration_sigma_mps2: float
     width_m: float
