@@ -7,7 +7,6 @@ and not while it is hardly ever detected, nor while somebody is seen through it,
 where it stands still in the picture.
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -113,7 +112,7 @@ class Doubts:
         settings, state = self._settings, one.state
         if one.found_part < settings.earned_part:
             return False
-        speed_mps, sigma_mps = math.fabs(state.closing_speed_mps), state.closing_speed_sigma_mps
+        speed_mps, sigma_mps = abs(state.closing_speed_mps), state.closing_speed_sigma_at_distance_mps
         if speed_mps <= max(settings.moving_sigmas * sigma_mps, settings.moving_mps):
             return seen_s >= settings.earned_still_s
         surely = speed_mps > settings.surely_sigmas * sigma_mps

@@ -34,8 +34,10 @@ SETTINGS = replace(
     calibration_pitch_sigma_rad=math.radians(4.0),
     calibration_yaw_sigma_rad=math.radians(4.0),
     calibration_roll_sigma_rad=math.radians(2.0),
+    mount_after_s=0.0,
 )
-"""Nothing has been calibrated yet: only that somebody put the camera up to look ahead."""
+"""Nothing has been calibrated yet: only that somebody put the camera up to look ahead. Whether the motion was
+understood is judged at the end, of the whole look (`LEAST_KNOWN_PART`), not second by second."""
 LONGEST_LOOK_S, ENOUGH_S = 90.0, 10.0
 """So much of the drive is looked at, or until so much of it had a known speed."""
 LEAST_KNOWN_S = 1.0
