@@ -211,7 +211,7 @@ def _by_clip(path: Path, priors: Priors, height_m: Gaussian) -> Calibration:
     source = open_source(path)
     guess = rough_calibration(source.image_size, height_m.value, priors)
     detector = make_detector("acf-full", load_model("acf-full"), guess)
-    return calibrate_clip(source, detector, height_m, priors=priors)
+    return calibrate_clip(source, detector, height_m, priors=priors).calibration
 
 
 def _known_speed(folder: Path) -> None:
