@@ -132,6 +132,18 @@ class Corners(NamedTuple):
     scores: NDArray[np.float32]
     information: NDArray[np.float64]
 
+    @property
+    def contrast(self) -> NDArray[np.float64]:
+        """(cells,) root mean square of the gradient in the window, grey values a pixel."""
+        return np.sqrt((self.information[:, 0] + self.information[:, 1]) / (2 * WINDOW_SAMPLES))
+
+    @property
+    def roundness(self) -> NDArray[np.float64]:
+        """(cells,) the smaller eigenvalue over the larger: 0 on an edge, 1 if all directions are alike."""
+        xx, yy, xy = self.information.T
+        both, apart = xx + yy, np.hypot(xx - yy, 2 * xy)
+        return (both - apart) / np.maximum(both + apart, 1e-9)
+
 
 def find_corners(grey: NDArray[np.uint8], cell_px: tuple[int, int]) -> Corners:
     """The best corner of each cell.

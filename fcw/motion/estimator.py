@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, YAW_RATE, MotionFilter
+from fcw.motion.pacing import Pacing
 from fcw.motion.points import Flow, PointFollower, SmallPicture
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import TRAVEL, Solution, solve
@@ -17,14 +17,6 @@ from fcw.motion.view import RoadView
 
 INLYING = 0.25
 """A point with this weight keeps to the motion: it is within one scale of the weights."""
-REPEATED_CHANGE = 0.25
-"""A repeated picture's grey values change by less in the mean: by 0.02 to 0.2 in the clips looked at that
-repeat theirs. Pictures of driving changed by 0.5 and more in the others, the least by night."""
-
-
-def _is_repeated(now: NDArray[np.uint8], last: NDArray[np.uint8]) -> bool:
-    """Whether a picture is the one before, but for what encoding it again changed."""
-    return cv2.norm(now, last, cv2.NORM_L1) < REPEATED_CHANGE * now.size
 
 
 class _Attempt:
@@ -90,6 +82,7 @@ class MotionEstimator:
         self._camera = calibration.camera
         self._follower = PointFollower(self._camera, calibration.image_size.width, self._settings)
         self._filter = MotionFilter(self._settings)
+        self._pacing = Pacing()
         self._last: SmallPicture | None = None
         self._known = False
         self._known_s = 0.0
@@ -106,12 +99,13 @@ class MotionEstimator:
             boxes: of other vehicles in it.
         """
         settings, last = self._settings, self._last
-        if last is not None and (time_ns - last.time_ns) / 1e9 < settings.shortest_step_s:
+        grey = self._follower.small(image)
+        is_new = self._pacing.is_new(time_ns / 1e9, grey)
+        taken_ns = round(self._pacing.taken_s * 1e9)
+        dt_s = 0.0 if last is None else (taken_ns - last.time_ns) / 1e9
+        if last is not None and dt_s < (settings.shortest_step_s if is_new else settings.repeated_s):
             return self.state
-        now = self._follower.picture(time_ns, image, boxes)
-        dt_s = 0.0 if last is None else (time_ns - last.time_ns) / 1e9
-        if last is not None and dt_s < settings.repeated_s and _is_repeated(now.grey, last.grey):
-            return self.state
+        now = self._follower.picture(taken_ns, grey, boxes)
         self._last = now
         if last is None:
             return self.state

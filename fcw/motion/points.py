@@ -82,15 +82,18 @@ class PointFollower:
         self._trust = np.zeros(0)
         self._own_car: OwnCar | None = None
 
-    def picture(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box]) -> SmallPicture:
+    def small(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """A (height, width, 3) BGR picture as it is followed: grey, and smaller."""
+        return small_grey(image, self._factor)
+
+    def picture(self, time_ns: int, grey: NDArray[np.uint8], boxes: Sequence[Box]) -> SmallPicture:
         """A picture made ready.
 
         Args:
             time_ns: of it.
-            image: (height, width, 3) BGR.
+            grey: of `small`.
             boxes: of other vehicles in it.
         """
-        grey = small_grey(image, self._factor)
         corners = find_corners(grey, self._settings.cell_px)
         if len(self._trust) != len(corners.scores):
             self._trust = np.full(len(corners.scores), self._settings.first_trust)
@@ -128,7 +131,7 @@ class PointFollower:
         )
         if not len(cells):
             return Flow(cells, rays, rays, road, inverse_depth, spread, np.zeros((0, 3)))
-        followed, status, _ = cv2.calcOpticalFlowPyrLK(
+        followed, status, differences = cv2.calcOpticalFlowPyrLK(
             last.grey,
             now.grey,
             places[:, None],
@@ -139,6 +142,7 @@ class PointFollower:
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
         )
         kept = status[:, 0] == 1
+        kept &= ~road | (differences[:, 0] < settings.largest_difference * last.corners.contrast[cells])
         return Flow(
             cells[kept],
             rays[kept],
@@ -166,6 +170,7 @@ class PointFollower:
         settings = self._settings
         places, scores, _ = picture.corners
         usable = (scores > settings.faintest) & (self._trust > settings.least_trust)
+        usable &= picture.corners.roundness > settings.least_roundness
         if self._own_car is not None:
             usable &= ~self._own_car.cells
         x, y = places[:, 0] * self._factor, places[:, 1] * self._factor

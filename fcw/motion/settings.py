@@ -15,7 +15,11 @@ class MotionSettings:
         cell_px: one corner is looked for in each cell of the small picture.
         road_points: at most so many points of the road are followed,
         other_points: and so many others: they bound the cost.
-        faintest: corners whose grey values change by less in the mean square are noise.
+        faintest: corners whose grey values change by less in the mean square are noise (of 2 grey values).
+        least_roundness: what is less round is an edge. Edges along the road look the same wherever we are:
+            what little there is to follow stays in the picture, and would say that we are slow.
+        largest_difference: mean difference between a window and where it went, in parts of its contrast: with
+            more it is another place.
         window_px: side of the window that is followed.
         levels: of the pyramid above the small picture: what was predicted may be off by about 2^levels times
             half the window.
@@ -87,7 +91,9 @@ class MotionSettings:
     cell_px: tuple[int, int] = (24, 12)
     road_points: int = 90
     other_points: int = 60
-    faintest: float = 2.0
+    faintest: float = 8.0
+    least_roundness: float = 0.05
+    largest_difference: float = 0.7
     window_px: int = 9
     levels: int = 2
     shortest_step_s: float = 0.045

@@ -2,6 +2,7 @@
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
@@ -47,8 +48,8 @@ def test_speed_is_that_of_the_road_in_units_of_the_height(speed_mps):
 
 
 def test_scale_and_height_are_one():
-    last = drive(estimator(height_m=1.3 * 1.03), 10.0, 12)[-1]
-    assert last.speed_mps == pytest.approx(10.0 * 1.03, rel=0.02)
+    right, high = (drive(estimator(height_m=height_m), 10.0, 12)[-1] for height_m in (1.3, 1.3 * 1.03))
+    assert high.speed_mps == pytest.approx(right.speed_mps * 1.03, rel=0.005)
 
 
 def test_standing_is_a_speed_of_nothing():
@@ -154,3 +155,53 @@ def test_repeated_pictures_do_not_make_us_stand(times):
         speeds.append(own.update(round(frame / 30 * 1e9), picture.astype(np.uint8)).speed_mps)
     assert speeds[-1] == pytest.approx(6.0, rel=0.05)
     assert all(speed is None or speed > 5.0 for speed in speeds[45:])
+
+
+def test_an_even_speed_is_even_in_a_video_that_repeats_every_fifth_picture():
+    """Of 30 pictures a second, made from one of 25: new pictures are shown 33 or 67 ms apart."""
+    own, road, rng, speeds = estimator(), Road(), np.random.default_rng(1), []
+    for frame in range(90):
+        noise = rng.random((HEIGHT, WIDTH, 1)) < 0.1
+        picture = road.picture(Pose(12.0 * (frame * 25 // 30) / 25)) | noise
+        speeds.append(own.update(round(frame / 30 * 1e9), picture.astype(np.uint8)).speed_mps)
+    assert speeds[45:] == pytest.approx([12.0] * 45, rel=0.06)
+
+
+def on_a_plain_road(solid_m, dashed_m, frames=40, noise=1.0, speed_mps=12.0):
+    """Speeds found on a road of one grey with lines at these lateral places; between them is noise alone."""
+    own, road, rng, speeds = estimator(), Road(), np.random.default_rng(2), []
+    for frame in range(frames):
+        x_m = speed_mps * frame * STEP_S
+        picture = road.picture(Pose(x_m))
+        plain = np.full_like(picture, 90)
+        for y_m in solid_m:
+            paint(plain, y_m, 4.0, 200.0)
+        for start_m in np.arange(-x_m % 8.0 - 8.0, 60.0, 8.0):
+            for y_m in dashed_m:
+                paint(plain, y_m, start_m, start_m + 2.0)
+        below = round(camera().horizon_row_px) + 8
+        picture[below:] = np.clip(plain[below:] + rng.normal(0, noise, plain[below:].shape), 0, 255)
+        speeds.append(own.update(round(frame * STEP_S * 1e9), picture).speed_mps)
+    return speeds
+
+
+def test_solid_lines_and_noise_tell_no_speed():
+    assert on_a_plain_road((-5.4, -1.8, 1.8), ()) == [None] * 40
+
+
+def test_solid_lines_do_not_make_us_slow():
+    known = [speed_mps for speed_mps in on_a_plain_road((-5.4, 5.4), (-1.8, 1.8)) if speed_mps is not None]
+    assert len(known) > 20
+    assert known == pytest.approx([12.0] * len(known), rel=0.05)
+
+
+def paint(picture, y_m, from_m, to_m):
+    """A white line on the road, 15 cm wide, between two distances; y to the left."""
+    ways = np.geomspace(max(from_m, 3.0), max(to_m, 3.0), 40)
+    view = camera()
+    sides = [
+        np.column_stack((view.column_at(np.full(40, -y_m + side), ways), view.row_at(ways)))
+        for side in (-0.075, 0.075)
+    ]
+    polygon = np.vstack((sides[0], sides[1][::-1]))
+    cv2.fillPoly(picture, [np.round(polygon * 16).astype(np.int32)], (220, 220, 220), cv2.LINE_AA, shift=4)

@@ -1,0 +1,39 @@
+"""Pictures that a video repeats, and when the others were taken."""
+
+import numpy as np
+import pytest
+
+from fcw.motion.pacing import Pacing
+
+
+def paced(shown):
+    """(time shown, time taken) of the new pictures; `shown` are times and numbers of pictures."""
+    pacing, rng, pictures, times = Pacing(), np.random.default_rng(0), {}, []
+    for time_s, number in shown:
+        if number not in pictures:
+            pictures[number] = rng.integers(0, 255, (90, 160)).astype(np.uint8)
+        noise = rng.random((90, 160)) < 0.1
+        if pacing.is_new(time_s, np.where(pictures[number] < 255, pictures[number] + noise, 255)):
+            times.append((time_s, pacing.taken_s))
+    return np.array(times)
+
+
+@pytest.mark.parametrize(("taken_hz", "shown_hz"), [(25, 30), (24, 30), (20, 30), (25, 50), (15, 60)])
+def test_a_video_made_from_one_of_fewer_pictures_was_taken_evenly(taken_hz, shown_hz):
+    times = paced([(k / shown_hz, int(k * taken_hz / shown_hz + 1e-9)) for k in range(3 * shown_hz)])
+    assert len(times) == 3 * taken_hz
+    later = times[times[:, 0] > 1.5]
+    assert np.diff(later[:, 1]) == pytest.approx(1 / taken_hz, rel=0.1)
+    assert np.abs(later[:, 1] - later[:, 0]).max() < 1 / shown_hz
+
+
+def test_a_video_that_repeats_nothing_was_taken_when_it_is_shown():
+    rng = np.random.default_rng(1)
+    times = paced([(k / 30 + rng.uniform(0, 0.01), k) for k in range(60)])
+    assert times[:, 1] == pytest.approx(times[:, 0], abs=1e-12)
+
+
+def test_after_a_recorder_stalled_its_pictures_count_when_they_are_shown():
+    """Five pictures were lost, twice; the one before is shown in their place."""
+    times = paced([(k / 30, k - k % 20 if k % 20 < 5 else k) for k in range(90)])
+    assert times[:, 1] == pytest.approx(times[:, 0], abs=1e-12)
