@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, YAW_RATE, MotionFilter
-from fcw.motion.pacing import Pacing
-from fcw.motion.points import Flow, PointFollower, SmallPicture
+from fcw.motion.flow.pacing import Pacing
+from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import TRAVEL, Solution, solve
 from fcw.motion.state import Mount, OwnMotion, SpeedSource

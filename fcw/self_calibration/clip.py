@@ -36,7 +36,6 @@ VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "l
 """Of a camera at the windscreen of each class."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
 DETECTED_EVERY_S = 0.5
-MOTION_STEP_S = 0.09
 RULER_COUNT = 40
 SLOPE_SIGMA_RAD = math.radians(0.25)
 """The road ahead is not level with the direction of travel, averaged over a clip."""
@@ -209,7 +208,7 @@ def observe_clip(
     mounts, speeds = [], []
     meetings: list[PixelPoint] = []
     pictures: list[NDArray[np.uint8]] = []
-    first_ns = detected_ns = followed_ns = lanes_ns = None
+    first_ns = detected_ns = lanes_ns = None
     frames = 0
     for frame in source.frames():
         first_ns = frame.time_ns if first_ns is None else first_ns
@@ -228,14 +227,12 @@ def observe_clip(
             found = detector.detect(frame.image)
             before, boxes = boxes, tuple(detection.box for detection in found)
             rulers += _new_rulers(boxes, before, guess.image_size)
-        if followed_ns is None or (frame.time_ns - followed_ns) / 1e9 >= MOTION_STEP_S:
-            followed_ns = frame.time_ns
-            motion = estimator.update(frame.time_ns, frame.image, boxes)
-            if motion.mount is not None and motion.speed_mps is not None:
-                speeds.append(motion.speed_mps / camera.height_m)
-                turns = abs(motion.yaw_rate_radps or 0.0) >= FASTEST_TURN_RADPS
-                if motion.speed_mps > SLOWEST_TRAVEL_MPS and not turns:
-                    mounts.append(motion.mount)
+        motion = estimator.update(frame.time_ns, frame.image, boxes)
+        if motion.mount is not None and motion.speed_mps is not None:
+            speeds.append(motion.speed_mps / camera.height_m)
+            turns = abs(motion.yaw_rate_radps or 0.0) >= FASTEST_TURN_RADPS
+            if motion.speed_mps > SLOWEST_TRAVEL_MPS and not turns:
+                mounts.append(motion.mount)
         on_frame()
     travel = _travel(mounts[-1], camera, settings) if mounts else None
     speed = float(np.mean(speeds)) if len(speeds) >= FEWEST_SPEEDS else None

@@ -5,7 +5,7 @@ import pytest
 from road_pictures import HEIGHT, WIDTH, Pose, Road
 
 from fcw.box import Box
-from fcw.motion.own_car import OwnCar
+from fcw.motion.flow.own_car import OwnCar
 
 CELL_PX = (24, 12)
 STEP_S = 0.1
@@ -58,7 +58,7 @@ def test_a_vehicle_ahead_at_a_constant_gap_is_not_the_own_car():
 
 
 def test_pictures_of_any_size_have_as_many_cells_as_corners():
-    from fcw.motion.corners import find_corners
+    from fcw.motion.flow.corners import find_corners
 
     for shape in ((360, 640), (187, 621), (351, 633), (96, 128)):
         grey = np.zeros(shape, np.uint8)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fcw.motion.pacing import Pacing
+from fcw.motion.flow.pacing import Pacing
 
 
 def paced(shown):

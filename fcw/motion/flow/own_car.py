@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray
-from fcw.motion.corners import BLOCK_PX
+from fcw.motion.flow.corners import BLOCK_PX
 
 LOOKED_S = 0.2
 """A look takes five milliseconds: so often is enough."""
@@ -42,7 +42,7 @@ class OwnCar:
 
     Args:
         grey_shape: rows and columns of the small picture.
-        cell_px: width and height of a cell, as of `fcw.motion.corners.find_corners`.
+        cell_px: width and height of a cell, as of `fcw.motion.flow.corners.find_corners`.
 
     Attributes:
         cells: (cells,) which show the own car, by the numbers of the corners' cells.

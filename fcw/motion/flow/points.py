@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.motion.corners import Corners, find_corners, small_grey
-from fcw.motion.own_car import OwnCar
+from fcw.motion.flow.corners import Corners, find_corners, small_grey
+from fcw.motion.flow.own_car import OwnCar
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH, ROAD_PITCH, ROAD_ROLL, TRAVEL, YAW
 from fcw.motion.view import RoadView
