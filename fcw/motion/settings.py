@@ -133,7 +133,7 @@ class MotionSettings:
     fewest_points: int = 8
     fewest_inlying: float = 0.25
     sure_part: float = 0.5
-    least_road_part: float = 0.2
+    least_road_part: float = 0.4
     standing_mps: float = 2.0
     still_mps: float = 0.5
     standing_part: float = 0.75

@@ -30,7 +30,13 @@ from fcw.frame import ImageSize, Source
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
-from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
+from fcw.self_calibration.lane_lines import (
+    FEWEST_LANES,
+    YAWED_PICTURES,
+    agreed_meeting,
+    lanes_aside,
+    lanes_meet,
+)
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
@@ -240,7 +246,9 @@ def observe_clip(
         # A later look may tell less than an earlier one did, in a short clip.
         travel, speed = travel or seen.travel_px, speed or seen.speed_heights
         return ClipObservations(travel, seen.lanes_px, seen.rulers, speed, seen.frames)
-    lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
+    lanes = agreed_meeting(meetings, guess.image_size)
+    if len(meetings) < FEWEST_LANES:
+        lanes = lanes_aside(pictures, camera)
     return ClipObservations(travel, lanes, _spread(rulers), speed, frames)
 
 
