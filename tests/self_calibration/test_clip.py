@@ -109,12 +109,21 @@ def test_lanes_count_where_many_pictures_agree():
 
 
 def test_lanes_and_motion_count_by_how_sure_they_are():
-    sure, unsure = Gaussian(300.0, 1.0), Gaussian(320.0, 3.0)
+    sure, unsure = Gaussian(300.0, 1.0), Gaussian(302.0, 3.0)
     both = ClipObservations((sure, sure), (unsure, unsure), (), None, 10).leads_to_px
     assert both is not None
-    assert both[1].value == pytest.approx(302.0)
+    assert both[1].value == pytest.approx(300.2)
     assert both[1].sigma == pytest.approx(math.sqrt(0.9))
     assert ClipObservations(None, (sure, unsure), (), None, 10).leads_to_px == (sure, unsure)
+
+
+def test_lanes_and_motion_that_contradict_each_other_are_less_sure_together():
+    """Birge's ratio: 20 px apart with errors of 3 and 4 px are four times too far apart."""
+    drive, lanes = Gaussian(300.0, 3.0), Gaussian(320.0, 4.0)
+    both = ClipObservations((drive, drive), (lanes, lanes), (), None, 10).leads_to_px
+    assert both is not None
+    assert both[1].value == pytest.approx(307.2)
+    assert both[1].sigma == pytest.approx(4 * 2.4)
 
 
 def test_the_shipped_drive_leads_where_its_lanes_do():
