@@ -31,7 +31,6 @@ from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
 from fcw.self_calibration.lane_lines import (
-    FEWEST_LANES,
     YAWED_PICTURES,
     agreed_meeting,
     lanes_aside,
@@ -246,9 +245,7 @@ def observe_clip(
         # A later look may tell less than an earlier one did, in a short clip.
         travel, speed = travel or seen.travel_px, speed or seen.speed_heights
         return ClipObservations(travel, seen.lanes_px, seen.rulers, speed, seen.frames)
-    lanes = agreed_meeting(meetings, guess.image_size)
-    if len(meetings) < FEWEST_LANES:
-        lanes = lanes_aside(pictures, camera)
+    lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
     return ClipObservations(travel, lanes, _spread(rulers), speed, frames)
 
 

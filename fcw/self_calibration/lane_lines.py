@@ -45,6 +45,8 @@ YAWS_TRIED_RAD = tuple(math.radians(degrees) for degrees in (5, -5, 10, -10, 15,
 YAWED_PICTURES = 12
 """In so many they are tried: one takes half a second."""
 FEWEST_LANES = 5
+LEAST_ASIDE_PART = 2 / 3
+"""With half of the pictures, kerbs and shadows met aside of a road that lay straight ahead."""
 LARGEST_SCATTER_HEIGHTS = 0.025
 """Lanes tell where the road leads to if they scatter less than this, in picture heights; else they bend."""
 COMMON_LANE_SIGMA_HEIGHTS = 0.004
@@ -189,7 +191,7 @@ def agreed_meeting(meetings: Sequence[PixelPoint], size: ImageSize) -> tuple[Gau
 def lanes_aside(
     pictures: Sequence[NDArray[np.uint8]], camera: GroundPlaneCamera
 ) -> tuple[Gaussian, Gaussian] | None:
-    """Where lanes meet that a camera sees which looks aside of the road; None unless most pictures agree.
+    """Where lanes meet that a camera sees which looks aside; None unless two of three pictures show them.
 
     Args:
         pictures: (height, width, 3) BGR.
@@ -204,7 +206,7 @@ def lanes_aside(
             with suppress(UserError):
                 meetings.append(lanes_meet(picture, turned))
         best = max(best, meetings, key=len)
-    if 2 * len(best) <= len(pictures):
+    if len(best) <= LEAST_ASIDE_PART * len(pictures):
         return None
     height, width = pictures[0].shape[:2]
     return agreed_meeting(best, ImageSize(width, height))
