@@ -17,6 +17,8 @@ from fcw.motion.view import RoadView
 
 INLYING = 0.25
 """A point with this weight keeps to the motion: it is within one scale of the weights."""
+ANY_SPEED_MPS = 15.0
+"""Of a vehicle that drives, and the 1-sigma of it."""
 
 
 class _Attempt:
@@ -69,6 +71,34 @@ class _Attempt:
         expectation.correct(solution, mean, covariance, by_state)
 
 
+def _correct_direction(
+    follower: PointFollower,
+    pictures: tuple[SmallPicture, SmallPicture],
+    height_m: float,
+    expectation: MotionFilter,
+    dt_s: float,
+    settings: MotionSettings,
+) -> bool:
+    """Take where two pictures say that we drive to, at whatever speed; whether they say it.
+
+    A plain road tells no speed. All beside and above it still flows out of the point that we drive to.
+    """
+    mean, covariance, by_state = expectation.expect(dt_s)
+    flow = follower.follow(*pictures, mean)
+    others = flow.of(~flow.road)
+    if len(others.cells) < settings.direction_points:
+        return False
+    solution = solve(*others[1:], height_m, mean, covariance, settings.scales)
+    if not np.isfinite(solution.unknowns).all():
+        return False
+    inlying = solution.inlying > INLYING
+    slow = solution.unknowns[TRAVEL] < settings.learns_above_mps * dt_s
+    if slow or inlying.sum() < settings.direction_points or inlying.mean() < settings.standing_part:
+        return False
+    expectation.correct(solution, mean, covariance, by_state)
+    return True
+
+
 class MotionEstimator:
     """Own motion and mount of one drive.
 
@@ -85,9 +115,9 @@ class MotionEstimator:
         self._pacing = Pacing()
         self._last: SmallPicture | None = None
         self._known = False
-        self._known_s = 0.0
+        self._known_s = self._directed_s = 0.0
         self._mount = self._filter.mount()
-        self._since_search_s = float("inf")
+        self._since_search_s = self._since_direction_s = float("inf")
         self.points = (0, 0)
 
     def update(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box] = ()) -> OwnMotion:
@@ -110,6 +140,7 @@ class MotionEstimator:
         if last is None:
             return self.state
         self._since_search_s += dt_s
+        self._since_direction_s += dt_s
         before = self._filter.copy()
         self._filter.predict(dt_s)
         if not self._known:
@@ -126,7 +157,7 @@ class MotionEstimator:
 
     def _judge_mount(self) -> None:
         """What a short acquaintance with the speed taught of the mount is forgotten with it."""
-        sure = self._known_s >= self._settings.mount_after_s
+        sure = self._known_s + self._directed_s >= self._settings.mount_after_s
         if sure:
             self._mount = self._filter.mount()
         elif not self._known:
@@ -198,12 +229,26 @@ class MotionEstimator:
                 if other.solution is not None and not other.doubtful and other.evidence > needed:
                     best, needed, self._known_s = other, other.evidence, 0.0
         if best is None or best.solution is None:
+            if self._since_direction_s >= settings.direction_s:
+                self._take_direction(pictures, dt_s)
             return
         self._filter, self._known = best.filter, True
         self.points = best.points
         if float(self._filter.x[SPEED]) > settings.learns_above_mps:
             self._known_s += dt_s
             self._follower.learn(best.flow.cells, best.solution.inlying, dt_s)
+
+    def _take_direction(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> None:
+        """Take what pictures tell of the mount that do not tell the speed; it stays what it was."""
+        self._since_direction_s = 0.0
+        directed, speed = self._filter.copy(), self._filter.speed()
+        directed.forget_speed(ANY_SPEED_MPS, ANY_SPEED_MPS)
+        if _correct_direction(
+            self._follower, pictures, self._camera.height_m, directed, dt_s, self._settings
+        ):
+            directed.take_speed(speed)
+            self._filter = directed
+            self._directed_s += self._settings.direction_s
 
     def _attempt(
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter

@@ -32,6 +32,7 @@ from fcw.motion.solver import (
 
 SPEED, ACCELERATION, YAW_RATE, MOUNT_PITCH, MOUNT_YAW, MOUNT_ROLL, SPRING, SPRING_BEFORE = range(8)
 STATES = 8
+SPEEDS = slice(SPEED, ACCELERATION + 1)
 MOUNT = slice(MOUNT_PITCH, MOUNT_ROLL + 1)
 UNKNOWN_SPEED_SIGMA_MPS = 20.0
 SLOWEST_DIRECTION_MPS = 1.0
@@ -144,6 +145,15 @@ class MotionFilter:
         """Believe this of the mount, and that nothing else tells of it."""
         self.p[MOUNT, :] = self.p[:, MOUNT] = 0.0
         self.x[MOUNT], self.p[MOUNT, MOUNT] = mount
+
+    def speed(self) -> tuple[FloatArray, FloatArray]:
+        """Mean (2,) and covariance (2, 2) of speed and acceleration."""
+        return self.x[SPEEDS].copy(), self.p[SPEEDS, SPEEDS].copy()
+
+    def take_speed(self, speed: tuple[FloatArray, FloatArray]) -> None:
+        """Believe this of speed and acceleration, and that nothing else tells of it."""
+        self.p[SPEEDS, :] = self.p[:, SPEEDS] = 0.0
+        self.x[SPEEDS], self.p[SPEEDS, SPEEDS] = speed
 
     def forget_speed(self, speed_mps: float, sigma_mps: float) -> None:
         """Suppose a speed anew."""

@@ -65,6 +65,9 @@ class MotionSettings:
         sure_part: with a smaller part of the road's points and of the others' inlying, another speed may be
             true.
         least_road_part: or with a smaller part of the road's.
+        direction_points: with fewer of the others inlying two pictures do not say where we drive to;
+        direction_s: where they do not say how fast, they are asked so often: what is wrong in one of them, a
+            vehicle beside us, is wrong in the next as well.
         standing_mps: below this speed a whole picture must stand:
         standing_part: so much of its points,
         standing_points: and so many: in the dark there is little but lamps and what the windscreen reflects.
@@ -134,6 +137,8 @@ class MotionSettings:
     fewest_inlying: float = 0.25
     sure_part: float = 0.5
     least_road_part: float = 0.4
+    direction_points: int = 30
+    direction_s: float = 0.3
     standing_mps: float = 2.0
     still_mps: float = 0.5
     standing_part: float = 0.75

@@ -11,6 +11,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.frame import ImageSize
 from fcw.motion.estimator import MotionEstimator
+from fcw.motion.settings import MotionSettings
 from fcw.motion.state import SpeedSource
 
 SIZE = ImageSize(WIDTH, HEIGHT)
@@ -193,6 +194,32 @@ def test_solid_lines_do_not_make_us_slow():
     known = [speed_mps for speed_mps in on_a_plain_road((-5.4, 5.4), (-1.8, 1.8)) if speed_mps is not None]
     assert len(known) > 20
     assert known == pytest.approx([12.0] * len(known), rel=0.05)
+
+
+def hills_alone(_, picture):
+    """A road of one grey, and haze before what is far: the hills to both sides are left."""
+    picture[round(camera().horizon_row_px) + 8 :] = 90
+    picture[:, WIDTH // 2 - 80 : WIDTH // 2 + 80] = 90
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("off_deg", [-2.0, 2.0])
+def test_a_plain_road_tells_where_the_camera_looks_though_not_how_fast_we_are(off_deg):
+    wide = MotionSettings(calibration_pitch_sigma_rad=math.radians(2.0))
+    own = MotionEstimator(Calibration.from_camera(camera(2.0 + off_deg), SIZE), wide)
+    states = drive(own, 12.0, 60, change=hills_alone)
+    assert all(state.speed_mps is None for state in states)
+    pitch_deg, sigma_deg = (
+        math.degrees(angle) for angle in (states[-1].mount.pitch_rad, states[-1].mount.pitch_sigma_rad)
+    )
+    assert sigma_deg < 1.3
+    assert pitch_deg == pytest.approx(2.0, abs=1.1)
+    assert pitch_deg == pytest.approx(2.0, abs=2 * sigma_deg)
+
+
+def test_what_stands_tells_nothing_of_the_camera():
+    last = drive(estimator(pitch_deg=3.0), 0.0, 30, change=hills_alone)[-1]
+    assert math.degrees(last.mount.pitch_rad) == pytest.approx(3.0)
 
 
 def paint(picture, y_m, from_m, to_m):

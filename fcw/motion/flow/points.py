@@ -62,6 +62,10 @@ class Flow(NamedTuple):
     depth_sigma: FloatArray
     precision: FloatArray
 
+    def of(self, which: NDArray[np.bool_]) -> "Flow":
+        """Some of the points, (N,)."""
+        return Flow._make([values[which] for values in self])
+
 
 class PointFollower:
     """Takes points where they are of use, and follows them.
