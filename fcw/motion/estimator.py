@@ -115,9 +115,9 @@ class MotionEstimator:
         self._pacing = Pacing()
         self._last: SmallPicture | None = None
         self._known = False
-        self._known_s = self._directed_s = 0.0
+        self._known_s = self._directed_s = self._since_direction_s = 0.0
         self._mount = self._filter.mount()
-        self._since_search_s = self._since_direction_s = float("inf")
+        self._since_search_s = float("inf")
         self.points = (0, 0)
 
     def update(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box] = ()) -> OwnMotion:

@@ -35,9 +35,11 @@ SETTINGS = replace(
     calibration_yaw_sigma_rad=math.radians(4.0),
     calibration_roll_sigma_rad=math.radians(2.0),
     mount_after_s=0.0,
+    direction_s=math.inf,
 )
 """Nothing has been calibrated yet: only that somebody put the camera up to look ahead. Whether the motion was
-understood is judged at the end, of the whole look (`LEAST_KNOWN_PART`), not second by second."""
+understood is judged at the end, of the whole look (`LEAST_KNOWN_PART`), not second by second. And nobody has
+looked for vehicles: without the road, what moves in the picture may be them."""
 LONGEST_LOOK_S, ENOUGH_S = 90.0, 10.0
 """So much of the drive is looked at, or until so much of it had a known speed."""
 LEAST_KNOWN_S = 1.0
