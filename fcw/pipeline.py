@@ -12,10 +12,11 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from fcw.detection.detector import Detection, Detector
+from fcw.detection.detector import Aim, Detection, Detector
 from fcw.frame import Frame, Source, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
+from fcw.motion.aiming import Aims, take_aim
 from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
 from fcw.threads import one_opencv_thread
@@ -78,8 +79,11 @@ def run_pipeline(
             sink.open(header)
             stack.callback(sink.close)
         detected_frames = _in_one_thread if stages.one_thread else _overlapped
-        for frame, detections, ego, packets in detected_frames(source, stages, stop or threading.Event()):
+        aims = Aims(stages.tracker.believed_mount, max(stages.frames_in_flight, FRAMES_IN_FLIGHT))
+        stop = stop or threading.Event()
+        for frame, detections, ego, packets in detected_frames(source, stages, aims, stop):
             result = follow(frame, detections, ego, stages)
+            aims.believe(stages.tracker.believed_mount)
             for sink in stages.sinks:
                 sink.write(result, packets)
             on_result(result)
@@ -126,14 +130,26 @@ _Detected = tuple[Frame, tuple[Detection, ...], Ego, tuple[VideoPacket, ...]]
 _Pending = tuple[Frame, Future[tuple[Detection, ...]], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
 
 
-def _in_one_thread(source: Source, stages: Stages, stop: threading.Event) -> Iterator[_Detected]:
+def _search(detector: Detector, frame: Frame, aim: Aim) -> tuple[Detection, ...]:
+    take_aim(detector, aim)
+    return detector.detect(frame.image)
+
+
+def _known(stages: Stages, frame: Frame, aim: Aim, first: Aim) -> tuple[Detection, ...] | None:
+    """What was found before, if the detector still looks where it did then."""
+    found = stages.known(frame)
+    return found if aim == first else None
+
+
+def _in_one_thread(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> Iterator[_Detected]:
     """Frames in order with their detections and packets."""
     ego, encoder = stages.ego or EgoEstimator(), _encoder(source, stages)
     try:
         for frame in source.frames():
-            detections = stages.known(frame)
+            aim = aims.next()
+            detections = _known(stages, frame, aim, aims.first)
             if detections is None:
-                detections = stages.detectors[0].detect(frame.image)
+                detections = _search(stages.detectors[0], frame, aim)
             packets = encoder.encode(frame) if encoder else frame.packets
             yield frame, detections, _see_ourselves(ego, stages.ego_speed, frame, detections), packets
             if stop.is_set():
@@ -143,18 +159,18 @@ def _in_one_thread(source: Source, stages: Stages, stop: threading.Event) -> Ite
             encoder.close()
 
 
-def _overlapped(source: Source, stages: Stages, stop: threading.Event) -> Iterator[_Detected]:
+def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> Iterator[_Detected]:
     """Frames in order with their detections and packets; what failed in a thread is raised here."""
     idle_detectors: queue.SimpleQueue[Detector] = queue.SimpleQueue()
     for detector in stages.detectors:
         idle_detectors.put(detector)
 
-    def detect(frame: Frame) -> tuple[Detection, ...]:
-        if (known := stages.known(frame)) is not None:
+    def detect(frame: Frame, aim: Aim) -> tuple[Detection, ...]:
+        if (known := _known(stages, frame, aim, aims.first)) is not None:
             return known
         detector = idle_detectors.get()
         try:
-            return detector.detect(frame.image)
+            return _search(detector, frame, aim)
         finally:
             idle_detectors.put(detector)
 
@@ -172,7 +188,7 @@ def _overlapped(source: Source, stages: Stages, stop: threading.Event) -> Iterat
             # Room first: the frame is as new as can be when its detection begins.
             while room.acquire() and not abandoned.is_set() and (frame := next(frames, None)) is not None:
                 encoding = encoding_pool.submit(encoder.encode, frame) if encoder else None
-                detecting = detection_pool.submit(detect, frame)
+                detecting = detection_pool.submit(detect, frame, aims.next())
                 pending.put((frame, detecting, ego_pool.submit(see_ourselves, frame, detecting), encoding))
                 if stop.is_set():
                     break

@@ -1,7 +1,10 @@
 """The whole job from Python, with one's own source, detector, policy and logs."""
 
 import json
+import math
+import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 import fcw
+from fcw.camera.calibration import GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.solve import calibrate
 from fcw.frame import VideoPacket
 from fcw.logs.records import DriveHeader
 
@@ -119,3 +124,27 @@ def test_an_earlier_runs_files_do_not_stand_beside_this_runs(tmp_path):
     fcw.run_drive(job(tmp_path), GreySource())
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.mcap", "summary.json"]
     assert len(list(fcw.read_drive(tmp_path / "drive.mcap").results())) == FRAMES
+
+
+@pytest.mark.slow
+def test_vehicles_are_found_with_a_calibration_that_is_degrees_off_once_the_road_told_it(tmp_path, data_dir):
+    """Parked cars. Windows for the calibrated pitch would find one in 6 of these pictures."""
+    # `calibrations.txt`, and 3.5 degrees farther up.
+    marks = [GroundPoint(8, 266.75), GroundPoint(15, 232.33), GroundPoint(40, 207.75)]
+    right = calibrate(marks, fcw.ImageSize(640, 360), 1.6).camera
+    wrong = replace(right, pitch_rad=right.pitch_rad - math.radians(3.5))
+    stop, found = threading.Event(), []
+
+    def on_result(result: fcw.FrameResult) -> None:
+        found.append(bool(result.detections))
+        if result.index == 299:
+            stop.set()
+
+    job = fcw.DriveJob(
+        source=data_dir / "clips" / "tmo_seattlestreet2.mp4",
+        out=tmp_path / "out",
+        calibration=fcw.Calibration.from_camera(wrong, fcw.ImageSize(640, 360)),
+        detector="acf",
+    )
+    fcw.run_drive(job, stop=stop, on_result=on_result)
+    assert sum(found[150:300]) > 100

@@ -1,5 +1,6 @@
 """The loop keeps the order of the frames, closes every log whatever happens, and leaves no thread behind."""
 
+import math
 import random
 import threading
 import time
@@ -12,11 +13,13 @@ import pytest
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.detector import Detection
+from fcw.detection.detector import Aim, Detection
 from fcw.frame import Frame, ImageSize, VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.pipeline import Stages, run_pipeline
+from fcw.motion.state import Mount
+from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
 from fcw.tracking.tracker import Tracker
+from fcw.tracking.types import Track
 from fcw.warning.policies import make_policy
 
 SIZE = ImageSize(64, 48)
@@ -96,6 +99,7 @@ def run(
     source: CountingSource,
     sinks: Sequence[MemorySink],
     detectors: Sequence[UnevenDetector] = (UnevenDetector(1), UnevenDetector(2), UnevenDetector(3)),
+    tracker: Tracker | None = None,
     stop: threading.Event | None = None,
     stop_after: int | None = None,
     **options: Any,
@@ -110,7 +114,8 @@ def run(
 
     threads_before = set(threading.enumerate())
     try:
-        stages = Stages(detectors, Tracker(CALIBRATION), make_policy(), None, sinks, **options)
+        tracker = tracker or Tracker(CALIBRATION)
+        stages = Stages(detectors, tracker, make_policy(), None, sinks, **options)
         run_pipeline(source, stages, header, stop, on_result)
     finally:
         assert set(threading.enumerate()) <= threads_before
@@ -194,6 +199,52 @@ def test_when_one_log_cannot_be_opened_the_one_already_open_is_closed(one_thread
     with pytest.raises(OSError, match="read-only"):
         run(CountingSource(5), [first, refused], one_thread=one_thread)
     assert (first.closed, refused.closed) == (1, 0)
+
+
+class AimedUneven(UnevenDetector):
+    """Tells how far up it was to look, in the score."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__(seed)
+        self._pitch_rad = 0.0
+
+    def aim(self, aim: Aim) -> None:
+        self._pitch_rad = aim.pitch_rad
+
+    def detect(self, image: np.ndarray) -> tuple[Detection, ...]:
+        (found,) = super().detect(image)
+        return (Detection(found.box, round(math.degrees(self._pitch_rad), 3)),)
+
+
+class TurningTracker(Tracker):
+    """Believes from frame 20 on that the camera looks 3 degrees farther up."""
+
+    frames = 0
+
+    def update(self, *arguments: Any, **named: Any) -> tuple[Track, ...]:
+        self.frames += 1
+        return super().update(*arguments, **named)
+
+    @property
+    def believed_mount(self) -> Mount:
+        return Mount(pitch_rad=math.radians(1.0 if self.frames <= 20 else -2.0), pitch_sigma_rad=0.005)
+
+
+@overlapped_or_not
+@pytest.mark.parametrize("known", [False, True])
+def test_what_is_believed_of_the_camera_counts_from_the_same_frame_in_any_number_of_threads(
+    one_thread: bool, known: bool
+) -> None:
+    """And what was found before, elsewhere in the picture, no longer does."""
+    sink, tracker = MemorySink(), TurningTracker(CALIBRATION)
+    earlier = (Detection(Box(1, 30, 8, 6), 99.0),) if known else None
+    detectors = [AimedUneven(seed) for seed in range(3)]
+    run(CountingSource(60), [sink], detectors, tracker, known=lambda _: earlier, one_thread=one_thread)
+    turned = 20 + FRAMES_IN_FLIGHT
+    first = 99.0 if known else 1.0
+    assert [result.detections[0].score for result in sink.results] == [first] * turned + [-2.0] * (
+        60 - turned
+    )
 
 
 @pytest.mark.parametrize("frames_in_flight", [1, 2, 5])

@@ -4,14 +4,14 @@ Both run the same channels, trees and cascade; they differ in the windows they l
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.detection.detector import Detection
+from fcw.detection.detector import Aim, Detection
 from fcw.detection.later_stages import LaterStages
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, Scanner
@@ -63,32 +63,33 @@ class AcfDetector:
     ) -> None:
         self._model, self._settings = model, settings
         self._stages = LaterStages(model)
-        prior = DistancePrior(
-            calibration.camera,
-            model.statistics,
-            settings.nearest_m,
-            settings.farthest_m,
-            settings.pitch_tolerance_rad,
-        )
-        self.levels = prior_levels(
-            calibration.image_size,
-            model.window,
-            prior,
-            settings.scales_per_octave,
-            settings.largest_scale,
-        )
-        if not self.levels:
-            raise UserError(
-                f"the calibration has its horizon in row {calibration.horizon_row_px:.0f} of pictures of "
-                f"{calibration.image_size}: no vehicle {settings.nearest_m:g} to {settings.farthest_m:g} m "
-                "away can be in them; calibrate again with points on the road ahead"
-            )
-        self._scanner = Scanner(model, calibration.image_size, self.levels, prior.aspect_ratios)
+        self._calibrated, self._size = calibration.camera, calibration.image_size
+        self._aim: Aim | None = None
+        self.aim(Aim(calibration.camera.pitch_rad, settings.pitch_tolerance_rad))
 
     @property
     def name(self) -> str:
         """`acf`."""
         return "acf"
+
+    def aim(self, aim: Aim) -> None:
+        """See `fcw.detection.detector.AimedDetector`."""
+        if aim == self._aim:
+            return
+        model, settings, size = self._model, self._settings, self._size
+        camera = replace(self._calibrated, pitch_rad=aim.pitch_rad)
+        prior = DistancePrior(
+            camera, model.statistics, settings.nearest_m, settings.farthest_m, aim.tolerance_rad
+        )
+        levels = prior_levels(size, model.window, prior, settings.scales_per_octave, settings.largest_scale)
+        if not levels:
+            raise UserError(
+                f"the calibration has its horizon in row {camera.horizon_row_px:.0f} of pictures of "
+                f"{size}: no vehicle {settings.nearest_m:g} to {settings.farthest_m:g} m "
+                "away can be in them; calibrate again with points on the road ahead"
+            )
+        self.levels, self._aim = levels, aim
+        self._scanner = Scanner(model, size, levels, prior.aspect_ratios)
 
     @property
     def windows_per_frame(self) -> int:

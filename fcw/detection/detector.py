@@ -1,7 +1,7 @@
 """The seam for detectors: what each is asked, and what it gives."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,19 @@ class Detection:
     score: float
 
 
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """Where vehicles are looked for.
+
+    Attributes:
+        pitch_rad: of the camera's axis below the road, as it is believed now.
+        tolerance_rad: it may be off by so much either way.
+    """
+
+    pitch_rad: float
+    tolerance_rad: float
+
+
 class Detector(Protocol):
     """Finds vehicles in one picture. An instance owns scratch memory: use one for each thread."""
 
@@ -27,4 +40,17 @@ class Detector(Protocol):
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first."""
+        ...
+
+
+@runtime_checkable
+class AimedDetector(Detector, Protocol):
+    """A detector that looks where a calibration says that vehicles can be."""
+
+    def aim(self, aim: Aim) -> None:
+        """Look there from now on.
+
+        Raises:
+            UserError: the road would not be in the picture; it looks where it did.
+        """
         ...

@@ -11,7 +11,7 @@ from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, YAW_RATE, 
 from fcw.motion.flow.pacing import Pacing
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
 from fcw.motion.settings import MotionSettings
-from fcw.motion.solver import TRAVEL, Solution, solve
+from fcw.motion.solver import PITCH_TURN, TRAVEL, YAW_TURN, Solution, solve
 from fcw.motion.state import Mount, OwnMotion, SpeedSource
 from fcw.motion.view import RoadView
 
@@ -93,7 +93,9 @@ def _correct_direction(
         return False
     inlying = solution.inlying > INLYING
     slow = solution.unknowns[TRAVEL] < settings.learns_above_mps * dt_s
-    if slow or inlying.sum() < settings.direction_points or inlying.mean() < settings.standing_part:
+    pitch_radps, yaw_radps = np.abs(solution.unknowns[[PITCH_TURN, YAW_TURN]]) / dt_s
+    turns = pitch_radps > settings.level_radps or yaw_radps > settings.straight_radps
+    if slow or turns or inlying.sum() < settings.direction_points or inlying.mean() < settings.standing_part:
         return False
     expectation.correct(solution, mean, covariance, by_state)
     return True

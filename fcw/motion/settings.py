@@ -67,7 +67,9 @@ class MotionSettings:
         least_road_part: or with a smaller part of the road's.
         direction_points: with fewer of the others inlying two pictures do not say where we drive to;
         direction_s: where they do not say how fast, they are asked so often: what is wrong in one of them, a
-            vehicle beside us, is wrong in the next as well.
+            vehicle beside us, is wrong in the next as well;
+        level_radps: and not while the body pitches faster than this,
+        straight_radps: or we turn faster: without the road a turn and another direction look alike.
         standing_mps: below this speed a whole picture must stand:
         standing_part: so much of its points,
         standing_points: and so many: in the dark there is little but lamps and what the windscreen reflects.
@@ -139,6 +141,8 @@ class MotionSettings:
     least_road_part: float = 0.4
     direction_points: int = 30
     direction_s: float = 0.3
+    level_radps: float = math.radians(0.8)
+    straight_radps: float = math.radians(2.2)
     standing_mps: float = 2.0
     still_mps: float = 0.5
     standing_part: float = 0.75

@@ -15,8 +15,10 @@ from fcw.detection.detector import Detection
 from fcw.files import whole_file
 from fcw.frame import Frame
 from fcw.job import DriveJob, prepare_drive
+from fcw.motion.aiming import aim_at, take_aim
 from fcw.pieces.plan import Piece, PieceSource
 from fcw.threads import one_opencv_thread
+from fcw.tracking.tracker import Tracker
 
 SAMPLED_ROWS = 16
 """A picture is told from another by every so many-th of its rows."""
@@ -101,6 +103,7 @@ def find_in_piece(job: DriveJob, piece: Piece, path: Path, key: str = "") -> Pat
         return path
     prepared = prepare_drive(job)
     detector = prepared.detectors[0]
+    take_aim(detector, aim_at(Tracker(prepared.header.calibration).believed_mount))
     times_ns, checksums, counts, rows = [], [], [], []
     with one_opencv_thread():
         for frame in PieceSource(prepared.source, piece).frames():

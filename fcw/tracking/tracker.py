@@ -64,6 +64,11 @@ class Tracker:
         return self._calibration.reference_offset_m
 
     @property
+    def believed_mount(self) -> Mount:
+        """Where the camera looks, as vehicles and own motion tell it by now."""
+        return self._range.mount
+
+    @property
     def mount(self) -> MountWatch:
         """Whether the camera still looks where it did when it was calibrated, and what to tell if not."""
         return self._mount

@@ -35,24 +35,30 @@ LENS = Priors(Gaussian(math.radians(58), math.radians(3)))
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
+    ("clip", "rows_px", "true_height_m"),
+    [
+        ("udacity_test_small1", (592.62, 511.83, 454.12), 1.19),
+        # Three seconds without a vehicle, on a road so plain that it tells hardly a speed.
+        ("udacity_project_video_cut", (597.88, 516.50, 458.38), 1.205),
+    ],
+)
+@pytest.mark.parametrize(
     ("height_m", "priors", "error"),
     [
         (Gaussian(1.2, 0.024), LENS, 0.08),
         (Gaussian(1.3, 0.12), Priors(), 0.20),
     ],
 )
-def test_the_udacity_clip_without_any_mark(height_m, priors, error, data_dir):
+def test_the_udacity_clips_without_any_mark(clip, rows_px, true_height_m, height_m, priors, error, data_dir):
     """Vehicles within 8 % with lens and height, within 20 % with nothing; each inside its own interval."""
-    source = open_source(data_dir / "clips" / "udacity_test_small1.mp4")
+    source = open_source(data_dir / "clips" / f"{clip}.mp4")
     # `calibrations.txt`: by the chessboards, lane and dashes.
-    truth = calibrate(
-        [GroundPoint(8, 592.62), GroundPoint(15, 511.83), GroundPoint(40, 454.12)], SIZE, 1.19, exact=True
-    )
+    truth = calibrate(list(map(GroundPoint, (8, 15, 40), rows_px)), SIZE, true_height_m, exact=True)
     guess = rough_calibration(SIZE, height_m.value, priors)
     detector = make_detector("acf-full", load_model("acf-full"), guess)
-    clip = calibrate_clip(source, detector, height_m, priors=priors)
-    assert clip.shows_road
-    found = clip.calibration
+    shown = calibrate_clip(source, detector, height_m, priors=priors)
+    assert shown.shows_road
+    found = shown.calibration
     row_px = truth.row_at(30.0)
     assert found.distance_at(row_px) == pytest.approx(30, rel=error)
     low_m, high_m = found.distance_interval(row_px)

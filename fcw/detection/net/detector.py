@@ -1,7 +1,7 @@
 """The detector: the cascade proposes, two looks decide and place."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.plausible import CUT_MARGIN
 from fcw.detection.boxes.suppression import suppress
-from fcw.detection.detector import Detection
+from fcw.detection.detector import Aim, Detection
 from fcw.detection.net.looks import FIRST_PX, SECOND_PX, Look, PickSettings, pick
 from fcw.detection.net.model import NetModel
 from fcw.detection.net.proposals import ProposalSettings, Proposer
@@ -68,11 +68,10 @@ class NetDetector:
         self, model: NetModel, calibration: Calibration, settings: NetSettings = NetSettings()
     ) -> None:
         self._settings, self._size = settings, calibration.image_size
-        self._height_m, self._horizon_row_px = calibration.camera.height_m, calibration.horizon_row_px
-        self._tolerance_px = calibration.camera.focal_y_px * math.tan(
-            settings.proposals.search.pitch_tolerance_rad
-        )
-        self._proposer = Proposer(model.cascade, calibration, settings.proposals)
+        self._cascade, self._calibrated = model.cascade, calibration.camera
+        self._height_m = calibration.camera.height_m
+        self._aim: Aim | None = None
+        self.aim(Aim(calibration.camera.pitch_rad, settings.proposals.search.pitch_tolerance_rad))
         self._first, self._second = Look(model.first, FIRST_PX), Look(model.second, SECOND_PX)
         given = settings.score_threshold
         self._threshold = model.score_threshold if given is None else given
@@ -81,6 +80,19 @@ class NetDetector:
     def name(self) -> str:
         """`net`."""
         return "net"
+
+    def aim(self, aim: Aim) -> None:
+        """See `fcw.detection.detector.AimedDetector`."""
+        if aim == self._aim:
+            return
+        settings, camera = self._settings.proposals, replace(self._calibrated, pitch_rad=aim.pitch_rad)
+        search = replace(settings.search, pitch_tolerance_rad=aim.tolerance_rad)
+        self._proposer = Proposer(
+            self._cascade, Calibration.from_camera(camera, self._size), replace(settings, search=search)
+        )
+        self._horizon_row_px = camera.horizon_row_px
+        self._tolerance_px = camera.focal_y_px * math.tan(aim.tolerance_rad)
+        self._aim = aim
 
     @property
     def windows_per_frame(self) -> int:

@@ -3,7 +3,7 @@
 import ast
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.boxes.overlap import cut_to_picture
 from fcw.detection.boxes.plausible import ROAD_VEHICLES, PlausibleVehicles, plausible
-from fcw.detection.detector import Detection
+from fcw.detection.detector import Aim, Detection
 from fcw.detection.onnx.yolo import (
     PAD_VALUE,
     Layout,
@@ -151,7 +151,7 @@ class OnnxDetector:
         largest_iou: float = 0.45,
         vehicles: PlausibleVehicles = ROAD_VEHICLES,
     ) -> None:
-        self._model, self._calibration = model, calibration
+        self._model, self._size, self._camera = model, calibration.image_size, calibration.camera
         threshold = model.score_threshold if score_threshold is None else score_threshold
         self._score_threshold = max(threshold, LOWEST_SCORE)
         self._largest_iou, self._vehicles = largest_iou, vehicles
@@ -162,13 +162,18 @@ class OnnxDetector:
         """`onnx:` and the name of the file."""
         return f"onnx:{self._model.path.name}"
 
+    def aim(self, aim: Aim) -> None:
+        """See `fcw.detection.detector.AimedDetector`."""
+        self._camera = replace(self._camera, pitch_rad=aim.pitch_rad)
+        self._vehicles = replace(self._vehicles, pitch_tolerance_rad=aim.tolerance_rad)
+
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first.
 
         Raises:
             ValueError: the picture has another size than the calibration.
         """
-        size, model = self._calibration.image_size, self._model
+        size, model = self._size, self._model
         if image.shape != (size.height, size.width, 3):
             raise ValueError(f"the detector expects BGR pictures of {size}, got the shape {image.shape}")
         output = model.run(self._letterbox.show(image))
@@ -178,7 +183,7 @@ class OnnxDetector:
         scores = scores[sure]
         # Before suppression: what cannot be a vehicle must not hide one.
         standing = (boxes[:, 2:] > 0).all(axis=1)
-        standing &= plausible(boxes, self._calibration.camera, size, self._vehicles)
+        standing &= plausible(boxes, self._camera, size, self._vehicles)
         boxes, scores = boxes[standing], scores[standing]
         kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), 0.0, self._largest_iou)
         return tuple(Detection(Box(*boxes[i].tolist()), float(scores[i])) for i in np.ravel(kept).astype(int))

@@ -8,10 +8,12 @@ import cv2
 import numpy as np
 import pytest
 
+from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
+from fcw.detection.acf import AcfSettings
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.choice import load_model, make_detector
-from fcw.detection.detector import Detection
+from fcw.detection.detector import Aim, Detection
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.looks import SECOND_PX, Look
@@ -47,6 +49,17 @@ def test_a_model_comes_back_from_its_file(model, tmp_path):
     assert loaded.score_threshold == model.score_threshold
     assert loaded.cascade.statistics == model.cascade.statistics
     assert np.array_equal(loaded.cascade.trees.leaf, model.cascade.trees.leaf)
+
+
+@pytest.mark.parametrize("name", ["net", "acf"])
+def test_a_wrong_calibration_finds_what_a_right_one_does_once_the_pitch_is_known(name, calibration, picture):
+    loaded, pitch_rad = load_model(name), calibration.camera.pitch_rad
+    right = make_detector(name, loaded, calibration).detect(picture)
+    wrong_camera = replace(calibration.camera, pitch_rad=pitch_rad + math.radians(4))
+    detector = make_detector(name, loaded, Calibration.from_camera(wrong_camera, calibration.image_size))
+    assert len(detector.detect(picture)) < len(right)
+    detector.aim(Aim(pitch_rad, AcfSettings().pitch_tolerance_rad))
+    assert detector.detect(picture) == right
 
 
 def test_files_that_are_no_such_model_are_named(tmp_path):
