@@ -12,8 +12,8 @@ from fcw.detection.detector import Aim, AimedDetector, Detector
 from fcw.errors import UserError
 from fcw.motion.state import Mount
 
-AIMED_ANEW_RAD = math.radians(0.7)
-"""A belief that is farther off, and surely so, is followed: less costs no vehicle."""
+AIMED_ANEW_RAD = math.radians(1.0)
+"""A belief that is farther off, and surely so, is followed: less costs one vehicle in twenty."""
 SURE_SIGMAS = 2.0
 TOLERANCES_RAD = (
     (math.radians(0.75), math.radians(1.0)),

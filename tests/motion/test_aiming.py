@@ -36,7 +36,7 @@ def test_the_aim_of_a_frame_is_the_belief_a_fixed_number_of_frames_before() -> N
 
 
 @pytest.mark.parametrize(
-    ("pitch_deg", "sigma_deg", "followed"), [(1.5, 0.1, False), (2.0, 0.7, False), (2.0, 0.3, True)]
+    ("pitch_deg", "sigma_deg", "followed"), [(1.9, 0.1, False), (2.3, 0.7, False), (2.3, 0.3, True)]
 )
 def test_only_what_is_far_off_and_sure_is_followed(
     pitch_deg: float, sigma_deg: float, followed: bool
