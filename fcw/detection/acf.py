@@ -16,7 +16,6 @@ from fcw.detection.later_stages import LaterStages
 from fcw.detection.model import Model
 from fcw.detection.scanner import Proposals, Scanner
 from fcw.detection.windows.plan import DistancePrior, full_levels, prior_levels
-from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 __all__ = ["AcfDetector", "AcfSettings", "FullAcfDetector", "FullAcfSettings", "Proposals"]
@@ -82,12 +81,6 @@ class AcfDetector:
             camera, model.statistics, settings.nearest_m, settings.farthest_m, aim.tolerance_rad
         )
         levels = prior_levels(size, model.window, prior, settings.scales_per_octave, settings.largest_scale)
-        if not levels:
-            raise UserError(
-                f"the calibration has its horizon in row {camera.horizon_row_px:.0f} of pictures of "
-                f"{size}: no vehicle {settings.nearest_m:g} to {settings.farthest_m:g} m "
-                "away can be in them; calibrate again with points on the road ahead"
-            )
         self.levels, self._aim = levels, aim
         self._scanner = Scanner(model, size, levels, prior.aspect_ratios)
 

@@ -71,36 +71,6 @@ class _Attempt:
         expectation.correct(solution, mean, covariance, by_state)
 
 
-def _correct_direction(
-    follower: PointFollower,
-    pictures: tuple[SmallPicture, SmallPicture],
-    height_m: float,
-    expectation: MotionFilter,
-    dt_s: float,
-    settings: MotionSettings,
-) -> bool:
-    """Take where two pictures say that we drive to, at whatever speed; whether they say it.
-
-    A plain road tells no speed. All beside and above it still flows out of the point that we drive to.
-    """
-    mean, covariance, by_state = expectation.expect(dt_s)
-    flow = follower.follow(*pictures, mean)
-    others = flow.of(~flow.road)
-    if len(others.cells) < settings.direction_points:
-        return False
-    solution = solve(*others[1:], height_m, mean, covariance, settings.scales)
-    if not np.isfinite(solution.unknowns).all():
-        return False
-    inlying = solution.inlying > INLYING
-    slow = solution.unknowns[TRAVEL] < settings.learns_above_mps * dt_s
-    pitch_radps, yaw_radps = np.abs(solution.unknowns[[PITCH_TURN, YAW_TURN]]) / dt_s
-    turns = pitch_radps > settings.level_radps or yaw_radps > settings.straight_radps
-    if slow or turns or inlying.sum() < settings.direction_points or inlying.mean() < settings.standing_part:
-        return False
-    expectation.correct(solution, mean, covariance, by_state)
-    return True
-
-
 class MotionEstimator:
     """Own motion and mount of one drive.
 
@@ -241,16 +211,32 @@ class MotionEstimator:
             self._follower.learn(best.flow.cells, best.solution.inlying, dt_s)
 
     def _take_direction(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> None:
-        """Take what pictures tell of the mount that do not tell the speed; it stays what it was."""
+        """Take where two pictures say that we drive to, at whatever speed; what is known of that stays.
+
+        A plain road tells no speed. All beside and above it still flows out of the point that we drive to.
+        """
+        settings, directed, speed = self._settings, self._filter.copy(), self._filter.speed()
         self._since_direction_s = 0.0
-        directed, speed = self._filter.copy(), self._filter.speed()
         directed.forget_speed(ANY_SPEED_MPS, ANY_SPEED_MPS)
-        if _correct_direction(
-            self._follower, pictures, self._camera.height_m, directed, dt_s, self._settings
-        ):
-            directed.take_speed(speed)
-            self._filter = directed
-            self._directed_s += self._settings.direction_s
+        mean, covariance, by_state = directed.expect(dt_s)
+        flow = self._follower.follow(*pictures, mean)
+        others = flow.of(~flow.road)
+        if len(others.cells) < settings.direction_points:
+            return
+        solution = solve(*others[1:], self._camera.height_m, mean, covariance, settings.scales)
+        if not np.isfinite(solution.unknowns).all():
+            return
+        inlying = solution.inlying > INLYING
+        slow = solution.unknowns[TRAVEL] < settings.learns_above_mps * dt_s
+        pitch_radps, yaw_radps = np.abs(solution.unknowns[[PITCH_TURN, YAW_TURN]]) / dt_s
+        turns = pitch_radps > settings.level_radps or yaw_radps > settings.straight_radps
+        few = inlying.sum() < settings.direction_points or inlying.mean() < settings.standing_part
+        if slow or turns or few:
+            return
+        directed.correct(solution, mean, covariance, by_state)
+        directed.take_speed(speed)
+        self._filter = directed
+        self._directed_s += settings.direction_s
 
     def _attempt(
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter

@@ -10,7 +10,6 @@ from fcw.detection.acf import AcfSettings
 from fcw.detection.model import Model
 from fcw.detection.scanner import Scanner
 from fcw.detection.windows.plan import DistancePrior, prior_levels
-from fcw.errors import UserError
 from fcw.kernels.jit import kernel
 
 
@@ -58,12 +57,6 @@ class Proposer:
         )
         size = calibration.image_size
         levels = prior_levels(size, model.window, prior, search.scales_per_octave, search.largest_scale)
-        if not levels:
-            raise UserError(
-                f"the calibration has its horizon in row {calibration.horizon_row_px:.0f} of pictures of "
-                f"{size}: no vehicle {search.nearest_m:g} to {search.farthest_m:g} m away can be in them; "
-                "calibrate again with points on the road ahead"
-            )
         cascade, place = replace(model, second=None, regressor=None), np.empty(0, np.int64)
         sizes = [level.vehicles(model.window, place, place)[2] / size.height for level in levels]
         lowest = np.maximum(settings.lowest_scores, model.rejection_threshold)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.model import CELL_PX, VehicleStatistics, Window
+from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 PAD_CELLS = 6
@@ -162,7 +163,11 @@ def prior_levels(
     scales_per_octave: int,
     largest_scale: float,
 ) -> tuple[Level, ...]:
-    """Levels of the distance-prior detector, from the largest scale (the farthest vehicles) down."""
+    """Levels of the distance-prior detector, from the largest scale (the farthest vehicles) down.
+
+    Raises:
+        UserError: by the calibration the road is not in the picture.
+    """
     levels = []
     # A near vehicle's window may reach beyond the picture; twice its size is more than the padding allows.
     smallest = window.size_px / min(size.width, size.height) / 2
@@ -171,6 +176,12 @@ def prior_levels(
         level = rows and _level(size, window, scale, largest_scale, rows)
         if level:
             levels.append(level)
+    if not levels:
+        raise UserError(
+            f"the calibration has its horizon in row {prior.camera.horizon_row_px:.0f} of pictures of "
+            f"{size}: no vehicle {prior.nearest_m:g} to {prior.farthest_m:g} m away can be in them; "
+            "calibrate again with points on the road ahead"
+        )
     return tuple(levels)
 
 
