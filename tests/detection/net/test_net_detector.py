@@ -22,6 +22,7 @@ from fcw.detection.net.proposals import ProposalSettings, Proposer
 from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.motion.aiming import take_aim
 from fcw.sources import open_source
 
 DEMO = Path(__file__).parents[3] / "recordings" / "demo"
@@ -58,7 +59,7 @@ def test_a_wrong_calibration_finds_what_a_right_one_does_once_the_pitch_is_known
     wrong_camera = replace(calibration.camera, pitch_rad=pitch_rad + math.radians(4))
     detector = make_detector(name, loaded, Calibration.from_camera(wrong_camera, calibration.image_size))
     assert len(detector.detect(picture)) < len(right)
-    detector.aim(Aim(pitch_rad, AcfSettings().pitch_tolerance_rad))
+    take_aim(detector, Aim(pitch_rad, AcfSettings().pitch_tolerance_rad))
     assert detector.detect(picture) == right
 
 
