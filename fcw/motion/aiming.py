@@ -1,7 +1,8 @@
 """Where vehicles are looked for in each frame: it follows what is believed of the camera's pitch.
 
-With windows for a pitch that is 2 degrees off up to a third of the vehicles is missed, at 3 and 4 degrees most
-(`benchmarks/tracking/wrong_pitch.py`). What own motion and the vehicles found tell of the mount corrects that.
+With windows for a pitch that is 2 degrees off up to a third of the vehicles is missed, at 3 and 4 degrees
+most (`benchmarks/tracking/wrong_pitch.py`). What own motion and the vehicles found tell of the mount corrects
+that.
 """
 
 import math
