@@ -202,7 +202,7 @@ def test_when_one_log_cannot_be_opened_the_one_already_open_is_closed(one_thread
 
 
 class AimedUneven(UnevenDetector):
-    """Tells how far up it was to look, in the score."""
+    """Tells how far down it was to look, in the score."""
 
     def __init__(self, seed: int) -> None:
         super().__init__(seed)

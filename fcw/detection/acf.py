@@ -77,8 +77,9 @@ class AcfDetector:
             return
         model, settings, size = self._model, self._settings, self._size
         camera = replace(self._calibrated, pitch_rad=aim.pitch_rad)
+        tolerance_rad = max(aim.tolerance_rad, settings.pitch_tolerance_rad)
         prior = DistancePrior(
-            camera, model.statistics, settings.nearest_m, settings.farthest_m, aim.tolerance_rad
+            camera, model.statistics, settings.nearest_m, settings.farthest_m, tolerance_rad
         )
         levels = prior_levels(size, model.window, prior, settings.scales_per_octave, settings.largest_scale)
         self.levels, self._aim = levels, aim

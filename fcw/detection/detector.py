@@ -45,7 +45,10 @@ class Detector(Protocol):
 
 @runtime_checkable
 class AimedDetector(Detector, Protocol):
-    """A detector that looks where a calibration says that vehicles can be."""
+    """A detector that looks where a calibration says that vehicles can be.
+
+    A tolerance in its own settings is the least that it looks with.
+    """
 
     def aim(self, aim: Aim) -> None:
         """Look there from now on.

@@ -6,9 +6,10 @@ import pytest
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.acf import AcfDetector
+from fcw.detection.acf import AcfDetector, AcfSettings
 from fcw.detection.choice import load_model, make_detector
-from fcw.detection.detector import Aim
+from fcw.detection.detector import Aim, AimedDetector
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.detection.net.detector import NetDetector
 from fcw.frame import ImageSize
 from fcw.motion.aiming import Aims, aim_at, take_aim
@@ -72,4 +73,17 @@ def test_an_aim_beyond_the_picture_leaves_the_detector_as_it_was(name: str) -> N
 
 
 def test_plain_acf_looks_everywhere_and_takes_no_aim() -> None:
-    take_aim(make_detector("acf-full", load_model("acf-full"), CALIBRATION), Aim(0.03, 0.02))
+    detector = make_detector("acf-full", load_model("acf-full"), CALIBRATION)
+    assert not isinstance(detector, AimedDetector)
+    take_aim(detector, Aim(0.03, 0.02))
+
+
+def test_a_tolerance_that_was_set_is_the_least_one() -> None:
+    set_by_hand = AcfSettings(pitch_tolerance_rad=math.radians(2))
+    model = Model.load(SHIPPED_MODEL_PATH)
+    detector = AcfDetector(model, CALIBRATION, set_by_hand)
+    before = detector.windows_per_frame
+    detector.aim(Aim(CALIBRATION.camera.pitch_rad, math.radians(1)))
+    assert detector.windows_per_frame == before
+    detector.aim(Aim(CALIBRATION.camera.pitch_rad, math.radians(3)))
+    assert detector.windows_per_frame > before

@@ -86,12 +86,13 @@ class NetDetector:
         if aim == self._aim:
             return
         settings, camera = self._settings.proposals, replace(self._calibrated, pitch_rad=aim.pitch_rad)
-        search = replace(settings.search, pitch_tolerance_rad=aim.tolerance_rad)
+        tolerance_rad = max(aim.tolerance_rad, settings.search.pitch_tolerance_rad)
+        search = replace(settings.search, pitch_tolerance_rad=tolerance_rad)
         self._proposer = Proposer(
             self._cascade, Calibration.from_camera(camera, self._size), replace(settings, search=search)
         )
         self._horizon_row_px = camera.horizon_row_px
-        self._tolerance_px = camera.focal_y_px * math.tan(aim.tolerance_rad)
+        self._tolerance_px = camera.focal_y_px * math.tan(tolerance_rad)
         self._aim = aim
 
     @property

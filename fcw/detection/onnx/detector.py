@@ -155,6 +155,7 @@ class OnnxDetector:
         threshold = model.score_threshold if score_threshold is None else score_threshold
         self._score_threshold = max(threshold, LOWEST_SCORE)
         self._largest_iou, self._vehicles = largest_iou, vehicles
+        self._least_tolerance_rad = vehicles.pitch_tolerance_rad
         self._letterbox = Letterbox(calibration.image_size, model.shown, model.layout)
 
     @property
@@ -165,7 +166,8 @@ class OnnxDetector:
     def aim(self, aim: Aim) -> None:
         """See `fcw.detection.detector.AimedDetector`."""
         self._camera = replace(self._camera, pitch_rad=aim.pitch_rad)
-        self._vehicles = replace(self._vehicles, pitch_tolerance_rad=aim.tolerance_rad)
+        tolerance_rad = max(aim.tolerance_rad, self._least_tolerance_rad)
+        self._vehicles = replace(self._vehicles, pitch_tolerance_rad=tolerance_rad)
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first.
