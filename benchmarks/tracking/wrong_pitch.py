@@ -3,8 +3,9 @@
     FCW_DATA=... python benchmarks/tracking/wrong_pitch.py [--detector net]
 
 The right calibrations are those of `calibrations.txt`. Counted are the boxes that the right calibration finds
-and another one finds as well (IoU 0.5), in every 15th picture of the first seconds of each clip. "Follows" is
-`fcw run`, which looks where own motion and vehicles say that the camera looks; from its fifth second on.
+and another one finds as well (IoU 0.5), in every 15th picture from the fifth to the fifteenth second of each
+clip. "Follows" is `fcw run`, which looks where own motion and vehicles say that the camera looks. Takes about
+twenty minutes.
 """
 
 import argparse
@@ -39,9 +40,9 @@ def main() -> None:
     detector = parser.parse_args().detector
     data = Path(os.environ["FCW_DATA"])
     table = read_calibration_table(data / "calibrations.txt")
-    say("off by, degrees   windows fixed   follows")
     totals = {off_deg: [0, 0, 0, 0] for off_deg in OFF_DEG}
-    for clip in CLIPS:
+    for number, clip in enumerate(CLIPS, start=1):
+        say(f"{number} of {len(CLIPS)}: {clip}")
         path = data / "clips" / f"{clip}.mp4"
         cameras = {off_deg: turned(table[clip], off_deg) for off_deg in OFF_DEG}
         looks = {
@@ -52,6 +53,7 @@ def main() -> None:
             for place, (found, truth) in enumerate(((by_fixed, looks[0.0][0]), (by_run, looks[0.0][1]))):
                 totals[off_deg][2 * place] += matched(found, truth)
                 totals[off_deg][2 * place + 1] += sum(map(len, truth.values()))
+    say("off by, degrees   windows fixed   follows")
     for off_deg, (fixed_found, fixed_all, run_found, run_all) in totals.items():
         say(f"{off_deg:+15.0f} {fixed_found / fixed_all:15.0%} {run_found / run_all:9.0%}")
 

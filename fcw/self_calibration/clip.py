@@ -30,12 +30,7 @@ from fcw.frame import ImageSize, Source
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
-from fcw.self_calibration.lane_lines import (
-    YAWED_PICTURES,
-    agreed_meeting,
-    lanes_aside,
-    lanes_meet,
-)
+from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
