@@ -245,10 +245,10 @@ class Followed:
             closing_acceleration_sigma_mps2=state.closing_acceleration_sigma_mps2,
             lateral_speed_mps=lateral_mps,
             width_m=state.width_m,
-            lateral_sigma_m=math.hypot(across.sigma_m, lateral_m * state.log_distance_sigma),
+            lateral_sigma_m=math.hypot(across.sigma_m, lateral_m * state.log_across_sigma),
             # What keeps its bearing comes nearer across the road as it does along it.
             lateral_speed_sigma_mps=math.hypot(
-                across.rate_sigma_mps, lateral_m / state.distance_m * state.closing_speed_sigma_mps
+                across.rate_sigma_mps, lateral_m * state.across_rate_sigma_per_s
             ),
             doubtful=self.doubtful,
         )

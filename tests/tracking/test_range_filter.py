@@ -303,3 +303,16 @@ def test_the_distances_of_many_vehicles_teach_no_scale():
         assert range_filter.state(0).log_distance_sigma > 0.28
         range_filter.keep([])
     assert range_filter.focal_px == pytest.approx(740.0, rel=0.03)
+
+
+def test_an_unknown_focal_length_leaves_places_across_the_road_known():
+    """They are the camera's height times columns over rows: the focal length is in neither."""
+    rough, exact = (
+        followed([seen(30.0 - 0.5 * k) for k in range(20)], calibration=calibration).state(0)
+        for calibration in (roughly_known(0.3), roughly_known(0.001))
+    )
+    assert rough.log_distance_sigma > 0.28
+    assert rough.closing_speed_sigma_mps > 0.28 * rough.closing_speed_mps
+    assert rough.log_across_sigma == pytest.approx(exact.log_across_sigma, rel=0.05)
+    assert rough.across_rate_sigma_per_s == pytest.approx(exact.across_rate_sigma_per_s, rel=0.05)
+    assert exact.log_across_sigma == pytest.approx(exact.log_distance_sigma, rel=0.01)

@@ -361,21 +361,9 @@ class RangeFilter:
     def state(self, slot: int) -> RangeState:
         """What is believed of a vehicle now."""
         at = CAMERA + VEHICLE * slot
-        log_distance, rate, growth, log_width = self._x[at : at + WIDTH + 1].tolist()
-        (ll, lr, lg), (_, rr, _), (_, _, gg) = self._p[at : at + 3, at : at + 3].tolist()
-        distance_m = math.exp(log_distance)
-        closing_variance = rr + 2 * rate * lr + rate * rate * ll
-        growth_variance = gg + 2 * growth * lg + growth * growth * ll
-        return RangeState(
-            distance_m,
-            math.hypot(math.sqrt(max(ll, 0.0)), self._model.unmodelled_sigma),
-            rate * distance_m,
-            distance_m * math.sqrt(max(closing_variance, 0.0)),
-            distance_m * math.sqrt(max(rr, 0.0)),
-            growth * distance_m,
-            distance_m * math.sqrt(max(growth_variance, 0.0)),
-            math.exp(log_width + float(self._x[WIDER])),
-        )
+        index = [SCALE, *range(at, at + 3)]
+        width_m = math.exp(float(self._x[at + WIDTH] + self._x[WIDER]))
+        return RangeState.of(self._x[at : at + 3], self._p[np.ix_(index, index)], width_m, self._model)
 
     def _take(
         self, rows: FloatArray, residuals: FloatArray, variances: FloatArray, learns_camera: bool

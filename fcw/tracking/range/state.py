@@ -3,7 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from fcw.camera.ground_plane import FloatArray
 from fcw.camera.interval import PERCENTILE_84_SIGMAS
+from fcw.tracking.range.model import RangeModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +22,10 @@ class RangeState:
         closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
         closing_acceleration_sigma_mps2: 1-sigma.
         width_m: of its rear, as the detector's boxes show it.
+        log_across_sigma: 1-sigma of the logarithm of what places across the road are multiplied by, distance
+            over focal length: where the focal length is little known, it is little wrong with them.
+        across_rate_sigma_per_s: 1-sigma of the rate at which what keeps its bearing comes nearer across the
+            road, as a part of its place there.
     """
 
     distance_m: float
@@ -30,6 +36,35 @@ class RangeState:
     closing_acceleration_mps2: float
     closing_acceleration_sigma_mps2: float
     width_m: float
+    log_across_sigma: float
+    across_rate_sigma_per_s: float
+
+    @classmethod
+    def of(cls, x: FloatArray, p: FloatArray, width_m: float, model: RangeModel) -> "RangeState":
+        """As the filter has it.
+
+        Args:
+            x: (3,) log D, V / D and A / D.
+            p: (4, 4) covariance of log K and these.
+            width_m: of its rear.
+            model: beliefs.
+        """
+        log_distance, rate, growth = x.tolist()
+        (kk, kl, kr, _), (_, ll, lr, lg), (_, _, rr, _), (_, _, _, gg) = p.tolist()
+        distance_m = math.exp(log_distance)
+        across, across_rate = kk - 2 * kl + ll, lr - kr
+        return cls(
+            distance_m=distance_m,
+            log_distance_sigma=math.hypot(_root(ll), model.unmodelled_sigma),
+            closing_speed_mps=rate * distance_m,
+            closing_speed_sigma_mps=distance_m * _root(rr + 2 * rate * lr + rate * rate * ll),
+            closing_speed_sigma_at_distance_mps=distance_m * _root(rr),
+            closing_acceleration_mps2=growth * distance_m,
+            closing_acceleration_sigma_mps2=distance_m * _root(gg + 2 * growth * lg + growth * growth * ll),
+            width_m=width_m,
+            log_across_sigma=math.hypot(_root(across), model.unmodelled_sigma),
+            across_rate_sigma_per_s=_root(rr + 2 * rate * across_rate + rate * rate * across),
+        )
 
     def distance_with_interval(self, reference_offset_m: float) -> tuple[float, float, float]:
         """(distance, 16th percentile, 84th percentile) from the calibration's reference, at least 0.
@@ -43,3 +78,7 @@ class RangeState:
             for camera_m in (self.distance_m, self.distance_m / spread, self.distance_m * spread)
         )
         return median, low, high
+
+
+def _root(variance: float) -> float:
+    return math.sqrt(max(variance, 0.0))
