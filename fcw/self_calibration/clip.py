@@ -31,6 +31,7 @@ from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
+from fcw.self_calibration.moved import moved_at
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
@@ -59,6 +60,13 @@ PASSES = 4
 SAME_OVERLAP = 0.2
 """Boxes half a second apart that overlap so are of one vehicle."""
 SETTLED_PX = 1.0
+WHOLE_CLIP_S = (0.0, LONGEST_S)
+FARTHEST_SIGN_PART = 0.15
+"""A vehicle that looks wider, in parts of the focal length, is too near to say where the horizon is."""
+BEFORE_MOVE_S = 1.0
+"""So long before a camera is seen to be knocked the car may brake, and pitch."""
+SHORTEST_PIECE_S = 3.0
+"""A shorter piece of a clip tells hardly anything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +79,7 @@ class ClipObservations:
         rulers: vehicles.
         speed_heights: speed by the picture in camera heights a second; None where it is not known.
         frames: how many pictures were looked at for vehicles.
+        moved_s: between which times the camera was moved; None where it was not.
     """
 
     travel_px: tuple[Gaussian, Gaussian] | None
@@ -78,6 +87,7 @@ class ClipObservations:
     rulers: tuple[Ruler, ...]
     speed_heights: float | None
     frames: int
+    moved_s: tuple[float, float] | None = None
 
     def evidence(self) -> Evidence:
         """As the joint fit takes it."""
@@ -113,10 +123,12 @@ class ClipCalibration:
     Attributes:
         calibration: with what is not known in its intervals.
         shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
+        piece_s: the piece of the clip that it holds for, where the camera was moved in it; else None.
     """
 
     calibration: Calibration
     shows_road: bool
+    piece_s: tuple[float, float] | None = None
 
 
 def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | None = None) -> Calibration:
@@ -165,10 +177,15 @@ def calibrate_clip(
         guess = rough_calibration(size, height_m.value, Priors(Gaussian(known_rad, 0.01)))
     else:
         guess = rough_calibration(size, height_m.value, priors)
-    calibration, seen, shows_road = guess, None, False
-    for _ in range(PASSES):
+    calibration, piece_s, shows_road = guess, None, False
+    seen = observe_clip(source, guess, detector, on_frame=on_frame)
+    if seen.moved_s is not None:
+        piece_s = _before_or_after(seen.moved_s)
+        seen = observe_clip(source, guess, detector, piece_s, on_frame)
+    for turn in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
-        seen = observe_clip(source, calibration, None if seen else detector, on_frame=on_frame, seen=seen)
+        if turn:
+            seen = observe_clip(source, calibration, None, piece_s or WHOLE_CLIP_S, on_frame, seen)
         all_known = replace(evidence, travel_px=seen.leads_to_px, rulers=seen.rulers)
         if speed_mps is not None:
             # How fast the road flows by tells height times focal length: with another lens another height.
@@ -180,14 +197,20 @@ def calibrate_clip(
         shows_road = known.tells_of_the_road or bool(seen.rulers)
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
-    return ClipCalibration(calibration, shows_road)
+    return ClipCalibration(calibration, shows_road, piece_s)
+
+
+def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:
+    """The piece that counts of a clip in which the camera was moved: what led to it, or all that follows."""
+    end_s = moved_s[0] - BEFORE_MOVE_S
+    return (0.0, end_s) if end_s >= SHORTEST_PIECE_S else (moved_s[1], LONGEST_S)
 
 
 def observe_clip(
     source: Source,
     guess: Calibration,
     detector: Detector | None,
-    longest_s: float = LONGEST_S,
+    piece_s: tuple[float, float] = WHOLE_CLIP_S,
     on_frame: Callable[[], None] = lambda: None,
     seen: ClipObservations | None = None,
 ) -> ClipObservations:
@@ -197,7 +220,7 @@ def observe_clip(
         source: straight pictures.
         guess: a rough calibration; its height is the unit of the speed, its angles are taken out again.
         detector: that needs no calibration: it looks everywhere; None takes the vehicles of an earlier look.
-        longest_s: no more of the clip than this is looked at.
+        piece_s: from when to when the clip is looked at.
         on_frame: called after each picture.
         seen: the earlier look.
     """
@@ -207,17 +230,22 @@ def observe_clip(
     rulers: list[Ruler] = []
     mounts, speeds = [], []
     meetings: list[PixelPoint] = []
+    signs: list[tuple[float, float]] = []
     pictures: list[NDArray[np.uint8]] = []
     first_ns = detected_ns = lanes_ns = None
     frames = 0
     for frame in source.frames():
         first_ns = frame.time_ns if first_ns is None else first_ns
-        if (frame.time_ns - first_ns) / 1e9 > longest_s:
+        time_s = (frame.time_ns - first_ns) / 1e9
+        if time_s > piece_s[1]:
             break
+        if time_s < piece_s[0]:
+            continue
         if seen is None and (lanes_ns is None or (frame.time_ns - lanes_ns) / 1e9 >= LANES_EVERY_S):
             lanes_ns = frame.time_ns
             with suppress(UserError):
                 meetings.append(lanes_meet(frame.image, camera))
+                signs.append((time_s, meetings[-1][1]))
             if len(pictures) < YAWED_PICTURES:
                 pictures.append(frame.image)
         if detector is not None and (
@@ -226,7 +254,13 @@ def observe_clip(
             detected_ns, frames = frame.time_ns, frames + 1
             found = detector.detect(frame.image)
             before, boxes = boxes, tuple(detection.box for detection in found)
-            rulers += _new_rulers(boxes, before, guess.image_size)
+            new = _new_rulers(boxes, before, guess.image_size)
+            rulers += new
+            signs += [
+                (time_s, ruler.row_px - ruler.width_px * camera.height_m / ruler.width_m.value)
+                for ruler in new
+                if ruler.width_px < FARTHEST_SIGN_PART * camera.focal_y_px
+            ]
         motion = estimator.update(frame.time_ns, frame.image, boxes)
         if motion.mount is not None and motion.speed_mps is not None:
             speeds.append(motion.speed_mps / camera.height_m)
@@ -241,7 +275,8 @@ def observe_clip(
         travel, speed = travel or seen.travel_px, speed or seen.speed_heights
         return ClipObservations(travel, seen.lanes_px, seen.rulers, speed, seen.frames)
     lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
-    return ClipObservations(travel, lanes, _spread(rulers), speed, frames)
+    moved_s = moved_at(signs, camera.focal_y_px)
+    return ClipObservations(travel, lanes, _spread(rulers), speed, frames, moved_s)
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:

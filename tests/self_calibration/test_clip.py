@@ -135,7 +135,7 @@ def test_lanes_and_motion_that_contradict_each_other_are_less_sure_together():
 def test_the_shipped_drive_leads_where_its_lanes_do():
     source = open_source(DEMO)
     detector = make_detector("acf-full", load_model("acf-full"), rough_calibration(SIZE, 1.3))
-    seen = observe_clip(source, rough_calibration(SIZE, 1.3), detector, longest_s=4.0)
+    seen = observe_clip(source, rough_calibration(SIZE, 1.3), detector, piece_s=(0.0, 4.0))
     assert seen.lanes_px is not None
     column, row = seen.lanes_px
     assert abs(row.value - DEMO_HORIZON_ROW_PX) < 2 * row.sigma

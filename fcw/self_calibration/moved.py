@@ -1,0 +1,48 @@
+"""Whether the camera was moved in the middle of a clip: knocked by a crash, or turned by hand.
+
+What tells of the horizon, vehicles and lanes, then tells one row before and another one after. Taken together
+it would be a camera that never was.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fcw.camera.ground_plane import FloatArray
+
+LEAST_SHIFT_RAD = math.radians(5.0)
+"""Hills, load and hard braking pitch the picture by less."""
+FEWEST = 3
+"""Of signs of the horizon, on each side of the move."""
+WITHIN_PART = 1 / 3
+"""A sign agrees with its side if it lies within this part of the shift of the side's median,"""
+LEAST_AGREEING = 0.75
+"""and so many of each side must."""
+
+
+def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[float, float] | None:
+    """Between which times the camera was moved; None where nothing says that it was.
+
+    Args:
+        signs: times in seconds, and the row at which something seen then puts the horizon, in any order.
+        focal_px: focal length.
+    """
+    ordered = np.array(sorted(signs)).reshape(-1, 2)
+    times_s, rows_px = ordered.T
+    best: tuple[float, int] | None = None
+    for split in range(FEWEST, len(rows_px) - FEWEST + 1):
+        if times_s[split - 1] == times_s[split]:
+            continue
+        sides = rows_px[:split], rows_px[split:]
+        shift_px = abs(float(np.median(sides[0]) - np.median(sides[1])))
+        if shift_px < focal_px * math.tan(LEAST_SHIFT_RAD):
+            continue
+        agreeing = [_agreeing(side, WITHIN_PART * shift_px) for side in sides]
+        if min(agreeing) >= LEAST_AGREEING and (best is None or sum(agreeing) > best[0]):
+            best = sum(agreeing), split
+    return None if best is None else (float(times_s[best[1] - 1]), float(times_s[best[1]]))
+
+
+def _agreeing(rows_px: FloatArray, within_px: float) -> float:
+    return float(np.mean(np.abs(rows_px - np.median(rows_px)) <= within_px))
