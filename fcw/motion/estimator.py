@@ -1,5 +1,6 @@
 """Own motion from picture to picture: points followed from one to the next, solved, and filtered."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -7,7 +8,7 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, YAW_RATE, MotionFilter
+from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, MotionFilter
 from fcw.motion.flow.pacing import Pacing
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
 from fcw.motion.settings import MotionSettings
@@ -89,6 +90,9 @@ class MotionEstimator:
         self._known = False
         self._known_s = self._directed_s = self._since_direction_s = 0.0
         self._mount = self._filter.mount()
+        self._turn = self._filter.yaw_rate()
+        """Mean and variance of the yaw rate. The filter does not take it where no speed is known: on two of
+        ten clips speeds found by chance became more."""
         self._since_search_s = float("inf")
         self.points = (0, 0)
 
@@ -115,6 +119,7 @@ class MotionEstimator:
         self._since_direction_s += dt_s
         before = self._filter.copy()
         self._filter.predict(dt_s)
+        self._turn = self._turn[0], self._turn[1] + settings.yaw_acceleration**2 * dt_s
         if not self._known:
             self._mount = self._filter.mount()
         if dt_s <= settings.longest_step_s:
@@ -125,6 +130,8 @@ class MotionEstimator:
             < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
         )
         self._judge_mount()
+        if self._known:
+            self._turn = self._filter.yaw_rate()
         return self.state
 
     def _judge_mount(self) -> None:
@@ -143,12 +150,14 @@ class MotionEstimator:
         filtered, settings = self._filter, self._settings
         speed_mps, sigma_mps = max(float(filtered.x[SPEED]), 0.0), filtered.sigma(SPEED)
         known = self._known and sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
+        turn_radps, turn_sigma_radps = self._turn[0], math.sqrt(self._turn[1])
+        turn_known = known or turn_sigma_radps < settings.known_turn_radps
         return OwnMotion(
             speed_mps=speed_mps if known else None,
             speed_sigma_mps=sigma_mps if known else None,
             speed_source=SpeedSource.PICTURE if known else SpeedSource.UNKNOWN,
-            yaw_rate_radps=float(filtered.x[YAW_RATE]) if known else None,
-            yaw_rate_sigma_radps=filtered.sigma(YAW_RATE) if known else None,
+            yaw_rate_radps=turn_radps if turn_known else None,
+            yaw_rate_sigma_radps=turn_sigma_radps if turn_known else None,
             mount=self._believed_mount,
             picture_speed_mps=speed_mps if known else None,
         )
@@ -201,8 +210,7 @@ class MotionEstimator:
                 if other.solution is not None and not other.doubtful and other.evidence > needed:
                     best, needed, self._known_s = other, other.evidence, 0.0
         if best is None or best.solution is None:
-            if self._since_direction_s >= settings.direction_s:
-                self._take_direction(pictures, dt_s)
+            self._take_turn(pictures, dt_s)
             return
         self._filter, self._known = best.filter, True
         self.points = best.points
@@ -210,33 +218,44 @@ class MotionEstimator:
             self._known_s += dt_s
             self._follower.learn(best.flow.cells, best.solution.inlying, dt_s)
 
-    def _take_direction(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> None:
-        """Take where two pictures say that we drive to, at whatever speed; what is known of that stays.
+    def _take_turn(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> None:
+        """Take how two pictures turn, and now and then where we drive to, at whatever speed.
 
-        A plain road tells no speed. All beside and above it still flows out of the point that we drive to.
+        A plain road tells no speed. All beside and above it still turns as we do, and flows out of the point
+        that we drive to.
         """
-        settings, directed, speed = self._settings, self._filter.copy(), self._filter.speed()
-        self._since_direction_s = 0.0
-        directed.forget_speed(ANY_SPEED_MPS, ANY_SPEED_MPS)
-        mean, covariance, by_state = directed.expect(dt_s)
+        settings, filtered, speed = self._settings, self._filter.copy(), self._filter.speed()
+        asked = self._since_direction_s >= settings.direction_s
+        if asked:
+            self._since_direction_s = 0.0
+        else:
+            filtered.take_yaw_rate(self._turn)
+        filtered.forget_speed(ANY_SPEED_MPS, ANY_SPEED_MPS)
+        mean, covariance, by_state = filtered.expect(dt_s)
         flow = self._follower.follow(*pictures, mean)
         others = flow.of(~flow.road)
-        if len(others.cells) < settings.direction_points:
+        if len(others.cells) < settings.turn_points:
             return
         solution = solve(*others[1:], self._camera.height_m, mean, covariance, settings.scales)
-        if not np.isfinite(solution.unknowns).all():
-            return
         inlying = solution.inlying > INLYING
+        few = inlying.sum() < settings.turn_points or inlying.mean() < settings.standing_part
+        if few or not np.isfinite(solution.unknowns).all():
+            return
+        filtered.correct(solution, mean, covariance, by_state)
+        self._turn = filtered.yaw_rate()
+        if asked and self._leads_somewhere(solution, dt_s):
+            filtered.take_speed(speed)
+            self._filter = filtered
+            self._directed_s += settings.direction_s
+
+    def _leads_somewhere(self, solution: Solution, dt_s: float) -> bool:
+        """Whether points beside the road tell where we drive to: we drive, straight on and level."""
+        settings = self._settings
         slow = solution.unknowns[TRAVEL] < settings.learns_above_mps * dt_s
         pitch_radps, yaw_radps = np.abs(solution.unknowns[[PITCH_TURN, YAW_TURN]]) / dt_s
         turns = pitch_radps > settings.level_radps or yaw_radps > settings.straight_radps
-        few = inlying.sum() < settings.direction_points or inlying.mean() < settings.standing_part
-        if slow or turns or few:
-            return
-        directed.correct(solution, mean, covariance, by_state)
-        directed.take_speed(speed)
-        self._filter = directed
-        self._directed_s += settings.direction_s
+        few = (solution.inlying > INLYING).sum() < settings.direction_points
+        return not (slow or turns or few)
 
     def _attempt(
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter

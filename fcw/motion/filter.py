@@ -155,6 +155,15 @@ class MotionFilter:
         self.p[SPEEDS, :] = self.p[:, SPEEDS] = 0.0
         self.x[SPEEDS], self.p[SPEEDS, SPEEDS] = speed
 
+    def yaw_rate(self) -> tuple[float, float]:
+        """Mean and variance of the yaw rate."""
+        return float(self.x[YAW_RATE]), float(self.p[YAW_RATE, YAW_RATE])
+
+    def take_yaw_rate(self, yaw_rate: tuple[float, float]) -> None:
+        """Believe this of the yaw rate, and that nothing else tells of it."""
+        self.p[YAW_RATE, :] = self.p[:, YAW_RATE] = 0.0
+        self.x[YAW_RATE], self.p[YAW_RATE, YAW_RATE] = yaw_rate
+
     def forget_speed(self, speed_mps: float, sigma_mps: float) -> None:
         """Suppose a speed anew."""
         for state, value, sigma in (

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
+from fcw.motion.bend.turn import USUAL_MPS
 from fcw.motion.bend.turning import Turning
 from fcw.motion.lanes import Lane
 from fcw.motion.state import OwnMotion, OwnPath
@@ -28,6 +29,9 @@ straight road is fitted too: in seven of eleven choices with one sequence left o
 GROWTH_SIGMA = 1.0
 """A bend that grows may stop growing, or grow twice as fast."""
 UNKNOWN_BEND_SIGMA_PER_M = 2e-3
+UNKNOWN_SPEED_PART = 0.5
+"""1-sigma of a bend, as a part of it, of which only is known how fast we turn in it: we may drive half as
+fast as is usual, or twice."""
 GIVEN_YAW_RATE_SIGMA_RADPS = math.radians(0.3)
 
 
@@ -69,6 +73,9 @@ def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, Floa
         heading_sigma_rad = math.hypot(STRAY_RAD, motion.mount.yaw_sigma_rad)
     bend_per_m, bend_sigma_per_m = 0.0, UNKNOWN_BEND_SIGMA_PER_M
     speed_mps, yaw_rate_radps = motion.speed_mps, motion.yaw_rate_radps
+    if speed_mps is None and yaw_rate_radps is not None:
+        bend_per_m = yaw_rate_radps / USUAL_MPS
+        bend_sigma_per_m = math.hypot(bend_sigma_per_m, UNKNOWN_SPEED_PART * bend_per_m)
     if speed_mps is not None and yaw_rate_radps is not None and speed_mps >= SLOWEST_TURN_MPS:
         sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
         bend_per_m = (yaw_rate_radps + change_radps) / speed_mps

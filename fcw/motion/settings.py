@@ -65,7 +65,9 @@ class MotionSettings:
         sure_part: with a smaller part of the road's points and of the others' inlying, another speed may be
             true.
         least_road_part: or with a smaller part of the road's.
-        direction_points: with fewer of the others inlying two pictures do not say where we drive to;
+        turn_points: with fewer of the others inlying two pictures do not say how we turn,
+        known_turn_radps: which is known while its 1-sigma is less than this;
+        direction_points: with fewer of them they do not say where we drive to;
         direction_s: where they do not say how fast, they are asked so often: what is wrong in one of them, a
             vehicle beside us, is wrong in the next as well;
         level_radps: and not while the body pitches faster than this,
@@ -139,6 +141,8 @@ class MotionSettings:
     fewest_inlying: float = 0.25
     sure_part: float = 0.5
     least_road_part: float = 0.4
+    turn_points: int = 15
+    known_turn_radps: float = math.radians(3.0)
     direction_points: int = 30
     direction_s: float = 0.3
     level_radps: float = math.radians(0.8)

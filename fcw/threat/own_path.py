@@ -6,6 +6,7 @@ left out.
 
 import math
 
+from fcw.motion.bend.turn import USUAL_MPS
 from fcw.motion.state import OwnPath
 from fcw.tracking.lead import path_curvature_per_m
 
@@ -23,8 +24,6 @@ MOUNT_OFFSET_M = 0.15
 """1-sigma of a camera's place beside the middle of the car: behind the mirror."""
 SLOWEST_MPS = 5.0
 """Slower, a bend is no sharper than at this speed: a car turns on a circle."""
-USUAL_MPS = 12.0
-"""Taken where the own speed is unknown."""
 
 
 def assumed_path(own_mps: float | None, yaw_rate_radps: float | None = None) -> OwnPath:

@@ -12,10 +12,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fcw.motion.bend.turn import Turn
+from fcw.motion.bend.turn import USUAL_MPS, Turn
 from fcw.motion.state import OwnPath
 from fcw.threat.course import place_at_contact
-from fcw.threat.own_path import USUAL_MPS
 from fcw.tracking.lead import is_oncoming
 from fcw.tracking.types import Track
 
@@ -182,7 +181,7 @@ def _assess_one(
         comes_in=place.comes_in,
         crosses=place.crosses,
         turn_known=turn is not None,
-        bend_changes=turn is not None and bend_mps2 > STEADY_BEND_MPS2,
+        bend_changes=turn is not None and own_mps is not None and bend_mps2 > STEADY_BEND_MPS2,
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
         overlap_m=overlap_m,
         overlap_probability=in_the_way,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.motion.bend.turn import Turn, sweep_mps, turn_of
+from fcw.motion.bend.turn import USUAL_MPS, Turn, sweep_mps, turn_of
 from fcw.motion.bend.turning import AHEAD_S, Turning
 from fcw.motion.state import OwnMotion, OwnPath
 
@@ -29,9 +29,16 @@ def test_what_stands_sweeps_by_our_turning_whatever_the_path_does_ahead():
         assert sweep_mps(OwnPath(curvature_per_m=bend_per_m), turn, 30.0, 10.0) == pytest.approx(-1.5)
 
 
-def test_turning_is_known_with_speed_and_yaw_rate():
+def test_turning_is_known_with_the_yaw_rate():
     assert turn_of(OwnMotion(speed_mps=10.0)) is None
     assert turn_of(OwnMotion(speed_mps=10.0, yaw_rate_radps=0.1)) == Turn(own_mps=10.0, yaw_rate_radps=0.1)
+    assert turn_of(OwnMotion(yaw_rate_radps=0.1)) == Turn(own_mps=USUAL_MPS, yaw_rate_radps=0.1)
+
+
+def test_what_stands_sweeps_by_our_turning_at_whatever_speed():
+    for own_mps in (5.0, 30.0):
+        turn = Turn(own_mps=own_mps, yaw_rate_radps=0.2)
+        assert sweep_mps(OwnPath(), turn, 10.0, 4.0) == pytest.approx(-2.0)
 
 
 def test_a_bend_that_grows_goes_on_and_a_steady_one_stays():

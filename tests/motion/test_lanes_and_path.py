@@ -10,6 +10,7 @@ from fcw.camera.calibration import Calibration
 from fcw.frame import ImageSize
 from fcw.motion.ego import EgoEstimator
 from fcw.motion.lanes import Lane, find_lane
+from fcw.motion.bend.turn import USUAL_MPS
 from fcw.motion.path import own_path
 from fcw.motion.state import Mount, OwnMotion, OwnPath, SpeedSource
 from fcw.motion.view import RoadView
@@ -78,6 +79,14 @@ def test_the_sharper_a_bend_the_less_is_known_of_how_it_goes_on(across_mps2, sig
         yaw_rate_sigma_radps=1e-4,
     )
     assert own_path(motion, None).curvature_sigma_per_m * 10**2 == pytest.approx(sigma_mps2, rel=0.01)
+
+
+def test_a_turn_at_an_unknown_speed_is_a_bend_that_is_little_known():
+    straight, bent = (own_path(OwnMotion(yaw_rate_radps=rate), None) for rate in (0.0, 0.12))
+    assert (straight.curvature_per_m, bent.curvature_per_m) == (0.0, pytest.approx(0.12 / USUAL_MPS))
+    assert straight.curvature_sigma_per_m == own_path(OwnMotion(), None).curvature_sigma_per_m
+    # R = 50 m at the same yaw rate and 6 m/s, 200 m at 24 m/s.
+    assert abs(0.12 / 24 - bent.curvature_per_m) < bent.curvature_sigma_per_m
 
 
 def test_when_we_stand_there_is_no_bend():

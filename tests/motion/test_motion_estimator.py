@@ -217,6 +217,22 @@ def test_a_plain_road_tells_where_the_camera_looks_though_not_how_fast_we_are(of
     assert pitch_deg == pytest.approx(2.0, abs=2 * sigma_deg)
 
 
+@pytest.mark.parametrize("yaw_rate_radps", [-0.05, 0.0, 0.05])
+def test_a_plain_road_tells_how_we_turn_though_not_how_fast_we_are(yaw_rate_radps):
+    states = drive(estimator(), 12.0, 12, yaw_rate_radps, change=hills_alone)
+    assert all(state.speed_mps is None for state in states)
+    turns = [state.yaw_rate_radps for state in states[4:]]
+    assert turns == pytest.approx([yaw_rate_radps] * 8, abs=math.radians(0.3))
+    assert all(state.yaw_rate_sigma_radps < math.radians(0.6) for state in states[4:])
+
+
+def test_where_nothing_is_seen_nobody_knows_how_we_turn():
+    own = estimator()
+    for frame in range(4):
+        blank = np.full((HEIGHT, WIDTH, 3), 90, np.uint8)
+        assert own.update(round(frame * STEP_S * 1e9), blank).yaw_rate_radps is None
+
+
 def test_what_stands_tells_nothing_of_the_camera():
     last = drive(estimator(pitch_deg=3.0), 0.0, 30, change=hills_alone)[-1]
     assert math.degrees(last.mount.pitch_rad) == pytest.approx(3.0)

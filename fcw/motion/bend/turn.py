@@ -13,13 +13,16 @@ from dataclasses import dataclass
 
 from fcw.motion.state import OwnMotion, OwnPath
 
+USUAL_MPS = 12.0
+"""Taken where the own speed is unknown: of what is seen to sweep across the path it matters little."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
     """Our turning now.
 
     Attributes:
-        own_mps: own speed.
+        own_mps: own speed; `USUAL_MPS` where it is unknown.
         yaw_rate_radps: positive to the left.
         sigma_radps: 1-sigma.
     """
@@ -31,10 +34,10 @@ class Turn:
 
 def turn_of(motion: OwnMotion) -> Turn | None:
     """The turning of own motion; None where it is not known."""
-    if motion.speed_mps is None or motion.yaw_rate_radps is None:
+    if motion.yaw_rate_radps is None:
         return None
     return Turn(
-        own_mps=motion.speed_mps,
+        own_mps=USUAL_MPS if motion.speed_mps is None else motion.speed_mps,
         yaw_rate_radps=motion.yaw_rate_radps,
         sigma_radps=motion.yaw_rate_sigma_radps or 0.0,
     )
