@@ -301,8 +301,8 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
         calibration = read_calibration(path)
     else:
         raise UserError(
-            f"{path}: no calibration for {job.source}; make one with `fcw calibrate {job.source}` (it opens "
-            "a page; without one: --points ... --height ...), or name an existing one with --calibration"
+            f"{path}: no calibration for {job.source}; `fcw calibrate {job.source}` opens a page for one, "
+            "--from-clip makes a rough one from the drive alone; or name one with --calibration"
             + _field_of_view(facts)
         )
     try:

@@ -93,7 +93,8 @@ def _without_running(drive: BatchDrive) -> Record | None:
     return _record(
         drive,
         State.UNCALIBRATED,
-        f"make one with `fcw calibrate {drive.source}`, or name one for all with --calibration",
+        f"make one with `fcw calibrate {drive.source}` (a rough one, from the drive alone: --from-clip), or "
+        "name one for all with --calibration",
     )
 
 
