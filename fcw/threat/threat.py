@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fcw.motion.bend.turn import USUAL_MPS, Turn
+from fcw.motion.bend.turn import Turn
 from fcw.motion.state import OwnPath
 from fcw.threat.course import place_at_contact
 from fcw.tracking.lead import is_oncoming
@@ -27,7 +27,9 @@ CAR_HEIGHT_M = 1.5
 """As `fcw.tracking.range.model` has it: how wide a vehicle that crosses looks follows from its box."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
-"""A bend is steady that is known to this lateral acceleration."""
+"""A bend is steady that is known to this lateral acceleration,"""
+STEADY_BEND_M = 0.3
+"""or that is known to so much where the vehicle is."""
 PASSING_ROOM_M = 0.3
 """Who steers past a vehicle leaves so much room."""
 SHORTEST_S = 0.01
@@ -156,7 +158,6 @@ def _assess_one(
     place = place_at_contact(
         track, path, reference_offset_m, HORIZON_S if time_s is None else min(time_s, HORIZON_S), turn
     )
-    bend_mps2 = path.curvature_sigma_per_m * (own_mps or USUAL_MPS) ** 2
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
     width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
     if place.crosses:
@@ -181,7 +182,7 @@ def _assess_one(
         comes_in=place.comes_in,
         crosses=place.crosses,
         turn_known=turn is not None,
-        bend_changes=turn is not None and own_mps is not None and bend_mps2 > STEADY_BEND_MPS2,
+        bend_changes=turn is not None and own_mps is not None and _bend_changes(path, own_mps, x_m),
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
         overlap_m=overlap_m,
         overlap_probability=in_the_way,
@@ -189,6 +190,11 @@ def _assess_one(
         required_deceleration_mps2=required_deceleration_mps2(track.distance_m, closing_mps),
         required_lateral_mps2=lateral_mps2,
     )
+
+
+def _bend_changes(path: OwnPath, own_mps: float, distance_m: float) -> bool:
+    sigma_per_m = path.curvature_sigma_per_m
+    return sigma_per_m * own_mps**2 > STEADY_BEND_MPS2 and sigma_per_m * distance_m**2 / 2 > STEADY_BEND_M
 
 
 def _probability_above(mean: float, limit: float, sigma: float) -> float:

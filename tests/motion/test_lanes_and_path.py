@@ -8,9 +8,9 @@ from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
 
 from fcw.camera.calibration import Calibration
 from fcw.frame import ImageSize
+from fcw.motion.bend.turn import USUAL_MPS
 from fcw.motion.ego import EgoEstimator
 from fcw.motion.lanes import Lane, find_lane
-from fcw.motion.bend.turn import USUAL_MPS
 from fcw.motion.path import own_path
 from fcw.motion.state import Mount, OwnMotion, OwnPath, SpeedSource
 from fcw.motion.view import RoadView

@@ -88,6 +88,9 @@ def test_black_pictures_say_nothing_and_the_last_value_decays():
     states = [own.update(round((1.2 + k * STEP_S) * 1e9), black) for k in range(60)]
     assert states[2].speed_mps == pytest.approx(before.speed_mps, rel=0.1)
     assert states[2].speed_sigma_mps > before.speed_sigma_mps
+    # How we turn is soon anything, long before the speed is.
+    assert states[4].speed_mps is not None
+    assert states[4].yaw_rate_radps is None
     assert states[-1].speed_mps is None
     assert states[-1].yaw_rate_radps is None
     assert states[-1].speed_source is SpeedSource.UNKNOWN

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from leads.warning_leads import make_lead
 
+from fcw.motion.bend.turn import Turn
 from fcw.motion.state import STRAIGHT, OwnPath
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import assess, reach_s, required_deceleration_mps2
@@ -70,6 +71,23 @@ def test_the_probability_is_that_of_samples():
     rng = np.random.default_rng(0)
     offset_m = 1.2 + rng.normal(0, 0.5, 200_000)
     assert found.overlap_probability == pytest.approx(float((np.abs(offset_m) < 1.775).mean()), abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "own_mps", "curvature_sigma_per_m", "changes"),
+    [
+        (20.0, 10.0, 3e-3, True),  # 0.6 m at 20 m
+        (10.0, 10.0, 3e-3, False),  # 0.15 m at 10 m
+        (40.0, 10.0, 1e-3, False),  # a steady bend
+        (20.0, None, 3e-3, False),
+    ],
+)
+def test_a_bend_that_changes_counts_where_it_moves_the_path(
+    distance_m, own_mps, curvature_sigma_per_m, changes
+):
+    path, turn = OwnPath(curvature_sigma_per_m=curvature_sigma_per_m), Turn(own_mps=12.0, yaw_rate_radps=0.1)
+    (found,) = assess((make_lead(distance_m, 5.0),), 1, path, own_mps, turn=turn)
+    assert found.bend_changes is changes
 
 
 def test_the_most_urgent_is_first_and_what_may_be_none_is_last():

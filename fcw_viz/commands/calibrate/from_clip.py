@@ -77,14 +77,14 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     calibration = replace(found.calibration, lens=lens, reference_offset_m=command.reference_offset)
     notes = () if found.shows_road else (NO_ROAD,)
     if found.piece_s is not None:
-        notes += (_moved(found.piece_s),)
+        notes += (_jump(found.piece_s),)
     return save_and_report(calibration, save, command, notes)
 
 
-def _moved(piece_s: tuple[float, float]) -> str:
+def _jump(piece_s: tuple[float, float]) -> str:
     begin_s, end_s = piece_s
     piece = f"from {begin_s:.0f} s on" if begin_s else f"until {end_s:.0f} s"
     return (
-        f"the camera was moved in this clip: the calibration holds {piece}, and distances are wrong in the "
-        "rest; cut the clip there and calibrate each piece by itself"
+        "the horizon jumps in this clip: the camera was moved, or the road gets very steep; the calibration "
+        f"holds {piece}, and distances are wrong in the rest; cut the clip there and calibrate each piece"
     )
