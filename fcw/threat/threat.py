@@ -28,7 +28,7 @@ CAR_HEIGHT_M = 1.5
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady that is known to this lateral acceleration,"""
-STEADY_BEND_M = 0.3
+STEADY_BEND_M = 0.2
 """or that is known to so much where the vehicle is."""
 PASSING_ROOM_M = 0.3
 """Who steers past a vehicle leaves so much room."""
