@@ -151,7 +151,7 @@ class MotionEstimator:
         speed_mps, sigma_mps = max(float(filtered.x[SPEED]), 0.0), filtered.sigma(SPEED)
         known = self._known and sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
         turn_radps, turn_sigma_radps = self._turn[0], math.sqrt(self._turn[1])
-        turn_known = turn_sigma_radps < settings.known_turn_radps
+        turn_known = known or turn_sigma_radps < settings.known_turn_radps
         return OwnMotion(
             speed_mps=speed_mps if known else None,
             speed_sigma_mps=sigma_mps if known else None,

@@ -29,6 +29,8 @@ straight road is fitted too: in seven of eleven choices with one sequence left o
 GROWTH_SIGMA = 1.0
 """A bend that grows may stop growing, or grow twice as fast."""
 UNKNOWN_BEND_SIGMA_PER_M = 2e-3
+ROAD_BEND_MPS2 = 1.0
+"""1-sigma of the acceleration across in bends, before anything is measured."""
 UNKNOWN_SPEED_PART = 0.5
 """1-sigma of a bend, as a part of it, of which only is known how fast we turn in it: we may drive half as
 fast as is usual, or twice."""
@@ -78,12 +80,16 @@ def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, Floa
         bend_sigma_per_m = math.hypot(bend_sigma_per_m, UNKNOWN_SPEED_PART * bend_per_m)
     if speed_mps is not None and yaw_rate_radps is not None and speed_mps >= SLOWEST_TURN_MPS:
         sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
-        bend_per_m = (yaw_rate_radps + change_radps) / speed_mps
+        # What is little known of our turning, after a while in the dark, is believed as far as roads bend.
+        measured_sigma_per_m = sigma_radps / speed_mps
+        road_sigma_per_m = max(UNKNOWN_BEND_SIGMA_PER_M, ROAD_BEND_MPS2 / speed_mps**2)
+        believed = road_sigma_per_m**2 / (road_sigma_per_m**2 + measured_sigma_per_m**2)
+        bend_per_m = believed * (yaw_rate_radps + change_radps) / speed_mps
         across_mps2 = abs(bend_per_m) * speed_mps**2
         bend_sigma_per_m = math.hypot(
             BEND_SIGMA_MPS2 / speed_mps**2,
             min(BEND_PART * across_mps2, LARGEST_BEND_SIGMA_MPS2) / speed_mps**2,
-            sigma_radps / speed_mps,
+            math.sqrt(believed) * measured_sigma_per_m,
             GROWTH_SIGMA * change_radps / speed_mps,
         )
     return (

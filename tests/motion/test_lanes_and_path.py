@@ -57,13 +57,13 @@ def test_without_lines_the_path_is_that_of_mount_and_yaw_rate():
         speed_sigma_mps=0.3,
         speed_source=SpeedSource.PICTURE,
         yaw_rate_radps=0.05,
-        yaw_rate_sigma_radps=0.002,
+        yaw_rate_sigma_radps=1e-6,
         mount=Mount(pitch_rad=0.0, yaw_rad=0.05),
     )
     path = own_path(motion, None)
     assert path.heading_rad == pytest.approx(-0.05)
     assert path.curvature_per_m == pytest.approx(0.0025)
-    assert path.lateral_at(40.0) == pytest.approx(-0.05 * 40 + 0.0025 * 800)
+    assert path.lateral_at(20.0) == pytest.approx(-0.05 * 20 + 0.0025 * 200)
     assert path.lane_width_m is None
 
 
@@ -79,6 +79,15 @@ def test_the_sharper_a_bend_the_less_is_known_of_how_it_goes_on(across_mps2, sig
         yaw_rate_sigma_radps=1e-4,
     )
     assert own_path(motion, None).curvature_sigma_per_m * 10**2 == pytest.approx(sigma_mps2, rel=0.01)
+
+
+@pytest.mark.parametrize(("sigma_radps", "part"), [(0.005, 1 / 1.01), (0.05, 1 / 2), (0.5, 1 / 101)])
+def test_a_turn_that_is_little_known_is_believed_as_far_as_roads_bend(sigma_radps, part):
+    # At 20 m/s roads bend with 1 / 400 m, that is 0.05 rad/s.
+    motion = OwnMotion(speed_mps=20.0, yaw_rate_radps=0.05, yaw_rate_sigma_radps=sigma_radps)
+    path = own_path(motion, None)
+    assert path.curvature_per_m == pytest.approx(part * 0.0025)
+    assert path.curvature_sigma_per_m < math.hypot(0.0025, 0.65 / 20**2)
 
 
 def test_a_turn_at_an_unknown_speed_is_a_bend_that_is_little_known():

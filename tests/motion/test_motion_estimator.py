@@ -10,6 +10,7 @@ from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.frame import ImageSize
+from fcw.motion.bend.turn import turn_of
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import SpeedSource
@@ -90,7 +91,8 @@ def test_black_pictures_say_nothing_and_the_last_value_decays():
     assert states[2].speed_sigma_mps > before.speed_sigma_mps
     # How we turn is soon anything, long before the speed is.
     assert states[4].speed_mps is not None
-    assert states[4].yaw_rate_radps is None
+    assert turn_of(states[0]) is not None
+    assert turn_of(states[4]) is None
     assert states[-1].speed_mps is None
     assert states[-1].yaw_rate_radps is None
     assert states[-1].speed_source is SpeedSource.UNKNOWN

@@ -9,12 +9,15 @@ its, h the heading of the path at the camera and k its curvature there ahead, an
 which is -(h + k x) (v - w) where the path bends as we turn.
 """
 
+import math
 from dataclasses import dataclass
 
 from fcw.motion.state import OwnMotion, OwnPath
 
 USUAL_MPS = 12.0
 """Taken where the own speed is unknown: of what is seen to sweep across the path it matters little."""
+LARGEST_SIGMA_RADPS = math.radians(3.0)
+"""What is known of our turning less well than this is no better than that we drive along our path."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,12 +37,13 @@ class Turn:
 
 def turn_of(motion: OwnMotion) -> Turn | None:
     """The turning of own motion; None where it is not known."""
-    if motion.yaw_rate_radps is None:
+    sigma_radps = motion.yaw_rate_sigma_radps or 0.0
+    if motion.yaw_rate_radps is None or sigma_radps > LARGEST_SIGMA_RADPS:
         return None
     return Turn(
         own_mps=USUAL_MPS if motion.speed_mps is None else motion.speed_mps,
         yaw_rate_radps=motion.yaw_rate_radps,
-        sigma_radps=motion.yaw_rate_sigma_radps or 0.0,
+        sigma_radps=sigma_radps,
     )
 
 
