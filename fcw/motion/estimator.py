@@ -130,8 +130,6 @@ class MotionEstimator:
             < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
         )
         self._judge_mount()
-        if self._known:
-            self._turn = self._filter.yaw_rate()
         return self.state
 
     def _judge_mount(self) -> None:
@@ -213,6 +211,7 @@ class MotionEstimator:
             self._take_turn(pictures, dt_s)
             return
         self._filter, self._known = best.filter, True
+        self._turn = self._filter.yaw_rate()
         self.points = best.points
         if float(self._filter.x[SPEED]) > settings.learns_above_mps:
             self._known_s += dt_s
