@@ -64,6 +64,8 @@ class Followed:
         self._feet = self._feet_of(detection.box)
         self._hits = 1
         self._misses = 0
+        self.found_s = 0.0
+        """For how long the detector found it."""
         self._in_a_row = 0
         """How often it was found in two frames in a row."""
         self._in_path = False
@@ -163,6 +165,7 @@ class Followed:
         self._seen = found
         self._hits += 1
         self._misses -= 1
+        self.found_s += self._dt_s
         self._in_a_row += dt_s <= self._dt_s
         if not carried:
             self._drift(found, dt_s)

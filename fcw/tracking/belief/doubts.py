@@ -4,7 +4,8 @@ A vehicle comes into the picture from afar, from its sides, from behind another 
 start. A near box that appears elsewhere is a vehicle that the detector found late, or none: a reflection, the
 own bonnet, a logo, plain road. It is believed once it was seen for a while, sooner if it moves against us;
 and not while it is hardly ever detected, nor while somebody is seen through it, as vehicles are opaque, nor
-where it stands still in the picture.
+where it stands still in the picture. Until it was well found all this holds for what was believed, too: what
+was there at the start may have been none.
 """
 
 from collections.abc import Sequence
@@ -40,6 +41,8 @@ class Doubts:
         self._lost: list[tuple[int, Box]] = []
         """Time and place of believed vehicles that are followed no more."""
         self._places: dict[int, tuple[bool, Box]] = {}
+        self._well_found: set[int] = set()
+        """Vehicles that the detector found for so long that nothing is doubted any more."""
 
     def update(self, time_ns: int, followed: Sequence[Followed], image: NDArray[np.uint8] | None) -> None:
         """Say of every vehicle whether it is doubtful.
@@ -60,11 +63,16 @@ class Doubts:
         for one in followed:
             if one.track_id not in self._since_ns:
                 self._since_ns[one.track_id] = None if self._is_announced(time_ns, one, followed) else time_ns
+        self._well_found &= ids
+        for one in followed:
+            if one.found_s >= settings.well_found_s and one.found_part >= settings.well_found_part:
+                self._well_found.add(one.track_id)
         for one in followed:
             since_ns = self._since_ns[one.track_id]
             if since_ns is None:
-                continue
-            if any(self._shows_through(time_ns, one, other) for other in followed):
+                if self._is_none_after_all(time_ns, one, followed):
+                    self._since_ns[one.track_id] = time_ns
+            elif any(self._shows_through(time_ns, one, other) for other in followed):
                 self._since_ns[one.track_id] = time_ns
             elif one.seen_by is SeenBy.DETECTOR and self._has_earned(one, (time_ns - since_ns) / 1e9):
                 self._since_ns[one.track_id] = None
@@ -94,6 +102,15 @@ class Doubts:
                 and _touch(box, other.box)
                 for other in followed
             )
+        )
+
+    def _is_none_after_all(self, time_ns: int, one: Followed, followed: Sequence[Followed]) -> bool:
+        """Whether what was believed, and was never well found, is hardly detected, or seen through."""
+        if one.track_id in self._well_found or one.state.distance_m >= self._settings.far_m:
+            return False
+        return one.found_part < self._settings.earned_part or any(
+            other.track_id in self._well_found and self._shows_through(time_ns, one, other)
+            for other in followed
         )
 
     def _shows_through(self, time_ns: int, one: Followed, other: Followed) -> bool:

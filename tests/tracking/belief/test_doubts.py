@@ -119,6 +119,36 @@ def test_what_is_found_once_in_a_while_near_us_is_not_believed_because_it_seems_
     assert {lead for *_, lead in frames} == {None}
 
 
+def every(frames, time_s):
+    """Whether it is the turn of one of so many frames."""
+    return round(time_s * 30) % frames == 0
+
+
+def test_what_was_there_at_the_start_and_is_hardly_found_is_no_lead_for_long():
+    frames = list(drive(lambda time_s: (seen(5.0) if time_s < 0.3 or every(8, time_s) else None,), 5.0))
+    assert {lead for time_s, _, lead, _ in frames if 0.2 < time_s < 0.5} == {1}
+    later = [(tracks, lead) for time_s, tracks, lead, _ in frames if time_s > 1.5]
+    assert all(track.doubtful for tracks, _ in later for track in tracks)
+    assert any(tracks for tracks, _ in later)
+    assert {lead for _, lead in later} == {None}
+
+
+def test_what_was_there_at_the_start_is_doubted_where_a_vehicle_is_well_seen_through_it():
+    def detections(time_s):
+        return seen(30.0), seen(4.0) if every(5, time_s) or every(2, time_s) else None
+
+    frames = list(drive(detections, 1.6))
+    ahead, ghost = (next(t.track_id for t in frames[20][1] if abs(t.distance_m - d) < 2) for d in (28.5, 2.5))
+    assert {lead for time_s, _, lead, _ in frames if 0.3 < time_s < 0.9} == {ghost}
+    assert {lead for time_s, _, lead, _ in frames if time_s > 1.2} == {ahead}
+
+
+def test_a_lead_that_was_well_found_and_is_hardly_found_any_more_is_still_believed():
+    frames = list(drive(lambda time_s: (seen(8.0) if time_s < 2.0 or every(8, time_s) else None,), 10.0))
+    assert {lead for time_s, _, lead, _ in frames if time_s > 0.2} == {1}
+    assert not any(track.doubtful for _, tracks, *_ in frames for track in tracks)
+
+
 def test_a_vehicle_lost_and_found_again_is_believed():
     def detections(time_s):
         return (None if 2 < time_s < 3.5 else seen(10.0),)
