@@ -108,7 +108,7 @@ class Doubts:
         """Whether what was believed, and was never well found, is hardly detected, or seen through."""
         if one.track_id in self._well_found or one.state.distance_m >= self._settings.far_m:
             return False
-        return one.found_part < self._settings.earned_part or any(
+        return one.found_part < self._settings.kept_part or any(
             other.track_id in self._well_found and self._shows_through(time_ns, one, other)
             for other in followed
         )

@@ -22,6 +22,8 @@ class BeliefSettings:
         earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
         earned_part: all this where the detector found it in so large a part of its frames, as for a track to
             be confirmed (not tuned): plain road that is boxed now and then seems to move, too, if carried.
+        kept_part: what was believed is doubted again where the detector found it in a smaller part: a vehicle
+            half hidden in single pictures is found in a third of them (the net's card).
         well_found_s: what the detector found for so long,
         well_found_part: and in so large a part of its frames, is no longer doubted for how it is found.
         surely_sigmas: see `earned_surely_s`.
@@ -43,6 +45,7 @@ class BeliefSettings:
     surely_sigmas: float = 4.0
     earned_still_s: float = 4.0
     earned_part: float = 0.34
+    kept_part: float = 0.25
     well_found_s: float = 1.0
     well_found_part: float = 0.5
     moving_sigmas: float = 2.0
