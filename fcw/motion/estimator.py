@@ -91,8 +91,8 @@ class MotionEstimator:
         self._known_s = self._directed_s = self._since_direction_s = 0.0
         self._mount = self._filter.mount()
         self._turn = self._filter.yaw_rate()
-        """Mean and variance of the yaw rate. The filter does not take it where no speed is known: on two of
-        ten clips speeds found by chance became more."""
+        """Mean and variance of the yaw rate. The filter does not take it where no speed is known: on one of
+        ten clips more speeds were found by chance with it, and on another the horizon became wrong."""
         self._since_search_s = float("inf")
         self.points = (0, 0)
 

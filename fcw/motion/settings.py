@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from fcw.motion.bend.turn import LARGEST_SIGMA_RADPS
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionSettings:
@@ -142,7 +144,7 @@ class MotionSettings:
     sure_part: float = 0.5
     least_road_part: float = 0.4
     turn_points: int = 15
-    known_turn_radps: float = math.radians(3.0)
+    known_turn_radps: float = LARGEST_SIGMA_RADPS
     direction_points: int = 30
     direction_s: float = 0.3
     level_radps: float = math.radians(0.8)

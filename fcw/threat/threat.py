@@ -29,7 +29,8 @@ LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady that is known to this lateral acceleration,"""
 STEADY_BEND_M = 0.2
-"""or that is known to so much where the vehicle is."""
+"""or that is known to so much where the vehicle is. Of 0.1, 0.2 and 0.3 the largest with as few episodes on
+KITTI tracking, 14 seeds, as without it; with 0010 left out all three are alike."""
 PASSING_ROOM_M = 0.3
 """Who steers past a vehicle leaves so much room."""
 SHORTEST_S = 0.01
