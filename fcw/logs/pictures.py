@@ -11,6 +11,7 @@ from av.video.frame import VideoFrame
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
+from fcw.logs.decoded import bgr
 from fcw.logs.mcap.reader import DriveLog
 
 
@@ -46,7 +47,7 @@ class LogPictures:
                     "it is missing or damaged"
                 )
         size = self._log.header.image_size
-        image = np.asarray(self._last.to_ndarray(format="bgr24"), np.uint8)
+        image = bgr(self._last)
         return image[: size.height, : size.width]  # H.264 of our own may have a row or column more
 
     def close(self) -> None:

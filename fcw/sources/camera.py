@@ -16,6 +16,7 @@ from av.video.stream import VideoStream
 
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
+from fcw.logs.decoded import bgr
 from fcw.sources.decoding import NANOSECONDS, to_ns
 from fcw.sources.orientation import orientation
 
@@ -100,7 +101,7 @@ class CameraSource:
             try:
                 for picture in self._pictures(container, stream):
                     now_s = time.monotonic()
-                    image = self._orient(np.asarray(picture.to_ndarray(format="bgr24"), np.uint8))
+                    image = self._orient(bgr(picture))
                     if (size := ImageSize(image.shape[1], image.shape[0])) != self.image_size:
                         self.notes = (
                             f"{self.name}: its pictures are {size} now, no longer {self.image_size}",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
+from fcw.logs.decoded import bgr
 from fcw.sources.decoding import (
     NANOSECONDS,
     Decoding,
@@ -199,7 +200,7 @@ class VideoSource:
                     if relays and not packets:
                         decoding.undecodable += 1  # its packet was too damaged to hand on
                         continue
-                    image = np.asarray(picture.to_ndarray(format="bgr24"), np.uint8)
+                    image = bgr(picture)
                     yield Frame(index, time_ns, self._orient(image), packets)
                 index += 1
             announced = None if seek else announced_packets(container, stream)

@@ -144,6 +144,7 @@ for number in range(100000):
     assert said(read_review(log)[0])[-1] == ("Ann", RIGHT)
 
 
+@pytest.mark.slow
 def test_torn_anywhere_it_keeps_every_whole_line_and_goes_on(log):
     path, notes = filled(log)
     data = path.read_bytes()

@@ -146,6 +146,7 @@ def npy(array: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
+@pytest.mark.slow
 def test_archives_of_arrays_are_read_and_bombs_are_not_unpacked():
     array = np.arange(6, dtype=np.float32).reshape(2, 3)
     assert (npz_arrays(npz(a=npy(array)))["a"] == array).all()

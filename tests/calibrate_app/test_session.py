@@ -216,6 +216,7 @@ ACTIONS = st.one_of(
 )
 
 
+@pytest.mark.slow
 @examples(60)
 @given(st.lists(st.tuples(st.integers(0, 2), ACTIONS), max_size=30))
 def test_the_state_is_a_replay_of_the_journal_read_back(happenings):

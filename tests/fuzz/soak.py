@@ -1,6 +1,7 @@
 """Runs the corpus: every good and crafted file, mutations as long as there is time, and bad command lines.
 
-    python tests/fuzz/soak.py [--seconds 600] [--each] [--seed 1] [--format NAME] [--drive-hours H]
+    python tests/fuzz/soak.py [--seconds 600] [--each] [--seed 1] [--format NAME] [--every N]
+        [--drive-hours H]
 
 Prints JSON: how many inputs, and every one that ended in anything but a result or a UserError (of a command
 line: exit code 0 or 2), took over 10 s, or took the process over 1 GB. The exit code is 1 where there is one.
@@ -144,8 +145,9 @@ def soak(
     only: str = "",
     mutations: int = FEWEST_MUTATIONS,
     verbose: bool = False,
+    every: int = 1,
 ) -> Outcome:
-    """All of it, in a folder that goes away."""
+    """All of it, in a folder that goes away; of the command lines `every` how many-th one."""
     outcome, end_s = Outcome(verbose=verbose), time.monotonic() + seconds
 
     def too_long(*_: object) -> None:
@@ -169,7 +171,7 @@ def soak(
             places.mkdir()
             os.chdir(places)
             crafted = crafted_places.command_lines(places, picture, log.read_bytes())
-            for arguments in (*command_lines(str(folder)), *crafted):
+            for arguments in (*command_lines(str(folder)), *crafted)[::every]:
                 outcome.run(ascii(arguments)[:300], lambda arguments=arguments: command(arguments))
             changed = crafted_places.changed_inputs(places)
             outcome.failures += [{"input": name, "trouble": "was changed by an output"} for name in changed]
@@ -196,12 +198,21 @@ def main() -> None:
     )
     parser.add_argument("--verbose", action="store_true", help="say each input before it is tried")
     parser.add_argument("--mutations", type=int, default=FEWEST_MUTATIONS, help="of each format, at least")
+    parser.add_argument("--every", type=int, default=1, help="of the command lines only each so many-th")
     parser.add_argument("--drive-hours", type=float, default=0.0, help="drive so long afterwards")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         log = write_drive(Path(folder) / "drive.mcap", 2.0)
         seconds = arguments.seconds * (len(formats(log.read_bytes())) if arguments.each else 1)
-        outcome = soak(log, seconds, arguments.seed, arguments.format, arguments.mutations, arguments.verbose)
+        outcome = soak(
+            log,
+            seconds,
+            arguments.seed,
+            arguments.format,
+            arguments.mutations,
+            arguments.verbose,
+            arguments.every,
+        )
     result = {
         "inputs": outcome.inputs,
         "slowest_s": round(outcome.slowest_s, 2),

@@ -49,6 +49,7 @@ def test_speed_is_that_of_the_road_in_units_of_the_height(speed_mps):
     assert abs(last.yaw_rate_radps) < math.radians(0.3)
 
 
+@pytest.mark.slow
 def test_scale_and_height_are_one():
     right, high = (drive(estimator(height_m=height_m), 10.0, 12)[-1] for height_m in (1.3, 1.3 * 1.03))
     assert high.speed_mps == pytest.approx(right.speed_mps * 1.03, rel=0.005)
@@ -99,6 +100,7 @@ def test_black_pictures_say_nothing_and_the_last_value_decays():
     assert states[-1].mount is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("driven_s", "believed"), [(0.8, False), (2.5, True)])
 def test_the_mount_is_believed_after_a_second_of_one_speed(driven_s, believed):
     """Then pictures tell nothing any more: what less than a second of them taught is forgotten."""
@@ -126,6 +128,7 @@ def test_a_vehicle_that_stays_ahead_does_not_stop_us():
     assert last.speed_mps == pytest.approx(10.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_pictures_faster_than_needed_are_left_out():
     own, road = estimator(), Road()
     seen = []
@@ -145,12 +148,14 @@ def dashboard(_, picture):
     picture[first:] = np.kron(coarse, np.ones((8, 8), np.uint8))[:, :, None]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed_mps", [5.0, 14.0])
 def test_a_dashboard_in_the_picture_does_not_make_us_stand(speed_mps):
     last = drive(estimator(), speed_mps, 40, change=dashboard)[-1]
     assert last.speed_mps == pytest.approx(speed_mps, rel=0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [2, 4])
 def test_repeated_pictures_do_not_make_us_stand(times):
     """A video of 30 pictures a second made from one of 15 or 7.5, encoded again."""
@@ -163,6 +168,7 @@ def test_repeated_pictures_do_not_make_us_stand(times):
     assert all(speed is None or speed > 5.0 for speed in speeds[45:])
 
 
+@pytest.mark.slow
 def test_an_even_speed_is_even_in_a_video_that_repeats_every_fifth_picture():
     """Of 30 pictures a second, made from one of 25: new pictures are shown 33 or 67 ms apart."""
     own, road, rng, speeds = estimator(), Road(), np.random.default_rng(1), []
@@ -191,10 +197,12 @@ def on_a_plain_road(solid_m, dashed_m, frames=40, noise=1.0, speed_mps=12.0):
     return speeds
 
 
+@pytest.mark.slow
 def test_solid_lines_and_noise_tell_no_speed():
     assert on_a_plain_road((-5.4, -1.8, 1.8), ()) == [None] * 40
 
 
+@pytest.mark.slow
 def test_solid_lines_do_not_make_us_slow():
     known = [speed_mps for speed_mps in on_a_plain_road((-5.4, 5.4), (-1.8, 1.8)) if speed_mps is not None]
     assert len(known) > 20
@@ -238,6 +246,7 @@ def test_where_nothing_is_seen_nobody_knows_how_we_turn():
         assert own.update(round(frame * STEP_S * 1e9), blank).yaw_rate_radps is None
 
 
+@pytest.mark.slow
 def test_what_stands_tells_nothing_of_the_camera():
     last = drive(estimator(pitch_deg=3.0), 0.0, 30, change=hills_alone)[-1]
     assert math.degrees(last.mount.pitch_rad) == pytest.approx(3.0)

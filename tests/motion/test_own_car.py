@@ -37,6 +37,7 @@ def bonnet_rows():
     return np.arange(len(learned([]))) * CELL_PX[1] >= BONNET
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exposure", [0, 15])
 def test_a_bonnet_is_found_and_ends_where_the_road_begins(exposure):
     cells = learned(pictures(10.0, exposure=exposure))
@@ -44,14 +45,17 @@ def test_a_bonnet_is_found_and_ends_where_the_road_begins(exposure):
     assert cells[~bonnet_rows()].mean() < 0.02
 
 
+@pytest.mark.slow
 def test_a_road_without_one_has_none():
     assert not learned(pictures(10.0, bonnet=False)).any()
 
 
+@pytest.mark.slow
 def test_nothing_is_learned_while_we_stand():
     assert not learned(pictures(0.0)).any()
 
 
+@pytest.mark.slow
 def test_a_vehicle_ahead_at_a_constant_gap_is_not_the_own_car():
     lead = Box(0, BONNET, WIDTH, HEIGHT - BONNET)
     assert not learned(pictures(10.0), others=(lead,)).any()

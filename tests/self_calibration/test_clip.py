@@ -132,6 +132,7 @@ def test_lanes_and_motion_that_contradict_each_other_are_less_sure_together():
     assert both[1].sigma == pytest.approx(4 * 2.4)
 
 
+@pytest.mark.slow
 def test_the_shipped_drive_leads_where_its_lanes_do():
     source = open_source(DEMO)
     detector = make_detector("acf-full", load_model("acf-full"), rough_calibration(SIZE, 1.3))

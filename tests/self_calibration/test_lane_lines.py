@@ -50,6 +50,7 @@ def test_they_meet_at_the_true_horizon_whatever_was_believed(off_rad: float, hei
             assert lateral_m == pytest.approx(side * 1.75 + 0.2, abs=0.08)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yaw_deg", [-12.0, 9.0])
 def test_the_road_of_a_camera_that_looks_far_aside_is_found_too(yaw_deg: float):
     """The picture moved sideways, as it moves where the camera is turned by so much."""

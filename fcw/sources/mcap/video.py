@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, VideoPacket
+from fcw.logs.decoded import bgr
 from fcw.sources import h264
 
 NANOSECONDS = 1_000_000_000
@@ -138,7 +139,7 @@ class PacketVideoSource:
             last_ns = own.time_ns
             if start_ns is None or own.time_ns >= start_ns:
                 carried = (*(_hidden(packet, own.time_ns) for packet in waiting[:-1]), own)
-                image = np.asarray(picture.to_ndarray(format="bgr24"), np.uint8)
+                image = bgr(picture)
                 yield Frame(index, own.time_ns, image, carried if relays else ())
                 waiting = []
             index += 1

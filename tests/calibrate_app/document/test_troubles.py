@@ -170,6 +170,7 @@ def test_a_slip_of_the_decimal_point_is_mended_in_the_points_own_words():
     assert solve(mended(document, trouble.mend)).status is Status.GOOD
 
 
+@pytest.mark.slow
 @given(st.lists(edits, max_size=12))
 def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(steps):
     document = said(*PAPER_POINTS, (12, 330), height_m=1.2)

@@ -159,6 +159,7 @@ def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
     assert message in " ".join(captured.err.split())
 
 
+@pytest.mark.slow
 def test_a_clip_that_shows_no_road_gives_a_rough_camera_and_says_so(tmp_path, capsys):
     clip = tmp_path / "night.mp4"
     writer = cv2.VideoWriter(str(clip), cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (640, 360))

@@ -37,6 +37,7 @@ MADE = {"rerun.controls.RowId", "RecordingInfo:start_time"}
 """What tells one recording from another of the same drive."""
 
 
+@pytest.mark.slow
 def test_a_drive_as_csv_has_a_row_for_each_frame(drives, tmp_path, capsys):
     assert export(drives / "monday", "--format", "csv", "--out", tmp_path / "t.csv") == 0
     table: Any = pd.read_csv(tmp_path / "t.csv")

@@ -79,6 +79,7 @@ def test_a_vehicle_that_is_found_is_warned_of_in_time():
     assert trial.others == 0
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_is_not_found_is_not_warned_of_and_that_is_said():
     class Blind(FindsBright):
         def detect(self, image: np.ndarray) -> tuple[Detection, ...]:

@@ -17,6 +17,7 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "drive.mcap"
 
 
+@pytest.mark.slow
 def test_a_growing_log_is_at_each_look_what_is_read_from_its_beginning(path: Path):
     writing = DriveWriting(path)
     writing.write(range(60))
@@ -47,6 +48,7 @@ def test_a_growing_log_is_at_each_look_what_is_read_from_its_beginning(path: Pat
     assert LogWatch(log).look() is LogChange.NONE
 
 
+@pytest.mark.slow
 def test_a_log_that_is_written_anew_or_deleted_is_not_taken_for_the_same(path: Path):
     writing = DriveWriting(path)
     writing.write(range(100))

@@ -29,6 +29,7 @@ def say(log: Path, person: str, *said: Note | Verdict) -> Path:
     return review_path(log, person)
 
 
+@pytest.mark.slow
 def test_a_damaged_line_stands_in_the_list_and_in_the_drive(log: Path):
     path = say(log, "bert", Note(3.0, "rain"), Note(4.0, "sun"))
     path.write_text(path.read_text().replace('"time_s":3.0', '"time_s":"soon"'))

@@ -175,6 +175,7 @@ def picture(time_s, still):
     return np.repeat(image[:, :, None], 3, axis=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("still", [True, False])
 def test_what_stands_still_while_the_road_moves_is_learned_and_what_moves_with_it_is_not(still):
     box = Detection(Box(545, 565, 190, 130), 9.0)
