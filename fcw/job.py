@@ -262,7 +262,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         assert model is not None
         sha256 = model_sha256(model_path(detector))
         count = max(job.detection_threads, 1)
-        detectors = [make_detector(detector, model, calibration) for _ in range(count)]
+        detectors = [make_detector(detector, model, calibration, for_tracker=True) for _ in range(count)]
     else:
         sha256, detectors = "", [detector]
     header = DriveHeader(

@@ -115,7 +115,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: St
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,
-        detections=tuple(map(in_single_precision, detections)),
+        detections=tuple(in_single_precision(found) for found in detections if not found.faint),
         tracks=tracks,
         lead_id=lead_id,
         warning=stages.policy.update(frame.time_ns, threats, own_mps),
@@ -233,4 +233,10 @@ def _see_ourselves(
     time_ns = frame.time_ns
     speed_mps = given.at(time_ns) if given else None
     yaw_rate_radps = given.yaw_rate_at(time_ns) if given else None
-    return ego.update(time_ns, frame.image, [found.box for found in detections], speed_mps, yaw_rate_radps)
+    return ego.update(
+        time_ns,
+        frame.image,
+        [found.box for found in detections if not found.faint],
+        speed_mps,
+        yaw_rate_radps,
+    )

@@ -133,6 +133,21 @@ def test_every_sink_gets_every_frame_in_order_with_its_own_detections_and_packet
         assert sink.closed == 1
 
 
+class FaintDetector(UnevenDetector):
+    """Sees something else that may be a vehicle, beside what the other one sees."""
+
+    def detect(self, image: np.ndarray) -> tuple[Detection, ...]:
+        return (*super().detect(image), Detection(Box(40, 30, 8, 6), -1.0, faint=True))
+
+
+def test_what_is_faint_is_the_trackers_alone() -> None:
+    """No page and no export shows for a vehicle what is none."""
+    sink, other = MemorySink(), MemorySink()
+    run(CountingSource(20), [sink], [FaintDetector(1)])
+    run(CountingSource(20), [other])
+    assert sink.results == other.results
+
+
 @overlapped_or_not
 def test_video_that_cannot_be_relayed_is_encoded_once_with_a_packet_for_each_frame(one_thread: bool) -> None:
     sinks = [MemorySink(), MemorySink()]

@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace, cameras: LabelledCameras) -> None:
         for index, box in drawn(cameras, fold.tested, arguments.each, arguments.seed):
             labelled = cameras.images[index].labelled
             calibration = cameras.calibration_of(labelled)
-            detector = make_detector(NET, model, calibration)
+            detector = make_detector(NET, model, calibration, for_tracker=True)
             frames = approach(labelled.read(), box, calibration, index)
             trial = run_approach(frames, calibration, detector, make_policy())
             rows.setdefault(labelled.camera, []).append(trial)

@@ -18,6 +18,8 @@ NET, ACF, ACF_FULL, ONNX_PREFIX = "net", "acf", "acf-full", "onnx:"
 DETECTOR_NAMES = (NET, ACF, ACF_FULL, f"{ONNX_PREFIX}FILE")
 DEFAULT_DETECTOR = NET
 """What wins on cameras left out (`benchmarks/leave_one_camera_out.py`); `acf` is the paper's."""
+FAINT_MARGIN = 1.5
+"""How far below the net's threshold a logit is faint, for a tracker."""
 
 DetectorModel = NetModel | Model | OnnxModel
 
@@ -70,6 +72,7 @@ def make_detector(
     calibration: Calibration,
     score_threshold: float | None = None,
     largest_scale: float | None = None,
+    for_tracker: bool = False,
 ) -> Detector:
     """A detector by its name, for one thread.
 
@@ -79,6 +82,7 @@ def make_detector(
         calibration: for the size of the pictures.
         score_threshold: from which score a box counts; None: the model's own.
         largest_scale: how far all but the last enlarge pictures; None: as far as they do by default.
+        for_tracker: whether it gives faint boxes as well; so far `net` does.
 
     Raises:
         UserError: there is no detector of that name, or by the calibration the road is not in the picture.
@@ -90,7 +94,9 @@ def make_detector(
         search = ProposalSettings().search
         scale = search.largest_scale if largest_scale is None else largest_scale
         proposals = replace(ProposalSettings(), search=replace(search, largest_scale=scale))
-        return NetDetector(model, calibration, NetSettings(proposals, score_threshold=score_threshold))
+        margin = FAINT_MARGIN if for_tracker else 0.0
+        settings = NetSettings(proposals, score_threshold=score_threshold, faint_margin=margin)
+        return NetDetector(model, calibration, settings)
     enlarging = {} if largest_scale is None else {"largest_scale": largest_scale}
     if name == ACF:
         settings = AcfSettings(score_threshold=score_threshold)

@@ -11,10 +11,18 @@ from fcw.box import Box
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """A vehicle seen from behind: its box and the detector's score (higher is surer)."""
+    """A vehicle seen from behind.
+
+    Attributes:
+        box: in the picture.
+        score: the detector's, higher is surer.
+        faint: its score is too low to take it for a vehicle by itself, but it may be one that is followed
+            already. Only detectors made for a tracker give such boxes.
+    """
 
     box: Box
     score: float
+    faint: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,7 +33,7 @@ class PieceDetections:
         times_ns: (N,) of the frames.
         checksums: (N,) of their pictures.
         counts: (N,) boxes of each.
-        boxes: (M, 5) x, y, w, h and score, in the order of the frames, best score first.
+        boxes: (M, 6) x, y, w, h, score and whether it is faint, in the order of the frames, best score first.
     """
 
     key: str
@@ -73,7 +73,7 @@ class PieceDetections:
     def by_time(self) -> dict[int, tuple[int, tuple[Detection, ...]]]:
         """Checksum and detections of each frame."""
         ends = np.cumsum(self.counts).tolist()
-        found = [Detection(Box(*row[:4]), row[4]) for row in self.boxes.tolist()]
+        found = [Detection(Box(*row[:4]), row[4], bool(row[5])) for row in self.boxes.tolist()]
         starts = [0, *ends[:-1]]
         return {
             time_ns: (checksum, tuple(found[start:end]))
@@ -111,14 +111,14 @@ def find_in_piece(job: DriveJob, piece: Piece, path: Path, key: str = "") -> Pat
             times_ns.append(frame.time_ns)
             checksums.append(_checksum(frame))
             counts.append(len(found))
-            rows += [(one.box.x, one.box.y, one.box.w, one.box.h, one.score) for one in found]
+            rows += [(one.box.x, one.box.y, one.box.w, one.box.h, one.score, one.faint) for one in found]
     path.parent.mkdir(parents=True, exist_ok=True)
     PieceDetections(
         key,
         np.array(times_ns, np.int64),
         np.array(checksums, np.int64),
         np.array(counts, np.int64),
-        np.array(rows, np.float64).reshape(-1, 5),
+        np.array(rows, np.float64).reshape(-1, 6),
     ).write(path)
     return path
 

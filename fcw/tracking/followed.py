@@ -152,21 +152,25 @@ class Followed:
             edges = WHOLE
         return completed(found, self.box, edges), edges
 
-    def correct(self, time_ns: int, found: Box, score: float) -> None:
-        """Take the box of this frame, see `view_of`, and its score."""
+    def correct(self, time_ns: int, found: Box, score: float, faint: bool = False) -> None:
+        """Take the box of this frame, see `view_of`, and its score.
+
+        A faint one says where the vehicle is, but neither that it is one nor that it is none.
+        """
         settings, box = self._settings, self.box
         following, dt_s = settings.following, (time_ns - self.last_ns) / 1e9
         carried = self.seen_by == SeenBy.PICTURE
         self.seen_by, self.last_ns, self.detected_ns = SeenBy.DETECTOR, time_ns, time_ns
         self._rest = None
-        self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
         self._feet = self._feet_of(found)
         self._score = score
         self._seen = found
-        self._hits += 1
         self._misses -= 1
-        self.found_s += self._dt_s
-        self._in_a_row += dt_s <= self._dt_s
+        if not faint:
+            self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
+            self._hits += 1
+            self.found_s += self._dt_s
+            self._in_a_row += dt_s <= self._dt_s
         if not carried:
             self._drift(found, dt_s)
         self.box = _towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
@@ -203,7 +207,7 @@ class Followed:
 
     @property
     def found_part(self) -> float:
-        """In how many of its frames the detector found it."""
+        """In how many of its frames the detector found it, of those in which it was not faint."""
         return self._hits / (self._hits + self._misses)
 
     def _is_seen_often(self) -> bool:

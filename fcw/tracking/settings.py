@@ -20,6 +20,7 @@ class TrackerSettings:
         model: what the range filter believes of vehicles, camera and road.
         corridor: the own path.
         minimum_iou: least overlap of a detection with the box predicted for a track.
+        faint_iou: the same for a faint detection.
         maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
             than between a car and the car two places ahead of it.
         confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
@@ -45,6 +46,7 @@ class TrackerSettings:
     model: RangeModel = field(default_factory=RangeModel)
     corridor: Corridor = field(default_factory=Corridor)
     minimum_iou: float = 0.2
+    faint_iou: float = 0.5
     maximum_scale_ratio: float = 1.5
     confirm_hits: int = 3
     confirm_part: float = 0.34

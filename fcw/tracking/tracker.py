@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,13 +130,8 @@ class Tracker:
         for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(time_ns, dt_s, growth)
         moved = {} if image is None else self._carry(time_ns, image, before)
-        unused = set(range(len(detections)))
-        pairs = associate(
-            [followed.box for followed in self._followed],
-            [detection.box for detection in detections],
-            self._calibration.image_size,
-            self._settings,
-        )
+        pairs = self._associate(detections)
+        unused = {index for index, detection in enumerate(detections) if not detection.faint}
         views = {slot: self._followed[slot].view_of(time_ns, detections[index].box) for slot, index in pairs}
         step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update(
@@ -149,7 +145,8 @@ class Tracker:
         self._mount.update(self._rulers(whole), dt_s)
         self._mount_note.update(self._range.mount, dt_s)
         for slot, index in pairs:
-            self._followed[slot].correct(time_ns, views[slot][0], detections[index].score)
+            found = detections[index]
+            self._followed[slot].correct(time_ns, views[slot][0], found.score, found.faint)
             unused.discard(index)
         if image is not None:
             self._remember(time_ns, image)
@@ -166,6 +163,25 @@ class Tracker:
         lead = select_lead(tracks, ego_speed_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
+
+    def _associate(self, detections: Sequence[Detection]) -> list[tuple[int, int]]:
+        """Which vehicle, by slot, was found where.
+
+        Faint boxes go to vehicles that are not found otherwise, or to none (ByteTrack, Zhang et al. 2022).
+        """
+        settings, pairs = self._settings, list[tuple[int, int]]()
+        for faint, least_iou in ((False, settings.minimum_iou), (True, settings.faint_iou)):
+            taken = {slot for slot, _ in pairs}
+            slots = [slot for slot in range(len(self._followed)) if slot not in taken]
+            found = [index for index, detection in enumerate(detections) if detection.faint is faint]
+            matched = associate(
+                [self._followed[slot].box for slot in slots],
+                [detections[index].box for index in found],
+                self._calibration.image_size,
+                replace(settings, minimum_iou=least_iou),
+            )
+            pairs += [(slots[row], found[column]) for row, column in matched]
+        return sorted(pairs)
 
     def _carry(self, time_ns: int, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
         """Find the vehicles in the picture, by slot, and move their boxes there."""

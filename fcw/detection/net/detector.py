@@ -40,6 +40,7 @@ class NetSettings:
             left out a fifth to a tenth as many at the same logit. Chosen there, of 1.0, 1.2 and 1.3.
         agreeing_iou: windows whose boxes are this near to the best one's have a say in where it is.
         score_threshold: logit from which a window counts as a vehicle; None: the model's.
+        faint_margin: windows up to so much below it are handed on as faint.
     """
 
     proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
@@ -53,6 +54,7 @@ class NetSettings:
     near_bonus: float = 1.2
     agreeing_iou: float = 0.6
     score_threshold: float | None = None
+    faint_margin: float = 0.0
 
 
 class NetDetector:
@@ -118,10 +120,11 @@ class NetDetector:
         parts = boxes[:, 3] / (settings.near_part * self._size.height)
         doublings = np.log2(np.clip(parts, 1.0, settings.nearest_part / settings.near_part))
         scores = logits + settings.near_bonus * doublings
-        sure = (scores >= self._threshold) & np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
+        possible = np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
+        possible &= scores >= self._threshold - settings.faint_margin
         return tuple(
-            Detection(Box(*box), score)
-            for box, score in zip(*self._agreed(boxes[sure], scores[sure]), strict=True)
+            Detection(Box(*box), score, faint=score < self._threshold)
+            for box, score in zip(*self._agreed(boxes[possible], scores[possible]), strict=True)
         )
 
     def first_look(self, pyramid: Pyramid, proposed: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -171,11 +174,14 @@ class NetDetector:
     def _agreed(
         self, boxes: NDArray[np.float64], scores: NDArray[np.float64]
     ) -> tuple[list[list[float]], list[float]]:
-        """The best of those that overlap, each where those that agree with it have it on average."""
+        """The best of those that overlap, each where those that agree with it have it on average.
+
+        Faint windows have no say in where a surer one's vehicle is.
+        """
         kept = suppress(boxes, scores, self._settings.largest_overlap)
-        weights = (intersection_over_union(boxes[kept], boxes) >= self._settings.agreeing_iou) / (
-            1.0 + np.exp(-scores)
-        )
+        faint = scores < self._threshold
+        agreeing = intersection_over_union(boxes[kept], boxes) >= self._settings.agreeing_iou
+        weights = (agreeing & (faint[kept, None] | ~faint)) / (1.0 + np.exp(-scores))
         weights[np.arange(len(kept)), kept] += 1e-9
         merged = weights @ boxes / weights.sum(axis=1, keepdims=True)
         return merged.tolist(), scores[kept].tolist()

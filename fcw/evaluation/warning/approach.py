@@ -151,7 +151,7 @@ def run_approach(
         tracks = tracker.update(frame.time_ns, detections, None, image=frame.image)
         state = policy.update(frame.time_ns, threats_of(tracker, tracks, None), None)
         its_tracks = {track.track_id for track in tracks if _is_it(track.box, frame.box)}
-        found += any(_is_it(detection.box, frame.box) for detection in detections)
+        found += any(_is_it(detection.box, frame.box) for detection in detections if not detection.faint)
         tracked += bool(its_tracks)
         if due_s is None and 0 < frame.gap_m <= EXPECTED_DRIVER.needed_distance_m(frame.closing_mps):
             due_s = time_s

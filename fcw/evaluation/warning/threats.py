@@ -216,7 +216,9 @@ def _seen(scenario: Scenario, seed: int, detector: Detector | None, sight: Sight
         estimator = EgoEstimator(true_calibration(scenario))
         for frame, truth in render_drive(scenario, seed):
             detections = detector.detect(frame.image)
-            ego = estimator.update(frame.time_ns, frame.image, [found.box for found in detections])
+            ego = estimator.update(
+                frame.time_ns, frame.image, [found.box for found in detections if not found.faint]
+            )
             yield Seen(frame, truth, detections, ego, _could_be_found(truth))
         return
     camera, eye = scenario.camera.camera(), Eye(sight, seed)

@@ -30,7 +30,7 @@ def evaluate_threats(
     def detector_of(scenario: "Scenario") -> Detector | None:
         if detector is None or model is None:
             return None
-        return make_detector(detector, model, true_calibration(scenario))
+        return make_detector(detector, model, true_calibration(scenario), for_tracker=True)
 
     scenarios = [(name, load_scenario(name)) for name in threat_names()]
     with progress("runs", len(scenarios) * len(seeds)) as bar:

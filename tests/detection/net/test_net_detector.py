@@ -1,7 +1,7 @@
 """The detector whose last word a net has, with the shipped model."""
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import cv2
@@ -141,6 +141,24 @@ def test_a_higher_threshold_leaves_the_surest(model, calibration, picture):
     every = NetDetector(model, calibration, NetSettings(score_threshold=-4.0)).detect(picture)
     sure = NetDetector(model, calibration, NetSettings(score_threshold=1.0)).detect(picture)
     assert [d.score for d in sure] == [d.score for d in every if d.score >= 1.0]
+
+
+def test_what_is_faint_is_apart_from_the_vehicles_and_leaves_them_as_they_are(model, calibration, picture):
+    settings = NetSettings(score_threshold=4.3)
+    sure = NetDetector(model, calibration, settings).detect(picture)
+    found = NetDetector(model, calibration, replace(settings, faint_margin=2.0)).detect(picture)
+    assert sure
+    assert not any(vehicle.faint for vehicle in sure)
+    clear = [vehicle for vehicle in found if not vehicle.faint]
+    assert [vehicle.score for vehicle in clear] == [vehicle.score for vehicle in sure]
+    for one, other in zip(clear, sure, strict=True):
+        assert astuple(one.box) == pytest.approx(astuple(other.box), abs=1e-9)
+    faint = [vehicle for vehicle in found if vehicle.faint]
+    assert faint
+    assert all(2.3 <= vehicle.score < 4.3 for vehicle in faint)
+    boxes = np.array([astuple(vehicle.box) for vehicle in found])
+    overlaps = intersection_over_union(boxes, boxes)[~np.eye(len(boxes), dtype=bool)]
+    assert overlaps.max() <= settings.largest_overlap
 
 
 def test_it_is_had_by_its_name(calibration, picture):
