@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fcw.box import Box
+from fcw.box import Box, shared_area
 from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
@@ -49,7 +49,11 @@ WHOLE = Edges()
 
 
 def associate(
-    predicted: Sequence[Box], found: Sequence[Box], size: ImageSize, settings: TrackerSettings
+    predicted: Sequence[Box],
+    found: Sequence[Box],
+    size: ImageSize,
+    settings: TrackerSettings,
+    least_iou: float = 0.0,
 ) -> list[tuple[int, int]]:
     """Pairs (predicted, found) of least total cost: overlap lost, plus the difference in scale.
 
@@ -58,6 +62,7 @@ def associate(
         found: in the picture.
         size: of the picture.
         settings: of the tracker.
+        least_iou: of a pair, beside what the settings ask of it.
     """
     if not predicted or not found:
         return []
@@ -68,7 +73,7 @@ def associate(
     return [
         (row, column)
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
-        if cost[row, column] < NEVER
+        if cost[row, column] < NEVER and _iou(inside[row], found[column]) >= least_iou
     ]
 
 
@@ -108,6 +113,11 @@ def in_picture(box: Box, size: ImageSize) -> Box:
     left, top = max(box.x, -0.5), max(box.y, -0.5)
     right, bottom = min(box.right, size.width - 0.5), min(box.bottom, size.height - 0.5)
     return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
+
+
+def _iou(box: Box, other: Box) -> float:
+    shared = shared_area(box, other)
+    return shared / (box.w * box.h + other.w * other.h - shared)
 
 
 def _cost(predicted: Box, found: Box, size: ImageSize, settings: TrackerSettings) -> float:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,7 +169,7 @@ class Tracker:
         Faint boxes go to vehicles that are not found otherwise, or to none (ByteTrack, Zhang et al. 2022).
         """
         settings, pairs = self._settings, list[tuple[int, int]]()
-        for faint, least_iou in ((False, settings.minimum_iou), (True, settings.faint_iou)):
+        for faint, least_iou in ((False, 0.0), (True, settings.faint_iou)):
             taken = {slot for slot, _ in pairs}
             slots = [slot for slot in range(len(self._followed)) if slot not in taken]
             found = [index for index, detection in enumerate(detections) if detection.faint is faint]
@@ -178,7 +177,8 @@ class Tracker:
                 [self._followed[slot].box for slot in slots],
                 [detections[index].box for index in found],
                 self._calibration.image_size,
-                replace(settings, minimum_iou=least_iou),
+                settings,
+                least_iou,
             )
             pairs += [(slots[row], found[column]) for row, column in matched]
         return sorted(pairs)

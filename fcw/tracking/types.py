@@ -13,7 +13,7 @@ class SeenBy(StrEnum):
     """What a track goes by at one frame."""
 
     DETECTOR = "detector"
-    """It was found."""
+    """It was found, be it faintly."""
     PICTURE = "picture"
     """It was not found, but what looked like it before moved here."""
     COASTING = "coasting"
