@@ -20,7 +20,7 @@ class TrackerSettings:
         model: what the range filter believes of vehicles, camera and road.
         corridor: the own path.
         minimum_iou: least overlap of a detection with the box predicted for a track.
-        faint_iou: the same for a faint detection, however noisy and whatever part of the vehicle it may be.
+        faint_iou: least overlap of a faint one, whose noise is no excuse, nor that it may be a part.
         maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
             than between a car and the car two places ahead of it.
         confirm_hits: detections before a track is believed; false alarms rarely repeat in place.

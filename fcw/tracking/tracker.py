@@ -172,7 +172,7 @@ class Tracker:
         for faint, least_iou in ((False, 0.0), (True, settings.faint_iou)):
             taken = {slot for slot, _ in pairs}
             slots = [slot for slot in range(len(self._followed)) if slot not in taken]
-            found = [index for index, detection in enumerate(detections) if detection.faint is faint]
+            found = [index for index, detection in enumerate(detections) if detection.faint == faint]
             matched = associate(
                 [self._followed[slot].box for slot in slots],
                 [detections[index].box for index in found],

@@ -13,7 +13,7 @@ class SeenBy(StrEnum):
     """What a track goes by at one frame."""
 
     DETECTOR = "detector"
-    """It was found, be it faintly."""
+    """It was found, if only faintly."""
     PICTURE = "picture"
     """It was not found, but what looked like it before moved here."""
     COASTING = "coasting"
