@@ -36,3 +36,9 @@ def shared_area(a: Box, b: Box) -> float:
     width = min(a.right, b.right) - max(a.x, b.x)
     height = min(a.bottom, b.bottom) - max(a.y, b.y)
     return max(width, 0.0) * max(height, 0.0)
+
+
+def iou(a: Box, b: Box) -> float:
+    """Intersection over union of two boxes; their areas must be positive."""
+    shared = shared_area(a, b)
+    return shared / (a.w * a.h + b.w * b.h - shared)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fcw.box import Box
+from fcw.box import Box, iou
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.logs.export.clip import find_drives
@@ -69,14 +69,6 @@ def planned(times_s: Sequence[float], longest_s: float, rng: np.random.Generator
         place = rng.uniform(5.0, 30.0), rng.uniform(-1.0, 1.0)
         yield FalseBox(range(first, first + count), *place, rng.random() < 0.5, rng.choice((0.6, 1.0)))
         first_s += rng.uniform(3.0, 4.0)
-
-
-def iou(a: Box, b: Box) -> float:
-    """Of two boxes."""
-    width = min(a.right, b.right) - max(a.x, b.x)
-    height = min(a.bottom, b.bottom) - max(a.y, b.y)
-    shared = max(width, 0.0) * max(height, 0.0)
-    return shared / (a.w * a.h + b.w * b.h - shared)
 
 
 def put_in(

@@ -22,6 +22,8 @@ from fcw.tracking.tracker import Tracker
 
 SAMPLED_ROWS = 16
 """A picture is told from another by every so many-th of its rows."""
+COLUMNS = 6
+"""Of a box that is kept."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +68,10 @@ class PieceDetections:
         try:
             arrays = npz_arrays(path)
             key = arrays.pop("key").tobytes().decode()
-            return PieceDetections(key, **arrays)
+            found = PieceDetections(key, **arrays)
+            if found.boxes.shape[1:] != (COLUMNS,):
+                raise MalformedError(f"no detections of a piece (boxes of the shape {found.boxes.shape})")
+            return found
         except (KeyError, TypeError, UnicodeDecodeError) as error:
             raise MalformedError(f"no detections of a piece ({error})") from error
 
@@ -118,7 +123,7 @@ def find_in_piece(job: DriveJob, piece: Piece, path: Path, key: str = "") -> Pat
         np.array(times_ns, np.int64),
         np.array(checksums, np.int64),
         np.array(counts, np.int64),
-        np.array(rows, np.float64).reshape(-1, 6),
+        np.array(rows, np.float64).reshape(-1, COLUMNS),
     ).write(path)
     return path
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fcw.box import Box, shared_area
+from fcw.box import Box, iou
 from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
@@ -73,7 +73,7 @@ def associate(
     return [
         (row, column)
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
-        if cost[row, column] < NEVER and _iou(inside[row], found[column]) >= least_iou
+        if cost[row, column] < NEVER and iou(inside[row], found[column]) >= least_iou
     ]
 
 
@@ -115,11 +115,6 @@ def in_picture(box: Box, size: ImageSize) -> Box:
     return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
 
 
-def _iou(box: Box, other: Box) -> float:
-    shared = shared_area(box, other)
-    return shared / (box.w * box.h + other.w * other.h - shared)
-
-
 def _cost(predicted: Box, found: Box, size: ImageSize, settings: TrackerSettings) -> float:
     # Small boxes are mostly noise: each is widened by it before their overlap is judged.
     pad = settings.padding_sigmas * settings.box_noise.edge_sigma_px(found)
@@ -129,12 +124,12 @@ def _cost(predicted: Box, found: Box, size: ImageSize, settings: TrackerSettings
         return NEVER
     shared = width * height
     areas = [(box.w + 2 * pad) * (box.h + 2 * pad) for box in (predicted, found)]
-    iou = shared / (sum(areas) - shared)
+    overlap = shared / (sum(areas) - shared)
     log_scale = abs(math.log(found.w / predicted.w))
     limit = math.log(settings.maximum_scale_ratio)
     limit += settings.padding_sigmas * settings.box_noise.log_width_sigma(found)
-    cost = 1 - iou + log_scale
-    if iou >= settings.minimum_iou and log_scale <= limit:
+    cost = 1 - overlap + log_scale
+    if overlap >= settings.minimum_iou and log_scale <= limit:
         return cost
     is_part = (
         measures_width(predicted, size, settings.box_noise)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fcw.annotation.box_motion import followed, interpolated, moved, reshaped
 from fcw.annotation.records import LabelledBox, View
-from fcw.box import Box
+from fcw.box import Box, iou
 from fcw.sources.video import VideoSource
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
@@ -27,13 +27,6 @@ HAND_PX = 1.0
 LEAST_IOU = 0.85
 
 boxes = st.builds(Box, st.floats(0, 500), st.floats(0, 300), st.floats(5.0, 200.0), st.floats(5.0, 200.0))
-
-
-def iou(one: Box, other: Box) -> float:
-    width = min(one.right, other.right) - max(one.x, other.x)
-    height = min(one.bottom, other.bottom) - max(one.y, other.y)
-    shared = max(width, 0) * max(height, 0)
-    return shared / (one.w * one.h + other.w * other.h - shared)
 
 
 @pytest.fixture(scope="module")

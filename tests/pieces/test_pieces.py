@@ -5,11 +5,15 @@ import filecmp
 from concurrent.futures import Executor, Future
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from video_making import write_short_drive
 
+from fcw.bounded.files import MalformedError
+from fcw.box import Box
+from fcw.detection.detector import Detection
 from fcw.errors import UserError
 from fcw.frame import Frame
 from fcw.job import DriveJob, prepare_drive, run_drive
@@ -73,6 +77,25 @@ def test_what_was_found_is_kept_for_the_next_run_by_its_key(job, tmp_path):
     assert PieceDetections.read(path).key == "a"
     find_in_piece(job, piece, path, "b")
     assert PieceDetections.read(path).key == "b"
+
+
+def kept(folder, columns):
+    """A file of one frame with a clear box and a faint one."""
+    boxes = np.array([[10.0, 20.0, 30.0, 24.0, 5.5, 0.0], [60.0, 22.0, 20.0, 16.0, 2.5, 1.0]])[:, :columns]
+    found = PieceDetections("a", np.array([7]), np.array([0]), np.array([2]), boxes)
+    found.write(folder / "0.npz")
+    return folder / "0.npz"
+
+
+def test_what_is_faint_is_faint_in_the_process_that_follows(tmp_path):
+    (_, found) = PieceDetections.read(kept(tmp_path, 6)).by_time()[7]
+    clear = Detection(Box(10.0, 20.0, 30.0, 24.0), 5.5)
+    assert found == (clear, Detection(Box(60.0, 22.0, 20.0, 16.0), 2.5, faint=True))
+
+
+def test_a_file_of_an_earlier_form_is_not_read(tmp_path):
+    with pytest.raises(MalformedError, match="boxes of the shape"):
+        PieceDetections.read(kept(tmp_path, 5))
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fcw.box import Box
+from fcw.box import Box, iou
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import FloatArray
 from fcw.detection.detector import Detection
@@ -343,16 +343,8 @@ def range_errors(relative: FloatArray, tracks: np.ndarray, seed: int) -> RangeEr
 
 
 def _track_of(vehicle: KittiVehicle, tracks: Sequence[Track]) -> Track | None:
-    best = max(tracks, key=lambda track: _iou(track.box, vehicle.box), default=None)
-    return best if best is not None and _iou(best.box, vehicle.box) >= MATCH_IOU else None
-
-
-def _iou(a: Box, b: Box) -> float:
-    width = min(a.right, b.right) - max(a.x, b.x)
-    height = min(a.bottom, b.bottom) - max(a.y, b.y)
-    if width <= 0 or height <= 0:
-        return 0.0
-    return width * height / (a.w * a.h + b.w * b.h - width * height)
+    best = max(tracks, key=lambda track: iou(track.box, vehicle.box), default=None)
+    return best if best is not None and iou(best.box, vehicle.box) >= MATCH_IOU else None
 
 
 def distance_by_width_m(calibration: Calibration, box: Box, width_m: float) -> float:

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 from searching import examples
 
-from fcw.box import Box
+from fcw.box import iou
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector
@@ -92,13 +92,6 @@ def extent(mask: np.ndarray) -> tuple[float, float, float, float]:
     """Left, top, right and bottom edge of what is set, in continuous pixel coordinates."""
     columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
     return columns[0] - 0.5, rows[0] - 0.5, columns[-1] + 0.5, rows[-1] + 0.5
-
-
-def iou(one: Box, other: Box) -> float:
-    wide = min(one.right, other.right) - max(one.x, other.x)
-    high = min(one.bottom, other.bottom) - max(one.y, other.y)
-    common = max(wide, 0.0) * max(high, 0.0)
-    return common / (one.w * one.h + other.w * other.h - common)
 
 
 def test_the_same_seed_and_state_give_the_same_picture_bit_for_bit():
