@@ -258,6 +258,7 @@ class Followed:
                 across.rate_sigma_mps, lateral_m * state.across_rate_sigma_per_s
             ),
             doubtful=self.doubtful,
+            found_part=self.found_part,
         )
 
     def place_across(self, focal_px: float, path: OwnPath) -> None:

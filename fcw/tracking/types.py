@@ -51,6 +51,8 @@ class Track:
         lateral_speed_sigma_mps: standard deviation of the lateral speed.
         doubtful: whether it may be none: it appeared from nothing near us, or stands still in the picture. It
             is neither the lead nor a threat.
+        found_part: in how many of its frames the detector found it, of those in which it was not faint; 1 in
+            logs of before it was written.
     """
 
     track_id: int
@@ -74,6 +76,7 @@ class Track:
     lateral_speed_sigma_mps: float = 0.0
     doubtful: bool = False
     closing_speed_sigma_at_distance_mps: float | None = None
+    found_part: float = 1.0
 
     @property
     def approach_sigma_mps(self) -> float:

@@ -55,7 +55,7 @@ def reason(state: WarningState, imperial: bool = False) -> str:
         return text
     if state.rule == RULE_BRAKING_DUE and needed_m is not None and state.distance_m is not None:
         spare_m = state.distance_m - needed_m
-        end = f"would stay {distance_text(spare_m, imperial)} clear"
+        end = f"would stay only {distance_text(spare_m, imperial)} clear"
         if spare_m < 0:
             end = f"are {distance_text(-spare_m, imperial)} too close"
         return f"{text}, with {assumes} you {end}"

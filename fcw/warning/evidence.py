@@ -70,6 +70,10 @@ class Evidence:
             `warning` is due but for one sigma: what is uncertain makes it come early, but no earlier.
         caution_first_s: so long `caution` comes before `warning`,
         caution_first_reach_s: where there is more than this time.
+        minimum_due_s: `warning` must be due for so long,
+        well_found_part: where the detector found the vehicle in a smaller part of its frames: what is due for
+            a frame or two is mostly noise then. Both were chosen on strangers' clips whose boxes were
+            disturbed (docs/figures.md, "How much is chance").
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
             and 0.4 g needs 4 m, and queues creep nearer than that.
         release_factor: a raised level is held while its rule holds for a gap wider by this.
@@ -105,6 +109,8 @@ class Evidence:
     earliest_before_s: float = 0.8
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
+    minimum_due_s: float = 0.15
+    well_found_part: float = 0.85
     minimum_own_mps: float = 10 / KMH_PER_MPS
     release_factor: float = 1.25
     minimum_duration_s: float = 1.0
@@ -179,6 +185,10 @@ class Evidence:
     def has_time(self, threat: Threat) -> bool:
         """Whether there is time for `caution` before `warning`."""
         return threat.reach_low_s is None or threat.reach_low_s > self.caution_first_reach_s
+
+    def due_evidence_s(self, vehicle: Track) -> float:
+        """For how long `warning` must have been due."""
+        return self.minimum_due_s if vehicle.found_part < self.well_found_part else 0.0
 
     def is_seen(self, vehicle: Track, own_mps: float | None) -> bool:
         """Whether it may raise anything."""

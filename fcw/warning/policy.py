@@ -25,6 +25,8 @@ class _Memory:
     course_ns: int | None = None
     alarm_ns: int | None = None
     """Since when a rule of `caution` or more has held."""
+    due_ns: int | None = None
+    """Since when `warning` has been due in every frame in which it was seen."""
     on_course: bool = False
     """In the frame before."""
     found_s: float = 0.0
@@ -183,13 +185,18 @@ class RulePolicy:
                         found = rule
         alarmed = found is not None and found.level >= WarningLevel.CAUTION
         memory.alarm_ns = _since(memory.alarm_ns, time_ns, alarmed)
-        if found is None:
-            return None
-        level = found.level
-        if found.by_closing and level == WarningLevel.WARNING and shown < WarningLevel.WARNING:
+        level = WarningLevel.NONE if found is None else found.level
+        if found is not None and found.by_closing and level == WarningLevel.WARNING > shown:
             cautioned = _lasts(memory.alarm_ns, time_ns, evidence.caution_first_s)
             if evidence.is_too_early(threat, found, own_mps) or (evidence.has_time(threat) and not cautioned):
                 level = WarningLevel.CAUTION
+        if not vehicle.coasting:  # else nothing new is known
+            memory.due_ns = _since(memory.due_ns, time_ns, level == WarningLevel.WARNING)
+        if found is None:
+            return None
+        surely_due = _lasts(memory.due_ns, time_ns, evidence.due_evidence_s(vehicle))
+        if level == WarningLevel.WARNING > shown and not surely_due:
+            level = WarningLevel.CAUTION
         return _Due(level, found, threat)
 
     def _state_of(

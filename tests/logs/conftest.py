@@ -38,6 +38,7 @@ tracks = st.builds(
     lateral_sigma_m=numbers,
     lateral_speed_sigma_mps=numbers,
     doubtful=st.booleans(),
+    found_part=numbers,
 )
 warning_states = st.builds(
     WarningState,

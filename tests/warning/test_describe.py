@@ -29,7 +29,7 @@ def test_what_is_left_behind_the_vehicle_is_said_where_there_is_some():
     # At 5 m/s 6 m of reaction and 3.19 m of braking; 10 % of 10 m is uncertain, 1.65 times that is 1.65 m.
     state = shown(make_lead(10.0, 5.0, spread=0.1))
     assert state.level == WarningLevel.WARNING
-    assert "with 1.2 s to react and 0.40 g you would stay 0.8 m clear" in describe(state)
+    assert "with 1.2 s to react and 0.40 g you would stay only 0.8 m clear" in describe(state)
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,7 @@ def track_message(track: Track) -> drive_pb2.Track:
         lateral_sigma_m=track.lateral_sigma_m,
         lateral_speed_sigma_mps=track.lateral_speed_sigma_mps,
         doubtful=track.doubtful,
+        found_part=track.found_part,
         closing_speed_sigma_at_distance_mps=track.closing_speed_sigma_at_distance_mps,
         seen_by=track.seen_by.name,
     )
@@ -172,6 +173,7 @@ def _track(message: drive_pb2.Track) -> Track:
         lateral_sigma_m=message.lateral_sigma_m,
         lateral_speed_sigma_mps=message.lateral_speed_sigma_mps,
         doubtful=message.doubtful,
+        found_part=message.found_part if message.HasField("found_part") else 1.0,
         closing_speed_sigma_at_distance_mps=(
             message.closing_speed_sigma_at_distance_mps
             if message.HasField("closing_speed_sigma_at_distance_mps")

@@ -99,6 +99,7 @@ def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[s
                 "lateral_sigma_m": track.lateral_sigma_m,
                 "lateral_speed_sigma_mps": track.lateral_speed_sigma_mps,
                 "doubtful": track.doubtful,
+                "found_part": track.found_part,
             }
         if not result.tracks:
             yield frame
