@@ -71,8 +71,8 @@ class Evidence:
         caution_first_s: so long `caution` comes before `warning`,
         caution_first_reach_s: where there is more than this time.
         minimum_due_s: `warning` must be due for so long,
-        well_found_part: where the detector found the vehicle in a smaller part of its frames: what is due for
-            a frame or two is mostly noise then. Both were chosen on strangers' clips whose boxes were
+        surely_found_part: where the detector found the vehicle in a smaller part of its frames: what is due
+            for a frame or two is mostly noise then. Both were chosen on strangers' clips whose boxes were
             disturbed (docs/figures.md, "How much is chance").
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
             and 0.4 g needs 4 m, and queues creep nearer than that.
@@ -110,7 +110,7 @@ class Evidence:
     caution_first_s: float = 0.3
     caution_first_reach_s: float = 3.8
     minimum_due_s: float = 0.15
-    well_found_part: float = 0.85
+    surely_found_part: float = 0.85
     minimum_own_mps: float = 10 / KMH_PER_MPS
     release_factor: float = 1.25
     minimum_duration_s: float = 1.0
@@ -188,7 +188,7 @@ class Evidence:
 
     def due_evidence_s(self, vehicle: Track) -> float:
         """For how long `warning` must have been due."""
-        return self.minimum_due_s if vehicle.found_part < self.well_found_part else 0.0
+        return self.minimum_due_s if vehicle.found_part < self.surely_found_part else 0.0
 
     def is_seen(self, vehicle: Track, own_mps: float | None) -> bool:
         """Whether it may raise anything."""
