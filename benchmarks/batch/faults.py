@@ -92,7 +92,6 @@ def main() -> None:
                 time.sleep(0.1)
             client.kill()
             client.wait()
-            time.sleep(2)  # tasks that no client wants any more end
             after_second = finished(out)
             print(f"client killed; done: {len(after_second)}")
 

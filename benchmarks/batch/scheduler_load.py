@@ -10,6 +10,7 @@ import argparse
 import resource
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -17,7 +18,7 @@ from rich import print  # noqa: A004
 
 from fcw.batch.cluster import connected, run_tasks
 from fcw.batch.drives import BatchDrive
-from fcw.batch.identity import BatchOptions
+from fcw.batch.identity import BatchOptions, Identity
 from fcw.batch.ledger import Record, State
 from fcw.batch.tables import DRIVE_COLUMNS
 from fcw.batch.work import Task
@@ -28,8 +29,7 @@ ROWS = 10
 
 
 def nothing(task: Task) -> Record:
-    drive = task.drive
-    return Record(drive.name, str(drive.source), drive.camera, State.DONE, identity=task.identity, frames=1)
+    return replace(task.record(State.DONE), frames=1)
 
 
 def resident_mb() -> float:
@@ -47,8 +47,7 @@ def main() -> None:
     tasks = [
         Task(
             BatchDrive(f"d{number:06d}", Path(f"/drives/van-{number % 100}/{number}.mp4"), "van", None),
-            f"{number:064x}",
-            options,
+            Identity(f"{number:064x}", "", "", options),
             Path("/out"),
         )
         for number in range(arguments.tasks)

@@ -4,7 +4,6 @@ Times are seconds from the drive's first frame, as in `fcw.logs.events`; frames 
 the log, which never changes. Boxes are in pixels of the log's pictures.
 """
 
-import math
 import uuid
 from dataclasses import dataclass
 from enum import Enum
@@ -13,6 +12,11 @@ from typing import Generic, TypeVar, get_args
 from fcw.box import Box
 from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
+
+LONGEST_DRIVE_S = 1e9
+"""Thirty years; a time beyond is damage."""
+FARTHEST_PX = 1e5
+"""Of a box from the picture's corner; pictures have at most 16384 a side, and boxes reach out of them."""
 
 
 class Judgement(Enum):
@@ -140,7 +144,7 @@ class Note:
     text: str
 
     def __post_init__(self) -> None:
-        if not math.isfinite(self.time_s):
+        if not abs(self.time_s) <= LONGEST_DRIVE_S:
             raise UserError(f"note at {self.time_s:g} s: expected a moment of the drive")
         if not self.text.strip():
             raise UserError("note: it says nothing; write something first")
@@ -184,7 +188,7 @@ class LabelledBox:
     """What a person says of a vehicle.
 
     Attributes:
-        box: where it is; both sides longer than 0.
+        box: where it is; both sides longer than 0, no coordinate beyond `FARTHEST_PX`.
         track_id: of the log's track that it belongs to; None where it belongs to none.
         ignore: True where it is neither to be found nor to be taken for background: hidden, too far, another
             view.
@@ -206,8 +210,12 @@ class LabelledBox:
         for box in (self.box, self.rear_box):
             if box is None:
                 continue
-            if not (all(map(math.isfinite, (box.x, box.y, box.w, box.h))) and box.w > 0 and box.h > 0):
-                raise UserError(f"box {box.x:g}, {box.y:g}, {box.w:g} x {box.h:g}: expected one with an area")
+            near = all(abs(number) <= FARTHEST_PX for number in (box.x, box.y, box.w, box.h))
+            if not (near and box.w > 0 and box.h > 0):
+                raise UserError(
+                    f"box {box.x:g}, {box.y:g}, {box.w:g} x {box.h:g}: expected one with an area, "
+                    f"within {FARTHEST_PX:.0f} pixels"
+                )
         if self.occluded is not None and not 0 <= self.occluded <= MOST_OCCLUDED:
             raise UserError(f"occluded {self.occluded}: expected 0 to {MOST_OCCLUDED}")
 
@@ -277,5 +285,7 @@ def new_box_id() -> str:
 
 
 def _check_span(start_s: float, end_s: float) -> None:
-    if not (math.isfinite(start_s) and math.isfinite(end_s) and start_s <= end_s):
-        raise UserError(f"event from {start_s:g} s to {end_s:g} s: expected an end not before the start")
+    if not -LONGEST_DRIVE_S <= start_s <= end_s <= LONGEST_DRIVE_S:
+        raise UserError(
+            f"event from {start_s:g} s to {end_s:g} s: expected an end not before the start, in the drive"
+        )

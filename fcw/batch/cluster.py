@@ -95,7 +95,7 @@ def run_tasks(
     if len(tasks) >= ENOUGH_DRIVES * max(threads, 1):
         tasks = [replace(task, piece_s=None) for task in tasks]
     batch = secrets.token_hex(8)  # another batch of the same drives has another folder
-    keys = [f"fcw-{batch}-{task.identity}" for task in tasks]
+    keys = [f"fcw-{batch}-{task.identity.key}" for task in tasks]
     submitted = client.map(work or _on_worker, tasks, key=keys, pure=False)
     futures: dict[Future, Task] = dict(zip(submitted, tasks, strict=True))
     del submitted
@@ -132,15 +132,12 @@ def _executor_of_cluster() -> "Iterator[Executor]":
 def _record(task: Task, future: "Future") -> Record:
     if future.status == "finished":
         return future.result()
-    drive = task.drive
     if future.status == "error":
         from distributed.scheduler import KilledWorker
 
         error = future.exception()
         if isinstance(error, KilledWorker):
             reason = "its worker died again and again (killed, or out of memory); run the batch again"
-            return Record(drive.name, str(drive.source), drive.camera, State.LOST, reason)
-        reason = f"a fault of this program: {type(error).__name__}: {error}"
-        return Record(drive.name, str(drive.source), drive.camera, State.FAILED, reason)
-    reason = "the scheduler went away; run the batch again"
-    return Record(drive.name, str(drive.source), drive.camera, State.LOST, reason)
+            return task.record(State.LOST, reason)
+        return task.record(State.FAILED, f"a fault of this program: {type(error).__name__}: {error}")
+    return task.record(State.LOST, "the scheduler went away; run the batch again")

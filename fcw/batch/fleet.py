@@ -1,9 +1,9 @@
 """A page of a batch's drives as a fleet: the worst moments of all, and how the drives compare."""
 
 import base64
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
 
@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 
 from fcw.batch.ledger import Record
 from fcw.batch.moments import moment_name, read_moment
+from fcw.bounded.files import read_text
+from fcw.bounded.formats import json_value
 from fcw.charts.chart import Chart, Series
 from fcw.logs.events import DriveEvent
 from fcw.logs.names import SUMMARY_NAME
+from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries
 
 FLEET_NAME = "fleet.html"
@@ -26,6 +29,10 @@ LEAST_RANGE = 0.5
 """Of an axis, in its own unit: a fleet in which nothing differs has one, too."""
 MOST_NUMBERS = 10
 """Of drives along an axis."""
+MOST_CAMERAS = 4
+"""That have colours of their own."""
+DAY_S = 86_400
+DAY_NS = DAY_S * 10**9
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1c2430; max-width: 1180px; margin: 2rem auto }
 body { padding: 0 1rem }
@@ -43,24 +50,35 @@ class Fleet:
 
     Attributes:
         names: of the drives.
+        cameras: of each.
+        begun_ns: of each in UTC, since 1970; None where its source does not say it.
         warnings_per_hour: of each; NaN of one that lasts no time.
         mount_off_deg: how much lower than calibrated the camera looked at the end of each; NaN where unknown.
-        headway_frames: frames at each headway to the lead.
+        headway_frames: frames at each headway to the lead,
+        lead_frames: of so many that have one.
         least_ttc_s: of each event that had one.
         moments: drive and event.
     """
 
     names: list[str] = field(default_factory=list)
+    cameras: list[str] = field(default_factory=list)
+    begun_ns: list[int | None] = field(default_factory=list)
     warnings_per_hour: list[float] = field(default_factory=list)
     mount_off_deg: list[float] = field(default_factory=list)
     headway_frames: NDArray[np.int64] = field(
         default_factory=lambda: np.zeros(len(HEADWAY_EDGES_S) - 1, np.int64)
     )
+    lead_frames: int = 0
     least_ttc_s: list[float] = field(default_factory=list)
     moments: list[tuple[str, DriveEvent]] = field(default_factory=list)
 
     def add(
-        self, record: Record, series: DriveSeries, events: Sequence[DriveEvent], pitch_rad: float, out: Path
+        self,
+        record: Record,
+        series: DriveSeries,
+        events: Sequence[DriveEvent],
+        header: DriveHeader,
+        out: Path,
     ) -> None:
         """Take a drive.
 
@@ -68,14 +86,19 @@ class Fleet:
             record: what came of it.
             series: its signals.
             events: its events.
-            pitch_rad: of the camera as calibrated.
+            header: of its log.
             out: the batch's folder.
         """
         self.names.append(record.name)
+        self.cameras.append(record.camera)
+        zero_ns = header.zero_utc_ns
+        self.begun_ns.append(None if zero_ns is None else zero_ns + int(series.time_ns[0]))
+        pitch_rad = header.calibration.camera.pitch_rad
         hours = record.duration_s / 3600
         self.warnings_per_hour.append(record.warnings / hours if hours else np.nan)
         self.mount_off_deg.append(_mount_off_deg(out / record.name / SUMMARY_NAME, pitch_rad))
         self.headway_frames += np.histogram(series.headway_s, HEADWAY_EDGES_S)[0]
+        self.lead_frames += int(np.count_nonzero(np.isfinite(series.headway_s)))
         self.least_ttc_s += [event.min_ttc_s for event in events if event.min_ttc_s is not None]
         self.moments += [(record.name, event) for event in events if event.severity > 0]
         self.moments.sort(key=lambda moment: -moment[1].severity)
@@ -83,18 +106,16 @@ class Fleet:
 
     def charts(self) -> list[Chart]:
         """The fleet in four charts."""
-        drives = "number of the drive, in the order of names"
-        share = self.headway_frames / max(int(self.headway_frames.sum()), 1)
+        share = self.headway_frames / max(self.lead_frames, 1)
         counts = np.histogram(self.least_ttc_s, TTC_EDGES_S)[0]
         return [
-            _by_drive("Warnings per hour", drives, "warnings per hour", self.warnings_per_hour),
-            _by_drive(
-                "Camera pitch at the end of the drive",
-                drives,
-                "degrees below the calibration",
-                self.mount_off_deg,
+            self._by_drive("Warnings per hour", "warnings per hour", self.warnings_per_hour),
+            self._by_drive(
+                "Camera pitch at the end of the drive", "degrees below the calibration", self.mount_off_deg
             ),
-            _histogram("Headway to the lead", "headway, s", "share of the time", HEADWAY_EDGES_S, share),
+            _histogram(
+                "Headway to the lead", "headway, s", "share of frames with one", HEADWAY_EDGES_S, share
+            ),
             _histogram("Smallest time to collision", "TTC, s", "events", TTC_EDGES_S, counts, 5.0),
         ]
 
@@ -114,6 +135,35 @@ class Fleet:
             f'<h2>The fleet</h2><div class="charts">{charts}</div></html>\n'
         )
 
+    def _by_drive(self, title: str, y_label: str, values: Sequence[float]) -> Chart:
+        """A dot a drive over the days, or over its number where a drive does not say when it was."""
+        known = [value for value in values if np.isfinite(value)]
+        low, high = min([0.0, *known]), max([0.0, *known])
+        margin = max((high - low) * 0.05, LEAST_RANGE / 2)
+        y_range = (low - margin if low < 0 else 0.0, high + margin)
+        begun_ns = [one for one in self.begun_ns if one is not None]
+        ticks: Sequence[float] = ()
+        if len(begun_ns) == len(values):
+            first = datetime.fromtimestamp(min(begun_ns) // 10**9, UTC).replace(hour=0, minute=0, second=0)
+            xs = [one / DAY_NS - first.timestamp() / DAY_S for one in begun_ns]
+            label, x_range = f"days since {first:%Y-%m-%d}, UTC", (0.0, float(np.ceil(max(xs))) or 1.0)
+        else:
+            xs = [float(number) for number in range(1, len(values) + 1)]
+            label, x_range = "number of the drive, in the order of names", (0.0, len(values) + 1.0)
+            ticks = range(1, len(values) + 1, -(-len(values) // MOST_NUMBERS))
+        cameras = sorted(set(self.cameras))
+        if len(cameras) > MOST_CAMERAS:
+            cameras = [""]
+        series = [
+            Series(
+                camera if len(cameras) > 1 else "",
+                [(x, y) for x, y, of in zip(xs, values, self.cameras, strict=True) if camera in ("", of)],
+                dot_px=4,
+            )
+            for camera in cameras
+        ]
+        return Chart(title, label, y_label, x_range, y_range, series, x_ticks=ticks)
+
 
 def _moment_html(out: Path, name: str, event: DriveEvent) -> str:
     jpeg = read_moment(out / name, moment_name(event))
@@ -128,21 +178,10 @@ def _moment_html(out: Path, name: str, event: DriveEvent) -> str:
 
 def _mount_off_deg(summary: Path, pitch_rad: float) -> float:
     try:
-        mount = json.loads(summary.read_text(encoding="utf-8"))["own_motion"]["mount"]
+        mount = json_value(read_text(summary))["own_motion"]["mount"]
         return float(np.degrees(mount["pitch_rad"] - pitch_rad)) if mount else np.nan
     except (OSError, ValueError, KeyError, TypeError):
         return np.nan
-
-
-def _by_drive(title: str, x_label: str, y_label: str, values: Sequence[float]) -> Chart:
-    known = [value for value in values if np.isfinite(value)]
-    low, high = min([0.0, *known]), max([0.0, *known])
-    margin = max((high - low) * 0.05, LEAST_RANGE / 2)
-    points = list(enumerate(values, 1))
-    y_range = (low - margin if low < 0 else 0.0, high + margin)
-    numbers = range(1, len(values) + 1, -(-len(values) // MOST_NUMBERS))
-    x_range = 0.0, len(values) + 1.0
-    return Chart(title, x_label, y_label, x_range, y_range, [Series("", points, dot_px=4)], x_ticks=numbers)
 
 
 def _histogram(

@@ -13,10 +13,13 @@ from fcw.bounded.formats import json_value
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.json_form import from_json
+from fcw.logs.names import MCAP_NAME
 from fcw.versions import versions
 
 RECORD_NAME = "batch.json"
 MANIFEST_NAME = "manifest.json"
+MOST_MANIFEST_BYTES = 256 << 20
+"""A kilobyte a drive."""
 
 
 class State(Enum):
@@ -42,10 +45,14 @@ class Record:
         state: what came of it.
         reason: why it is not done, with the mend; empty where it is.
         identity: key of what was run, see `fcw.batch.identity`; empty where nothing could be.
+        content: SHA-256 of the source, likewise.
+        warning_policy: by which it was judged; empty where it was not run.
         frames: so many.
         seconds: that it took.
         duration_s: of the drive.
+        events: of every kind.
         warnings: events of level `warning`.
+        log_bytes: size of its log.
     """
 
     name: str
@@ -54,10 +61,14 @@ class Record:
     state: State
     reason: str = ""
     identity: str = ""
+    content: str = ""
+    warning_policy: str = ""
     frames: int = 0
     seconds: float = 0.0
     duration_s: float = 0.0
+    events: int = 0
     warnings: int = 0
+    log_bytes: int = 0
 
     @property
     def frames_per_second(self) -> float:
@@ -71,13 +82,15 @@ class Ledger:
     Args:
         out: the batch's folder, which is made where it is not there.
 
+    Attributes:
+        finished: the drives that are done, of whichever batch into this folder, by their names.
+
     Raises:
         UserError: it cannot be made or read.
     """
 
     def __init__(self, out: Path) -> None:
         self.out = out
-        self._known: dict[str, Record] = {}
         try:
             out.mkdir(parents=True, exist_ok=True)
             files = sorted(out.glob(f"*/{RECORD_NAME}"))
@@ -85,10 +98,16 @@ class Ledger:
             raise UserError(
                 f"--out {out}: cannot be the batch's folder ({error.strerror}); name one that can be written"
             ) from error
-        for file in files:
-            record = _read(file)
-            if record is not None:
-                self._known[record.identity] = record
+        read = filter(None, map(_read, files))
+        records = [one for one in read if one.state is not State.DONE or self._has_its_log(one)]
+        self.finished = {record.name: record for record in records if record.state is State.DONE}
+        self._known = {record.identity: record for record in records}
+        self._names: dict[tuple[str, str], list[str]] = {}
+        for name, record in self.finished.items():
+            self._names.setdefault((record.source, record.content), []).append(name)
+        failed = [record for record in records if record.state is State.FAILED]
+        self._failed = {mark for record in failed for mark in (record.identity, record.source)}
+        self._ran = _ran(out / MANIFEST_NAME)
 
     def folder(self, name: str) -> Path:
         """Where a drive's log, summary and record are."""
@@ -98,15 +117,34 @@ class Ledger:
         """What came of a drive earlier, under whatever name; None where it was not run to an end."""
         return self._known.get(identity.key)
 
+    def names_of(self, source: str, content: str) -> tuple[str, ...]:
+        """Under which a drive of these pictures was finished, with whatever calibration and options."""
+        return tuple(self._names.get((source, content), ()))
+
+    def has_failed(self, identity: Identity, source: str) -> bool:
+        """Whether a drive failed earlier, as it is or before it was mended."""
+        return not self._failed.isdisjoint((identity.key, source))
+
     def write_manifest(self, records: Iterable[Record], identities: dict[str, Identity]) -> None:
-        """What ran, with which version, calibration and model, and what came of it."""
-        drives = [
-            as_json(record) | {"ran": asdict(identities[record.name]) if record.name in identities else None}
-            for record in records
-        ]
+        """What ran, with which version, calibration and model, and what came of it.
+
+        Args:
+            records: of all drives.
+            identities: of those of this batch, by their keys; an earlier one's are in its manifest.
+        """
+        ran = self._ran | {key: asdict(identity) for key, identity in identities.items()}
+        drives = [as_json(record) | {"ran": ran.get(record.identity)} for record in records]
         write_whole(
             self.out / MANIFEST_NAME, json.dumps({"versions": versions(), "drives": drives}, indent=2) + "\n"
         )
+
+    def _has_its_log(self, record: Record) -> bool:
+        """The log of a drive without events may be deleted; any other that is gone or torn is made again."""
+        try:
+            size = (self.folder(record.name) / MCAP_NAME).stat().st_size
+        except OSError:
+            return record.log_bytes > 0 and not record.events
+        return size == record.log_bytes or not record.log_bytes
 
 
 def write_record(record: Record, folder: Path) -> None:
@@ -128,3 +166,14 @@ def _read(file: Path) -> Record | None:
     except (OSError, ValueError, TypeError, KeyError):
         return None
     return replace(record, name=file.parent.name)
+
+
+def _ran(manifest: Path) -> dict[str, Any]:
+    """What an earlier batch ran, by its key; nothing where its manifest is missing or torn."""
+    try:
+        return {
+            drive["identity"]: drive["ran"]
+            for drive in json_value(read_text(manifest, MOST_MANIFEST_BYTES))["drives"]
+        }
+    except (OSError, ValueError, TypeError, KeyError):
+        return {}

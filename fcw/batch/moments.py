@@ -17,11 +17,14 @@ MOST_MOMENTS = 20
 """Warnings of a drive that get a thumbnail, the most severe ones."""
 
 
-def write_moments(folder: Path) -> None:
+def write_moments(folder: Path) -> int:
     """Write `worst.jpg`, the drive's worst moment or its middle, and `<start in ms>.jpg` for each warning.
 
     Args:
         folder: of the drive's log. A picture that is missing there is left out.
+
+    Returns:
+        Number of the drive's events, of every kind.
 
     Raises:
         UserError: the log cannot be read, or a file cannot be written.
@@ -43,6 +46,7 @@ def write_moments(folder: Path) -> None:
                     partial.write_bytes(jpeg)
     finally:
         pictures.close()
+    return len(events)
 
 
 def moment_name(event: DriveEvent) -> str:

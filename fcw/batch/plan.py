@@ -1,13 +1,18 @@
 """What a batch has to do: which drives are done, which cannot be run, and which are left."""
 
-from collections.abc import Callable, Sequence
+import hashlib
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions, Identity, identity_of
-from fcw.batch.ledger import Ledger, Record, State
+from fcw.batch.ledger import MANIFEST_NAME, Ledger, Record, State
 from fcw.batch.remote import StoreError
+from fcw.batch.tables import TABLE_NAMES
 from fcw.batch.work import Task
+
+RESERVED_NAMES = (MANIFEST_NAME, *TABLE_NAMES)
+"""Files of the batch's folder, so that no drive's folder can have their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +22,7 @@ class Plan:
     Attributes:
         tasks: drives to run.
         records: of all others, by what came of them earlier, or why they are not run.
-        identities: by the name of the drive, where it has one.
+        identities: of all that could be read, by their keys.
     """
 
     tasks: tuple[Task, ...]
@@ -46,27 +51,13 @@ def plan_batch(
     Raises:
         UserError: there is no such detector.
     """
-    tasks: list[Task] = []
-    records: list[Record] = []
-    identities: dict[str, Identity] = {}
-    seen: dict[str, str] = {}
-    to_run: list[tuple[BatchDrive, Identity]] = []
+    found: list[tuple[BatchDrive, Identity]] = []
+    listed: list[Record] = []
     for drive in drives:
         record = _without_running(drive)
         try:
             if record is None:
-                identity = identity_of(drive.source, drive.calibration, options)
-                first = seen.setdefault(identity.key, drive.name)
-                known = ledger.known(identity)
-                if first != drive.name:
-                    record = _record(drive, State.DUPLICATE, f"the same file and calibration as {first}")
-                elif known is not None and (known.state is State.DONE or not retry):
-                    record = _known(known, drive)
-                elif retry and known is None:
-                    record = _record(drive, State.LOST, "not run yet, and --retry runs only what failed")
-                else:
-                    to_run.append((drive, identity))
-                identities[drive.name if record is None else record.name] = identity
+                found.append((drive, identity_of(drive.source, drive.calibration, options)))
         except OSError as error:
             record = _record(
                 drive, State.FAILED, f"{drive.source}: cannot be read ({error.strerror}); check the file"
@@ -74,17 +65,56 @@ def plan_batch(
         except StoreError as error:
             record = _record(drive, State.FAILED, str(error))
         if record is not None:
-            records.append(record)
+            listed.append(record)
         on_drive()
-    taken = {record.name for record in records if record.state is State.DONE}
+    originals = _originals(found, ledger)
+    records: list[Record] = []
+    to_run: list[tuple[BatchDrive, Identity]] = []
+    for drive, identity in found:
+        original, known = originals[identity.key], ledger.known(identity)
+        if original is not drive:
+            reason = f"the same file and calibration as {original.name}"
+            listed.append(_record(drive, State.DUPLICATE, reason))
+        elif known is not None and (known.state is State.DONE or not retry):
+            records.append(_known(known, drive))
+        elif retry and not ledger.has_failed(identity, str(drive.source)):
+            reason = "not run yet, and --retry runs only what failed; run the batch without it"
+            listed.append(_record(drive, State.LOST, reason))
+        else:
+            to_run.append((drive, identity))
+    taken = {*RESERVED_NAMES, *(record.name for record in records)}
+    tasks = []
     for drive, identity in to_run:
-        name = drive.name
-        if name in taken:  # by a drive that had this name then, and has another one now
-            name = f"{name}-{identity.key[:8]}"
-            identities[name] = identity
-        named = replace(drive, name=name)
-        tasks.append(Task(named, identity.key, options, ledger.folder(name), piece_s))
-    return Plan(tuple(tasks), tuple(records), identities)
+        name = _folder_name(drive, identity, ledger, taken)
+        taken.add(name)
+        tasks.append(Task(replace(drive, name=name), identity, ledger.folder(name), piece_s))
+    for record in listed:
+        name = record.name
+        if name in taken or name in ledger.finished:
+            name = f"{name}-{hashlib.sha256(record.source.encode()).hexdigest()[:8]}"
+        taken.add(name)
+        records.append(replace(record, name=name))
+    return Plan(tuple(tasks), tuple(records), {identity.key: identity for _, identity in found})
+
+
+def _originals(found: Iterable[tuple[BatchDrive, Identity]], ledger: Ledger) -> dict[str, BatchDrive]:
+    """Of drives that are alike the one that stands for all: that which was run, or else the first."""
+    originals: dict[str, BatchDrive] = {}
+    for drive, identity in found:
+        known = ledger.known(identity)
+        was_run = known is not None and known.source == str(drive.source)
+        if was_run or identity.key not in originals:
+            originals[identity.key] = drive
+    return originals
+
+
+def _folder_name(drive: BatchDrive, identity: Identity, ledger: Ledger, taken: Collection[str]) -> str:
+    """Where a drive goes: over its own earlier log, as of another calibration, and never over another's."""
+    for name in (*ledger.names_of(str(drive.source), identity.content), drive.name):
+        there = ledger.finished.get(name)
+        if name not in taken and (there is None or there.content in ("", identity.content)):
+            return name
+    return f"{drive.name}-{identity.key[:8]}"
 
 
 def _without_running(drive: BatchDrive) -> Record | None:

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from fcw.batch.moments import WORST_NAME, read_moment
+from fcw.bounded.formats import json_value
 from fcw.files import whole_file
 from fcw.logs.events import DriveEvent
 from fcw.logs.names import MCAP_NAME
@@ -107,7 +108,7 @@ def read_review_list(out: Path) -> dict[Path, ListedDrive]:
                 continue  # a name with a folder in it is none of ours
             state = log.stat()
             if (state.st_size, state.st_mtime_ns) == (row["log_bytes"], row["log_ns"]):
-                events = tuple(DriveEvent(**event) for event in json.loads(row.pop("events")))
+                events = tuple(DriveEvent(**event) for event in json_value(row.pop("events")))
                 found[log] = ListedDrive(**row, events=events)
     except (OSError, ValueError, TypeError, KeyError, pa.ArrowException):
         return found

@@ -1,22 +1,26 @@
 """A batch's two tables: the events of all drives, and the drives."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fcw.annotation.review import judged_events
 from fcw.annotation.store import read_review
 from fcw.batch.fleet import FLEET_NAME, Fleet
-from fcw.batch.ledger import Record, State
-from fcw.batch.review_list import ListedDrive, write_review_list
-from fcw.files import write_whole
+from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME, Record, State
+from fcw.batch.review_list import REVIEW_LIST_NAME, ListedDrive, write_review_list
+from fcw.errors import UserError
+from fcw.files import check_kind, write_whole
 from fcw.logs.events import find_events
 from fcw.logs.export.columns import EVENT_COLUMNS, Column, EventRow
 from fcw.logs.export.table import write_parquet
+from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
 
 EVENTS_NAME, DRIVES_NAME = "events.parquet", "drives.parquet"
+TABLE_NAMES = (EVENTS_NAME, DRIVES_NAME, REVIEW_LIST_NAME, FLEET_NAME)
+"""All that `write_tables` writes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +29,9 @@ class _Event:
 
     row: EventRow
     verdict: str | None
-    camera: str
-    source: str
+    record: Record
     version: str
+    log_span: tuple[int, int]
 
 
 def _told(column: Column[EventRow]) -> Column[_Event]:
@@ -43,9 +47,26 @@ BATCH_EVENT_COLUMNS: tuple[Column[_Event], ...] = (
         "what all who judged it say, disagreed, or empty where nobody did",
         lambda told: told.verdict,
     ),
-    Column("camera", "string", "", "name of the folder that holds the drive", lambda told: told.camera),
-    Column("source", "string", "", "the drive's file", lambda told: told.source),
+    Column(
+        "camera", "string", "", "name of the folder that holds the drive", lambda told: told.record.camera
+    ),
+    Column("source", "string", "", "the drive's file", lambda told: told.record.source),
     Column("version", "string", "", "of the program that ran it", lambda told: told.version),
+    Column(
+        "warning_policy",
+        "string",
+        "",
+        "that judged the drive",
+        lambda told: told.record.warning_policy or None,
+    ),
+    Column(
+        "log_offset",
+        "int64",
+        "",
+        "first byte of drive.mcap that holds the event, so that it can be fetched alone",
+        lambda told: told.log_span[0],
+    ),
+    Column("log_bytes", "int64", "", "number of bytes from there on", lambda told: told.log_span[1]),
 )
 
 DRIVE_COLUMNS: tuple[Column[Record], ...] = (
@@ -64,11 +85,29 @@ DRIVE_COLUMNS: tuple[Column[Record], ...] = (
     Column(
         "duration_s", "float64", "s", "from its first frame to its last", lambda record: record.duration_s
     ),
+    Column("events", "int64", "", "of every kind", lambda record: record.events),
     Column("warnings", "int64", "", "events of level warning", lambda record: record.warnings),
+    Column("warning_policy", "string", "", "that judged it", lambda record: record.warning_policy or None),
 )
 
 
-def write_tables(out: Path, records: Sequence[Record]) -> int:
+def check_batch_folder(out: Path) -> None:
+    """See that what stands under the names of a batch's files is of an earlier batch: beside its manifest.
+
+    Raises:
+        UserError: it is of another program.
+    """
+    manifest = out / MANIFEST_NAME
+    check_kind(manifest, "manifest of a batch", (b'"fcw":',))
+    for name in TABLE_NAMES:
+        if (out / name).exists() and not manifest.exists():
+            raise UserError(
+                f"--out {out}: the {name} in it would be replaced, and is of no batch (there is no "
+                f"{MANIFEST_NAME} of one beside it); name another folder"
+            )
+
+
+def write_tables(out: Path, records: Iterable[Record]) -> tuple[int, tuple[Record, ...]]:
     """Write `events.parquet` and `drives.parquet`, the review page's list and `fleet.html`, by drives' names.
 
     Args:
@@ -76,37 +115,62 @@ def write_tables(out: Path, records: Sequence[Record]) -> int:
         records: of all its drives.
 
     Returns:
-        Number of events.
+        Number of events; and new records of those drives whose logs cannot be read, which are run again by
+        the next batch.
 
     Raises:
-        UserError: pyarrow is not installed, a log cannot be read, or a table cannot be written.
+        UserError: pyarrow is not installed, or a table cannot be written.
     """
-    records = sorted(records, key=lambda record: record.name)
-    write_parquet(out / DRIVES_NAME, DRIVE_COLUMNS, records)
-    listed: list[ListedDrive] = []
-    fleet = Fleet()
-    count = write_parquet(out / EVENTS_NAME, BATCH_EVENT_COLUMNS, _events(out, records, listed, fleet))
-    write_review_list(out, listed)
-    write_whole(out / FLEET_NAME, fleet.html(out))
-    return count
+    by_name = {record.name: record for record in sorted(records, key=lambda record: record.name)}
+    gathered = _Gathered(out)
+    count = write_parquet(out / EVENTS_NAME, BATCH_EVENT_COLUMNS, gathered.events(by_name.values()))
+    by_name |= {record.name: record for record in (*gathered.read, *gathered.unreadable)}
+    write_parquet(out / DRIVES_NAME, DRIVE_COLUMNS, by_name.values())
+    write_review_list(out, gathered.listed)
+    write_whole(out / FLEET_NAME, gathered.fleet.html(out))
+    return count, tuple(gathered.unreadable)
 
 
-def _events(
-    out: Path, records: Sequence[Record], listed: list[ListedDrive], fleet: Fleet
-) -> Iterator[_Event]:
-    """The events of all drives; each log is read once, and the list and the fleet get what they need."""
-    for record in records:
-        if record.state is not State.DONE:
-            continue
-        log = DriveLog(out / record.name / MCAP_NAME)
-        series = log.series()
+class _Gathered:
+    """What the list and the fleet need, gathered while the events go by: each log is read once."""
+
+    def __init__(self, out: Path) -> None:
+        self.out = out
+        self.listed: list[ListedDrive] = []
+        self.fleet = Fleet()
+        self.read: list[Record] = []
+        self.unreadable: list[Record] = []
+
+    def events(self, records: Iterable[Record]) -> Iterator[_Event]:
+        """Those of all drives that are done."""
+        for record in records:
+            if record.state is not State.DONE:
+                continue
+            folder = self.out / record.name
+            if not (folder / MCAP_NAME).exists():
+                continue  # deleted, as it holds no event; see `Ledger`
+            try:
+                yield from self._of_drive(record)
+            except UserError as error:
+                (folder / RECORD_NAME).unlink(missing_ok=True)
+                reason = f"{error}; run the batch again, which makes the log anew"
+                self.unreadable.append(replace(record, state=State.LOST, reason=reason))
+
+    def _of_drive(self, record: Record) -> list[_Event]:
+        log = DriveLog(self.out / record.name / MCAP_NAME)
+        series, chunks = log.series(), log.chunks
         found = find_events(series)
-        listed.append(ListedDrive.of(log.path.parent, series.duration_s, log.header.imperial, found))
-        fleet.add(record, series, found, log.header.calibration.camera.pitch_rad, out)
-        version = log.header.versions.get("fcw", "")
         judged, _ = judged_events(read_review(log)[0], found)
+        version = log.header.versions.get("fcw", "")
+        start_ns = int(series.time_ns[0])
+        events = []
         for one in judged:
             agreed = one.judgement.value if one.judgement else None
             verdict = "disagreed" if one.disagreement else agreed
-            row = EventRow(record.name, one.event)
-            yield _Event(row, verdict, record.camera, record.source, version)
+            times_ns = (start_ns + round(s * NANOSECONDS) for s in (one.event.start_s, one.event.end_s))
+            span = chunks.span(*times_ns)
+            events.append(_Event(EventRow(record.name, one.event), verdict, record, version, span))
+        self.read.append(replace(record, events=len(events)))
+        self.listed.append(ListedDrive.of(log.path.parent, series.duration_s, log.header.imperial, found))
+        self.fleet.add(record, series, found, log.header, self.out)
+        return events

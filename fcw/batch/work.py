@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fcw.batch.drives import BatchDrive
-from fcw.batch.identity import BatchOptions
+from fcw.batch.identity import Identity
 from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
 from fcw.batch.moments import write_moments
 from fcw.batch.remote import fetched
 from fcw.errors import UserError
+from fcw.files import check_kind
 from fcw.job import DriveJob, prepare_drive
+from fcw.logs.drive_folder import FolderBusyError
+from fcw.logs.names import MCAP_NAME
 from fcw.logs.records import FrameResult
 from fcw.pieces import plan_pieces, run_in_pieces
 
@@ -26,17 +29,22 @@ class Task:
 
     Attributes:
         drive: which.
-        identity: key of what is run.
-        options: how.
+        identity: what is run, and how.
         folder: where its log goes.
         piece_s: a long drive is searched in pieces of this length at the same time; None never.
     """
 
     drive: BatchDrive
-    identity: str
-    options: BatchOptions
+    identity: Identity
     folder: Path
     piece_s: float | None = None
+
+    def record(self, state: State, reason: str = "") -> Record:
+        """What came of it."""
+        drive, identity = self.drive, self.identity
+        return Record(
+            drive.name, str(drive.source), drive.camera, state, reason, identity.key, identity.content
+        )
 
 
 def run_task(
@@ -46,14 +54,19 @@ def run_task(
 ) -> Record:
     """Run a drive to its end; what is wrong with it is in its record, and stops nobody else.
 
+    A folder that another run writes to, as that of a batch that was killed a moment ago, is left alone.
+
     Args:
         task: which and how.
         tell: called about once a second with the frames done, and how many there are if that is known.
         executor: makes one for the pieces of a long drive; None runs it whole, as one that was fetched is.
     """
-    drive, options = task.drive, task.options
-    begun = Record(drive.name, str(drive.source), drive.camera, State.LOST, identity=task.identity)
+    drive, options = task.drive, task.identity.options
     start_s = told_s = time.perf_counter()
+    try:
+        check_kind(task.folder / RECORD_NAME, "record of a batch", (b'"identity":',))
+    except UserError as error:
+        return task.record(State.FAILED, str(error))
     # An earlier run's record says nothing of the log that is written now.
     (task.folder / RECORD_NAME).unlink(missing_ok=True)
     try:
@@ -82,22 +95,28 @@ def run_task(
             piece_s = task.piece_s if source is drive.source else None
             if executor and piece_s and len(plan_pieces(prepared.source, piece_s)) > 1:
                 with executor() as pool:
-                    outcome = run_in_pieces(job, piece_s, pool, task.identity, prepared, on_result=on_result)
+                    outcome = run_in_pieces(
+                        job, piece_s, pool, task.identity.key, prepared, on_result=on_result
+                    )
             else:
                 outcome = prepared.run(on_result=on_result)
             summary = outcome.summary
-        write_moments(task.folder)
+        events = write_moments(task.folder)
+    except FolderBusyError as error:
+        return task.record(State.LOST, f"{error}; run the batch again when that one has ended")
     except UserError as error:
-        failed = replace(begun, state=State.FAILED, reason=str(error))
+        failed = task.record(State.FAILED, str(error))
         write_record(failed, task.folder)
         return failed
     done = replace(
-        begun,
-        state=State.DONE,
+        task.record(State.DONE),
+        warning_policy=options.warning_policy,
         frames=summary["frames"],
         seconds=time.perf_counter() - start_s,
         duration_s=summary["duration_s"],
+        events=events,
         warnings=sum(span["level"] == "warning" for span in summary["warnings"]),
+        log_bytes=(task.folder / MCAP_NAME).stat().st_size,
     )
     write_record(done, task.folder)
     return done

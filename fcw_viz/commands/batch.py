@@ -66,11 +66,12 @@ def run_batch(command: BatchCommand) -> int:
     """Run `fcw batch`; returns the exit code."""
     from fcw.batch.cluster import connected, run_tasks
     from fcw.batch.drives import find_batch_drives
+    from fcw.batch.fleet import FLEET_NAME
     from fcw.batch.identity import BatchOptions
-    from fcw.batch.ledger import Ledger, Record, State, as_json
+    from fcw.batch.ledger import Ledger, State, as_json
     from fcw.batch.plan import plan_batch
-    from fcw.batch.tables import EVENTS_NAME, write_tables
-    from fcw.detection.choice import model_path
+    from fcw.batch.tables import EVENTS_NAME, check_batch_folder, write_tables
+    from fcw.detection.choice import ONNX_PREFIX, model_path
     from fcw.errors import UserError
     from fcw.warning.policies import make_policy
     from fcw_viz.console import MESSAGES, RESULTS, print_json, progress
@@ -86,28 +87,33 @@ def run_batch(command: BatchCommand) -> int:
         )
     if not command.piece_minutes >= 0:
         raise UserError(f"--piece-minutes {command.piece_minutes:g}: expected 0 or more")
-    model_path(command.detector)
+    model = model_path(command.detector)
     make_policy(command.warning_policy, command.warning_timing)
+    # The workers of a scheduler have working folders of their own.
+    out, calibration = command.out.absolute(), command.calibration and command.calibration.absolute()
+    detector = command.detector
+    if detector.startswith(ONNX_PREFIX):
+        detector = f"{ONNX_PREFIX}{model.absolute()}"
     options = BatchOptions(
-        command.detector, command.warning_policy, command.warning_timing, not command.no_own_motion
+        detector, command.warning_policy, command.warning_timing, not command.no_own_motion
     )
-    drives = find_batch_drives(command.sources, command.calibration)
-    ledger = Ledger(command.out)
+    check_batch_folder(out)
+    drives = find_batch_drives(command.sources, calibration)
+    ledger = Ledger(out)
     with progress("looking at the drives", len(drives), MESSAGES) as bar:
         plan = plan_batch(
             drives, options, ledger, command.retry, bar.advance, command.piece_minutes * 60 or None
         )
     records = {record.name: record for record in plan.records}
-    records |= {
-        task.drive.name: Record(
-            task.drive.name, str(task.drive.source), task.drive.camera, State.LOST, "the batch was stopped"
-        )
-        for task in plan.tasks
-    }
+    records |= {task.drive.name: task.record(State.LOST, "the batch was stopped") for task in plan.tasks}
     interrupted = False
     try:
         if plan.tasks:
             with connected(command.scheduler, command.workers) as client:
+                if client.cluster is not None and client.cluster.scheduler is not None:
+                    from fcw_viz.page.guard.dashboard import guard_dashboard
+
+                    guard_dashboard(client.cluster.scheduler.http_application)
                 if client.dashboard_link:
                     MESSAGES.print(f"Dask's dashboard: {client.dashboard_link}")
                 with _live_table(len(plan.tasks), MESSAGES) as shown:
@@ -117,9 +123,12 @@ def run_batch(command: BatchCommand) -> int:
     except KeyboardInterrupt:
         interrupted = True
     finally:
-        ordered = [records[name] for name in sorted(records)]
-        ledger.write_manifest(ordered, plan.identities)
-    events = write_tables(command.out, ordered)
+        ledger.write_manifest((ledger.finished | records).values(), plan.identities)
+    events, unreadable = write_tables(out, (ledger.finished | records).values())
+    if unreadable:
+        records |= {record.name: record for record in unreadable}
+        ledger.write_manifest((ledger.finished | records).values(), plan.identities)
+    ordered = [records[name] for name in sorted(records)]
     if command.json:
         print_json([as_json(record) for record in ordered])
     else:
@@ -128,13 +137,14 @@ def run_batch(command: BatchCommand) -> int:
             if record.reason:  # whole lines, for commands and paths are there to be copied
                 RESULTS.print(f"{record.name}: {record.reason}", soft_wrap=True, markup=False)
         done = sum(record.state is State.DONE for record in ordered)
-        RESULTS.print(
-            f"{done} of {len(ordered)} drives done, {events} event{'s' * (events != 1)} "
+        earlier = len(ledger.finished.keys() - records)
+        also = f" and {earlier} of earlier batches" if earlier else ""
+        for line in (
+            f"{done} of {len(ordered)} drives done{also}, {events} event{'s' * (events != 1)} "
             f"in {command.out / EVENTS_NAME}",
-            soft_wrap=True,
-            markup=False,
-        )
-        RESULTS.print(f"review them: fcw review {command.out}", soft_wrap=True, markup=False)
+            f"look at them: {command.out / FLEET_NAME}; review them: fcw review {command.out}",
+        ):
+            RESULTS.print(line, soft_wrap=True, markup=False)
     if interrupted:
         return 130
     return 0 if all(record.state in (State.DONE, State.DUPLICATE) for record in ordered) else 2

@@ -211,6 +211,7 @@ def test_a_damaged_line_is_told_and_all_others_count(log):
     [
         ('"said":"Note"', '"said":"Song"', "'Song' is no said of this program"),
         ('"time_s":1.0', '"time_s":NaN', "expected a moment of the drive"),
+        ('"time_s":1.0', '"time_s":1e308', "expected a moment of the drive"),
         ('"time_s":1.0', '"time_s":"soon"', "'soon' is not of type float"),
         ('"time_s":1.0,', "", "time_s"),
         ('"person":"Ann"', '"person":3', "3 is not of type str"),

@@ -2,9 +2,11 @@
 
 import contextlib
 import filecmp
+import http.client
 import io
 import json
 import os
+import queue
 import re
 import shutil
 import signal
@@ -14,6 +16,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import duckdb
 import pyarrow.parquet as pq
@@ -24,6 +27,7 @@ from fcw.annotation.records import EventReference, Judgement, Verdict
 from fcw.annotation.store import ReviewStore
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME
 from fcw.batch.review_list import REVIEW_LIST_NAME
+from fcw.locked_file import LockedFile
 from fcw.logs.events import find_events
 from fcw.logs.mcap.reader import read_drive
 from fcw_viz.cli import main
@@ -70,6 +74,27 @@ def scheduler(tmp_path_factory) -> Iterator[str]:
             process.wait()
 
 
+@pytest.fixture
+def dashboard(rendered, tmp_path) -> Iterator[str]:
+    """Host and port of that of a batch under way."""
+    links: queue.Queue[str] = queue.Queue()
+    end = threading.Event()
+
+    def wait_in_place_of_drives(client, *_):
+        links.put(client.dashboard_link)
+        end.wait()
+        return iter(())
+
+    arguments = ["batch", str(rendered / "d0.mp4"), "--out", str(tmp_path), "--workers", "1", *ARGUMENTS]
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()):
+        patch.setattr("fcw.batch.cluster.run_tasks", wait_in_place_of_drives)
+        running = threading.Thread(target=main, args=(arguments,))
+        running.start()
+        yield urlsplit(links.get()).netloc
+        end.set()
+        running.join()
+
+
 def address_in(file: Path) -> str:
     """The scheduler's; nothing before its file is whole."""
     with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
@@ -82,6 +107,23 @@ def batch(*arguments: object) -> tuple[int, dict[str, dict[str, object]]]:
     with contextlib.redirect_stdout(io.StringIO()) as told:
         code = main(["batch", *map(str, arguments), *ARGUMENTS])
     return code, {record["name"]: record for record in json.loads(told.getvalue())}
+
+
+def test_the_dashboard_answers_no_other_web_page(dashboard):
+    identity, attacker = "/json/identity.json", "attacker.example"
+    for status, path, headers in (
+        (200, identity, {}),
+        (200, identity, {"Host": "localhost:1"}),  # through an ssh tunnel
+        (403, identity, {"Host": attacker}),
+        (403, "/sitemap.json", {"Host": attacker}),
+        (403, identity, {"Origin": f"http://{attacker}"}),
+        (403, "/status/ws", {"Origin": f"http://{attacker}", "Upgrade": "websocket"}),
+        (403, "/status/ws", {"Upgrade": "websocket"}),
+    ):
+        connection = http.client.HTTPConnection(dashboard)
+        connection.request("GET", path, headers=headers)
+        assert connection.getresponse().status == status, (path, headers)
+        connection.close()
 
 
 def test_good_drives_are_done_and_each_other_one_is_named(drives, tmp_path, scheduler):
@@ -205,11 +247,40 @@ def worker_processes() -> list[int]:
 def test_any_cluster_gives_the_same_table_and_pieces_the_same_logs(drives, tmp_path, scheduler):
     own, theirs = tmp_path / "own", tmp_path / "theirs"
     assert batch(drives, "--out", own, "--workers", 1)[0] == 0
-    assert batch(drives, "--out", theirs, "--scheduler", scheduler, "--piece-minutes", 0.008)[0] == 0
+    with contextlib.chdir(tmp_path):  # the workers are elsewhere
+        assert batch("drives", "--out", "theirs", "--scheduler", scheduler, "--piece-minutes", 0.008)[0] == 0
     for path in own.rglob("*"):
         # The page's list has the times of the logs' files.
         if path.suffix in (".parquet", ".mcap", ".html") and path.name != REVIEW_LIST_NAME:
             assert filecmp.cmp(path, theirs / path.relative_to(own), shallow=False), path
+
+
+def test_a_second_folder_adds_to_the_tables_and_a_busy_drive_is_left_alone(drives, tmp_path, scheduler):
+    out, others = tmp_path / "out", tmp_path / "others"
+    others.mkdir()
+    for suffix in (".mp4", ".calibration.yaml"):
+        (drives / f"d1{suffix}").rename(others / f"d0{suffix}")
+        (drives / f"d2{suffix}").unlink()
+    assert batch(drives, "--out", out, "--scheduler", scheduler)[0] == 0
+    judge_first_warning(out / "d0")
+    code, records = batch(others, "--out", out, "--scheduler", scheduler)
+    (name,) = records
+    assert (code, name.startswith("d0-")) == (0, True)
+    table = pq.read_table(out / "events.parquet").to_pylist()
+    assert {event["drive"]: Path(event["source"]).parent.name for event in table} == {
+        "d0": "drives",
+        name: "others",
+    }
+    assert [event["drive"] for event in table if event["verdict"]] == ["d0"]
+    # A task of a batch whose client was killed may still write there.
+    (out / name / RECORD_NAME).unlink()
+    lock = LockedFile.open(out / name / ".fcw.lock")
+    assert lock is not None
+    code, records = batch(others, "--out", out, "--scheduler", scheduler)
+    assert (code, records[name]["state"]) == (2, "not finished")
+    lock.close()
+    code, records = batch(others, "--out", out, "--scheduler", scheduler)
+    assert (code, records[name]["state"]) == (0, "done")
 
 
 def test_what_cannot_be_is_refused(tmp_path, capsys):

@@ -1,16 +1,22 @@
 """What a batch still has to do, by what lies in its folder."""
 
-import dataclasses
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from fcw.batch.drives import find_batch_drives
 from fcw.batch.identity import BatchOptions
-from fcw.batch.ledger import RECORD_NAME, Ledger, Record, State, write_record
+from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME, Ledger, State, write_record
 from fcw.batch.plan import Plan, plan_batch
+from fcw.batch.tables import check_batch_folder, write_tables
+from fcw.batch.work import run_task
+from fcw.logs.names import MCAP_NAME
+from fcw_viz.cli import main
 
 OPTIONS = BatchOptions()
+LOG = b"a log"
 
 
 @pytest.fixture
@@ -28,11 +34,11 @@ def plan(folder: Path, options: BatchOptions = OPTIONS, retry: bool = False) -> 
 
 
 def end(planned: Plan, state: State, reason: str = "") -> None:
-    """As if a worker had run all tasks."""
+    """As if a worker had run all tasks, with logs of seven frames and one event."""
     for task in planned.tasks:
-        drive = task.drive
-        record = Record(drive.name, str(drive.source), drive.camera, state, reason, task.identity, frames=7)
-        write_record(record, task.folder)
+        task.folder.mkdir(parents=True, exist_ok=True)
+        (task.folder / MCAP_NAME).write_bytes(LOG)
+        write_record(replace(task.record(state, reason), frames=7, events=1, log_bytes=len(LOG)), task.folder)
 
 
 def names(planned: Plan) -> list[str]:
@@ -76,8 +82,13 @@ def test_whatever_the_result_depends_on_makes_another_drive_of_it(drives, change
     elif changed == "calibration":
         (drives / "a.calibration.yaml").write_text("another")
     else:
-        options = dataclasses.replace(OPTIONS, detector="acf")
-    assert names(plan(drives, options)) == (["a", "b"] if changed == "options" else ["a"])
+        options = replace(OPTIONS, detector="acf")
+    planned = plan(drives, options)
+    assert [task.drive.source.name for task in planned.tasks if isinstance(task.drive.source, Path)] == (
+        ["a.mp4", "b.mp4"] if changed == "options" else ["a.mp4"]
+    )
+    # Of the same pictures the new log takes the old one's place; a camera's next card has the same names.
+    assert (names(planned)[0] == "a") == (changed != "content")
 
 
 def test_a_record_torn_by_a_crash_counts_for_nothing(drives):
@@ -110,3 +121,106 @@ def test_copies_and_drives_without_calibration_are_listed(drives):
     assert told["copy"] == (State.DUPLICATE, "the same file and calibration as a")
     assert told["bare"][0] is State.UNCALIBRATED
     assert "fcw calibrate" in told["bare"][1]
+
+
+def test_drives_of_another_folder_with_the_same_names_get_folders_of_their_own(drives):
+    end(plan(drives), State.DONE)
+    tomorrow = drives.parent / "tomorrow"
+    tomorrow.mkdir()
+    (tomorrow / "a.mp4").write_bytes(b"tomorrow's")
+    (tomorrow / "a.calibration.yaml").write_text("a calibration")
+    (task,) = plan(tomorrow).tasks
+    assert task.drive.name.startswith("a-")
+    end(plan(tomorrow), State.DONE)
+    assert names(plan(tomorrow)) == names(plan(drives)) == []
+    assert Ledger(drives.parent / "out").finished.keys() == {"a", "b", task.drive.name}
+    # Of a new calibration there is one log still.
+    (tomorrow / "a.calibration.yaml").write_text("another calibration")
+    assert names(plan(tomorrow)) == [task.drive.name]
+
+
+def test_a_copy_that_comes_later_is_the_copy(drives):
+    end(plan(drives), State.DONE)
+    (drives / "0.mp4").write_bytes(b"a")
+    (drives / "0.calibration.yaml").write_text("a calibration")
+    told = {record.name: record.state for record in plan(drives).records}
+    assert told == {"0": State.DUPLICATE, "a": State.DONE, "b": State.DONE}
+
+
+def test_no_two_drives_have_one_name(drives):
+    end(plan(drives), State.DONE)
+    for path in sorted(drives.glob("a.*")):
+        path.rename(drives / path.name.replace("a.", "c.", 1))
+    (drives / "a.mp4").write_bytes(b"bare")
+    (drives / "manifest.json.mp4").write_bytes(b"a file's name")
+    (drives / "manifest.json.calibration.yaml").write_text("a calibration")
+    planned = plan(drives)
+    (task,) = planned.tasks
+    assert task.drive.name.startswith(f"{MANIFEST_NAME}-")
+    states = {record.name: record.state for record in planned.records}
+    assert len(states) == 3
+    assert states.pop("a") is State.DONE
+    assert states.pop("b") is State.DONE
+    ((bare, state),) = states.items()
+    assert (bare.startswith("a-"), state) == (True, State.UNCALIBRATED)
+
+
+@pytest.mark.parametrize(("left", "events", "run"), [(b"", 1, 1), (None, 1, 1), (None, 0, 0), (LOG, 0, 0)])
+def test_a_log_that_is_gone_or_torn_is_made_again_but_for_one_without_events(drives, left, events, run):
+    planned = plan(drives)
+    end(planned, State.DONE)
+    task = planned.tasks[0]
+    log = task.folder / MCAP_NAME
+    log.unlink()
+    if left is not None:
+        log.write_bytes(left)
+    write_record(replace(task.record(State.DONE), events=events, log_bytes=len(LOG)), task.folder)
+    assert names(plan(drives)) == ["a"] * run
+
+
+@pytest.mark.parametrize("mended", ["a.mp4", "a.calibration.yaml"])
+def test_retry_runs_what_failed_also_when_it_was_mended(drives, mended):
+    end(plan(drives), State.FAILED, "a.mp4: torn; repair it")
+    (drives / mended).write_bytes(b"mended")
+    assert names(plan(drives, retry=True)) == ["a", "b"]
+
+
+def test_the_manifest_says_of_earlier_drives_too_what_ran(drives):
+    first = plan(drives)
+    end(first, State.DONE)
+    ledger = Ledger(drives.parent / "out")
+    ledger.write_manifest(ledger.finished.values(), first.identities)
+    again = Ledger(drives.parent / "out")
+    again.write_manifest(again.finished.values(), {})
+    ran = [drive["ran"] for drive in json.loads((again.out / MANIFEST_NAME).read_text())["drives"]]
+    assert [one["options"]["detector"] for one in ran] == ["net", "net"]
+
+
+@pytest.mark.parametrize(
+    "name", ["manifest.json", "events.parquet", "drives.parquet", "review.parquet", "fleet.html"]
+)
+def test_a_file_of_another_program_in_the_batchs_folder_is_refused_and_stays(drives, capsys, name):
+    theirs = drives.parent / "out" / name
+    theirs.parent.mkdir()
+    theirs.write_text('{"mine": 1}')
+    assert main(["batch", str(drives), "--out", str(theirs.parent)]) == 2
+    assert name in capsys.readouterr().err
+    assert list(theirs.parent.iterdir()) == [theirs]
+    assert theirs.read_text() == '{"mine": 1}'
+
+
+def test_the_files_of_an_earlier_batch_may_be_replaced(tmp_path):
+    Ledger(tmp_path).write_manifest([], {})
+    write_tables(tmp_path, [])
+    check_batch_folder(tmp_path)
+
+
+def test_another_programs_batch_file_in_a_drives_folder_stays(drives):
+    task = plan(drives).tasks[0]
+    task.folder.mkdir()
+    theirs = task.folder / RECORD_NAME
+    theirs.write_text('{"mine": 1}')
+    record = run_task(task)
+    assert record.state is State.FAILED
+    assert str(theirs) in record.reason
+    assert theirs.read_text() == '{"mine": 1}'

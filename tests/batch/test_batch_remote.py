@@ -9,7 +9,7 @@ from fsspec.implementations.memory import MemoryFileSystem
 from video_making import write_short_drive
 
 from fcw.batch.drives import find_batch_drives
-from fcw.batch.identity import BatchOptions
+from fcw.batch.identity import BatchOptions, identity_of
 from fcw.batch.ledger import Ledger, State
 from fcw.batch.plan import plan_batch
 from fcw.batch.remote import RemoteFile, fetched
@@ -100,11 +100,12 @@ def test_a_fetched_drive_is_the_drive(tmp_path):
     (here,), (there,) = find_batch_drives([source]), find_batch_drives([f"file://{remote}"])
     assert isinstance(there.source, RemoteFile)
     for name, drive in (("here", here), ("there", there)):
-        record = run_task(Task(drive, name, options, tmp_path / name))
+        record = run_task(Task(drive, identity_of(drive.source, drive.calibration, options), tmp_path / name))
         assert (record.state, record.frames, record.reason) == (State.DONE, 20, "")
     logs = (tmp_path / name / "drive.mcap" for name in ("here", "there"))
     assert filecmp.cmp(*logs, shallow=False)
+    identity = identity_of(there.source, there.calibration, options)
     shutil.rmtree(remote)
-    gone = run_task(Task(there, "gone", options, tmp_path / "gone"))
+    gone = run_task(Task(there, identity, tmp_path / "gone"))
     assert gone.state is State.FAILED
     assert "no such file" in gone.reason

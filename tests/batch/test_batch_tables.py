@@ -1,26 +1,42 @@
 """What a batch writes of all its drives: thumbnails, the page's list, the fleet's page."""
 
 import base64
+import io
 import os
 import re
+import shutil
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import cv2
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from export_drives import drive_header, marked_drive, marked_picture, write_log
+from mcap.exceptions import EndOfFile
+from mcap.records import Chunk, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
 
 from fcw.batch.fleet import FLEET_NAME, Fleet
-from fcw.batch.ledger import Record, State
+from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
 from fcw.batch.moments import WORST_NAME, moment_name, read_moment, write_moments
 from fcw.batch.review_list import REVIEW_LIST_NAME, read_review_list
-from fcw.batch.tables import write_tables
+from fcw.batch.tables import DRIVES_NAME, EVENTS_NAME, write_tables
 from fcw.logs.events import find_events
+from fcw.logs.mcap.format import RESULT_TOPIC
 from fcw.logs.mcap.reader import DriveLog
-from fcw.logs.names import MCAP_NAME
+from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
 from fcw.logs.thumbnail import THUMBNAIL_PX
 from fcw_viz.review_app.drive_card import listed_card, read_card
+
+
+def done_record(name: str, duration_s: float) -> Record:
+    source = f"/d/{name}.mp4"
+    record = Record(name, source, "van", State.DONE, identity=name, frames=75)
+    return replace(record, duration_s=duration_s, warnings=1)
 
 
 @pytest.fixture(scope="module")
@@ -31,10 +47,7 @@ def batch(tmp_path_factory) -> Path:
     for name in ("a", "b"):
         log = write_log(out / name / MCAP_NAME, marked_drive(75), drive_header())
         write_moments(out / name)
-        duration_s = log.series().duration_s
-        records.append(
-            Record(name, f"/d/{name}.mp4", "van", State.DONE, "", name, 75, 1.0, duration_s, warnings=1)
-        )
+        records.append(done_record(name, log.series().duration_s))
     write_tables(out, records)
     return out
 
@@ -85,6 +98,19 @@ def test_a_log_that_is_another_by_now_is_not_in_the_list(batch, tmp_path):
         assert read_review_list(tmp_path) == {}
 
 
+def test_files_of_a_batch_that_are_nested_deeply_count_as_missing(batch, tmp_path):
+    deep = "[" * 99_999
+    (tmp_path / "a").mkdir()
+    os.link(batch / "a" / MCAP_NAME, tmp_path / "a" / MCAP_NAME)
+    (tmp_path / "a" / SUMMARY_NAME).write_text(deep)
+    write_tables(tmp_path, [done_record("a", 3.0)])
+    assert "1 drive" in (tmp_path / FLEET_NAME).read_text()
+    table = pq.read_table(tmp_path / REVIEW_LIST_NAME)
+    rows = [row | {"events": deep} for row in table.to_pylist()]
+    pq.write_table(pa.Table.from_pylist(rows, table.schema), tmp_path / REVIEW_LIST_NAME)
+    assert read_review_list(tmp_path) == {}
+
+
 def test_the_fleet_has_the_worst_moments_and_four_charts(batch):
     page = (batch / FLEET_NAME).read_text()
     charts = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
@@ -94,9 +120,63 @@ def test_the_fleet_has_the_worst_moments_and_four_charts(batch):
 
 
 def test_one_drive_is_not_called_drives():
-    assert "<h1>1 drive</h1>" in Fleet(["a"], [1.0], [0.1]).html(Path())
+    fleet = Fleet(["a"], ["van"], [None], [1.0], [0.1])
+    assert "<h1>1 drive</h1>" in fleet.html(Path())
+
+
+def test_drives_that_say_when_they_were_stand_over_days_each_camera_in_its_colour():
+    day_ns = 86_400 * 10**9
+    monday_ns = 1_793_577_600 * 10**9  # 2026-11-02 00:00 UTC
+    begun_ns = [monday_ns + 18 * day_ns // 24, monday_ns + 14 * day_ns, None]
+    dated = Fleet(["a", "b"], ["van", "bus"], [*begun_ns[:2]], [1.0, 2.0], [0.1, 0.3])
+    warnings, mount = dated.charts()[:2]
+    for chart in (warnings, mount):
+        assert chart.x_label == "days since 2026-11-02, UTC"
+        assert chart.x_range == (0.0, 14.0)
+    assert [(one.name, list(one.points)) for one in mount.series] == [
+        ("bus", [(14.0, 0.3)]),
+        ("van", [(0.75, 0.1)]),
+    ]
+    undated = Fleet(["a", "b", "c"], ["van"] * 3, begun_ns, [1.0] * 3, [0.1] * 3)
+    assert undated.charts()[0].x_label.startswith("number of the drive")
 
 
 def test_a_fleet_without_any_drive_is_a_page_too(tmp_path):
-    assert write_tables(tmp_path, [Record("torn", "/d/torn.mp4", "van", State.FAILED, "torn")]) == 0
+    assert write_tables(tmp_path, [Record("torn", "/d/torn.mp4", "van", State.FAILED, "torn")]) == (0, ())
     assert "0 drives" in (tmp_path / FLEET_NAME).read_text()
+
+
+def test_the_bytes_of_an_event_hold_it_whole(batch):
+    events = pq.read_table(batch / EVENTS_NAME).to_pylist()
+    assert len(events) == 10
+    for event in events:
+        path = batch / event["drive"] / MCAP_NAME
+        with path.open("rb") as file:
+            file.seek(event["log_offset"])
+            part = io.BytesIO(file.read(event["log_bytes"]))
+        log = DriveLog(path)
+        times_ns = []
+        with suppress(EndOfFile):
+            for chunk in StreamReader(part, skip_magic=True, emit_chunks=True).records:
+                for record in breakup_chunk(chunk) if isinstance(chunk, Chunk) else ():
+                    if isinstance(record, Message) and log.chunks.topics[record.channel_id] == RESULT_TOPIC:
+                        times_ns.append(record.log_time)
+        start_ns, end_ns = (log.series().time_ns[0] + event[name] * 1e9 for name in ("start_s", "end_s"))
+        assert min(times_ns) <= start_ns
+        assert max(times_ns) >= end_ns
+        assert event["log_bytes"] < path.stat().st_size
+
+
+def test_one_log_that_cannot_be_read_costs_the_others_nothing(batch, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(batch, out)
+    records = [done_record(name, 3.0) for name in ("a", "b")]
+    write_record(records[1], out / "b")
+    (out / "b" / MCAP_NAME).write_bytes(b"no log")
+    count, unreadable = write_tables(out, records)
+    assert count == 5
+    assert [(record.name, record.state) for record in unreadable] == [("b", State.LOST)]
+    assert str(out / "b" / MCAP_NAME) in unreadable[0].reason
+    assert pq.read_table(out / DRIVES_NAME).column("state").to_pylist() == ["done", "not finished"]
+    assert pq.read_table(out / DRIVES_NAME).column("events").to_pylist() == [5, 0]
+    assert not (out / "b" / RECORD_NAME).exists()  # so that the next batch runs it
