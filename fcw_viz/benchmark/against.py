@@ -44,10 +44,12 @@ class EarlierFigures:
 
     Attributes:
         path: of the file.
+        heading: on what, with which version and where it was measured.
         figures: its ratios, and times as ratios, by name.
     """
 
     path: Path
+    heading: str
     figures: Mapping[str, float]
 
     @classmethod
@@ -58,10 +60,11 @@ class EarlierFigures:
             UserError: it cannot be read, or is something else.
         """
         try:
-            return cls(path, _comparable(json_value(read_text(path))))
+            earlier = json_value(read_text(path))
+            return cls(path, str(earlier["heading"]), _comparable(earlier))
         except OSError as error:
             raise UserError(f"--against {path}: cannot be read ({error.strerror})") from error
-        except (MalformedError, KeyError, TypeError, AttributeError, ValueError) as error:
+        except (MalformedError, KeyError, TypeError, AttributeError, ValueError, ZeroDivisionError) as error:
             raise UserError(
                 f"--against {path}: not the figures of a benchmark ({error}); expected what "
                 "`fcw bench --json` prints, or bench.json of `fcw bench --report DIR`"

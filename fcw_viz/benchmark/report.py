@@ -45,6 +45,8 @@ def print_figures(figures: Figures, console: Console, earlier: EarlierFigures | 
         for change in earlier.changes(figures):
             against.add_row(change.name, f"{change.before:.2f}", f"{change.now:.2f}", f"{change.ratio:.2f}")
         tables.append(against)
+        console.print(f"\nearlier: {earlier.heading}", highlight=False, markup=False)
+        console.print("now / before: less than 1 is faster for times, more than 1 for rates", highlight=False)
     for table in tables:
         table.columns[0].no_wrap = True
         for column in table.columns[1:]:
@@ -53,16 +55,25 @@ def print_figures(figures: Figures, console: Console, earlier: EarlierFigures | 
         console.print(table, highlight=False)
 
 
-def write_report(figures: Figures, folder: Path, earlier: EarlierFigures | None = None) -> list[Path]:
-    """Write the report into a folder that is made if need be; returns its files.
+def report_folder(folder: Path) -> Path:
+    """The folder of a report, made if need be.
 
     Raises:
-        UserError: the folder or a file cannot be written.
+        UserError: it cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"--report {folder}: cannot make this folder ({error.strerror})") from error
+    return folder
+
+
+def write_report(figures: Figures, folder: Path, earlier: EarlierFigures | None = None) -> list[Path]:
+    """Write the report into its folder; returns its files.
+
+    Raises:
+        UserError: a file cannot be written.
+    """
     text = io.StringIO()
     print_figures(figures, Console(file=text, width=TEXT_COLUMNS), earlier)
     files = {

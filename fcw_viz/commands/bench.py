@@ -1,5 +1,6 @@
 """`fcw bench`: the whole job beside decoding alone, the distance prior beside plain ACF, in one run."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -38,18 +39,26 @@ def run_bench(command: BenchCommand) -> int:
     """Run `fcw bench`; returns the exit code."""
     from fcw.detection.choice import ONNX_PREFIX, load_model
     from fcw.errors import UserError
+    from fcw.files import is_same_file
     from fcw_viz.benchmark.against import EarlierFigures
     from fcw_viz.benchmark.measure import measure
-    from fcw_viz.benchmark.report import print_figures, write_report
+    from fcw_viz.benchmark.report import JSON_NAME, print_figures, report_folder, write_report
     from fcw_viz.commands.demo import demo_folder
     from fcw_viz.console import MESSAGES, RESULTS, print_json
 
     if command.rounds < 1 or command.detector_frames < 1:
         raise UserError("--rounds and --detector-frames: expected at least 1")
-    if command.shortest < 0:
+    if not 0 <= command.shortest < math.inf:
         raise UserError(f"--shortest {command.shortest:g}: expected seconds, 0 or more")
     if command.detector_classes and not command.onnx:
         raise UserError(f"--detector-classes {' '.join(command.detector_classes)}: expected only with --onnx")
+    if command.report and command.against and is_same_file(command.report / JSON_NAME, command.against):
+        raise UserError(
+            f"--report {command.report}: its new {JSON_NAME} would replace --against {command.against}; "
+            "name another folder"
+        )
+    if command.report:
+        report_folder(command.report)  # before all the measuring
     earlier = None if command.against is None else EarlierFigures.load(command.against)
     plugged_in = None
     if command.onnx:

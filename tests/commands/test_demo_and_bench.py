@@ -271,7 +271,17 @@ def test_a_run_against_itself_changes_nothing(bench: dict[str, Any]) -> None:
     assert changes[f"{PRIOR} / Luv"]["ratio"] == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"ratios": {}}', '{"ms_per_frame": {"cv2 BGR to Luv": []}}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        '{"ratios": {}}',
+        '{"heading": "", "ms_per_frame": {"cv2 BGR to Luv": []}}',
+        '{"heading": "", "ratios": {}, "ms_per_frame": {"cv2 BGR to Luv": [0], "a": [1]}, '
+        '"windows_per_frame": {"a": 1}}',
+    ],
+)
 def test_bench_refuses_another_files_figures(
     text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -289,9 +299,19 @@ def test_bench_refuses_no_rounds(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--rounds" in capsys.readouterr().err
 
 
-def test_bench_refuses_a_negative_duration(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "--shortest", "-1"]) == 2
-    assert "--shortest -1" in capsys.readouterr().err
+@pytest.mark.parametrize("seconds", ["-1", "inf", "nan"])
+def test_bench_refuses_what_is_no_duration(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--shortest", seconds]) == 2
+    assert f"--shortest {seconds}" in capsys.readouterr().err
+
+
+def test_bench_refuses_a_report_that_cannot_be_written_before_it_measures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    # Without the folder's check the missing video would be told of.
+    assert main(["bench", str(tmp_path / "none.mp4"), "--report", str(tmp_path / "file")]) == 2
+    assert "cannot make this folder" in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_video_of_one_picture_cannot_be_repeated(tmp_path: Path) -> None:
