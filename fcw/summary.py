@@ -18,6 +18,8 @@ SCALE_AFTER_M = 100.0
 """The scale is judged after so much way."""
 SCALE_SAID = 0.04
 """A ratio farther from one is said: people's speedometers and GPS, and ours, are as good as 3 %."""
+BLIND_AFTER_S = 1.0
+"""From one picture to the next; drivers take about as long to react."""
 
 
 @dataclass(slots=True)
@@ -111,13 +113,25 @@ class OwnMotionSummary:
 
 @dataclass(slots=True)
 class DriveSummary:
-    """Gathers the summary of a drive while it runs: call `add` with every result."""
+    """Gathers the summary of a drive while it runs: call `add` with every result.
+
+    Attributes:
+        source: its name.
+        versions: of what ran.
+        calibrated_pitch_rad: the camera's.
+        frames: how many there were.
+        frames_with_lead: in how many of them a vehicle was ahead.
+        blind_s: altogether, between pictures more than `BLIND_AFTER_S` apart: a camera that gave none, or a
+            live drive on a computer that was busy.
+        notes: of the frames.
+    """
 
     source: str
     versions: Mapping[str, str]
     calibrated_pitch_rad: float = 0.0
     frames: int = 0
     frames_with_lead: int = 0
+    blind_s: float = 0.0
     notes: list[str] = field(default_factory=list)
     _first_ns: int = 0
     _last_ns: int = 0
@@ -128,7 +142,9 @@ class DriveSummary:
     def add(self, result: FrameResult) -> None:
         """Take in the next frame's result."""
         if self.frames == 0:
-            self._first_ns = result.time_ns
+            self._first_ns = self._last_ns = result.time_ns
+        gap_s = (result.time_ns - self._last_ns) / NS_PER_S
+        self.blind_s += gap_s if gap_s > BLIND_AFTER_S else 0.0
         self._last_ns = result.time_ns
         self.frames += 1
         self.frames_with_lead += result.lead_id is not None
@@ -153,7 +169,16 @@ class DriveSummary:
     @property
     def all_notes(self) -> tuple[str, ...]:
         """What a person should know of the drive."""
-        return (*self.notes, *self._own.notes)
+        return (*self.notes, *self._own.notes, *self._blind_notes)
+
+    @property
+    def _blind_notes(self) -> tuple[str, ...]:
+        if not self.blind_s:
+            return ()
+        return (
+            f"blind for {self.blind_s:.1f} s of {self.duration_s:.1f} s: no picture was looked at then, so "
+            "there could be no warning",
+        )
 
     @property
     def duration_s(self) -> float:
@@ -168,8 +193,9 @@ class DriveSummary:
             "duration_s": self.duration_s,
             "frames_per_second": self.frames / elapsed_s if elapsed_s > 0 else 0.0,
             "frames_with_lead": self.frames_with_lead,
+            "blind_s": self.blind_s,
             "warnings": [asdict(span) for span in self.warnings],
-            "notes": [*self.notes, *self._own.notes],
+            "notes": list(self.all_notes),
             "own_motion": self._own.as_json(self.calibrated_pitch_rad),
             "versions": dict(self.versions),
         }

@@ -82,6 +82,16 @@ def test_a_note_is_told_once_for_as_long_as_it_stands_and_again_when_it_comes_ba
     assert summed(*noted).notes == ["from 0 s: moved 0.3", "from 0 s: moved 0.3"]
 
 
+def test_time_without_pictures_is_told_as_what_nobody_could_be_warned_of() -> None:
+    quiet = [result(index, WarningLevel.NONE, None) for index in (0, 1, 11, 26, 27, 50)]
+    summary = summed(*quiet)  # 1.0 s between two pictures are not told, 1.5 s and 2.3 s are
+    assert summary.blind_s == pytest.approx(3.8)
+    said = "blind for 3.8 s of 5.0 s: no picture was looked at then, so there could be no warning"
+    assert summary.all_notes == (said,)
+    assert summary.as_json(1.0)["notes"] == [said]
+    assert summed(*quiet[:3]).all_notes == ()
+
+
 def test_json_has_the_keys_that_scripts_rely_on() -> None:
     as_json = summed(result(0, WarningLevel.WARNING, 1), result(5, WarningLevel.NONE, None)).as_json(
         elapsed_s=4.0
@@ -92,6 +102,7 @@ def test_json_has_the_keys_that_scripts_rely_on() -> None:
         "duration_s": 0.5,
         "frames_per_second": 0.5,
         "frames_with_lead": 1,
+        "blind_s": 0.0,
         "warnings": [
             {
                 "level": "warning",

@@ -18,7 +18,9 @@ const notice = () => {
 };
 // Of a picture that follows; one that was not drawn yet keeps its time, so that no age is too small.
 age.comes = (captured) => (age.coming ??= captured ?? performance.now());
+// No picture will come any more: what the page says of the present moment is hidden.
 age.end = () => {
+  document.documentElement.dataset.fcwLive = "ended";
   age.animation?.cancel();
   age.coming = age.captured = null;
 };

@@ -61,5 +61,5 @@ class PictureAge:
         return f"{self.clock.of_browser(our_s) * 1000:.1f}" if self.clock.known else "null"
 
     def end(self) -> None:
-        """No picture will come any more: the last one is right."""
+        """No picture will come any more: the last one is right, and nothing is present."""
         run_script(self._client, "window.fcwAge.end();")

@@ -116,13 +116,14 @@ class LiveFeed:
             self._changed.wait_for(lambda: self._ended or self._is_newer(frame_index), wait_s)
             return self._latest if self._is_newer(frame_index) else None
 
-    def history(self) -> DriveSeries:
-        """The results of the last `HISTORY_S` as columns."""
+    def history(self, last_index: int) -> DriveSeries:
+        """The results of the last `HISTORY_S` up to a frame as columns; none where that is longer ago."""
         with self._changed:
             results = tuple(self._history)
         builder = SeriesBuilder()
         for result in results:
-            builder.add(result, ())
+            if result.index <= last_index:
+                builder.add(result, ())
         return builder.build()
 
     def _is_newer(self, frame_index: int) -> bool:

@@ -79,11 +79,12 @@ class LivePanels:
         gui.add_html(text_block(_sound_html()))
         self._why = gui.add_html("")
         # The browser writes in it: it is never drawn anew.
-        gui.add_html(text_block("<p>The picture on the screen is <b data-fcw-age>–</b> old.</p>"))
+        gui.add_html(
+            text_block('<p class="fcw-age">The picture on the screen is <b data-fcw-age>–</b> old.</p>')
+        )
         self._latency = gui.add_html("")
         gui.add_html(text_block(f'<div class="fcw-keys">{help_table(HELP_ROWS)}</div>'))
         self.show_aspect(16, 9)
-        self.show_head("waiting for the first picture", False)
 
     def resized(self, about: str) -> None:
         """The browser has told an element's size."""

@@ -12,6 +12,8 @@ from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.tab import Tab
 
+FOR_FIRST_PICTURE = "waiting for the first picture"
+
 
 class LivePage(PageServer):
     """A running page."""
@@ -29,8 +31,16 @@ class LivePage(PageServer):
             UserError: the port is none.
         """
         self._feed, self._title, self._dark = feed, title, dark
+        self._waiting = FOR_FIRST_PICTURE
         self._session: ReviewSession | None = None
         super().__init__(port, f"fcw · {title}", dark)
+
+    def say_waiting(self, words: str) -> None:
+        """Have every tab say what is waited for, until the first picture comes."""
+        self._waiting = words
+        for tab in self.tabs:
+            if isinstance(tab, LiveTab):
+                tab.show_waiting(words)
 
     def say_ended(self, words: str) -> None:
         """Tell every tab that the drive has ended, and what comes now; also when the program ends."""
@@ -57,7 +67,7 @@ class LivePage(PageServer):
     def open_tab(self, client: viser.ClientHandle) -> PageTab:
         """A tab on the drive, or on its review."""
         if self._session is None:
-            return LiveTab(client, self._feed, self._title)
+            return LiveTab(client, self._feed, self._title, self._waiting)
         return Tab(client, self._session, self._title, self._dark)
 
     def stop(self) -> None:

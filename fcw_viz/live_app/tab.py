@@ -18,6 +18,7 @@ from fcw_viz.page.channel import PageChannel
 from fcw_viz.page.keys import Key, add_keys
 from fcw_viz.page.picture.hover import HoverHints
 from fcw_viz.page.tab import PageTab
+from fcw_viz.review_app.panels.layout import PANEL_WIDTH_PX
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
 
 FIRST_SIZE = ImageSize(1280, 720)
@@ -41,7 +42,7 @@ class LiveTab(PageTab):
         latency: how old what it shows is.
     """
 
-    def __init__(self, client: viser.ClientHandle, feed: LiveFeed, title: str) -> None:
+    def __init__(self, client: viser.ClientHandle, feed: LiveFeed, title: str, waiting: str) -> None:
         super().__init__(client, f"{title} · live · fcw", FIRST_SIZE)
         self._feed = feed
         self._moment: Moment | None = None
@@ -55,6 +56,7 @@ class LiveTab(PageTab):
         self.hover = HoverHints(self.view, client)
         self.latency = LatencyMeter()
         self._panels = LivePanels(client.gui, title)
+        self._panels.show_head(waiting, False)
         self.age = PictureAge(client)
         self._alarm = Alarm(client)
         add_keys(client.gui, self.run, self._keys())
@@ -63,6 +65,7 @@ class LiveTab(PageTab):
         channel.on("drawn", self._was_drawn)
         channel.on("clock", lambda about: self.age.clock.heard(float(about) / 1000, feed.now_s()))
         channel.on("size", lambda about: self.run(partial(self._resized, about)))
+        channel.on("docked", lambda _: client.gui.main_panel.set_width(PANEL_WIDTH_PX))
         channel.on("mute", lambda _: self.run(self._mute))
         channel.on("birdseye", lambda _: self.run(self._switch_birds_eye))
         channel.on("hover", lambda about: self.run(partial(self.hover.move, about)))
@@ -71,6 +74,10 @@ class LiveTab(PageTab):
         self.view.tell_drawn()
         self.hover.start()
         threading.Thread(target=self._follow, name="live tab", daemon=True).start()
+
+    def show_waiting(self, words: str) -> None:
+        """What is waited for before the first picture."""
+        self.run(partial(self._panels.show_head, words, False))
 
     def show_end(self, words: str) -> None:
         """The drive has ended, and what comes now."""
@@ -157,7 +164,7 @@ class LiveTab(PageTab):
             self._panels.show_result(moment.result, header, time_s, feed.dropped, self.latency.figures)
         if now_s - self._plots_s > PLOTS_S:
             self._plots_s = now_s
-            self._show_plots()
+            self._show_plots(moment)
 
     def _was_drawn(self, about: str) -> None:
         browser_s = float(about) / 1000
@@ -168,12 +175,14 @@ class LiveTab(PageTab):
     def _resized(self, about: str) -> None:
         self._panels.resized(about)
         if self._moment is not None:
-            self._show_plots()
+            self._show_plots(self._moment)
 
-    def _show_plots(self) -> None:
+    def _show_plots(self, moment: Moment) -> None:
+        """The last seconds up to what the picture shows, which may be behind what is known."""
         header, feed = self._feed.header, self._feed
-        if header is not None:
-            self._panels.show_plots(History(header, feed.history(), feed.first_ns))
+        series = feed.history(moment.result.index)
+        if header is not None and len(series) > 0:
+            self._panels.show_plots(History(header, series, feed.first_ns))
 
     def _mute(self) -> None:
         self._alarm.mute(not self._alarm.muted)

@@ -74,17 +74,34 @@
       new KeyboardEvent("keydown", { key: "s", code: "KeyS", ctrlKey, metaKey, shiftKey, bubbles: true })), TYPED_MS);
   }, { capture: true });
 
-  // A way to what a sentence names: in its tab, in sight, and marked for a moment.
-  document.addEventListener("click", (event) => {
-    const { fcwGoto } = event.target.closest?.("[data-fcw-goto]")?.dataset ?? {};
-    if (fcwGoto === undefined) return;
-    const [tab, place] = fcwGoto.split("/");
-    const node = [...document.querySelectorAll("[role=tab]")].find((node) => node.textContent.trim() === tab);
+  const findTab = (name) =>
+    [...document.querySelectorAll("[role=tab]")].find((node) => node.textContent.trim() === name);
+  const turnTo = (node) => {
     const { x = 0, y = 0 } = node?.getBoundingClientRect() ?? {};
     const at = { bubbles: true, button: 0, isPrimary: true, pointerId: 1, clientX: x + 5, clientY: y + 5 };
     // viser's docked tabs can be dragged: they hear pointers, and no clicks.
     for (const type of ["pointerdown", "pointerup"]) node?.dispatchEvent(new PointerEvent(type, at));
     node?.click();
+  };
+  // To a tool's tab while it is used, and back to where one was, unless one has gone elsewhere since.
+  let before = null;
+  const openTab = (name) =>
+    findTab(name)?.closest("[role=tablist]")?.querySelector("[role=tab][aria-selected=true]")?.textContent.trim();
+  window.fcwTurnTo = (name) => {
+    before = openTab(name);
+    turnTo(findTab(name));
+  };
+  window.fcwTurnBack = (name) => {
+    if (before && openTab(name) === name) turnTo(findTab(before));
+    before = null;
+  };
+
+  // A way to what a sentence names: in its tab, in sight, and marked for a moment.
+  document.addEventListener("click", (event) => {
+    const { fcwGoto } = event.target.closest?.("[data-fcw-goto]")?.dataset ?? {};
+    if (fcwGoto === undefined) return;
+    const [tab, place] = fcwGoto.split("/");
+    turnTo(findTab(tab));
     setTimeout(() => {
       const target = document.querySelector(`[data-fcw-place="${place}"]`);
       target?.scrollIntoView({ block: "center", behavior: "smooth" });

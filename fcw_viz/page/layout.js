@@ -3,7 +3,7 @@
 if (!window.fcwLayout) {
   window.fcwLayout = true;
   const root = document.documentElement.style;
-  let region = null;
+  let region = null, docked = false;
   const measure = () => {
     const width = region?.isConnected ? Math.round(region.getBoundingClientRect().width) : 0;
     root.setProperty("--fcw-docked", `${width}px`);
@@ -16,6 +16,9 @@ if (!window.fcwLayout) {
       region = found;
       if (region) sizes.observe(region);
       measure();
+      // In a narrow window there is no dock. viser makes another one after it, of its own width.
+      if (region && docked) window.fcwChannel?.tell("docked:");
+      docked ||= region !== null;
     }
   };
   new MutationObserver(look).observe(document.body, { childList: true, subtree: true });

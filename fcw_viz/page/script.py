@@ -50,6 +50,16 @@ def expect_typing(client: viser.ClientHandle, expected: bool) -> None:
     run_script(client, f"window.fcwExpectsTyping = {json.dumps(expected)};")
 
 
+def turn_to_tab(client: viser.ClientHandle, name: str) -> None:
+    """Open a tab of the panel; `turn_back` leads back."""
+    run_script(client, f"window.fcwTurnTo({json.dumps(name)});")
+
+
+def turn_back(client: viser.ClientHandle, name: str) -> None:
+    """Open the tab that was open before `turn_to_tab`, unless somebody has left that one since."""
+    run_script(client, f"window.fcwTurnBack({json.dumps(name)});")
+
+
 def focus_element(client: viser.ClientHandle, element_id: str) -> None:
     """Put the cursor in a field of the page's own HTML."""
     run_script(client, f"document.getElementById({json.dumps(element_id)})?.focus();")

@@ -10,9 +10,10 @@ from fcw.logs.overlay import Rgb
 from fcw.units import distance_text
 from fcw_viz.page.picture.hover import HoverHints
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, box_line
-from fcw_viz.page.script import run_script
+from fcw_viz.page.script import run_script, turn_back, turn_to_tab
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.panels.boxes import BOXES
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
 from fcw_viz.review_app.picture.box_editor import BoxEditor
 from fcw_viz.review_app.picture.frames import FramePictures
@@ -156,11 +157,13 @@ class Screen:
         """Correct the boxes of the frame that is shown, or no longer."""
         if self._boxes.active:
             self._boxes.stop()
+            turn_back(self._tab.client, BOXES)
         else:
             self._playing.stop()
             self._place.opened  # noqa: B018 - raises where no drive is open
             self.birds_eye.come_back()
             self._boxes.start()
+            turn_to_tab(self._tab.client, BOXES)
         self.show_picture()
         self._show_panels()
 

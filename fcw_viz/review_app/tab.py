@@ -13,7 +13,7 @@ from fcw_viz.page.script import run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import Desk
 from fcw_viz.review_app.keys import all_keys
-from fcw_viz.review_app.panels.layout import Panels
+from fcw_viz.review_app.panels.layout import PANEL_WIDTH_PX, Panels
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.triage.filter_bar import filter_messages
 
@@ -57,6 +57,7 @@ class Tab(PageTab):
         for name, callback in {
             "ready": self._arrive,
             "size": self._resized,
+            "docked": lambda _: self.client.gui.main_panel.set_width(PANEL_WIDTH_PX),
             "drawn": lambda _: desk.screen.drawn(),
             "open": desk.open_at,
             "list": lambda _: desk.show_list(),

@@ -92,7 +92,8 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
         pages.append(opened)
         opened.listen()
         address, _, query = url.partition("?")
-        opened.page.goto(f"{address}/?fixedDpr={1.0 if sharp else 0.5}&{query}")
+        # As it is printed, without a slash at its end: that is how people open it.
+        opened.page.goto(f"{address}?fixedDpr={1.0 if sharp else 0.5}&{query}")
         if picture:
             opened.wait_until_ready()
         return opened

@@ -3,18 +3,27 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 import urllib.request
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from review_drives import result
 from running.programs import start_program
 
+from fcw.job import DriveOutcome
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.sources import open_source
+from fcw.sources.live import LiveSource
+from fcw.summary import DriveSummary
 from fcw_viz.cli import main
+from fcw_viz.commands.run import live
+from fcw_viz.commands.run.report import report_drive
+from fcw_viz.console import RESULTS
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 PATIENCE_S = 600  # on a busy machine
@@ -65,6 +74,67 @@ def test_ctrl_c_ends_a_live_drive_with_complete_logs(tmp_path: Path) -> None:
     pictures.close()
     assert compared == len(wanted)
     assert (out / "summary.json").is_file()
+
+
+def test_everything_is_compiled_before_the_first_picture_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def compiles_until_ctrl_c(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def looks(*_: object) -> None:
+        raise AssertionError("a picture was taken")
+
+    monkeypatch.setattr(live, "rehearse", compiles_until_ctrl_c)
+    monkeypatch.setattr(LiveSource, "frames", looks)
+    out = tmp_path / "out"
+    arguments = ["run", str(DEMO / "drive.mp4"), "--live", "--no-open", "--port", "8490", "--out", str(out)]
+    assert main(arguments) == 130
+    told = capsys.readouterr().err.splitlines()
+    assert [line.split(" ", 1)[0] for line in told] == ["live", "getting", "fcw:"]
+    assert not out.exists()
+
+
+# In a process of its own, where nothing is compiled or loaded before.
+LOADED_ANEW = """
+import gc, sys, threading
+from pathlib import Path
+from numba.core.dispatcher import Dispatcher
+from fcw.job import DriveJob, run_drive
+from fcw_viz.jobs.rehearsal import rehearse
+
+def kernels():
+    return {
+        (each.py_func.__qualname__, signature)
+        for each in gc.get_objects() if isinstance(each, Dispatcher) for signature in each.signatures
+    }
+
+enough = threading.Event()
+drive, out = map(Path, sys.argv[1:])
+job = DriveJob(drive, out)
+rehearse(job, drive)
+before = kernels()
+assert before
+run_drive(job, stop=enough, on_result=lambda result: result.index < 90 or enough.set())
+print(kernels() - before)
+"""
+
+
+@pytest.mark.slow
+def test_a_drive_after_the_rehearsal_needs_no_other_kernel(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", LOADED_ANEW, str(DEMO / "drive.mp4"), str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert (done.returncode, done.stdout) == (0, "set()\n"), done.stderr
+
+
+def test_no_warnings_do_not_stand_alone_where_the_drive_was_not_seen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    summary = DriveSummary("drive.mp4", {})
+    for time_s in (0, 30, 40):
+        summary.add(replace(result(0), time_ns=time_s * 1_000_000_000))
+    report_drive(DriveOutcome(summary.as_json(1.0), (), False), tmp_path, RESULTS)
+    assert "no warnings, but blind for 40.0 s of 40.0 s" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -114,10 +114,19 @@ def test_the_history_reaches_back_as_far_as_the_plots(source: LiveSource):
     frames = round((HISTORY_S + 10) * RATE_HZ)
     for index in range(frames):
         feed.write(result(index), ())
-    series = feed.history()
+    series = feed.history(frames - 1)
     assert series.duration_s == pytest.approx(HISTORY_S)
     assert series.time_ns[-1] == result(frames - 1).time_ns
     history = History(header(), series, feed.first_ns)
     assert history.last_s == pytest.approx((frames - 1) / RATE_HZ)
     distance = make_plots([Run.of(history, history.last_s - HISTORY_S, history.last_s)], LIVE, False)[0]
     assert np.isfinite(distance.curves[0].told.value).all()
+
+
+def test_the_history_ends_at_the_frame_that_is_shown(source: LiveSource):
+    feed = LiveFeed(source)
+    feed.open(header())
+    for index in range(20):
+        feed.write(result(index), ())
+    assert feed.history(12).time_ns[-1] == result(12).time_ns
+    assert len(feed.history(-1)) == 0

@@ -12,14 +12,18 @@ from fcw.logs.names import MCAP_NAME
 from fcw.sources import is_mcap, open_source
 from fcw.sources.camera import CameraSource, camera_name, is_camera
 from fcw.sources.live import LiveSource
+from fcw_viz.commands.demo import demo_folder
 from fcw_viz.commands.review.page import login_name
 from fcw_viz.commands.run.options import RECORDINGS, RunCommand, job_of
 from fcw_viz.commands.run.report import report_drive
 from fcw_viz.console import MESSAGES, RESULTS, note, print_json
 from fcw_viz.jobs.drive import run_on_console
+from fcw_viz.jobs.rehearsal import rehearse
 from fcw_viz.live_app.feed import LiveFeed
-from fcw_viz.live_app.server import LivePage
+from fcw_viz.live_app.server import FOR_FIRST_PICTURE, LivePage
 from fcw_viz.page.server import DEFAULT_PORT
+
+GETTING_READY = "getting ready: the first time kernels are compiled, which takes up to two minutes"
 
 
 def run_live(command: RunCommand) -> int:
@@ -27,7 +31,7 @@ def run_live(command: RunCommand) -> int:
 
     Raises:
         UserError: the source, the calibration or an option is wrong.
-        KeyboardInterrupt: the end of the review.
+        KeyboardInterrupt: the end of the review, or before the first picture.
     """
     camera = is_camera(command.source)
     # A camera's drives must not replace each other: they have no names of their own.
@@ -42,7 +46,11 @@ def run_live(command: RunCommand) -> int:
     port = DEFAULT_PORT if command.port is None else command.port
     page = LivePage(feed, job.source.stem or source.name, port)
     try:
+        page.say_waiting(GETTING_READY)
         page.announce(MESSAGES, "live", "Ctrl-C ends the drive, with complete logs", not command.no_open)
+        MESSAGES.print(GETTING_READY)
+        rehearse(job, demo_folder() / "drive.mp4")
+        page.say_waiting(FOR_FIRST_PICTURE)
         outcome = run_on_console(job, MESSAGES, source, (feed,), stop)
         for text in outcome.notes:
             note(text)

@@ -44,6 +44,11 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
                 str(span["track_id"]),
             )
         console.print(table)
+    elif summary["blind_s"]:
+        console.print(
+            f"no warnings, but blind for {summary['blind_s']:.1f} s of {summary['duration_s']:.1f} s",
+            style="yellow",
+        )
     else:
         console.print("no warnings")
     console.print(

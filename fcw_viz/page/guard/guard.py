@@ -93,23 +93,31 @@ class Guard:
             header: its headers.
             web_socket: whether it opens a web socket.
         """
-        host, origin = header("Host") or "", header("Origin")
-        if _name(host) not in LOOPBACK_NAMES:
-            return Refused(HTTPStatus.FORBIDDEN, "this page can be opened only on its own computer")
-        if origin not in ({f"http://{host}"} if web_socket else {None, f"http://{host}"}):
-            return Refused(HTTPStatus.FORBIDDEN, "other web pages must not connect to this one")
-        first, slash, rest = path.lstrip("/").partition("/")
-        first, question, query = first.partition("?")
+        if words := foreign(header, web_socket):
+            return Refused(HTTPStatus.FORBIDDEN, words)
+        # The query comes off first: viser's page writes addresses with slashes into its own.
+        place, question, query = path.partition("?")
+        first, _, rest = place.lstrip("/").partition("/")
         if self._has_ticket(first):
             return Redirected(f"/{self.token}/")
         if not secrets.compare_digest(first.encode(errors="replace"), self.token.encode()):
             words = "the secret is missing in the address: open the address that the program printed"
             return Refused(HTTPStatus.FORBIDDEN, words)
-        return Admitted(f"/{rest}" if slash else f"/{question}{query}")
+        return Admitted(f"/{rest}{question}{query}")
 
     def _has_ticket(self, text: str) -> bool:
         valid_until_s = self._tickets.pop(text.removeprefix("ticket-"), None)
         return valid_until_s is not None and time.monotonic() < valid_until_s
+
+
+def foreign(header: Header, web_socket: bool) -> str:
+    """Why a request can be of another web page, in words; empty where it cannot."""
+    host, origin = header("Host") or "", header("Origin")
+    if _name(host) not in LOOPBACK_NAMES:
+        return "this page can be opened only on its own computer"
+    if origin not in ({f"http://{host}"} if web_socket else {None, f"http://{host}"}):
+        return "other web pages must not connect to this one"
+    return ""
 
 
 def bare_address(port: int) -> str:

@@ -10,6 +10,8 @@ from fcw_viz.page.controls import Run, on_button, on_press
 from fcw_viz.page.style import set_html, text_block
 from fcw_viz.review_app.picture.box_editor import BoxEditor
 
+BOXES = "Boxes"
+"""The name of its tab."""
 START, STOP = "Correct boxes (E)", "Done (E)"
 DELETE, IGNORE = "Delete", "Ignore / use"
 CONFIRM = "All boxes are right (C)"

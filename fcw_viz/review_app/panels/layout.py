@@ -11,7 +11,7 @@ from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import NOTE_ID, Desk
 from fcw_viz.review_app.drive import duration_text, utc_text
 from fcw_viz.review_app.keys import HELP_ROWS
-from fcw_viz.review_app.panels.boxes import BoxesPanel
+from fcw_viz.review_app.panels.boxes import BOXES, BoxesPanel
 from fcw_viz.review_app.panels.event import EventPanel
 from fcw_viz.review_app.panels.folder_list import MOST_LISTED, folder_html, legend_html
 from fcw_viz.review_app.panels.map import map_html
@@ -61,7 +61,7 @@ class Panels:
             self._events = EventPanel(gui, place, desk.annotating)
         with self._tabs.add_tab("Notes"):
             self._remarks = RemarksPanel(gui, place)
-        with self._tabs.add_tab("Boxes"):
+        with self._tabs.add_tab(BOXES):
             self._boxes = BoxesPanel(gui, tab.run, desk.boxes, desk.screen.switch_boxes)
         with self._tabs.add_tab("Plots"):
             self._plots = gui.add_html("")

@@ -43,7 +43,7 @@ def plots_svg(plots: Sequence[Plot], runs: Sequence[Run], axis: TimeAxis, height
     parts = [element("g", *ground, data_name="levels")]
     parts += [
         line(axis.x(tick_s), 0, axis.x(tick_s), height_px - AXIS_PX, 0.1)
-        + words(axis.x(tick_s), height_px - 3, time_text(tick_s, _tick_decimals(axis)), "middle", 0.65)
+        + words(axis.x(tick_s), height_px - 3, time_text(tick_s, axis.tick_decimals), "middle", 0.65)
         for tick_s in axis.ticks_s()
         if 20 <= axis.x(tick_s) <= axis.width_px - 20
     ]
@@ -52,11 +52,6 @@ def plots_svg(plots: Sequence[Plot], runs: Sequence[Run], axis: TimeAxis, height
         drawn = _plot(plot, axis, own_px, columns)
         parts.append(element("g", *drawn, data_plot=plot.signal.key, transform=f"translate(0 {top_px:.1f})"))
     return picture(round(axis.width_px), round(height_px), parts, "Signals over time")
-
-
-def _tick_decimals(axis: TimeAxis) -> int:
-    ticks_s = axis.ticks_s()
-    return 1 if any(tick_s != round(tick_s) for tick_s in ticks_s) else 0
 
 
 @dataclass(frozen=True, slots=True)

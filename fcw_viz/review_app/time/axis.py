@@ -44,6 +44,11 @@ class TimeAxis:
             step_s *= 2
         return multiples(step_s, self.start_s, self.end_s)
 
+    @property
+    def tick_decimals(self) -> int:
+        """Digits after the point by which the words of any two ticks differ."""
+        return 1 if any(tick_s != round(tick_s) for tick_s in self.ticks_s()) else 0
+
 
 def window_around(time_s: float, window_s: float | None, duration_s: float) -> tuple[float, float]:
     """The range of time of the plots around a moment.

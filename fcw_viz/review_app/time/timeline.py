@@ -114,7 +114,7 @@ def timeline_svg(
         x = axis.x(tick_s)
         parts.append(line(x, bottom, x, bottom + 3, 0.5))
         anchor = "start" if x < 15 else "end" if x > axis.width_px - 15 else "middle"
-        parts.append(words(x, HEIGHT_PX - 1.5, time_text(tick_s, 0), anchor, 0.6, size=10))
+        parts.append(words(x, HEIGHT_PX - 1.5, time_text(tick_s, axis.tick_decimals), anchor, 0.6, size=10))
     drawn = drawn_events(axis, events, selected)
     # The worst last, over the others.
     for number in sorted(drawn, key=lambda number: (number == selected, events[number].event.severity)):

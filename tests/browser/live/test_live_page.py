@@ -42,6 +42,8 @@ LISTEN = """() => {
   };
 }"""
 WARNING_HZ = 1400
+PRESENT = ".fcw-level", ".fcw-why", ".fcw-sound", ".fcw-age"
+"""What the panel says of the present moment."""
 
 
 class Part(VideoSource):
@@ -113,6 +115,9 @@ def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
     page = person.browser.page
     page.wait_for_function("document.documentElement.dataset.fcwSound === 'waits'")
     assert "silent until you click" in person.words(".fcw-sound .waits")
+    assert "waiting for the first picture" in person.words(".fcw-drive + p")
+    drive.page.say_waiting("getting ready")
+    wait_for(lambda: "getting ready" in person.words(".fcw-drive + p"))
     page.evaluate(LISTEN)
     drive.pipeline.start()
     picture = drawn(person)
@@ -161,6 +166,8 @@ def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: Ope
     picture = drawn(person)
     wait_for(lambda: picture() != "")
     wait_for(lambda: not is_said_old(person))
+    page = person.browser.page
+    wait_for(lambda: all(page.locator(selector).first.is_visible() for selector in PRESENT))
     drive.stop.set()  # as when the camera hangs: the page is told of no end
     wait_for(lambda: is_said_old(person))
     drive.page.say_ended("ended by hand")
@@ -173,8 +180,10 @@ def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: Ope
     wait_for(lambda: picture() != before)
     wait_for(lambda: person.words(".fcw-drive span") == "ended")
     assert not is_said_old(person)
+    assert not any(page.locator(selector).first.is_visible() for selector in PRESENT)
 
 
+HEIGHT_PX = 844
 BLOCK_MS = 3000
 HOLD_UP = f"() => {{ const start = performance.now(); while (performance.now() - start < {BLOCK_MS}); }}"
 
@@ -192,3 +201,22 @@ def test_a_picture_drawn_late_is_counted_as_old_as_it_is(
     page.wait_for_function("document.querySelector('[data-fcw-age]').textContent.endsWith('s')")
     page.evaluate(HOLD_UP)
     wait_for(lambda: tab.latency.figures.drawn_worst_s >= BLOCK_MS / 1000)
+
+
+def test_from_above_a_narrow_window_shows_level_and_age_all_the_same(
+    drive: Drive, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(drive.page.url, window_px=(390, HEIGHT_PX), picture=False))
+    drive.pipeline.start()
+    picture = drawn(person)
+    wait_for(lambda: picture() != "")
+    person.press("b")
+    wait_for(lambda: person.browser.page.locator(".mantine-Paper-root img:visible").count() == 1)
+    # The reason stands between them.
+    wait_for(lambda: all(is_in_sight(person, selector) for selector in (".fcw-level", ".fcw-age")))
+
+
+def is_in_sight(person: Reviewer, selector: str) -> bool:
+    """Whether all of an element is seen without scrolling."""
+    box = person.at(selector).bounding_box()
+    return box is not None and box["y"] + box["height"] <= HEIGHT_PX

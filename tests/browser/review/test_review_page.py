@@ -197,6 +197,7 @@ def test_a_box_is_moved_described_copied_on_and_interpolated(
     wait_for(lambda: person.sees(WORST_ROW))
     person.press("e")
     wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
+    wait_for(lambda: open_tab(person) == "Boxes")
     person.press("v", "v")  # from left to right
     wait_for(lambda: node_is_there(person, "/handles/edge left"))
     person.browser.wait_until_still()
@@ -217,7 +218,6 @@ def test_a_box_is_moved_described_copied_on_and_interpolated(
     person.press("Control+ArrowRight", "Control+Shift+ArrowDown")
     moved = Box(label.box.x + 1, label.box.y, label.box.w, label.box.h + 1)
     wait_for(lambda: label_of(drive_log, WORST_ROW) == replace(label, box=moved))
-    person.tab("Boxes")
     person.at("select[data-fcw-choice=boxkind]").select_option("VAN")
     described = replace(label, box=moved, kind=VehicleKind.VAN)
     wait_for(lambda: label_of(drive_log, WORST_ROW) == described)
@@ -245,6 +245,12 @@ def test_a_box_is_moved_described_copied_on_and_interpolated(
     person.press("e")
     wait_for(lambda: not node_is_there(person, "/handles/edge left"))
     assert node_is_there(person, "/lines/boxes/lines_8")
+    wait_for(lambda: open_tab(person) == "Events")
+
+
+def open_tab(person: Reviewer) -> str:
+    """The panel's tab that is seen."""
+    return person.words("[role=tablist]:has-text('Boxes') [role=tab][aria-selected=true]")
 
 
 def test_a_range_is_marked_dragged_taken_and_missed(

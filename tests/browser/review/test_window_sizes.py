@@ -44,6 +44,8 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
 ):
     person = Reviewer(open_page(f"{review(drives).url}?at=first"))
     page = person.browser.page
+    person.browser.wait_until_still()
+    first_panel = page.evaluate(RECTANGLE, PANEL)
     for width_px, height_px in WINDOWS_PX:
         page.set_viewport_size({"width": width_px, "height": height_px})
         person.browser.wait_until_still()
@@ -64,6 +66,9 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
         assert plots[3] <= parts[1][3] + 1
         assert page.evaluate(UNREACHED, ".fcw-verdicts button, .fcw-drive button") == []
         assert len(set(page.evaluate(TAB_ROWS))) == 1
+    # Back in the first window it is as it was.
+    page.set_viewport_size({"width": WINDOWS_PX[0][0], "height": WINDOWS_PX[0][1]})
+    wait_for(lambda: page.evaluate(RECTANGLE, PANEL) == first_panel)
     page.set_viewport_size({"width": 390, "height": 844})
     person.press("l")
     wait_for(lambda: page.locator(".fcw-row .fcw-whole svg").count() == 2)

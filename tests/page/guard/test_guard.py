@@ -58,6 +58,15 @@ def test_the_printed_address_opens_the_page_and_its_web_socket_again_and_again(p
             assert socket.recv(PATIENCE_S)
 
 
+@pytest.mark.parametrize("end", ["", "/"])
+def test_a_reload_opens_the_page_whatever_stands_in_its_query(page: EmptyPage, end: str):
+    # viser's page writes the first one into its own address where that has no slash at its end.
+    for query in (f"websocket={page.url.replace('http', 'ws')}", "at=a/b?c", "at=drive%408", ""):
+        status, headers, body = get(f"{page.url}{end}?{query}")
+        assert (status, headers.get_content_type()) == (200, "text/html")
+        assert b"Viser client" in body
+
+
 def test_an_ssh_tunnel_may_have_another_port(page: EmptyPage):
     assert get(page.url, Host="localhost:9000")[0] == 200
     with open_socket(page.url, origin="http://localhost:9000", host="localhost:9000") as socket:
@@ -89,7 +98,17 @@ def test_a_web_socket_without_an_origin_is_no_browsers(page: EmptyPage):
 
 
 @pytest.mark.parametrize(
-    "path", ["", "/", "/?at=1", "/index.html", "//", "/wrong/", "/{half}/", "/{token}x/", "/%C3%A9"]
+    "path",
+    [
+        *("", "/", "/?at=1", "/index.html", "//", "/wrong/", "/{half}/", "/{token}x/", "/%C3%A9"),
+        *(
+            "/?/{token}/",
+            "/?{token}",
+            "/wrong?/{token}/",
+            "/{half}?/../{token}/",
+            "/?websocket=ws://{token}/",
+        ),
+    ],
 )
 def test_without_the_token_everything_is_refused_and_says_what_to_do(page: EmptyPage, path: str):
     token = page.url.rpartition("/")[2]

@@ -107,3 +107,11 @@ def test_labelled_frames_in_a_row_are_one_bar_with_what_is_confirmed_apart(drive
         (12, 13, True),
         (40, 40, False),
     ]
+
+
+@pytest.mark.parametrize(
+    ("duration_s", "texts"), [(2.0, ["0.0 s", "0.5 s", "1.0 s", "1.5 s", "2.0 s"]), (4.0, ["0 s", "1 s"])]
+)
+def test_ticks_have_as_many_digits_as_their_step(duration_s: float, texts: list[str]):
+    drawn = ET.fromstring(timeline_svg(TimeAxis(0.0, duration_s, 500.0), (), fold(()), None, None, False))
+    assert [each.text for each in drawn.iter() if each.tag.endswith("text")][: len(texts)] == texts
