@@ -2,11 +2,14 @@
 
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fcw.errors import UserError
+
+MARK_BYTES = 1 << 16
+"""Where a file says of what kind it is; comments may stand before."""
 
 
 @contextmanager
@@ -43,6 +46,33 @@ def check_replaceable(path: Path) -> None:
     """
     if path.exists() and not path.is_file():
         raise UserError(f"{path}: this is no file, but a device, a pipe or a folder; name a file")
+
+
+def is_same_file(one: Path, other: Path) -> bool:
+    """Whether two paths name one file, by whatever link; False where either is not there."""
+    try:
+        return one.samefile(other)
+    except OSError:
+        return False
+
+
+def check_kind(path: Path, what: str, marks: Sequence[bytes]) -> None:
+    """See that a file that is there, and not empty, may be replaced by one of a kind: it is of that kind too.
+
+    Args:
+        path: of the file.
+        what: the kind, in words.
+        marks: of which one stands near the start of every such file.
+
+    Raises:
+        UserError: it is of another kind.
+    """
+    if not path.is_file():
+        return
+    with path.open("rb") as file:
+        start = file.read(MARK_BYTES)
+    if start and not any(mark in start for mark in marks):
+        raise UserError(f"{path}: is there already, and is no {what}; name another file, or move it away")
 
 
 def check_place(path: Path) -> None:

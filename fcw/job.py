@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fcw.bounded.gpx import gpx_bytes
+from fcw.bounded.pictures import check_drive_size
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import default_path, read_calibration
 from fcw.detection.choice import DEFAULT_DETECTOR, load_model, make_detector, model_path
@@ -236,9 +237,10 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         source: the job's source where it is open already.
 
     Raises:
-        UserError: the source, the calibration or an option is wrong.
+        UserError: the source, the calibration or an option is wrong, or the pictures are too large.
     """
     source = source or open_source(job.source, job.frame_rate_hz, job.topic)
+    check_drive_size(job.source, source.image_size.width, source.image_size.height)
     facts = None
     if is_mcap(job.source):
         from fcw.sources.mcap.facts import mcap_facts

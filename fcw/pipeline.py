@@ -27,6 +27,8 @@ from fcw.warning.types import WarningPolicy
 
 FRAMES_IN_FLIGHT = 8
 """Enough that no stage waits for another's odd slow frame; at 1280x720 it holds 22 MB of pictures."""
+MOST_BYTES_IN_FLIGHT = 80 << 20
+"""Of larger pictures fewer are under way: of 3840x2160 three, of 5312x2988 one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,8 +41,8 @@ class Stages:
         policy: decides the warning.
         ego_speed: own speed over time, and the yaw rate where it is known; None when unknown.
         sinks: where the drive is written.
-        frames_in_flight: read at most so many ahead of what is written; a live drive wants few, as each
-            waits for those before it.
+        frames_in_flight: read at most so many ahead of what is written, fewer where pictures are large; a
+            live drive wants few, as each waits for those before it.
         ego: own motion and path, by the picture too; None goes by what is given alone.
         known: what was found in a frame before; None where it is yet to be looked for.
         one_thread: the caller's does everything, with the first detector.
@@ -180,7 +182,9 @@ def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Even
     ego, encoder = stages.ego or EgoEstimator(), _encoder(source, stages)
     abandoned = threading.Event()
     pending: queue.SimpleQueue[_Pending | BaseException | None] = queue.SimpleQueue()
-    room = threading.Semaphore(stages.frames_in_flight)
+    size = source.image_size
+    bearable = MOST_BYTES_IN_FLIGHT // (3 * size.width * size.height)
+    room = threading.Semaphore(min(stages.frames_in_flight, max(bearable, 1)))
 
     def read() -> None:
         try:

@@ -63,6 +63,10 @@ RUNNERS = {
 }
 
 
+NO_THREAD = "can't start new thread"
+"""Python's only word for it."""
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Parse the command line, run the command and return its exit code."""
     command = tyro.cli(
@@ -79,6 +83,8 @@ def main(arguments: list[str] | None = None) -> int:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # A picture that cannot be decoded is told of in our words; OpenCV has not been loaded yet either.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")
+    # So is a recording that cannot be written: without this rerun's own lines stand around the message.
+    os.environ.setdefault("RUST_LOG", "warn,re_log_encoding=off,re_sdk=off")
     try:
         with signals_as_interrupts():
             check_outputs(command)
@@ -91,6 +97,14 @@ def main(arguments: list[str] | None = None) -> int:
         return EXIT_WRONG_INPUT
     except MemoryError:
         sys.stderr.write("fcw: not enough memory; close other programs, or raise the limit (ulimit -v)\n")
+        return EXIT_WRONG_INPUT
+    except RuntimeError as error:
+        if str(error) != NO_THREAD:
+            raise
+        sys.stderr.write(
+            "fcw: the system starts no more threads; close other programs, or raise the limits of memory "
+            "(ulimit -v) and of processes (ulimit -u)\n"
+        )
         return EXIT_WRONG_INPUT
     except OSError as error:
         sys.stderr.write(f"fcw: {printable(_of_system(error))}\n")

@@ -1,12 +1,13 @@
-"""No command writes onto what it reads: every output of a command line against every input of it."""
+"""No command writes onto what it reads, onto another of its outputs, or onto a file of another kind."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from itertools import combinations
 from pathlib import Path
 
 from fcw.errors import UserError
-from fcw.files import check_replaceable
+from fcw.files import check_kind, check_replaceable, is_same_file
 
 OUTPUT_FIELDS = frozenset({"out", "save", "export", "detections", "samples", "report"})
 """Options that name what is written; everything else that names a file names an input."""
@@ -15,16 +16,25 @@ KEPT_SUFFIXES = frozenset(
     | {".json", ".jsonl", ".txt", ".gpx", ".onnx", ".npz"}
 )
 """In a folder that is read, a file of such a kind is never replaced."""
+LENS = "lens of ROS or Kalibr", (b"camera_matrix", b"intrinsics")
+KINDS: Mapping[str, tuple[str, tuple[bytes, ...]]] = {
+    "save": ("calibration", (b"fcw_calibration_version",)),
+    "export": LENS,
+    "detections": ("list of COCO results", (b'[{"image_id"', b"[]")),
+    "samples": ("table of measured vehicles", (b"sequence,frame,track,",)),
+}
+"""Of the outputs that replace an earlier file without being told to, what they are; the others see to it
+themselves."""
 
 
 def check_outputs(command: object) -> None:
-    """See that no output option of a command names one of its inputs, by whatever path or link, or a device.
+    """See that no output option of a command names an input, another output, or a file of another kind.
 
     Args:
         command: its dataclass, perhaps with others in its fields.
 
     Raises:
-        UserError: one does.
+        UserError: one does, by whatever path or link, or names a device.
     """
     fields = list(_paths(command))
     inputs = [path for name, path in fields if name not in OUTPUT_FIELDS]
@@ -34,7 +44,7 @@ def check_outputs(command: object) -> None:
         if name not in OUTPUT_FIELDS or not output.is_file():
             continue
         for read in inputs:
-            if _is_same(output, read) or (
+            if is_same_file(output, read) or (
                 output.suffix.lower() in KEPT_SUFFIXES
                 and read.is_dir()
                 and output.resolve().is_relative_to(read.resolve())
@@ -43,6 +53,23 @@ def check_outputs(command: object) -> None:
                 raise UserError(
                     f"--{name} {output}: this is {what}, and would be overwritten; choose another file"
                 )
+    outputs = [(name, path) for name, path in fields if name in OUTPUT_FIELDS]
+    check_distinct(*outputs)
+    for name, output in outputs:
+        kind = LENS if name == "save" and getattr(command, "chessboard", None) else KINDS.get(name)
+        if kind is not None:
+            check_kind(output, *kind)
+
+
+def check_distinct(*outputs: tuple[str, Path]) -> None:
+    """See that no two of a command's outputs, each with its option, are one file.
+
+    Raises:
+        UserError: two are.
+    """
+    for (name, path), (other, other_path) in combinations(outputs, 2):
+        if path.resolve() == other_path.resolve() or is_same_file(path, other_path):
+            raise UserError(f"--{name} {path}: --{other} is written there too; choose another file")
 
 
 def _paths(value: object, name: str = "") -> Iterator[tuple[str, Path]]:
@@ -61,10 +88,3 @@ def _paths(value: object, name: str = "") -> Iterator[tuple[str, Path]]:
         with suppress(OSError, ValueError):
             if path.exists():
                 yield name, path
-
-
-def _is_same(one: Path, other: Path) -> bool:
-    try:
-        return one.samefile(other)
-    except OSError:
-        return False

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -120,7 +121,9 @@ def test_a_calibration_of_another_shape_is_refused_before_anything_is_written(tm
 
 def test_an_earlier_runs_files_do_not_stand_beside_this_runs(tmp_path):
     for name in ("drive.mcap", "drive.rrd", "summary.json"):
-        (tmp_path / name).write_text("old")
+        (tmp_path / name).touch()  # as a run leaves them that is killed at its start
+    fcw.run_drive(job(tmp_path), GreySource())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.mcap", "summary.json"]
     fcw.run_drive(job(tmp_path), GreySource())
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.mcap", "summary.json"]
     assert len(list(fcw.read_drive(tmp_path / "drive.mcap").results())) == FRAMES
@@ -148,3 +151,11 @@ def test_vehicles_are_found_with_a_calibration_that_is_degrees_off_once_the_road
     )
     fcw.run_drive(job, stop=stop, on_result=on_result)
     assert sum(found[150:300]) > 100
+
+
+def test_pictures_too_large_to_have_several_under_way_are_refused(tmp_path):
+    """A page can still show one of them."""
+    cv2.imwrite(str(tmp_path / "0.png"), np.zeros((1100, 16000, 3), np.uint8))
+    with pytest.raises(fcw.UserError, match="pictures of 16000x1100; expected at most 16,777,216 pixels"):
+        fcw.run_drive(fcw.DriveJob(tmp_path, tmp_path / "out"))
+    assert fcw.open_source(tmp_path).image_size.width == 16000

@@ -262,19 +262,33 @@ def test_what_is_believed_of_the_camera_counts_from_the_same_frame_in_any_number
     )
 
 
+class WatchedSource(CountingSource):
+    """Notes how many of its frames were under way at most."""
+
+    def __init__(self, sink: MemorySink) -> None:
+        super().__init__(100)
+        self._sink, self.ahead = sink, 0
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        for frame in super().frames(start_ns):
+            self.ahead = max(self.ahead, frame.index + 1 - len(self._sink.results))
+            yield frame
+
+
 @pytest.mark.parametrize("frames_in_flight", [1, 2, 5])
 def test_no_more_frames_are_read_ahead_than_are_wanted_under_way(frames_in_flight: int) -> None:
     sink = MemorySink()
-
-    class Watched(CountingSource):
-        ahead = 0
-
-        def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-            for frame in super().frames(start_ns):
-                self.ahead = max(self.ahead, frame.index + 1 - len(sink.results))
-                yield frame
-
-    source = Watched(100)
+    source = WatchedSource(sink)
     run(source, [sink], frames_in_flight=frames_in_flight)
     assert len(sink.results) == 100
     assert source.ahead == frames_in_flight
+
+
+@pytest.mark.parametrize("size", [ImageSize(3840, 2160), ImageSize(5312, 2988)], ids=str)
+def test_pictures_under_way_hold_no_more_than_100_mb(size: ImageSize) -> None:
+    sink = MemorySink()
+    source = WatchedSource(sink)
+    source.image_size = size
+    run(source, [sink])
+    assert len(sink.results) == 100
+    assert source.ahead * size.width * size.height * 3 <= 100e6

@@ -5,10 +5,12 @@ from fractions import Fraction
 import cv2
 import numpy as np
 from av.codec.context import CodecContext
+from av.error import FFmpegError
 from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType, VideoFrame
 from av.video.reformatter import ColorRange, Colorspace
 
+from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, VideoPacket
 
 KEYFRAME_INTERVAL_NS = 1_000_000_000
@@ -30,7 +32,11 @@ class VideoEncoder:
     """
 
     def __init__(self, image_size: ImageSize, frame_rate_hz: float) -> None:
-        """Prepare for pictures of one size; the rate only steers the encoder, not the times."""
+        """Prepare for pictures of one size; the rate only steers the encoder, not the times.
+
+        Raises:
+            UserError: the encoder cannot be started for pictures of that size, or with the memory there is.
+        """
         self._pad_rows, self._pad_columns = image_size.height % 2, image_size.width % 2
         codec = CodecContext.create("libx264", "w")
         assert isinstance(codec, VideoCodecContext)
@@ -46,6 +52,14 @@ class VideoEncoder:
         # Keyframes are asked for by time, so that varying rates get one each second too.
         codec.gop_size = 1_000_000
         codec.options = {"preset": _PRESET, "tune": "zerolatency", "crf": _QUALITY, "forced-idr": "1"}
+        try:
+            codec.open()
+        except (FFmpegError, MemoryError) as error:
+            raise UserError(
+                f"pictures of {image_size}: the encoder of the log's video cannot be started "
+                f"({getattr(error, 'strerror', None) or error}); make the pictures smaller, or allow more "
+                "memory (ulimit -v) and threads (ulimit -u)"
+            ) from error
         self._codec = codec
         self._encoded = 0
         self._keyframe_ns: int | None = None

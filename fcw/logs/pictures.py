@@ -10,6 +10,7 @@ from av.video.codeccontext import VideoCodecContext
 from av.video.frame import VideoFrame
 from numpy.typing import NDArray
 
+from fcw.bounded.pictures import DECODER_OPTIONS
 from fcw.errors import UserError
 from fcw.logs.decoded import bgr
 from fcw.logs.mcap.reader import DriveLog
@@ -69,6 +70,7 @@ class LogPictures:
         assert isinstance(decoder, VideoCodecContext)
         # Frame threads would hold pictures back, and a decoder dropped with them waits for ever.
         decoder.thread_type = "SLICE"
+        decoder.options = DECODER_OPTIONS
         decoder.flags |= Flags.low_delay  # no B frames in a log: each packet gives its picture at once
         self._decoder = decoder
         self._pictures = self._decoded(decoder, time_ns)

@@ -16,10 +16,10 @@ from fcw.camera.file import write_calibration
 from fcw.camera.prior_sigmas import PRINCIPAL_ROW_SIGMA_HEIGHTS, USUAL_FIELD_OF_VIEW_SIGMA_DEG
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
-from fcw.files import whole_file, write_whole
+from fcw.files import is_same_file, whole_file, write_whole
 from fcw.frame import Frame
 from fcw.simulation.picture.renderer import Renderer
-from fcw.simulation.truth.file import write_truth
+from fcw.simulation.truth.file import read_truth, write_truth
 from fcw.simulation.truth.log import write_truth_log
 from fcw.simulation.truth.truth import FrameTruth, frame_truth
 from fcw.simulation.world.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
@@ -30,6 +30,7 @@ CALIBRATION_NAME = "drive.calibration.yaml"
 SPEED_NAME = "drive.speed.csv"
 TRUTH_NAME = "truth.csv"
 TRUTH_LOG_NAME = "truth.mcap"
+NAMES = (VIDEO_NAME, CALIBRATION_NAME, SPEED_NAME, TRUTH_NAME, TRUTH_LOG_NAME)
 VIDEO_OPTIONS = {"preset": "medium", "crf": "28", "bf": "0", "g": str(FRAMES_PER_SECOND), "threads": "1"}
 """No B frames and a keyframe a second, so that a log can relay the packets; one thread, so that the same
 pictures always give the same file. The quality is that of a dash camera, a good 1 Mbit/s."""
@@ -76,17 +77,19 @@ def write_drive(
     directory: Path,
     seed: int = 0,
     on_frame: Callable[[], None] | None = None,
+    read: Path | None = None,
 ) -> None:
     """Render a drive and write all its files, each whole or not at all.
 
     Args:
         scenario: what happens.
-        directory: where the files go; made where it is not there.
+        directory: where the files go; made where it is not there. An earlier simulated drive is replaced.
         seed: of everything that varies.
         on_frame: called after every frame.
+        read: the file that the scenario is from.
 
     Raises:
-        UserError: the folder cannot be made or written.
+        UserError: the folder cannot be made or written, or a file in it is no simulated drive's.
     """
     video = directory / VIDEO_NAME
     try:
@@ -95,13 +98,30 @@ def write_drive(
         raise UserError(
             f"{directory}: cannot write there ({error.strerror}); name a folder that can be written"
         ) from error
+    _check_names(directory, read)
     with whole_file(video) as partial:
         truth = _write_video(partial, render_drive(scenario, seed), on_frame)
+        write_truth(directory / TRUTH_NAME, truth)  # before the others: by it they are known again
     calibration = true_calibration(scenario)
     write_calibration(calibration, directory / CALIBRATION_NAME)
     _write_speed(directory / SPEED_NAME, truth)
-    write_truth(directory / TRUTH_NAME, truth)
     write_truth_log(directory / TRUTH_LOG_NAME, video, calibration, truth)
+
+
+def _check_names(directory: Path, read: Path | None) -> None:
+    """See that what stands under the files' names may be replaced: it lies beside the truth of a drive."""
+    standing = [path for path in (directory / name for name in NAMES) if path.exists()]
+    for path in standing:
+        if read is not None and is_same_file(path, read):
+            raise UserError(f"{path}: this is the scenario, and would be overwritten; name another folder")
+    try:
+        if standing:
+            read_truth(directory / TRUTH_NAME)
+    except UserError:
+        raise UserError(
+            f"{standing[0]}: would be replaced, and is of no drive that `fcw simulate` wrote (there is no "
+            f"{TRUTH_NAME} of one beside it); name another folder"
+        ) from None
 
 
 def _write_video(

@@ -15,7 +15,7 @@ class SimulateCommand:
     """braking, cut-in, demo or oncoming; a danger such as crossing (a wrong name lists all of them); or the
     path of your own scenario file."""
     out: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
-    """Folder for the files. Earlier files in it are replaced."""
+    """Folder for the files. An earlier simulated drive in it is replaced."""
     seed: int = 0
     """Changes vehicles, colours, roadside, light and timing. The same seed gives the same pictures."""
 
@@ -32,7 +32,7 @@ def run_simulate(command: SimulateCommand) -> int:
     from fcw_viz.console import RESULTS, progress
 
     with progress(command.scenario, scenario.frame_count) as bar:
-        write_drive(scenario, command.out, command.seed, bar.advance)
+        write_drive(scenario, command.out, command.seed, bar.advance, Path(command.scenario))
     marks = ", ".join(f"{distance_m:g}" for distance_m in scenario.road.marks_m)
     video = command.out / VIDEO_NAME
     RESULTS.print(

@@ -6,6 +6,8 @@ from typing import IO, Annotated, Literal
 
 import tyro
 
+LOG_START = "training on "
+
 
 @dataclass(frozen=True)
 class TrainCommand:
@@ -44,6 +46,7 @@ def run_train(command: TrainCommand) -> int:
     from fcw.detection.training.folders import load_training_set
     from fcw.detection.training.training import TrainingSettings, train
     from fcw.errors import UserError
+    from fcw.files import check_kind
     from fcw_viz.console import MESSAGES, progress
 
     if not command.data:
@@ -57,10 +60,11 @@ def run_train(command: TrainCommand) -> int:
         )
     if command.score_threshold is not None and command.detector != "net":
         raise UserError("--score-threshold: acf chooses its own; leave it out, or add --detector net")
-    images = load_training_set(*command.data, permissive_only=command.permissive_only)
-
     parts = command.out.with_name(command.out.name + ".parts")
     log_path = command.out.with_name(command.out.name + ".log.jsonl")
+    check_kind(command.out, "model of this program", (b"first_",))
+    check_kind(log_path, "log of a training", (f'"text": "{LOG_START}'.encode(),))
+    images = load_training_set(*command.data, permissive_only=command.permissive_only)
     # A training that goes on from kept stages goes on with its log too.
     with (
         _opened(log_path, "a" if parts.is_dir() else "w") as log,
@@ -80,7 +84,7 @@ def run_train(command: TrainCommand) -> int:
 
         bar_and_log = _BarAndLog()
         folders = ", ".join(map(str, command.data))
-        bar_and_log.note(f"training on {len(images)} pictures of {folders}, seed {command.seed}")
+        bar_and_log.note(f"{LOG_START}{len(images)} pictures of {folders}, seed {command.seed}")
         if command.detector == "net":
             from fcw.detection.net.training.fitting import NetTrainingSettings, train_net
 
@@ -89,7 +93,8 @@ def run_train(command: TrainCommand) -> int:
         else:
             model = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts).model
     model.save(command.out)
-    shutil.rmtree(parts, ignore_errors=True)
+    if command.detector == "acf":  # a net's training keeps nothing there: whatever it is, it stays
+        shutil.rmtree(parts, ignore_errors=True)
     MESSAGES.print(f"{command.out}: {model_sha256(command.out)}")
     return 0
 

@@ -22,6 +22,7 @@ from fcw.evaluation.detection.intervals import curve_intervals
 from fcw.files import write_whole
 
 REPORT_NAME = "report.html"
+PAGE_START = '<!doctype html><html lang="en"><meta charset="utf-8"><title>'
 TILES_PER_KIND = 36
 TILES_PER_VEHICLE = 4
 """A vehicle missed all through a clip would fill the page."""
@@ -84,7 +85,7 @@ def write_detection_report(
     )
     links = "".join(f'<a href="#{kind.name}">{escape(kind)}: {n}</a>' for kind, n in counts.items())
     page = (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
+        f"{PAGE_START}{escape(title)}</title>"
         f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
         f"<h1>{escape(title)}</h1><p>{escape(_summary(figures))}</p>"
         f'<div class="top"><div>{_curve(evaluation, figures["detector"], beside)}</div><div>'

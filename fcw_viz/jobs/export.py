@@ -14,7 +14,7 @@ from fcw.annotation.store import read_review
 from fcw.errors import UserError
 from fcw.logs.events import find_events
 from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
-from fcw.logs.export.coco import PICTURES_NAME, FrameBoxes, track_frames, write_coco
+from fcw.logs.export.coco import CALIBRATIONS_NAME, PICTURES_NAME, FrameBoxes, track_frames, write_coco
 from fcw.logs.export.columns import EVENT_COLUMNS, TRACK_COLUMNS, EventRow, TrackRow, track_rows
 from fcw.logs.export.mp4 import write_overlay_mp4, write_relayed_mp4
 from fcw.logs.export.replay import replay, with_its_keyframe
@@ -188,12 +188,26 @@ def _check_targets(
     for target in targets:
         if target.resolve() in drives.values():
             raise UserError(f"--out {target}: this is the drive itself; choose another file")
+        if any(_is_source(target, clip) for clip in clips):
+            raise UserError(
+                f"--out {target}: it has the name of the drive's source, and is older than the drive; "
+                "choose another name"
+            )
     if job.overwrite:
         return
-    pictures = [targets[0].parent / PICTURES_NAME / clip.name for clip in clips] if job.pictures else []
-    for target in (*targets, *pictures):
+    written = (f"{PICTURES_NAME}/{{}}", f"{CALIBRATIONS_NAME}/{{}}.yaml") if job.pictures else ()
+    beside = [targets[0].parent / name.format(clip.name) for clip in clips for name in written]
+    for target in (*targets, *beside):
         if target.exists():
             raise UserError(f"{target}: exists already; choose another name, or replace it with --overwrite")
+
+
+def _is_source(target: Path, clip: DriveClip) -> bool:
+    """Whether a file may be what a drive was made from: its log knows the name alone; an export is newer."""
+    log = clip.log
+    if target.name != log.header.source or not target.is_file():
+        return False
+    return target.stat().st_mtime <= log.path.stat().st_mtime
 
 
 def _write_events(job: ExportJob, target: Path, clips: Sequence[DriveClip]) -> str:

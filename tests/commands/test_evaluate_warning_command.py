@@ -55,6 +55,22 @@ def test_events_against_a_log_in_words(drive, capsys):
     assert "false alarm: warning 2.50 s to 2.90 s" in out
 
 
+def test_of_many_misses_the_first_are_listed_and_the_rest_counted(drive, capsys):
+    (drive / "events.csv").write_text(
+        "start_s,end_s\n" + "".join(f"{100 + n},{100.5 + n}\n" for n in range(50))
+    )
+    assert main(["evaluate", "warning", "--events", str(drive / "events.csv"), "--log", str(drive)]) == 0
+    out = capsys.readouterr().out
+    assert out.count("missed: warning") == 20
+    assert "missed: and 30 more; --json lists all" in out
+
+
+def test_more_events_than_a_drive_has_are_refused(drive, capsys):
+    (drive / "events.csv").write_text("start_s,end_s\n" + "1,2\n" * 100_001)
+    assert main(["evaluate", "warning", "--events", str(drive / "events.csv"), "--log", str(drive)]) == 2
+    assert "100001 events; expected those of one drive, at most 100000" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -78,10 +78,69 @@ def test_no_output_replaces_an_input(
     assert "Traceback" not in capsys.readouterr().err
 
 
+def test_a_benchmark_does_not_replace_the_figures_that_it_is_compared_with(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    earlier = tmp_path / "bench.json"
+    earlier.write_text('{"ratios": {}}')
+    assert main(["bench", "--against", str(earlier), "--report", str(tmp_path)]) == 2
+    assert f"would replace --against {earlier}" in capsys.readouterr().err
+    assert earlier.read_text() == '{"ratios": {}}'
+
+
 def test_an_earlier_result_may_be_replaced(files: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(files)
-    for _ in range(2):
-        assert main(["calibrate", "drive.mp4", *POINTS, "--save", "drive.calibration.yaml"]) == 0
+    save = ["--save", "drive.calibration.yaml"]
+    for file_format in ("kalibr", "camera_info"):
+        assert main(["calibrate", "drive.mp4", *POINTS, *save, "--export", file_format, "lens.yaml"]) == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["calibrate", "link.mp4", *POINTS, "--save", "c.yaml", "--export", "camera_info", "./c.yaml"],
+        ["calibrate", "link.mp4", *POINTS, "--export", "kalibr", "link.calibration.yaml"],
+        [*EVALUATE, "--calibration", "drive.calibration.yaml", "--detections", "r", "--report", "r"],
+    ],
+    ids=" ".join,
+)
+def test_no_output_replaces_another_one(
+    arguments: list[str], files: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.chdir(files)
+    before = digests(files)
+    assert main(arguments) == 2
+    assert digests(files) == before
+    assert "is written there too" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["calibrate", "drive.mp4", *POINTS, "--save", "other.mp4"],
+        ["calibrate", "drive.mp4", *POINTS, "--save", "notes.txt"],
+        ["calibrate", "drive.mp4", *POINTS, "--save", "lens.yaml"],
+        ["calibrate", "drive.mp4", *POINTS, "--export", "kalibr", "notes.txt"],
+        ["calibrate", "pictures", "--chessboard", "9x6", "--save", "drive.calibration.yaml"],
+        [*EVALUATE, "--calibration", "drive.calibration.yaml", "--detections", "notes.txt"],
+        [*EVALUATE, "--calibration", "drive.calibration.yaml", "--report", "site"],
+        ["evaluate", "distance", "--kitti-tracking", "label_02", "--samples", "notes.txt"],
+    ],
+    ids=" ".join,
+)
+def test_no_output_replaces_a_file_of_another_kind(
+    arguments: list[str], files: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.chdir(files)
+    shutil.copy(DEMO / "drive.mp4", "other.mp4")
+    (files / "notes.txt").write_text("mine")
+    (files / "lens.yaml").write_text("image_width: 1280\ncamera_matrix: {rows: 3}\n")
+    (files / "site").mkdir()
+    (files / "site" / "report.html").write_text("<!DOCTYPE html>\n<html><head>")
+    before = digests(files)
+    assert main(arguments) == 2
+    assert digests(files) == before
+    assert "is there already, and is no " in capsys.readouterr().err
 
 
 def test_control_characters_of_a_foreign_text_do_not_reach_the_terminal():

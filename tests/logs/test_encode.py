@@ -7,6 +7,7 @@ from av.codec.context import CodecContext
 from av.packet import Packet
 from av.video.codeccontext import VideoCodecContext
 
+from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.logs.encode import VideoEncoder
 from fcw.sources import h264
@@ -57,3 +58,8 @@ def test_a_keyframe_each_second_of_the_drive_and_no_b_frames(step_ns: int):
     encoder.close()
     period = max(1, -(-NS // step_ns))
     assert keyframes == [i * step_ns for i in range(0, 40, period)]
+
+
+def test_an_encoder_that_cannot_be_started_says_so_at_once():
+    with pytest.raises(UserError, match=r"pictures of 40000x40000: the encoder .* cannot be started"):
+        VideoEncoder(ImageSize(40000, 40000), 30)

@@ -1,6 +1,7 @@
 """What a drive's rerun recording holds, read back with rerun's own reader."""
 
 import math
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -33,6 +34,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import parse_calibration
 from fcw.errors import UserError
+from fcw.logs.drive_folder import drive_folder
 from fcw.sources import open_source
 from fcw.warning.describe import describe
 from fcw_viz.rerun import blueprint as scene
@@ -52,6 +54,19 @@ def test_every_frame_leaves_one_row_with_its_exact_time(tmp_path, count):
     results = [result(index, [TRACK] if index % 3 else []) for index in range(count)]
     path = write_drive(tmp_path / "drive.rrd", results)
     assert read_frame_times(path) == [(index, ntsc_time_ns(index)) for index in range(count)]
+
+
+def test_a_run_takes_its_recordings_for_its_own_whole_or_killed(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    whole = write_drive(out / "drive.rrd", [result(0)])
+    sink = RerunSink(tmp_path / "drive.rrd")
+    sink.open(HEADER)
+    partial = Path(shutil.copy(tmp_path / "drive.partial.rrd", out))
+    sink.close()
+    with drive_folder(out, []):
+        assert not whole.exists()
+        assert not partial.exists()
 
 
 def test_times_are_the_sources_also_where_they_begin_late_and_jump(tmp_path):

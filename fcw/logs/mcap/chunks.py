@@ -105,6 +105,19 @@ class ChunkTable:
         ends_ns = self._ends_ns if topic is None else self._ends_ns[self._holds(topic)]
         return int(ends_ns.max()) if len(ends_ns) else None
 
+    def span(self, start_ns: int, end_ns: int) -> tuple[int, int]:
+        """First byte, and number of bytes, of all chunks that hold log times in [start_ns, end_ns].
+
+        Both are 0 where there is none.
+        """
+        inside = [
+            self.chunks[i] for i in np.flatnonzero((self._ends_ns >= start_ns) & (self._starts_ns <= end_ns))
+        ]
+        if not inside:
+            return 0, 0
+        first = min(chunk.chunk_start_offset for chunk in inside)
+        return first, max(chunk.chunk_start_offset + chunk.chunk_length for chunk in inside) - first
+
     def _holds(self, topic: str) -> NDArray[np.bool_]:
         """Which chunks may hold a topic."""
         if topic not in self._holding:

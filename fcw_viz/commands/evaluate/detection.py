@@ -57,8 +57,9 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
     from fcw.evaluation.detection.detectors import EVERY_SCORE, DetectorCase, run_detectors
     from fcw.evaluation.detection.figures import evaluate
     from fcw.evaluation.detection.labels import calibration_source, count_only, read_annotated, read_category
+    from fcw.files import check_kind
     from fcw_viz.console import MESSAGES, RESULTS, print_json, progress
-    from fcw_viz.jobs.detection_report import write_detection_report
+    from fcw_viz.jobs.detection_report import PAGE_START, REPORT_NAME, write_detection_report
 
     if not all(x >= 0 for x in command.at_fppi):
         raise UserError(f"--at-fppi {' '.join(map(str, command.at_fppi))}: expected numbers of at least 0")
@@ -71,6 +72,8 @@ def run_evaluate_detection(command: EvaluateDetectionCommand) -> int:
         raise UserError(
             f"--report {command.report}: this is a file; expected a folder to write report.html to"
         )
+    if command.report:
+        check_kind(command.report / REPORT_NAME, "report of this command", (PAGE_START.encode(),))
     images = count_only(read_annotated(command.labels, command.images), command.only)
     calibration_of = calibration_source(command.calibration)
     for image in images:

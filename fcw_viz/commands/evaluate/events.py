@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 
     from fcw.evaluation.warning.events import Event, EventComparison
 
+MOST_LISTED = 20
+"""Of missed events, and of false alarms."""
+
 
 def evaluate_events(log_path: Path, labels: Path | None, console: "Console") -> dict[str, Any]:
     """Compare a log with labels, and print the comparison.
@@ -85,9 +88,12 @@ def print_events(comparison: "EventComparison", console: "Console") -> None:
         + (f", {len(comparison.unjudged)} unjudged" if comparison.unjudged else ""),
         highlight=False,
     )
-    for event in comparison.missed:
-        level = event.level.name.lower()
-        console.print(f"  missed: {level} {event.start_s:.2f} s to {event.end_s:.2f} s", highlight=False)
-    for run in comparison.false_alarms:
-        level = run.highest.name.lower()
-        console.print(f"  false alarm: {level} {run.start_s:.2f} s to {run.end_s:.2f} s", highlight=False)
+    missed = [(event.level, event.start_s, event.end_s) for event in comparison.missed]
+    false_alarms = [(run.highest, run.start_s, run.end_s) for run in comparison.false_alarms]
+    for what, stretches in (("missed", missed), ("false alarm", false_alarms)):
+        for level, start_s, end_s in stretches[:MOST_LISTED]:
+            console.print(f"  {what}: {level.name.lower()} {start_s:.2f} s to {end_s:.2f} s", highlight=False)
+        if len(stretches) > MOST_LISTED:
+            console.print(
+                f"  {what}: and {len(stretches) - MOST_LISTED} more; --json lists all", highlight=False
+            )

@@ -1,11 +1,14 @@
 """`fcw export` says in clear words what it cannot do, and leaves nothing half done."""
 
+import os
 import subprocess
 import sys
 
 import pandas as pd
 import pytest
 from marked_drives import FRAMES, export
+
+from fcw.logs.mcap.reader import DriveLog
 
 WRONG = [
     (("--format", "mp4", "--events"), "--events --format mp4: events are a table; choose csv or parquet"),
@@ -66,6 +69,31 @@ def test_a_drive_is_never_written_over_itself(drives, capsys):
     assert export(path, "--format", "mcap", "--out", path, "--overwrite") == 2
     assert "this is the drive itself" in capsys.readouterr().err
     assert path.read_bytes() == before
+
+
+def test_a_drives_source_is_never_replaced_but_an_earlier_export_of_that_name_is(drives, tmp_path, capsys):
+    log = drives / "monday" / "drive.mcap"
+    out = tmp_path / DriveLog(log).header.source
+    out.write_text("the video")
+    made_s = log.stat().st_mtime
+    os.utime(out, (made_s - 60, made_s - 60))
+    export_it = [log, "--format", "mp4", "--no-overlay", "--out", out, "--overwrite"]
+    assert export(*export_it) == 2
+    assert "it has the name of the drive's source" in capsys.readouterr().err
+    assert out.read_text() == "the video"
+    os.utime(out, (made_s + 60, made_s + 60))
+    assert export(*export_it) == 0
+    assert out.read_bytes() != b"the video"
+
+
+def test_a_calibration_beside_exported_pictures_is_replaced_only_with_overwrite(drives, tmp_path, capsys):
+    theirs = tmp_path / "calibration" / "monday.yaml"
+    theirs.parent.mkdir()
+    theirs.write_text("mine")
+    out = tmp_path / "labels.json"
+    assert export(drives / "monday", "--format", "coco", "--pictures", "--out", out) == 2
+    assert f"{theirs}: exists already" in capsys.readouterr().err
+    assert theirs.read_text() == "mine"
 
 
 def test_several_drives_do_not_go_into_one_video(drives, tmp_path, capsys):

@@ -148,6 +148,16 @@ def test_wrong_paths_of_the_command_are_named(tmp_path, data, out, message):
         run_train(TrainCommand((tmp_path / data,), tmp_path / out))
 
 
+@pytest.mark.parametrize("name", ["model.npz", "model.npz.log.jsonl"])
+def test_files_of_others_under_the_commands_names_stay(tmp_path, name):
+    (tmp_path / name).write_text('{"time": 0, "text": "mine"}')
+    with pytest.raises(UserError, match=f"{name}: is there already, and is no "):
+        run_train(TrainCommand((tmp_path,), tmp_path / "model.npz"))
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [
+        (name, '{"time": 0, "text": "mine"}')
+    ]
+
+
 @pytest.mark.slow
 def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp_path, capsys, monkeypatch):
     seeds = []
@@ -171,6 +181,8 @@ def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp
     assert any(line["text"].startswith("held out") and 0 <= line["detection_rate"] <= 1 for line in lines)
     assert sum("round" in line for line in lines) == 3 * 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["model.npz", "model.npz.log.jsonl"]
+    with pytest.raises(UserError, match="holds neither"):  # a later training may replace both
+        run_train(TrainCommand((tmp_path,), tmp_path / "model.npz"))
 
 
 def test_the_shipped_model_is_small():
