@@ -4,8 +4,6 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import cv2
-
 
 def available_cores() -> int:
     """Those that this process may run on, where the system tells (Linux); else all of the computer's."""
@@ -21,6 +19,8 @@ def one_opencv_thread() -> Iterator[None]:
     Where frames are worked on in several threads, OpenCV's own pool has no core left to win: its threads wait
     for each other, a tenth of the processor's time in `fcw run`.
     """
+    import cv2  # whoever only counts cores does without it
+
     before = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:

@@ -20,6 +20,8 @@ MOST_JSON_BYTES = 128 << 20
 MOST_YAML_BYTES = 256 << 10
 """PyYAML reads some 100 kB a second; calibrations and scenarios have 10 kB."""
 MOST_XML_BYTES = 32 << 20
+MOST_XML_TAGS = 2_000_000
+"""Of openings and closings: a track with eight for each point fills the bytes allowed with 240,000 points."""
 MOST_VALUES = 12_000_000
 """In one file: together they stay below 1 GB."""
 DEEPEST = 50
@@ -59,6 +61,8 @@ def yaml_value(text: str) -> Any:  # noqa: ANN401 - YAML has no type
 
 def xml_root(data: bytes) -> ElementTree.Element:
     """The root of an XML document; document types, which define entities, are refused."""
+    if data.count(b"<") > MOST_XML_TAGS:
+        raise MalformedError(f"more than {MOST_XML_TAGS} tags")
     depth = 0
 
     def start(_name: str, _attributes: object) -> None:

@@ -14,47 +14,94 @@ from fcw.errors import UserError
 
 MOST_UNPACKED_BYTES = 256 << 20
 """Of one chunk; writers make them of 1 to 16 MB, or of one raw picture."""
+MOST_TIMES_PACKED = 100
+"""Of a whole file; raw pictures of the road pack to a half or a tenth, encoded ones hardly."""
+ALWAYS_UNPACKED_BYTES = 1 << 30
+"""So much a small file may unpack to all the same, of black pictures for instance."""
 _CHUNK = 0x06
 _MAGIC_BYTES = 8
 _HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")  # times, size, checksum, length of the compression's name
 _FRAME_BYTES = 18  # RFC 8878: the longest header of a zstd frame
+_LZ4_MAGIC = 0x184D2204
+_LZ4_BLOCK = struct.Struct("<I")
+_LZ4_STORED = 1 << 31
+_LZ4_MOST_TIMES = 255
+"""A byte of an LZ4 block stands for at most so many."""
 
 
 def check_chunks(path: Path, file: BinaryIO) -> None:
-    """See that no chunk unpacks to more than it may; where the file is torn or no MCAP nothing is said.
+    """See that neither a chunk nor all together unpack to more than they may.
+
+    Where the file is torn or no MCAP nothing is said.
 
     Args:
         path: for the message.
         file: opened; it stands at its beginning again afterwards.
 
     Raises:
-        UserError: a chunk does.
+        UserError: a chunk does, or all do.
     """
-    at = _MAGIC_BYTES
+    at, unpacked = _MAGIC_BYTES, 0
     end = file.seek(0, 2)
     while at + _HEAD.size <= end:
         file.seek(at)
         opcode, length = _HEAD.unpack(file.read(_HEAD.size))
-        if opcode == _CHUNK and _unpacked_bytes(file.read(128)) > MOST_UNPACKED_BYTES:
-            raise UserError(
-                f"{path}: the chunk at byte {at} unpacks to more than {MOST_UNPACKED_BYTES >> 20} MB; "
-                "expected a drive's messages in chunks of a few"
-            )
+        if opcode == _CHUNK:
+            chunk_bytes = _unpacked_bytes(file, min(at + _HEAD.size + length, end))
+            if chunk_bytes > MOST_UNPACKED_BYTES:
+                raise UserError(
+                    f"{path}: the chunk at byte {at} unpacks to more than {MOST_UNPACKED_BYTES >> 20} MB; "
+                    "expected a drive's messages in chunks of a few"
+                )
+            unpacked += chunk_bytes
         at += _HEAD.size + length
+    if unpacked > max(ALWAYS_UNPACKED_BYTES, MOST_TIMES_PACKED * end):
+        raise UserError(
+            f"{path}: its {end >> 10} kB unpack to {unpacked >> 20} MB; expected a drive's messages, which "
+            f"pack to no less than a {MOST_TIMES_PACKED}th"
+        )
     file.seek(0)
 
 
-def _unpacked_bytes(head: bytes) -> int:
-    """The larger of what a chunk states, and of what its zstd frame states."""
+def _unpacked_bytes(file: BinaryIO, end: int) -> int:
+    """The larger of what the chunk that the file stands at states, and of what its packed data do."""
+    start = file.tell()
+    head = file.read(128)
     if len(head) < _CHUNK_HEAD.size:
         return 0
     _, _, stated, _, name_length = _CHUNK_HEAD.unpack_from(head)
-    name = head[_CHUNK_HEAD.size : _CHUNK_HEAD.size + name_length]
-    frame = head[_CHUNK_HEAD.size + name_length + 8 :][:_FRAME_BYTES]
+    data = _CHUNK_HEAD.size + name_length + 8
+    name = head[_CHUNK_HEAD.size : data - 8]
+    if name == b"lz4":
+        return max(stated, _lz4_bytes(file, start + data, end))
     if name != b"zstd":
         return stated
     try:
-        return max(stated, zstandard.frame_content_size(frame))
+        return max(stated, zstandard.frame_content_size(head[data:][:_FRAME_BYTES]))
     except zstandard.ZstdError:
         return stated
+
+
+def _lz4_bytes(file: BinaryIO, at: int, end: int) -> int:
+    """The most that an LZ4 frame can unpack to (LZ4 frame format 1.6), by the sizes of its blocks.
+
+    A frame need not state it, and what it states is not what its reader goes by.
+    """
+    file.seek(at)
+    head = file.read(6)
+    if len(head) < 6 or _LZ4_BLOCK.unpack_from(head)[0] != _LZ4_MAGIC:
+        return 0
+    flags, largest = head[4], 1 << 8 + 2 * (head[5] >> 4 & 7)  # 4 to 7: 64 kB to 4 MB
+    checksum = 4 if flags & 0x10 else 0
+    at += 7 + (8 if flags & 0x08 else 0) + (4 if flags & 0x01 else 0)
+    most = 0
+    while at + _LZ4_BLOCK.size <= end and most <= MOST_UNPACKED_BYTES:
+        file.seek(at)
+        word = _LZ4_BLOCK.unpack(file.read(_LZ4_BLOCK.size))[0]
+        if word == 0:
+            break
+        size = word & ~_LZ4_STORED
+        most += size if word & _LZ4_STORED else min(largest, _LZ4_MOST_TIMES * size)
+        at += _LZ4_BLOCK.size + size + checksum
+    return most

@@ -1,4 +1,4 @@
-"""Encoded pictures of others: how large they say they are is looked at before they are decoded.
+"""Pictures of others: how large they say they are is looked at before they are decoded.
 
 Of what starts like none of these formats nothing is known, and OpenCV is not asked to guess.
 """
@@ -11,11 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.bounded.files import MalformedError, read_bytes
+from fcw.errors import UserError
 
 MOST_FILE_BYTES = 128 << 20
 MOST_PIXELS = 48 << 20
-"""Decoded 150 MB; cameras of phones have 50 to 200 million only when asked to."""
+"""Of one that stands for itself, decoded 150 MB; cameras of phones have 50 to 200 million only when asked to.
+"""
+MOST_DRIVE_PIXELS = 16 << 20
+"""Of each of a drive's, of which several are under way at once; action cameras have 5312x2988."""
 LONGEST_SIDE_PX = 16384
+DECODER_OPTIONS = {"max_pixels": str(MOST_DRIVE_PIXELS)}
+"""With these FFmpeg's decoders refuse a larger picture before they make room for it."""
 
 
 def read_picture(path: Path) -> NDArray[np.uint8] | None:
@@ -33,15 +39,37 @@ def decode_picture(data: bytes) -> NDArray[np.uint8] | None:
     None where it is damaged, of no format that is known here, or larger than any camera's.
     """
     size = picture_size(data)
-    if size is None or not (
-        min(size) > 0 and max(size) <= LONGEST_SIDE_PX and size[0] * size[1] <= MOST_PIXELS
-    ):
+    if size is None or not within_bounds(*size):
         return None
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     except cv2.error:
         return None
     return None if image is None else np.asarray(image, np.uint8)
+
+
+def within_bounds(width: int, height: int, most_pixels: int = MOST_PIXELS) -> bool:
+    """Whether a picture has any pixels, and no more of them than it may."""
+    return min(width, height) > 0 and max(width, height) <= LONGEST_SIDE_PX and width * height <= most_pixels
+
+
+def check_drive_size(drive: object, width: int, height: int) -> None:
+    """See that a drive's pictures are not too large to have several of them under way.
+
+    Args:
+        drive: for the message.
+        width: of its pictures.
+        height: of its pictures.
+
+    Raises:
+        UserError: they are.
+    """
+    if not within_bounds(width, height, MOST_DRIVE_PIXELS):
+        raise UserError(
+            f"{drive}: pictures of {width}x{height}; expected at most {MOST_DRIVE_PIXELS:,} pixels "
+            f"(5312x2988 has 15,872,256), and sides of at most {LONGEST_SIDE_PX}; make them smaller first, "
+            "a video for instance with `ffmpeg -i IN -vf scale=1920:-2 OUT.mp4`"
+        )
 
 
 def picture_size(data: bytes) -> tuple[int, int] | None:

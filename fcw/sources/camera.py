@@ -14,6 +14,7 @@ from av.error import FFmpegError, InvalidDataError
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
+from fcw.bounded.pictures import DECODER_OPTIONS
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.logs.decoded import bgr
@@ -146,6 +147,7 @@ class CameraSource:
             if not container.streams.video:
                 raise UserError(f"{self.name}: no video in what the address gives; expected a camera's")
             stream = container.streams.video[0]
+            stream.codec_context.options = DECODER_OPTIONS
             stream.thread_type = "SLICE"  # frame threads would hold pictures back
             yield container, stream
 

@@ -14,6 +14,7 @@ from av.stream import Disposition
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
+from fcw.bounded.pictures import DECODER_OPTIONS, check_drive_size
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
 from fcw.sources import h264
@@ -31,7 +32,7 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
     that uses them and is dropped before it is flushed waits for ever.
 
     Raises:
-        UserError: the file is no video, or its codec is unknown here.
+        UserError: the file is no video, its codec is unknown here, or its pictures are too large.
     """
     try:
         # A name may look like a URL (12:30:05.mp4), and a playlist may name one.
@@ -64,6 +65,10 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
                 f"{path}: no decoder for the codec of its video stream; "
                 "convert it first, for instance to H.264: `ffmpeg -i IN -c:v libx264 OUT.mp4`"
             )
+        codec = stream.codec_context
+        if codec.width and codec.height:  # else only the first picture tells
+            check_drive_size(path, codec.width, codec.height)
+        codec.options = DECODER_OPTIONS
         stream.thread_type = "SLICE"
         yield container, stream
 

@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import cv2
+import lz4.frame
 import numpy as np
 import pytest
 import yaml
@@ -104,6 +105,7 @@ def test_yaml_of_the_program_is_read_as_pyyaml_reads_it():
         (b'<?xml version="1.0" encoding="no-such"?><a/>', "unknown encoding"),
         (b'<?xml version="1.0" encoding="utf-7"?><a/>', "."),
         (b"<a>", "no element found"),
+        (b"<a>" + b"<b/>" * 2_000_000 + b"</a>", "more than 2000000 tags"),
     ],
 )
 def test_xml_that_would_grow_or_break_is_refused(data: bytes, why: str):
@@ -185,17 +187,42 @@ def test_a_picture_that_states_a_huge_size_is_not_decoded():
         assert decode_picture(bytes(data)) is None
 
 
-def test_a_chunk_that_unpacks_to_much_is_named_before_it_is_unpacked(tmp_path: Path):
-    def chunk(stated: int, frame: bytes, name: bytes = b"zstd") -> bytes:
-        content = (
-            struct.pack("<QQQII", 0, 1, stated, 0, len(name)) + name + struct.pack("<Q", len(frame)) + frame
-        )
-        return b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, len(content)) + content
+MCAP_MAGIC = b"\x89MCAP0\r\n"
 
-    bomb = zstandard.compress(bytes(257 << 20))
+
+def mcap_chunk(stated: int, frame: bytes, name: bytes = b"zstd") -> bytes:
+    content = struct.pack("<QQQII", 0, 1, stated, 0, len(name)) + name + struct.pack("<Q", len(frame)) + frame
+    return struct.pack("<BQ", 6, len(content)) + content
+
+
+def test_a_chunk_that_unpacks_to_much_is_named_before_it_is_unpacked(tmp_path: Path):
+    bombs = [
+        mcap_chunk(10, zstandard.compress(bytes(257 << 20))),
+        mcap_chunk(1 << 40, b"", b"lz4"),
+        *(
+            mcap_chunk(10, lz4.frame.compress(bytes(257 << 20), **options), b"lz4")
+            for options in ({"store_size": False}, {"block_size": 7, "block_checksum": True})
+        ),
+    ]
     path = tmp_path / "drive.mcap"
-    for data in (chunk(10, bomb), chunk(1 << 40, b"", b"lz4")):
+    for data in bombs:
         with pytest.raises(UserError, match="chunk at byte 8 unpacks to more than 256 MB"):
-            check_chunks(path, io.BytesIO(data))
-    for data in (chunk(1000, zstandard.compress(bytes(1000))), b"", b"\x89MCAP0\r\n\x06\xff"):
-        check_chunks(path, io.BytesIO(data))
+            check_chunks(path, io.BytesIO(MCAP_MAGIC + data))
+    for data in (mcap_chunk(1000, zstandard.compress(bytes(1000))), b"", b"\x06\xff"):
+        check_chunks(path, io.BytesIO(MCAP_MAGIC + data))
+
+
+@pytest.mark.parametrize("block_size", [4, 7])
+@pytest.mark.parametrize("content", [bytes(200 << 20), os.urandom(5 << 20)], ids=["packed", "stored"])
+def test_an_lz4_chunk_is_taken_for_no_more_than_a_block_above_what_it_holds(content: bytes, block_size: int):
+    frame = lz4.frame.compress(content, block_size=block_size)
+    check_chunks(Path("drive.mcap"), io.BytesIO(MCAP_MAGIC + mcap_chunk(len(content), frame, b"lz4")))
+
+
+def test_chunks_that_are_each_within_the_bound_may_not_unpack_to_much_together():
+    chunk = mcap_chunk(250 << 20, zstandard.compress(bytes(250 << 20)))
+    check_chunks(Path("drive.mcap"), io.BytesIO(MCAP_MAGIC + chunk * 4))
+    with pytest.raises(UserError, match=r"drive.mcap: its \d+ kB unpack to 1250 MB"):
+        check_chunks(Path("drive.mcap"), io.BytesIO(MCAP_MAGIC + chunk * 5))
+    real = mcap_chunk(250 << 20, os.urandom(3 << 20))  # 83 times: however long, it opens
+    check_chunks(Path("drive.mcap"), io.BytesIO(MCAP_MAGIC + real * 5))

@@ -50,6 +50,26 @@ def test_an_mp4_without_its_index(make_video, noise_images):
     assert "cut off may lack its index: repair it first" in refusal(path)
 
 
+def test_a_video_of_larger_pictures_than_a_drive_may_have(make_video):
+    path = make_video(
+        "large.avi", [np.zeros((1100, 16000, 3), np.uint8)], codec="mjpeg", pixel_format="yuvj420p"
+    )
+    assert "pictures of 16000x1100; expected at most 16,777,216 pixels" in refusal(path)
+
+
+def test_a_picture_that_is_too_large_amid_others_is_not_decoded(make_video, tmp_path):
+    made = [
+        make_video(
+            f"{h}.mjpeg", [np.zeros((h, 16000, 3), np.uint8)], codec="mjpeg", pixel_format="yuvj420p"
+        ).read_bytes()
+        for h in (16, 1100)
+    ]
+    (tmp_path / "joined.mjpeg").write_bytes(made[0] * 3 + made[1])
+    source = open_source(tmp_path / "joined.mjpeg")
+    assert [frame.image.shape for frame in source.frames()] == [(16, 16000, 3)] * 3
+    assert source.notes == ("joined.mjpeg: 1 picture damaged beyond decoding, left out",)
+
+
 @pytest.mark.parametrize("content", [b"hello\n" * 100, bytes(range(256)) * 16])
 def test_a_file_that_is_no_video(tmp_path, content: bytes):
     path = tmp_path / "notes.txt"

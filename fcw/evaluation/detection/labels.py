@@ -1,6 +1,5 @@
 """COCO labels with all that evaluation asks of them: attributes of the boxes, times, calibrations."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.formats import json_value
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.detection.training.dataset import LabelledImage, read_coco, read_labels
@@ -208,6 +208,6 @@ def _in_table(path: Path) -> Callable[[LabelledImage], tuple[Calibration, Path]]
 
 def _parsed(text: str) -> object:
     try:
-        return json.loads(text)
+        return json_value(text)
     except ValueError:
         return text

@@ -11,9 +11,11 @@ of warnings are unjudged: neither good nor bad.
 """
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,8 @@ from fcw.logs.records import FrameResult
 from fcw.warning.types import WarningLevel
 
 LEVELS = {level.name.lower(): level for level in WarningLevel if level > WarningLevel.NONE}
+MOST_EVENTS = 100_000
+"""Of a drive: one a second for a day."""
 VERDICTS = {"justified": True, "false": False}
 """Whether the stretch is an event."""
 EXPECTED = (
@@ -107,6 +111,8 @@ def read_events(path: Path) -> tuple[Event, ...]:
         except ValueError:  # not even a header
             return ()
         entries = [dict(zip(header, row, strict=False)) for row in rows]
+    if len(entries) > MOST_EVENTS:
+        raise UserError(f"{path}: {len(entries)} events; expected those of one drive, at most {MOST_EVENTS}")
     return tuple(_event(entry, f"{path}, event {number}") for number, entry in enumerate(entries, 1))
 
 
@@ -163,12 +169,10 @@ def compare_with_events(
 
 
 def _shown_within(shown: Sequence[tuple[float, WarningLevel]], event: Event) -> Shown | None:
-    """What is shown within an event's stretch of its level or a higher one."""
-    within = [
-        (time_s, level)
-        for time_s, level in shown
-        if event.start_s <= time_s <= event.end_s and level >= event.level
-    ]
+    """What is shown within an event's stretch of its level or a higher one; `shown` is in order of time."""
+    first = bisect_left(shown, event.start_s, key=itemgetter(0))
+    end = bisect_right(shown, event.end_s, key=itemgetter(0))
+    within = [(time_s, level) for time_s, level in shown[first:end] if level >= event.level]
     if not within:
         return None
     return Shown(within[0][0], within[-1][0], max(level for _, level in within))

@@ -28,6 +28,8 @@ DAMAGED = (
 UNDECODABLE = (DecodeError, *DAMAGED, IndexError, TypeError, NotImplementedError)
 """What the decoders of messages raise where a message is not of its schema."""
 
+LATEST_NS = 2**63 - 1
+"""In the year 2262; MCAP counts twice as far."""
 Decoder = Callable[[bytes], object]
 DELAY_MARGIN_NS = 2_000_000_000
 """How much sooner than the first message, counted from its stamp, another may have been logged."""
@@ -69,15 +71,17 @@ class Logged:
 
     @property
     def stamp_ns(self) -> int | None:
-        """The message's own time stamp; None where it has none, or 0, which nobody has set."""
+        """The message's own time stamp; None where it has none, one out of range, or 0, that of no clock."""
         header = getattr(self.content, "header", None)
         stamp = getattr(self.content, "timestamp", None) if header is None else getattr(header, "stamp", None)
         if stamp is None:
             return None
         seconds = getattr(stamp, "seconds", None)
         if seconds is None:
-            return (stamp.sec * 1_000_000_000 + stamp.nanosec) or None
-        return (seconds * 1_000_000_000 + stamp.nanos) or None
+            stamp_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+        else:
+            stamp_ns = seconds * 1_000_000_000 + stamp.nanos
+        return stamp_ns if 0 < abs(stamp_ns) <= LATEST_NS else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +170,8 @@ class McapFile:
                 for schema, channel, message in reader.iter_messages(
                     set(topics), log_time_order=self._indexed, starting_at=start_log_ns
                 ):
+                    if message.log_time > LATEST_NS:
+                        raise ValueError(f"a message logged at {message.log_time} ns")
                     if channel.id not in found:
                         found[channel.id] = _decoder(decoders, channel, schema)
                     yield Logged(channel.topic, message.log_time, _decoded(found[channel.id], message))

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.bounded.pictures import decode_picture
+from fcw.bounded.pictures import decode_picture, within_bounds
 
 Image = NDArray[np.uint8]
 VIDEO_CODECS = {"h264": "h264", "h265": "hevc", "vp9": "vp9", "av1": "av1"}
@@ -57,7 +57,10 @@ def compressed_image(message: CompressedMessage) -> Image | None:
 
 
 def raw_image(message: RawMessage) -> Image | None:
-    """foxglove.RawImage or sensor_msgs/Image as BGR; None where it has fewer bytes than its size asks for."""
+    """foxglove.RawImage or sensor_msgs/Image as BGR.
+
+    None where it has fewer bytes than its size asks for, or is larger than any camera's.
+    """
     form = _RAW_FORMS.get(message.encoding.lower())
     if form is None:
         raise UnknownPictureError(
@@ -67,7 +70,7 @@ def raw_image(message: RawMessage) -> Image | None:
     channels, conversion = form
     height, width, step = message.height, message.width, message.step or message.width * channels
     data = np.frombuffer(message.data, np.uint8)
-    if not (height and width) or step < width * channels or data.size < height * step:
+    if not within_bounds(width, height) or step < width * channels or data.size < height * step:
         return None
     pixels = data[: height * step].reshape(height, step)[:, : width * channels]
     pixels = np.ascontiguousarray(pixels.reshape(height, width, channels))

@@ -12,6 +12,7 @@ from av.video.codeccontext import VideoCodecContext
 from av.video.frame import VideoFrame
 from numpy.typing import NDArray
 
+from fcw.bounded.pictures import DECODER_OPTIONS
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, VideoPacket
 from fcw.logs.decoded import bgr
@@ -150,6 +151,7 @@ class PacketVideoSource:
         codec = CodecContext.create(self._codec, "r")
         assert isinstance(codec, VideoCodecContext)
         codec.thread_type = "SLICE"
+        codec.options = DECODER_OPTIONS
         fed: dict[int, VideoPacket] = {}
         handed = -1
 

@@ -87,6 +87,7 @@ def test_boxes_that_fail_a_condition_are_ignored():
         ("occluded", r"--only occluded: expected attribute=value"),
         ("hidden=0", r"--only hidden=0: no annotation has the attribute hidden"),
         ("occluded=7", r"--only occluded=7: no vehicle that counts.*values are 0, 1"),
+        ("occluded=" + "[" * 99_999, r"no vehicle that counts.*values are 0, 1"),
     ],
 )
 def test_conditions_that_mean_nothing_are_refused(condition, message):

@@ -286,6 +286,17 @@ def test_a_torn_file_gives_its_beginning_and_says_so(
     assert "torn.mcap: the file was never finished" in source.notes[-1]
 
 
+def test_times_of_no_calendar_are_damage(frames: list[Frame], tmp_path: Path) -> None:
+    """MCAP counts nanoseconds up to the year 2554; times here end in 2262."""
+    messages = [("/camera", COMPRESSED, stamp_ns(f), ros_jpeg(f, time_ns=0)) for f in frames[:3]]
+    late = [("/camera", COMPRESSED, 2**63 + i, ros_jpeg(f, time_ns=0)) for i, f in enumerate(frames[:3])]
+    source = open_source(ros_file(tmp_path / "drive.mcap", messages + late))
+    assert [frame.time_ns for frame in source.frames()] == [stamp_ns(f) for f in frames[:3]]
+    assert "the file was never finished or is damaged" in source.notes[-1]
+    with pytest.raises(UserError, match="none of its first 32 pictures can be decoded"):
+        open_source(ros_file(tmp_path / "late.mcap", late))
+
+
 def test_files_without_chunks_or_index_are_read(frames: list[Frame], tmp_path: Path) -> None:
     original = foxglove_images(tmp_path / "indexed.mcap", frames[:5])
     path = tmp_path / "drive.mcap"
