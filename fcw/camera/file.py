@@ -9,11 +9,13 @@ import yaml
 
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
+from fcw.bounded.pictures import LONGEST_SIDE_PX
 from fcw.camera.calibration import Calibration, GroundPoint, GroundRectangle, NumberPlate, Priors
 from fcw.camera.file_fields import PRIOR_FIELDS, Fields
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import plausibility
+from fcw.camera.points import LARGEST_TAPE_ERROR, LEAST_HEIGHT_M, MOST_M
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.files import write_whole
@@ -175,14 +177,14 @@ def parse_calibration(text: str, name: str) -> Calibration:
     size = fields.section("image_size")
     image_size = ImageSize(size.count("width"), size.count("height"))
     size.finish()
-    height_m = fields.number("height_m", positive=True)
-    offset_m = fields.number("reference_offset_m", at_least=0.0)
-    row_sigma_px = fields.number("row_sigma_px", at_least=0.0)
+    height_m = fields.number("height_m", positive=True, at_least=LEAST_HEIGHT_M, at_most=MOST_M)
+    offset_m = fields.number("reference_offset_m", at_least=0.0, at_most=MOST_M)
+    row_sigma_px = fields.number("row_sigma_px", at_least=0.0, at_most=LONGEST_SIDE_PX)
     points = []
     for item in fields.sections("points"):
         points.append(
             GroundPoint(
-                item.number("distance_m", positive=True),
+                item.number("distance_m", positive=True, at_most=MOST_M),
                 item.number("row_px"),
                 item.optional_number("column_px"),
             )
@@ -193,7 +195,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
     assumed, tape_error, orientation, lens, rectangles, plates = Priors(), 0.0, LEVEL, None, (), ()
     if version > 1:
         assumed = fields.priors("assumed")
-        tape_error = fields.number("tape_error", at_least=0.0)
+        tape_error = fields.number("tape_error", at_least=0.0, at_most=LARGEST_TAPE_ERROR)
         orientation = fields.orientation("orientation")
         lens = fields.lens("lens", image_size)
     if version > 2:
@@ -202,7 +204,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
     section = fields.section("camera")
     camera = GroundPlaneCamera(
         section.number("pitch_rad", above=-math.pi / 2, below=math.pi / 2),
-        section.number("focal_y_px", positive=True),
+        section.focal_length("focal_y_px"),
         section.number("principal_row_px"),
         height_m,
         section.number("principal_column_px"),

@@ -14,6 +14,10 @@ from fcw.frame import ImageSize
 
 PRIOR_FIELDS = ("field_of_view_rad", "principal_row_px", "horizon_row_px")
 RECTANGLE_CORNERS, PLATE_PLACES = 4, 3
+LARGEST, LEAST_SIGMA = 1e12, 1e-9
+"""Of any number, and of any standard deviation: beyond these sums of squares lose their digits."""
+LEAST_FOCAL_PX, MOST_FOCAL_PX = 1.0, 1e6
+"""A pixel of the smallest pictures, and a telescope of a degree on the largest."""
 
 
 class Fields:
@@ -61,9 +65,11 @@ class Fields:
         return [self._section(f"{field}[{index}]", item) for index, item in enumerate(value)]
 
     def checked(self, field: str, value: object) -> float:
-        """A value as a finite number."""
+        """A value as a finite number, no larger than any that counts."""
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
             raise self.wrong(field, value, "a finite number")
+        if abs(value) > LARGEST:
+            raise self.wrong(field, value, f"a number between {-LARGEST:g} and {LARGEST:g}")
         return float(value)
 
     def number(
@@ -72,6 +78,7 @@ class Fields:
         *,
         positive: bool = False,
         at_least: float = -math.inf,
+        at_most: float = math.inf,
         above: float = -math.inf,
         below: float = math.inf,
     ) -> float:
@@ -81,9 +88,15 @@ class Fields:
             raise self.wrong(field, number, "a number above 0")
         if number < at_least:
             raise self.wrong(field, number, f"a number of at least {at_least:g}")
+        if number > at_most:
+            raise self.wrong(field, number, f"a number of at most {at_most:g}")
         if not above < number < below:
             raise self.wrong(field, number, f"a number between {above:.6g} and {below:.6g}")
         return number
+
+    def focal_length(self, field: str) -> float:
+        """A focal length in pixels."""
+        return self.number(field, positive=True, at_least=LEAST_FOCAL_PX, at_most=MOST_FOCAL_PX)
 
     def optional_number(self, field: str) -> float | None:
         """A finite number; None for null."""
@@ -110,7 +123,8 @@ class Fields:
         if value is None:
             return None
         section = self._section(field, value)
-        gaussian = Gaussian(section.number("value"), section.number("sigma", positive=True))
+        number = section.number("value")
+        gaussian = Gaussian(number, section.number("sigma", positive=True, at_least=LEAST_SIGMA))
         section.finish()
         return gaussian
 
@@ -128,8 +142,8 @@ class Fields:
         orientation = Orientation(
             section.number("yaw_rad", above=-limit, below=limit),
             section.number("roll_rad", above=-limit, below=limit),
-            section.number("yaw_sigma_rad", at_least=0.0),
-            section.number("roll_sigma_rad", at_least=0.0),
+            section.number("yaw_sigma_rad", at_least=0.0, at_most=math.pi),
+            section.number("roll_sigma_rad", at_least=0.0, at_most=math.pi),
         )
         section.finish()
         return orientation
@@ -149,8 +163,8 @@ class Fields:
             raise section.wrong("coefficients", coefficients, f"a list of {counts} numbers")
         lens = Lens(
             model,
-            section.number("focal_x_px", positive=True),
-            section.number("focal_y_px", positive=True),
+            section.focal_length("focal_x_px"),
+            section.focal_length("focal_y_px"),
             section.number("column_px"),
             section.number("row_px"),
             tuple(section.checked(f"coefficients[{k}]", c) for k, c in enumerate(coefficients)),

@@ -10,7 +10,7 @@ from enum import Enum
 
 import numpy as np
 
-from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Ruler
 from fcw.camera.joint.fit import FLEET_SIGMA
@@ -20,6 +20,7 @@ from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
 from fcw.camera.verdicts.hypotheses import BUMPER_M, BUMPER_SIGMA_M, Fault
 from fcw.camera.verdicts.judgement import Judgement, Suspicion, judge
 from fcw.camera.verdicts.period import period_doubt
+from fcw.camera.verdicts.tilt import if_level
 from fcw.camera.verdicts.words import cause_text, period_text, unclear_text
 from fcw.frame import ImageSize
 
@@ -56,6 +57,7 @@ class FindingKind(Enum):
     VEHICLES = "vehicles"
     LENS = "lens"
     RECTANGLE = "rectangle"
+    HEIGHT = "height"
 
 
 SMALLEST_SIGMA_PX = 0.01
@@ -101,6 +103,11 @@ class Finding:
     swapped_sides: int | None = None
     is_question: bool = False
 
+    @property
+    def speaks_against(self) -> bool:
+        """Whether the calibration is likely wrong by it: a question leaves that open, a roll is no fault."""
+        return not self.is_question and self.kind is not FindingKind.ROLL
+
 
 def plausibility(
     calibration: Calibration, imperial: bool = False, paced: bool = False
@@ -122,7 +129,7 @@ def plausibility(
     if judgement is None or not judgement.is_suspect:
         findings.extend(_residual_finding(calibration))
         findings.extend(_period_finding(calibration, paced))
-    findings.extend(_roll_finding(calibration))
+    findings.extend(_roll_finding(calibration, judgement, imperial))
     return (*findings, *_outside_findings(calibration), *_prior_findings(calibration))
 
 
@@ -340,14 +347,28 @@ def vehicle_finding(calibration: Calibration, rulers: Sequence[Ruler]) -> Findin
     )
 
 
-def _roll_finding(calibration: Calibration) -> Iterator[Finding]:
+def height_finding(calibration: Calibration, stated_m: Gaussian) -> Finding | None:
+    """What all else says against the height that was stated, which a fit of everything moves."""
+    height_m = calibration.camera.height_m
+    if abs(height_m - stated_m.value) <= OUTLIER_SIGMAS * stated_m.sigma:
+        return None
+    return Finding(
+        FindingKind.HEIGHT,
+        f"the camera height of {stated_m.value:g} ± {stated_m.sigma:.2g} m contradicts the rest, with which "
+        f"it comes out as {height_m:.2f} m; check it, the distances and the lens",
+    )
+
+
+def _roll_finding(calibration: Calibration, judgement: Judgement | None, imperial: bool) -> Iterator[Finding]:
     turned = calibration.orientation
     if abs(turned.roll_rad) > max(TOLD_ROLL_RAD, OUTLIER_SIGMAS * turned.roll_sigma_rad):
+        otherwise = if_level(calibration, judgement, imperial)
         yield Finding(
             FindingKind.ROLL,
             f"the camera is tilted by {math.degrees(abs(turned.roll_rad)):.1f} degrees to the "
             f"{'right' if turned.roll_rad > 0 else 'left'}: it is taken into account; "
-            "mount it level if you can",
+            f"mount it level if you can{otherwise and f'; if it is level, {otherwise}'}",
+            is_question=bool(otherwise),
         )
 
 

@@ -16,6 +16,8 @@ LARGEST_TAPE_ERROR = 0.5
 """Of its distance; more than that is no measurement."""
 LEAST_HEIGHT_M, MOST_M, LEAST_SIGMA_PX = 0.01, 10_000.0, 1e-6
 """Beyond these numbers lose their digits; a height in millimetres is within."""
+FARTHEST_POINT_M, MOST_POINTS = 500.0, 100
+"""Nobody tapes farther, and nobody clicks more; every three of them are compared."""
 OUTSIDE_LIMIT = 1.0
 """How far outside the picture a point may lie, in pictures: an extrapolated mark may be just below it, but a
 row further off belongs to another picture or is a slip of the pen."""
@@ -151,9 +153,11 @@ def check_points(
 
     Raises:
         PointsError: naming the points and the mend.
+        UserError: they are too many.
     """
     for point in points:
         _check_point(point, image_size)
+    check_reach(points)
     ordered = sorted(points, key=lambda point: point.distance_m)
     distinct = len(distinct_distances([point.distance_m for point in points]))
     enough = distinct + prior_count >= PARAMETER_COUNT
@@ -181,6 +185,25 @@ def check_points(
         check_order(points)
     if len(points) == PARAMETER_COUNT and prior_count == 0:
         _check_convex(*ordered)
+
+
+def check_reach(points: Sequence[GroundPoint]) -> None:
+    """Refuse more points than anybody clicks, and farther ones than anybody measures.
+
+    Raises:
+        PointsError: naming the farthest point.
+        UserError: they are too many.
+    """
+    if len(points) > MOST_POINTS:
+        raise UserError(f"{len(points)} points: expected at most {MOST_POINTS}; a few far apart say as much")
+    farthest = max(points, key=lambda point: point.distance_m, default=None)
+    if farthest is not None and not farthest.distance_m <= FARTHEST_POINT_M:
+        raise PointsError(
+            f"point {farthest}: distance {farthest.distance_m:g} m, expected at most {FARTHEST_POINT_M:g}: "
+            "metres along the road from the reference forward to the mark",
+            PointsFault.NOT_A_POINT,
+            (farthest,),
+        )
 
 
 def distinct_distances(distances_m: Sequence[float]) -> list[float]:

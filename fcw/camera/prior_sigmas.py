@@ -19,6 +19,8 @@ belief decides: the middle and the spread of what the cameras of published drive
 the median stays between 65 and 66 whichever is left out. Wide dash cameras lie within two sigmas."""
 USUAL_TANGENT, USUAL_TANGENT_SIGMA = 0.05, 0.12
 """Of the pitch of a camera that somebody put up to look ahead: 3 degrees down, give or take 7."""
+YAW_SIGMA_RAD = math.radians(5.0)
+"""Of a camera that somebody pointed ahead by eye."""
 ROLL_SIGMA_RAD = math.radians(1.5)
 """Of a camera that somebody mounted as level as the eye can."""
 TAPE_ERROR = 0.01

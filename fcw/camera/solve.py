@@ -32,7 +32,15 @@ from fcw.camera.points import (
     distinct_distances,
     horizon_below_road,
 )
-from fcw.camera.prior_sigmas import MARK_ERROR_PART, TAPE_ERROR, USUAL_TANGENT, USUAL_TANGENT_SIGMA
+from fcw.camera.prior_sigmas import (
+    MARK_ERROR_PART,
+    ROLL_SIGMA_RAD,
+    TAPE_ERROR,
+    USUAL_TANGENT,
+    USUAL_TANGENT_SIGMA,
+    YAW_SIGMA_RAD,
+)
+from fcw.camera.straight import LEVEL, Orientation
 from fcw.camera.verdicts.period import period_doubt, widened
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -136,6 +144,8 @@ def calibrate(
         residuals,
         assumed,
         float(tape_error),
+        # Rows tell nothing of it, so it is taken as level, and known no better than that.
+        LEVEL if exact else Orientation(0.0, 0.0, YAW_SIGMA_RAD, ROLL_SIGMA_RAD),
     )
     if any(abs(residual) > OUTLIER_SIGMAS * row_sigma_px for residual in residuals):
         check_order(points)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from fcw.camera.points import FARTHEST_POINT_M
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 
@@ -12,6 +13,7 @@ _FOOT_M = 1 / FEET_PER_METRE
 _LENGTH_UNITS: dict[str, float] = {
     **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1.0),
     **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 0.01),
+    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 0.001),
     **dict.fromkeys(("ft", "ft.", "foot", "feet", "'", "′"), _FOOT_M),
     **dict.fromkeys(("in", "in.", "inch", "inches", '"', "″"), _FOOT_M / 12),
     **dict.fromkeys(("yd", "yard", "yards"), 3 * _FOOT_M),
@@ -89,9 +91,9 @@ def _limit_text(limit: float) -> str:
     return f"{limit:.3g}" if abs(limit) < 1000 else f"{limit:.0f}"
 
 
-DISTANCE = Quantity("a distance along the road", "15, 4.5 m or 50 ft", _LENGTH_UNITS, 0.3, 500.0)
-HEIGHT = Quantity("a height above the road", "1.3, 130 cm or 4 ft 3 in", _LENGTH_UNITS, 0.001, 1000.0)
-"""The limits are wide: a height in centimetres typed as metres is recognised, and mended by a button."""
+DISTANCE = Quantity("a distance along the road", "15, 4.5 m or 50 ft", _LENGTH_UNITS, 0.3, FARTHEST_POINT_M)
+HEIGHT = Quantity("a height above the road", "1.3, 130 cm or 4 ft 3 in", _LENGTH_UNITS, 0.001, 10_000.0)
+"""The limits are wide: a height in millimetres typed as metres is recognised, and mended by a button."""
 OFFSET = Quantity("a length along the car", "1.8, 180 cm or 6 ft", _LENGTH_UNITS, 0.0, 20.0)
 LENGTH_ERROR = Quantity("the error of a length", "0.05, 5 cm or 2 in", _LENGTH_UNITS, 0.001, 10.0)
 FIELD_OF_VIEW = Quantity("a field of view", "65 or 65°", _ANGLE_UNITS, math.radians(5), math.radians(175))

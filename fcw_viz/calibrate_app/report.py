@@ -115,7 +115,7 @@ def _rows_table(result: Result, imperial: bool) -> str:
         return [row_distance_text(distance_m, imperial), f"{row_px:.2f}", interval, half]
 
     rows = [cells(row.distance_m, row.row_px, row.low_m, row.high_m) for row in result.rows]
-    heads = ("distance", "row", f"interval, {unit_name(imperial)}", "half of it")
+    heads = ("distance", "row", f"interval, {unit_name(imperial)}", "±")
     return _table(heads, rows)
 
 
@@ -167,7 +167,7 @@ def _exact_words(result: Result) -> Iterator[str]:
 
 def _camera_table(state: SessionState, result: Result) -> str:
     calibration, sigmas, document = result.calibration, result.sigmas, state.document
-    camera = calibration.camera
+    camera, turned = calibration.camera, calibration.orientation
     field_of_view_deg = math.degrees(calibration.field_of_view_rad)
     # d(fov)/d(f) of fov = 2 atan(width / 2 f)
     width_px = document.image_size.width
@@ -181,6 +181,14 @@ def _camera_table(state: SessionState, result: Result) -> str:
         [
             "pitch, down",
             f"{math.degrees(camera.pitch_rad):.3f} ± {math.degrees(sigmas.pitch_rad):.3f}°",
+        ],
+        [
+            "looks, to the left",
+            f"{math.degrees(turned.yaw_rad):.2f} ± {math.degrees(turned.yaw_sigma_rad):.2f}°",
+        ],
+        [
+            "rolled, to the right",
+            f"{math.degrees(turned.roll_rad):.2f} ± {math.degrees(turned.roll_sigma_rad):.2f}°",
         ],
         ["focal length", f"{camera.focal_y_px:.2f} ± {sigmas.focal_y_px:.2f} px"],
         [

@@ -26,6 +26,7 @@ FOOT_M = 0.3048
         ("50'", 50 * FOOT_M),
         ("20 yd", 20 * 3 * FOOT_M),
         ("450 cm", 4.5),
+        ("4500 mm", 4.5),
         ("4 ft 3 in", 4.25 * FOOT_M),
         ("4'3\"", 4.25 * FOOT_M),
         ("", None),
@@ -34,6 +35,11 @@ FOOT_M = 0.3048
 )
 def test_a_distance_with_or_without_its_unit(text: str, expected_m: float | None):
     assert DISTANCE.read(text) == (None if expected_m is None else pytest.approx(expected_m))
+
+
+def test_a_height_in_millimetres_is_taken_with_its_unit_and_without():
+    assert HEIGHT.read("1300 mm") == pytest.approx(1.3)
+    assert HEIGHT.read("1300") == 1300.0, "which a button then takes for millimetres"
 
 
 def test_a_number_without_a_unit_counts_in_that_of_the_page():
@@ -59,7 +65,7 @@ def test_what_is_no_distance_is_answered_with_what_was_expected(text: str):
         (DISTANCE, "1e9", "0.3 to 500 m"),
         (DISTANCE, "-3", "0.3 to 500 m"),
         (DISTANCE, "0", "0.3 to 500 m"),
-        (HEIGHT, "0", "0.001 to 1000 m"),
+        (HEIGHT, "0", "0.001 to 10000 m"),
     ],
 )
 def test_what_nobody_measures_is_refused_with_the_limits(quantity: Quantity, text: str, limits: str):

@@ -83,6 +83,10 @@ def test_the_camera_and_its_uncertainty_are_those_of_the_command_line() -> None:
     cells = {row[0]: row[1] for row in Tables(report(state_of(document))).rows if len(row) > 1}
     pitch, sigma = math.degrees(summary["pitch_rad"]), math.degrees(sigmas["pitch_rad"])
     assert cells["pitch, down"] == f"{pitch:.3f} ± {sigma:.3f}°"
+    turned = summary["orientation"]
+    for name, field in (("looks, to the left", "yaw"), ("rolled, to the right", "roll")):
+        value, sigma = (math.degrees(turned[f"{field}{end}"]) for end in ("_rad", "_sigma_rad"))
+        assert cells[name] == f"{value:.2f} ± {sigma:.2f}°"
     assert cells["focal length"] == f"{summary['focal_y_px']:.2f} ± {sigmas['focal_y_px']:.2f} px"
     assert cells["principal row"] == f"{summary['principal_row_px']:.2f} ± {sigmas['principal_row_px']:.2f}"
     assert cells["horizon row"] == f"{summary['horizon_row_px']:.2f} ± {sigmas['horizon_row_px']:.2f}"

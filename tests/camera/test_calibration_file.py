@@ -114,6 +114,16 @@ def test_file_is_readable_and_says_degrees_only_in_a_comment():
             "camera.pitch_rad is 2.0, expected a number between -1.5708 and 1.5708",
         ),
         (("camera", "focal_y_px"), 0, "camera.focal_y_px is 0.0, expected a number above 0"),
+        (("height_m",), 1e300, "height_m is 1e+300, expected a number between -1e+12 and 1e+12"),
+        (("row_sigma_px",), 1e9, "row_sigma_px is 1000000000.0, expected a number of at most 16384"),
+        (("tape_error",), 0.7, "tape_error is 0.7, expected a number of at most 0.5"),
+        (("orientation", "yaw_sigma_rad"), 4, "yaw_sigma_rad is 4.0, expected a number of at most 3.14159"),
+        (("camera", "focal_y_px"), 1e-300, "camera.focal_y_px is 1e-300, expected a number of at least 1"),
+        (
+            ("row_covariance", "covariance_px2", 0, 0),
+            1e308,
+            "covariance_px2[0][0] is 1e+308, expected a number between -1e+12 and 1e+12",
+        ),
         (("camera", "colour"), 1, "camera.colour is 1, expected no field of that name"),
         (("row_covariance", "support_distances_m"), [5.0, 4.0, 9.0], "expected three ascending distances"),
         (

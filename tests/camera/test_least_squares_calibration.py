@@ -186,3 +186,11 @@ def test_the_exact_solution_takes_three_points_and_nothing_else():
         calibrate(points_at(6, 9, 15, 40), SIZE, 1.3, exact=True)
     with pytest.raises(UserError, match="takes 3 points and nothing else of the camera"):
         calibrate(points_at(6, 15, 40), SIZE, 1.3, principal_row=PRINCIPAL_ROW, exact=True)
+
+
+def test_rows_alone_leave_open_how_the_camera_is_turned_besides():
+    """Which a file must not call known: a camera put up by eye looks aside by degrees."""
+    turned = calibrate(points_at(6.0, 15.0, 40.0), SIZE, 1.3).orientation
+    assert (turned.yaw_rad, turned.roll_rad) == (0.0, 0.0)
+    assert math.degrees(turned.yaw_sigma_rad) == pytest.approx(5.0)
+    assert math.degrees(turned.roll_sigma_rad) == pytest.approx(1.5)

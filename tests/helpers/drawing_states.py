@@ -20,7 +20,7 @@ def marks_at(
     """Marks clicked where the camera sees the distances, each with its error."""
     errors = (*errors_px, *[0.0] * len(distances_m))
     return tuple(
-        Mark(number, 600.0 + 30 * number, camera.row_at(distance_m) + errors[number - 1], distance_m, frame=0)
+        Mark(number, 600.0, camera.row_at(distance_m) + errors[number - 1], distance_m, frame=0)
         for number, distance_m in enumerate(distances_m, start=1)
     )
 

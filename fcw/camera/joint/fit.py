@@ -24,12 +24,17 @@ from fcw.camera.joint.rulers import horizon_by_widths, width_misfits
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
-from fcw.camera.prior_sigmas import MARK_ERROR_PART, ROLL_SIGMA_RAD, USUAL_TANGENT, USUAL_TANGENT_SIGMA
+from fcw.camera.prior_sigmas import (
+    MARK_ERROR_PART,
+    ROLL_SIGMA_RAD,
+    USUAL_TANGENT,
+    USUAL_TANGENT_SIGMA,
+    YAW_SIGMA_RAD,
+)
 from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
 
-YAW_SIGMA_RAD = math.radians(5.0)
 START_SIGMA_M = 20.0
 """Of the first of marks whose first distance is not known."""
 START_FIRST_M = (5.0, 9.0, 18.0)
@@ -68,12 +73,7 @@ NO_SLIP = Slip((), CLOSED_SIGMA)
 class JointFit:
     """Residuals in sigmas of all evidence and beliefs over the unknowns."""
 
-    def __init__(
-        self,
-        known: Known,
-        mark_error: float = 0.0,
-        slip: Slip = NO_SLIP,
-    ) -> None:
+    def __init__(self, known: Known, mark_error: float = 0.0, slip: Slip = NO_SLIP) -> None:
         """What is fitted.
 
         Args:

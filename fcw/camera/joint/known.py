@@ -1,6 +1,6 @@
 """All that is known of a camera and its road: what a fit of everything takes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fcw.camera.calibration import Gaussian, Priors
 from fcw.camera.joint.evidence import Evidence
@@ -38,6 +38,17 @@ class Known:
     tape_error: float = TAPE_ERROR
     bend: Gaussian | None = None
     rough: bool = False
+
+    @property
+    def is_of_rows(self) -> bool:
+        """Whether a fit of rows (`fcw.camera.solve`) has a place for all of it.
+
+        It has none for anything but taped points, and none for where these lie across the picture, which
+        tells how the camera is rolled.
+        """
+        said = replace(self.evidence, points=(), edges=()) != Evidence()
+        columns = {point.column_px for point in self.evidence.points if point.column_px is not None}
+        return not said and self.lens is None and self.bend is None and len(columns) < 2
 
     @property
     def tells_of_the_road(self) -> bool:

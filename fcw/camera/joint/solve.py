@@ -27,7 +27,6 @@ from fcw.camera.joint.fit import (
     START,
     TANGENT,
     YAW,
-    YAW_SIGMA_RAD,
     JointFit,
     solved,
 )
@@ -36,8 +35,8 @@ from fcw.camera.joint.plates import check_plate
 from fcw.camera.joint.rectangle import check_rectangle
 from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
 from fcw.camera.lens.usual import usual_lens
-from fcw.camera.points import check_priors, check_setup, check_tape_error
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
+from fcw.camera.points import check_priors, check_reach, check_setup, check_tape_error
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
 from fcw.camera.solve import row_jacobian, support_distances
 from fcw.camera.verdicts.period import period_doubt, widened
 from fcw.errors import UserError
@@ -54,6 +53,7 @@ def calibrate_jointly(known: Known) -> Calibration:
     check_setup(image_size, known.height_m.value, reference_offset_m, known.click_sigma_px)
     check_priors(priors)
     check_tape_error(tape_error)
+    check_reach(evidence.points)
     if not (known.rough or known.tells_of_the_road):
         raise UserError(
             "nothing is known of where the road lies in the picture; give points, lane lines, the horizon, "

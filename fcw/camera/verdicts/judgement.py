@@ -86,9 +86,15 @@ class Judgement:
         return careful if careful is not None and careful.is_suspect and not self.is_suspect else None
 
     @property
+    def odds(self) -> float:
+        """Of a mistake against noise."""
+        mistaken = sum(s.probability for s in self.suspicions)
+        return mistaken / self.as_said if self.as_said else math.inf
+
+    @property
     def is_suspect(self) -> bool:
         """Whether a mistake is clearly likelier than noise."""
-        return sum(s.probability for s in self.suspicions) > self.least_odds * self.as_said
+        return self.odds > self.least_odds
 
     @property
     def named(self) -> Suspicion | None:
@@ -104,10 +110,12 @@ class Judgement:
 
 
 def judge(calibration: Calibration, imperial: bool = False) -> Judgement:
-    """Judge the points of a calibration, as they lie in the straight picture."""
-    calibration = calibration.straight()
+    """Judge the points of a calibration, as they lie in the straight picture but for the camera's roll.
+
+    The roll is open to each hypothesis by itself: one that was fitted to a mistake would explain it away.
+    """
     return judge_points(
-        calibration.points,
+        _rolled_points(calibration),
         calibration.image_size,
         calibration.camera.height_m,
         calibration.reference_offset_m,
@@ -115,6 +123,17 @@ def judge(calibration: Calibration, imperial: bool = False) -> Judgement:
         calibration.priors,
         calibration.tape_error,
         imperial,
+    )
+
+
+def _rolled_points(calibration: Calibration) -> tuple[GroundPoint, ...]:
+    if any(point.column_px is None for point in calibration.points):
+        return calibration.straight().points
+    level = replace(calibration, orientation=replace(calibration.orientation, roll_rad=0.0))
+    places = [level.straight_place(point.column_px or 0.0, point.row_px) for point in calibration.points]
+    return tuple(
+        GroundPoint(point.distance_m, row_px, column_px)
+        for point, (column_px, row_px) in zip(calibration.points, places, strict=True)
     )
 
 

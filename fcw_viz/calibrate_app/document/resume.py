@@ -6,8 +6,7 @@ from pathlib import Path
 
 from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import read_calibration
-from fcw.camera.joint.fit import YAW_SIGMA_RAD
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
 from fcw.camera.uncertainty import camera_sigmas
 from fcw.errors import UserError
 from fcw.frame import ImageSize

@@ -3,17 +3,12 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from fcw.camera.calibration import Calibration, Gaussian
-from fcw.camera.uncertainty import camera_sigmas
-from fcw.errors import UserError
+from fcw.camera.calibration import Calibration
+from fcw.camera.verdicts.sky import is_above, lies_in_sky
 from fcw_viz.calibrate_app.document import words
 from fcw_viz.calibrate_app.document.document import Document, Mark
 from fcw_viz.calibrate_app.document.edits import DeleteMark
 from fcw_viz.calibrate_app.document.state import Mend, Trouble
-from fcw_viz.calibrate_app.document.troubles import speaks_against
-
-SURE_SIGMAS = 3.0
-"""So far above the horizon a point is in the sky, and no far point of the road clicked badly."""
 
 
 def sky_troubles(
@@ -36,19 +31,9 @@ def sky_troubles(
 def _in_sky(document: Document, mark: Mark, calibrate: Callable[[Document], Calibration | None]) -> bool:
     belief = document.horizon
     if belief is not None and belief.enabled:
-        return _is_above(mark.row_px, belief.prior, document)
+        return is_above(mark.row_px, belief.prior, document.row_sigma_px)
     others = replace(document, marks=tuple(other for other in document.marks if other is not mark))
-    try:
-        calibration = calibrate(others)
-    except UserError:
-        return False
-    if calibration is None:
-        return False
-    row_px = calibration.straight_place(mark.column_px, mark.row_px)[1]
-    horizon = Gaussian(calibration.horizon_row_px, camera_sigmas(calibration).horizon_row_px)
-    # Others that contradict each other put the horizon anywhere; they are judged last, as that takes longest.
-    return _is_above(row_px, horizon, document) and not speaks_against(calibration)
-
-
-def _is_above(row_px: float, horizon: Gaussian, document: Document) -> bool:
-    return row_px < horizon.value - SURE_SIGMAS * (horizon.sigma + document.row_sigma_px)
+    points = [other.ground_point for other in others.marks if other.ground_point is not None]
+    return lies_in_sky(
+        mark.column_px, mark.row_px, mark.distance_m, points, lambda: calibrate(others), document.row_sigma_px
+    )

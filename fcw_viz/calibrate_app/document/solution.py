@@ -1,15 +1,24 @@
 """What follows from a document: the camera, its uncertainty, what is still missing and what is wrong."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fcw.camera.calibration import Calibration, Gaussian, Priors
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
+from fcw.camera.joint.known import Known
 from fcw.camera.joint.odd_rectangle import odd_rectangle
 from fcw.camera.joint.rectangle import RECTANGLE_FACTS
 from fcw.camera.joint.solve import calibrate_jointly
-from fcw.camera.plausibility import OUTLIER_SIGMAS, Finding, FindingKind, plausibility, vehicle_finding
+from fcw.camera.plausibility import (
+    OUTLIER_SIGMAS,
+    Finding,
+    FindingKind,
+    height_finding,
+    plausibility,
+    vehicle_finding,
+)
 from fcw.camera.points import (
     PARAMETER_COUNT,
     check_order,
@@ -27,8 +36,8 @@ from fcw_viz.calibrate_app.document.besides.joint_fit import (
     FEWEST_VEHICLES,
     bent_lens,
     broken_period,
-    needs_joint,
     stated,
+    with_lane_horizon,
 )
 from fcw_viz.calibrate_app.document.document import FEWEST_PLATES, Document, Mark
 from fcw_viz.calibrate_app.document.edits import SetHorizon
@@ -52,7 +61,7 @@ ASSUMED_OFFSET_M = 1.8
 """From there to the front bumper of an ordinary car, for the preview."""
 EFFECT_DISTANCE_M = 40.0
 """Where the effect of a belief is told, and the quality: a warning at 90 km/h comes from there."""
-CONTRADICTIONS = frozenset((FindingKind.RESIDUAL, FindingKind.PRIOR))
+CONTRADICTIONS = frozenset((FindingKind.RESIDUAL, FindingKind.PRIOR, FindingKind.HEIGHT))
 """What was said disagrees by more than its noise, and the intervals follow from that noise alone."""
 ROW_DISTANCES_FT = (15.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 250.0)
 QUALITY_DISTANCE_FT = 130.0
@@ -111,9 +120,9 @@ def solve(document: Document, effects: bool = True) -> Solution:
         )
     if calibration is None:
         return incomplete
-    result = _result(document, facts, calibration)
     points = tuple(mark.ground_point for mark in facts.marks if mark.ground_point is not None)
     known = stated(document, points, ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
+    result = _result(document, facts, calibration, known)
     if effects and (bent := bent_lens(document, known)):
         result = replace(result, findings=(*result.findings, Finding(FindingKind.LENS, bent.text)))
     if effects and (uneven := broken_period(document, known)):
@@ -177,8 +186,19 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
         check_repeats(points, document.row_sigma_px)
         check_order(points)
         return None
-    if needs_joint(document):
-        return calibrate_jointly(stated(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M))
+    known = stated(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
+    # Points that fit no camera are found by their rows, also where much else is known.
+    enough = len(distinct_distances([p.distance_m for p in points])) + facts.priors.count >= PARAMETER_COUNT
+    bent = known.lens is not None or known.bend is not None
+    of_rows = None
+    if enough and not (document.paced or bent):
+        of_rows = _of_rows(document, facts.priors, points)
+    if of_rows is not None and known.is_of_rows:
+        return of_rows
+    return with_lane_horizon(calibrate_jointly(known), document)
+
+
+def _of_rows(document: Document, priors: Priors, points: Sequence[GroundPoint]) -> Calibration:
     offset_m = document.reference_offset_m
 
     def with_height(height_m: float) -> Calibration:
@@ -188,9 +208,9 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
             height_m,
             ASSUMED_OFFSET_M if offset_m is None else offset_m,
             document.row_sigma_px,
-            facts.priors.field_of_view_rad,
-            facts.priors.principal_row_px,
-            facts.priors.horizon_row_px,
+            priors.field_of_view_rad,
+            priors.principal_row_px,
+            priors.horizon_row_px,
             tape_error=document.tape_error,
         )
 
@@ -222,12 +242,17 @@ def _lane_horizon(document: Document) -> tuple[Gaussian | None, tuple[Trouble, .
     return horizon, (Trouble(words.horizons_disagree(dragged.prior, horizon), mend=mend),)
 
 
-def _result(document: Document, facts: _Facts, calibration: Calibration) -> Result:
+def _result(document: Document, facts: _Facts, calibration: Calibration, known: Known) -> Result:
     found = plausibility(calibration, document.imperial, document.paced)
-    # A roll is no fault: the page shows it, and all that is drawn is turned by it.
-    findings = [finding for finding in found if finding.kind is not FindingKind.ROLL]
+    # A roll is no fault: the page shows it, and all that is drawn is turned by it. Where a mistake may look
+    # like one it is a question, unless somebody has said how the camera is rolled.
+    said_roll = document.roll is not None and document.roll.enabled
+    asked = [f for f in found if f.is_question and not (said_roll and f.kind is FindingKind.ROLL)]
+    findings = [finding for finding in found if finding.speaks_against or finding in asked]
     if document.vehicles and (vehicles := vehicle_finding(calibration, document.vehicles)):
         findings.append(vehicles)
+    if height := height_finding(calibration, known.height_m):
+        findings.append(height)
     rows_px = calibration.straight_rows_px
     residuals = {
         mark.id: MarkResidual(residual_px, calibration.distance_at(row_px) - point.distance_m)

@@ -43,13 +43,19 @@ CAMERA_FINDINGS = frozenset(
         FindingKind.CAUSE,
     )
 )
-TOLD_FINDINGS = frozenset((FindingKind.PERIOD, FindingKind.VEHICLES))
+TOLD_FINDINGS = frozenset((FindingKind.PERIOD, FindingKind.VEHICLES, FindingKind.ROLL, FindingKind.HEIGHT))
 """Said in the finding's own words."""
 OFFSET_DECIMALS = 2
 """Nobody measures a car more finely than to a centimetre."""
 HEIGHT_RANGE_M = (0.6, 3.5)
 """Of a lens behind a windscreen, from a low sports car to a lorry."""
-UNITS_M = {"metres": 1.0, "feet": 1 / FEET_PER_METRE, "centimetres": 0.01, "inches": 0.0254}
+UNITS_M = {
+    "metres": 1.0,
+    "feet": 1 / FEET_PER_METRE,
+    "centimetres": 0.01,
+    "inches": 0.0254,
+    "millimetres": 0.001,
+}
 
 
 def degenerate_troubles(
@@ -72,6 +78,7 @@ def degenerate_troubles(
         told = [mark for mark in document.marks if mark.ground_point is not None]
         mend = _mend(document, told, verdict, verdict.offset_m)
         if mend and _makes_plausible(document, mend, calibrate):
+            text = words.degenerate(error, marks, document.imperial, guess=False)
             return (Trouble(f"{text} {words.verdict_cause(document, told, verdict)}", ids, mend),)
     mend = _point_mend(document, error, marks, calibrate) if thorough else None
     return (Trouble(text, ids, mend),)
@@ -318,7 +325,7 @@ def _makes_plausible(document: Document, mend: Mend, calibrate: Calibrate) -> bo
 
 def speaks_against(calibration: Calibration) -> bool:
     """Whether anything does, besides questions."""
-    return any(not finding.is_question for finding in plausibility(calibration))
+    return any(finding.speaks_against for finding in plausibility(calibration))
 
 
 def _marks_of(document: Document, error: PointsError) -> list[Mark]:

@@ -116,8 +116,8 @@ def quality(distance_m: float, low_m: float, high_m: float, imperial: bool) -> s
     return f"At {at} this camera is good for {interval_text(low_m, high_m, imperial, ' to ')} {unit}.{rough}"
 
 
-def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool) -> str:
-    """Why points determine no camera, the points by their letters."""
+def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool, guess: bool = True) -> str:
+    """Why points determine no camera, the points by their letters; `guess` at a cause where none is known."""
 
     def at(mark: Mark) -> str:
         return f"{mark.name} ({typed_text(mark.distance_m or 0.0, imperial)})"
@@ -136,10 +136,9 @@ def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool) -> str
                     "picture: click one of them again."
                 )
             case PointsFault.ORDER:
-                return (
-                    f"{at(far)} is farther than {at(near)} but lower in the picture. Their distances are "
-                    "probably swapped, or one was clicked on the wrong mark."
-                )
+                text = f"{at(far)} is farther than {at(near)} but lower in the picture."
+                cause = "Their distances are probably swapped, or one was clicked on the wrong mark."
+                return f"{text} {cause}" if guess else text
             case _:
                 pass
     match error.fault:

@@ -9,10 +9,12 @@ import viser
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
+from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.numbers_text import in_units, row_distance_text, unit_name
 from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.panels.result import plus_minus
 from fcw_viz.page.controls import on_choice
 from fcw_viz.page.style import set_html, text_block
 
@@ -84,13 +86,23 @@ def read_there(here: Calibration, there: Calibration, distance_m: float) -> floa
 
 
 def camera_words(calibration: Calibration, imperial: bool) -> str:
-    """Pitch, field of view, horizon and height in one line."""
-    camera = calibration.camera
+    """Pitch, yaw and roll where the file says them, field of view, horizon and height in one line."""
+    camera, turned = calibration.camera, calibration.orientation
+    aside = ""
+    if turned != LEVEL:
+        aside = (
+            f"looks {_degrees(turned.yaw_rad, turned.yaw_sigma_rad)} to the left, "
+            f"rolled {_degrees(turned.roll_rad, turned.roll_sigma_rad)} to the right, "
+        )
     return (
-        f"pitch {math.degrees(camera.pitch_rad):.1f}°, field of view "
+        f"pitch {math.degrees(camera.pitch_rad):.1f}°, {aside}field of view "
         f"{math.degrees(calibration.field_of_view_rad):.0f}°, horizon at row {camera.horizon_row_px:.0f}, "
         f"height {in_units(camera.height_m, imperial):.2f} {unit_name(imperial)}"
     )
+
+
+def _degrees(angle_rad: float, sigma_rad: float) -> str:
+    return f"{plus_minus(math.degrees(angle_rad), math.degrees(sigma_rad))}°"
 
 
 def _line(here: Calibration, there: Calibration, distance_m: float, imperial: bool) -> str:

@@ -48,6 +48,7 @@ class Panels:
     def __init__(self, gui: viser.GuiApi, desk: Desk, dark: bool) -> None:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH_PX)
+        desk.channel.on("docked", lambda _: gui.main_panel.set_width(PANEL_WIDTH_PX))
         guide = Guide(gui, desk, PANEL_WIDTH_PX)
         tabs = gui.add_tab_group()
         with tabs.add_tab(CALIBRATE):

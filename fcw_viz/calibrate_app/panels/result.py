@@ -50,7 +50,7 @@ def _quality_html(state: SessionState) -> str:
 
 
 def _numbers_html(state: SessionState, result: Result) -> str:
-    camera, sigmas = result.calibration.camera, result.sigmas
+    camera, sigmas, turned = result.calibration.camera, result.sigmas, result.calibration.orientation
     # d(angle)/d(f) of angle = 2 atan(half width / f)
     half_width_px = result.calibration.image_size.width / 2
     angle_per_px = 2 * half_width_px / (camera.focal_y_px**2 + half_width_px**2)
@@ -59,6 +59,8 @@ def _numbers_html(state: SessionState, result: Result) -> str:
         ("Pitch, down", math.degrees(camera.pitch_rad), math.degrees(sigmas.pitch_rad), "°"),
         ("Focal length", camera.focal_y_px, sigmas.focal_y_px, " px"),
         ("Field of view", math.degrees(result.calibration.field_of_view_rad), angle_sigma_deg, "°"),
+        ("Looks, to the left", math.degrees(turned.yaw_rad), math.degrees(turned.yaw_sigma_rad), "°"),
+        ("Rolled, to the right", math.degrees(turned.roll_rad), math.degrees(turned.roll_sigma_rad), "°"),
         ("Lens axis, row", camera.principal_row_px, sigmas.principal_row_px, ""),
         ("Horizon, row", camera.horizon_row_px, sigmas.horizon_row_px, ""),
     )

@@ -10,6 +10,7 @@ from fcw.camera.joint.odd_rectangle import odd_rectangle
 from fcw.camera.joint.plates import PLATE_SIGMA_M, PLATE_WIDTHS_M
 from fcw.camera.lens.plumb import bend_px
 from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS
+from fcw.camera.plausibility import height_finding
 from fcw.camera.prior_sigmas import SIDE_SIGMA_M, UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment
 from fcw.errors import UserError
@@ -52,7 +53,7 @@ def stated_evidence(command: CalibrateCommand) -> Evidence | None:
 
 
 def evidence_warnings(command: CalibrateCommand, calibration: Calibration) -> list[str]:
-    """Warnings of a rectangle that is none, of a lens that bends the picture, and of lane lines that bend.
+    """Warnings of a rectangle that is none, a lens that bends the picture, lines that bend, a wrong height.
 
     Raises:
         UserError: the sides of a rectangle are exchanged, so that every distance is wrong.
@@ -80,7 +81,9 @@ def evidence_warnings(command: CalibrateCommand, calibration: Calibration) -> li
         )
     if odd is not None:
         return [odd.text]
-    return [] if command.lens is not None else _bent_warnings(command, known)
+    height = height_finding(calibration, known.height_m)
+    bent = [] if command.lens is not None else _bent_warnings(command, known)
+    return bent if height is None else [height.text, *bent]
 
 
 def _bent_warnings(command: CalibrateCommand, known: Known) -> list[str]:

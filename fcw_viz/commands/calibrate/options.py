@@ -59,7 +59,7 @@ class CalibrateCommand:
     9x6. Writes a camera_info file for --lens to --save (`<folder>.lens.yaml` beside it by default)."""
     lane_line: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V ...")] = ()
     """Straight lines along the road, each given by columns and rows of two or more points. They give yaw and
-    horizon, and together with points or a third line the roll."""
+    horizon, and together with points to both sides the roll."""
     lane_width: Annotated[str | None, tyro.conf.arg(metavar="M[:SIGMA]")] = None
     """Distance between the first two lane lines in metres, and its standard deviation (default 3 %)."""
     horizon_line: Annotated[str | None, tyro.conf.arg(metavar="U:V:U:V")] = None

@@ -17,6 +17,7 @@ from fcw.camera.lens.files import read_lens
 from fcw.camera.points import PARAMETER_COUNT, PointsError, check_points, distinct_distances
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M
 from fcw.camera.solve import calibrate
+from fcw.camera.verdicts.sky import lies_in_sky
 from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
@@ -26,6 +27,7 @@ from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
 from fcw_viz.console import MESSAGES, RESULTS, print_json
+from fcw_viz.outputs import check_distinct
 
 
 def run_calibrate_points(command: CalibrateCommand) -> int:
@@ -53,6 +55,8 @@ def save_and_report(
         causes: what is known to be wrong with what was said.
     """
     summary = calibration_summary(calibration, bool(command.dashes), causes)
+    if save is not None and command.export is not None:
+        check_distinct(("export", command.export[1]), ("save", save))  # which may be the default
     if save is not None:
         write_calibration(calibration, save)
     if command.export is not None:
@@ -86,28 +90,26 @@ def _calibration(command: CalibrateCommand) -> Calibration:
     lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
     priors = stated_priors(command, size)
     calibration = _of_rows(command, points, size, priors, sized) if points else None
-    aside = {point.column_px for point in points if point.column_px is not None}
-    if calibration is not None and evidence is None and lens is None and (command.exact or len(aside) < 2):
-        return calibration
     if command.exact:
-        raise UserError("--exact: takes --points alone; leave out what else is said")
+        if calibration is None or evidence is not None or lens is not None:
+            raise UserError("--exact: takes --points alone; leave out what else is said")
+        return calibration
     evidence = evidence or Evidence()
     if points:
         if evidence.points:
             raise UserError("--dashes: for marks whose first distance is not known; leave out --points")
         evidence = replace(evidence, points=points)
-    return calibrate_jointly(
-        Known(
-            evidence,
-            size,
-            stated_height(command),
-            command.reference_offset,
-            command.row_sigma,
-            priors,
-            lens,
-            command.tape_error,
-        )
+    known = Known(
+        evidence,
+        size,
+        stated_height(command),
+        command.reference_offset,
+        command.row_sigma,
+        priors,
+        lens,
+        command.tape_error,
     )
+    return calibration if calibration is not None and known.is_of_rows else calibrate_jointly(known)
 
 
 def _of_rows(
@@ -124,13 +126,10 @@ def _of_rows(
             give None.
     """
     height_m = UNKNOWN_HEIGHT_M if command.height is None else command.height
-    distinct = len(distinct_distances([point.distance_m for point in points]))
-    if sized and distinct + priors.count < PARAMETER_COUNT:
-        check_points(points, size, command.row_sigma, PARAMETER_COUNT)
-        return None
-    try:
+
+    def of(taped: Sequence[GroundPoint]) -> Calibration:
         return calibrate(
-            points,
+            taped,
             size,
             height_m,
             command.reference_offset,
@@ -141,7 +140,22 @@ def _of_rows(
             tape_error=command.tape_error,
             exact=command.exact,
         )
+
+    distinct = len(distinct_distances([point.distance_m for point in points]))
+    if sized and distinct + priors.count < PARAMETER_COUNT:
+        check_points(points, size, command.row_sigma, PARAMETER_COUNT)
+        return None
+    try:
+        return of(points)
     except PointsError as error:
+        for k, point in enumerate(points):
+            others = points[:k] + points[k + 1 :]
+            place = (point.column_px, point.row_px, point.distance_m)
+            if lies_in_sky(*place, others, lambda others=others: of(others), command.row_sigma):
+                raise UserError(
+                    f"the point {point} lies above the horizon that the other points give, in the sky; "
+                    "click a mark on the road"
+                ) from None
         cause = cause_of(
             error,
             points,

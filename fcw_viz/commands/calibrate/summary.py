@@ -121,7 +121,7 @@ def print_report(calibration: Calibration, saved: Path | None, console: Console,
         )
     line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
 
-    table = Table("distance", "row", "two times in three", "half of it", box=None, pad_edge=False)
+    table = Table("distance", "row", "two times in three", "±", box=None, pad_edge=False)
     for distance_m in ROW_DISTANCES_M:
         row_px = calibration.row_at(distance_m)
         low_m, high_m = calibration.distance_interval(row_px)

@@ -1,5 +1,6 @@
 """What else the calibration page offers: presets, several pictures, units, more knowledge, downloads."""
 
+import math
 from html import unescape
 from pathlib import Path
 
@@ -157,13 +158,22 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
         assert solved is not None
         return solved
 
-    def expect(horizon_row: Gaussian | None) -> None:
+    def expect(horizon_row: Gaussian | None, within_px: float = 1e-6) -> None:
         expected = calibrate(points, SIZE, HEIGHT_M, horizon_row=horizon_row)
         wait_for(
-            lambda: result().calibration.horizon_row_px == pytest.approx(expected.horizon_row_px, abs=1e-6)
+            lambda: (
+                result().calibration.horizon_row_px == pytest.approx(expected.horizon_row_px, abs=within_px)
+            )
         )
-        assert result().calibration.row_at(40.0) == pytest.approx(expected.row_at(40.0), abs=1e-6)
+        assert result().calibration.row_at(40.0) == pytest.approx(expected.row_at(40.0), abs=within_px)
         wait_for(lambda: result().quality in person.banner)
+
+    def expect_lane_lines(meeting: Gaussian) -> None:
+        """They also tell which way the camera looks, so that everything is fitted: all but the same here."""
+        expect(meeting, within_px=0.1)
+        turned = result().calibration.orientation
+        assert turned.yaw_sigma_rad < math.radians(0.2)
+        assert abs(turned.yaw_rad) < turned.yaw_sigma_rad
 
     person = Person(open_page(page.url))
     expect(None)
@@ -182,11 +192,11 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
     assert abs(meeting.value - CAMERA.horizon_row_px) < meeting.sigma
     drawn = vanishing_row((first.start_px, first.end_px), (second.start_px, second.end_px), 1.0)
     assert (meeting.value, meeting.sigma) == pytest.approx((drawn.value, drawn.sigma))
-    expect(meeting)
+    expect_lane_lines(meeting)
     checkbox(person, "Use them").click()
     expect(None)
     checkbox(person, "Use them").click()
-    expect(meeting)
+    expect_lane_lines(meeting)
     person.button("Remove them").click()
     wait_for(lambda: page.session.state.document.lane_lines == (None, None))
     expect(None)

@@ -1,6 +1,7 @@
 """What follows from a document: status, result, effects of beliefs."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from session_helpers import CAMERA, PAPER_POINTS, SIZE, mended, only_trouble, sa
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.solve import calibrate
+from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetDistance
 from fcw_viz.calibrate_app.document.solution import solve
@@ -165,6 +167,8 @@ def test_parallel_lane_lines_are_told_and_do_not_take_part():
 def test_a_dragged_horizon_and_the_lane_lines_count_together():
     lines = (Line((300.0, 700.0), (600.0, 330.0)), Line((979.0, 700.0), (679.0, 330.0)))
     document = said(*seen(6, 15), height_m=1.3, lane_lines=lines, row_sigma_px=2.0)
+    ahead = tuple(replace(mark, column_px=639.5) for mark in document.marks)
+    document = replace(document, marks=ahead)  # between the lines: the camera is level
     lanes = solve(document).lane_horizon
     assert lanes is not None
     dragged = Gaussian(lanes.value + 1.0, lanes.sigma)
@@ -247,6 +251,16 @@ def test_a_point_in_the_sky_is_said_of_that_point_at_once_and_of_no_other():
     assert solve(typed).troubles == ()
 
 
+def test_a_point_in_the_sky_is_named_though_the_rest_were_measured_from_the_bumper():
+    from_bumper = [(d - 2.0, row) for d, row in seen(6, 15, 30)]
+    document = said(*from_bumper, height_m=1.3)
+    assert solve(document).status is not Status.GOOD, "that is told of them"
+    for distance_m in (None, 60.0):
+        (trouble,) = solve(AddMark(300.0, 60.0, 0, distance_m).apply(document)).troubles[:1]
+        assert trouble.mark_ids == (4,)
+        assert "in the sky" in trouble.text
+
+
 def test_distances_that_contradict_the_rest_put_no_good_mark_in_the_sky():
     """Two taped distances are exchanged: what they give is no horizon, and nothing lies in its sky."""
     rows_px = [CAMERA.row_at(true_m) for true_m in (8.0, 15.0)]
@@ -269,3 +283,82 @@ def test_distances_that_contradict_the_rest_put_no_good_mark_in_the_sky():
     troubles = solve(far, effects=False).troubles
     assert troubles
     assert not any("sky" in trouble.text for trouble in troubles)
+
+
+# A camera that is turned
+
+
+def rolled(
+    *places_m: tuple[float, float], roll_deg: float = 0.0, yaw_deg: float = 0.0
+) -> list[tuple[float, float]]:
+    """Columns and rows where `CAMERA` would see places (distance, to the left) if it were so turned."""
+    turned = Orientation(math.radians(yaw_deg), math.radians(roll_deg))
+    straight = replace(CAMERA, principal_column_px=straight_column(CAMERA, turned))
+    places = [(straight.column_at(left_m, d), straight.row_at(d)) for d, left_m in places_m]
+    way = Straightening(straight, turned, None, SIZE)
+    return [(float(column), float(row)) for column, row in way.to_picture(np.array(places))]
+
+
+def clicked(distances_m: Sequence[float], places_px: Sequence[tuple[float, float]], **fields) -> Document:
+    document = Document(SIZE, height_m=1.3, **fields)
+    for distance_m, (column_px, row_px) in zip(distances_m, places_px, strict=True):
+        document = AddMark(column_px, row_px, 0, distance_m).apply(document)
+    return document
+
+
+@pytest.mark.parametrize(
+    "places_m",
+    [
+        ((5, 0.9), (10, -0.9), (20, 0.9)),
+        ((6, 1.5), (15, -1.5), (40, 1.5)),
+        ((6, 1.8), (6, -1.8), (15, 1.8), (15, -1.8), (30, 0.0)),
+    ],
+)
+def test_a_tilted_camera_is_found_by_marks_to_both_sides_and_no_mark_is_blamed(places_m):
+    document = clicked([d for d, _ in places_m], rolled(*places_m, roll_deg=2.0))
+    solution = solve(document)
+    assert solution.status is Status.GOOD
+    assert solution.result is not None
+    turned = solution.result.calibration.orientation
+    assert turned.roll_sigma_rad < math.radians(0.6)
+    assert turned.roll_rad == pytest.approx(math.radians(2.0), abs=2 * turned.roll_sigma_rad)
+    for row in solution.result.rows:
+        assert row.row_px == pytest.approx(CAMERA.row_at(row.distance_m), abs=2 * row.row_sigma_px)
+
+
+def test_lane_lines_tell_which_way_the_camera_looks():
+    marks_m = ((6, 0.9), (15, -0.9), (30, 0.9))
+    ends = [rolled((7, side), (40, side), roll_deg=2.0, yaw_deg=3.0) for side in (1.8, -1.8)]
+    lines = (Line(*ends[0]), Line(*ends[1]))
+    document = clicked([d for d, _ in marks_m], rolled(*marks_m, roll_deg=2.0, yaw_deg=3.0), lane_lines=lines)
+    solution = solve(document)
+    assert solution.status is Status.GOOD
+    assert solution.result is not None
+    turned = solution.result.calibration.orientation
+    assert turned.yaw_sigma_rad < math.radians(0.5)
+    assert turned.yaw_rad == pytest.approx(math.radians(3.0), abs=2 * turned.yaw_sigma_rad)
+
+
+def test_distances_from_the_bumper_may_look_like_a_tilt_and_are_asked_about():
+    """Of three marks alternating in side a tilt of 1.4 degrees explains them nearly as well."""
+    places_m = ((5, 1.2), (10, -1.8), (20, 2.5))
+    places_px = rolled(*((d + 2.0, left_m) for d, left_m in places_m))
+    document = clicked([d for d, _ in places_m], places_px)
+    solution = solve(document)
+    assert solution.status is Status.DOUBTFUL
+    (trouble,) = solution.troubles
+    assert (
+        "if it is level, the distances do not start where they are said to (camera or front bumper)"
+        in trouble.text
+    )
+    tilted = replace(document, roll=Belief(Gaussian(math.radians(-1.4), math.radians(0.3))))
+    assert solve(tilted).status is Status.GOOD
+
+
+def test_a_slip_of_ten_is_no_roll():
+    """A roll that three marks alternating in side would need is odd, and asked about."""
+    places_m = ((5, 1.2), (10, -1.8), (20, 2.5))
+    distances_m = (5.0, 10.0, 200.0)
+    solution = solve(clicked(distances_m, rolled(*places_m)))
+    assert solution.status is not Status.GOOD
+    assert solution.troubles

@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from session_helpers import PAPER_POINTS, edits, mended, only_trouble, said, seen
+from session_helpers import PAPER_POINTS, SIZE, edits, mended, only_trouble, said, seen
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.lens.model import Lens
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief
 from fcw_viz.calibrate_app.document.edits import EnableMark, SetHeight, SetReference
@@ -120,6 +121,7 @@ def test_feet_typed_as_metres_are_proposed_and_shown_as_typed():
         (4.3, False, "Take the height for 4.3 feet", 1.3106),
         (130.0, False, "Take the height for 130 centimetres", 1.3),
         (51.0, False, "Take the height for 51 inches", 1.2954),
+        (1300.0, False, "Take the height for 1300 millimetres", 1.3),
         (1.3 * 0.3048, True, "Take the height for 1.3 metres", 1.3),
     ],
 )
@@ -131,6 +133,16 @@ def test_a_height_in_another_unit_is_proposed(height_m, imperial, label, meant_m
     assert "behind no windscreen" in trouble.text
     assert trouble.mend == Mend(label, (SetHeight(meant_m),))
     assert solve(mended(document, trouble.mend)).status is Status.GOOD
+
+
+def test_where_the_cause_is_known_no_other_one_is_guessed_at():
+    points = seen(7.6, 16.6, 31.6)
+    trouble = only_trouble(
+        solve(said((7.6, points[0][1]), (166, points[1][1]), (31.6, points[2][1]), height_m=1.3))
+    )
+    assert "B (166 m) is farther than C (31.6 m) but lower" in trouble.text
+    assert "a slip of the decimal point" in trouble.text
+    assert "swapped" not in trouble.text
 
 
 def test_a_near_mark_that_bends_the_camera_rather_than_the_residuals_is_found_out():
@@ -168,6 +180,16 @@ def test_a_slip_of_the_decimal_point_is_mended_in_the_points_own_words():
     assert trouble.mend is not None
     assert trouble.mend.label == "Set the distance of B to 16.6 m"
     assert solve(mended(document, trouble.mend)).status is Status.GOOD
+
+
+def test_a_lens_that_contradicts_the_height_is_said():
+    """The marks of a camera of 1000 px, and the lens of one that has 1300."""
+    lens = Lens("radtan", 1300.0, 1300.0, 639.5, 359.5, (0.0, 0.0, 0.0, 0.0), SIZE)
+    solution = solve(said(*seen(6, 15, 40), height_m=1.3, lens=lens))
+    assert solution.status is Status.IMPLAUSIBLE
+    assert any("camera height of 1.3 ± 0.03 m contradicts" in trouble.text for trouble in solution.troubles)
+    assert solution.result is not None
+    assert "no interval here can be trusted" in solution.result.quality
 
 
 @pytest.mark.slow

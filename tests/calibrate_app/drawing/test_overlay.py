@@ -99,8 +99,8 @@ def test_what_is_drawn_is_finite_and_little_at_any_zoom(document: Document, wind
 @given(documents(), st.sampled_from((0.3, 1.0, 2.5)))
 def test_rows_are_drawn_where_the_calibration_sees_their_distances(document: Document, scale: float) -> None:
     state = state_of(document)
-    if state.shown is None:
-        return
+    if state.shown is None or state.shown.calibration.straightening is not None:
+        return  # rows of a turned camera lie aslant: test_warped
     calibration = state.shown.calibration
     drawing = draw(state, None, None, replace(WHOLE, pixels_per_screen_pixel=scale))
     across = {

@@ -1,11 +1,14 @@
 """Two calibrations side by side: rows and what one reads where the other says so."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.straight import Orientation
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.panels.compare import comparison_html, read_there
 
@@ -32,6 +35,13 @@ def test_distances_from_another_reference_are_told_from_the_one_here():
 def test_rows_that_the_other_one_sees_in_the_sky_are_said_to_be():
     there = Calibration.from_camera(GroundPlaneCamera(-0.06, 1000.0, 359.5, 1.3, 639.5), SIZE)
     assert "<td>sky</td>" in comparison_html(HERE, there, FILE, imperial=False)
+
+
+def test_how_each_camera_is_turned_is_told_where_its_file_says_it():
+    turned = Orientation(math.radians(3.0), math.radians(-1.8), math.radians(0.2), math.radians(0.5))
+    html = comparison_html(HERE, replace(HERE, orientation=turned), FILE, imperial=False)
+    assert html.count("looks 3.00 ± 0.20° to the left, rolled -1.80 ± 0.50° to the right") == 1
+    assert html.count("looks") == 1, "of the level one nothing is known"
 
 
 def test_feet_are_feet():

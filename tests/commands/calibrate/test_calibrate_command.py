@@ -163,7 +163,9 @@ def test_imperial_units_for_people(capsys):
     assert main([*GOOD, "--units", "imperial"]) == 0
     text = capsys.readouterr().out
     assert "33 ft" in text
-    assert " m " not in text.split("two times in three", 1)[1]
+    heads, rest = text.split("two times in three", 1)[1].split("\n", 1)
+    assert heads.split() == ["±"], "of the distance, as a part of it"
+    assert " m " not in rest
 
 
 @pytest.mark.parametrize(
@@ -301,3 +303,30 @@ def test_a_lens_that_bends_the_picture_is_warned_of(capsys):
     (warning,) = result_of(asked, capsys)["warnings"]
     assert "the lens bends this picture" in warning
     assert "--chessboard" in warning
+
+
+def test_a_point_in_the_sky_is_named_alone(capsys):
+    points = ["5:585", "10:455", "20:392", "40:100"]
+    assert main(["calibrate", "--points", *points, "--image-size", "1280x720", "--height", "1.3"]) == 2
+    message = capsys.readouterr().err
+    assert "the point 40:100 lies above the horizon" in " ".join(message.split())
+    assert "5:585" not in message
+
+
+def test_a_lens_that_contradicts_the_height_is_said_and_not_just_obeyed(tmp_path, capsys):
+    """The marks of a camera of 1100 px, and the lens of one that has 1400."""
+    lens = {
+        "image_width": 1280,
+        "image_height": 720,
+        "camera_matrix": {"data": [1400.0, 0.0, 639.5, 0.0, 1400.0, 359.5, 0.0, 0.0, 1.0]},
+        "distortion_model": "plumb_bob",
+        "distortion_coefficients": {"data": [0.0, 0.0, 0.0, 0.0, 0.0]},
+    }
+    path = tmp_path / "other.lens.yaml"
+    path.write_text(yaml.safe_dump(lens))
+    points = [f"{text}:640" for text in GOOD_POINTS]
+    (warning,) = result_of(["calibrate", "--points", *points, *GOOD[-4:], "--lens", str(path)], capsys)[
+        "warnings"
+    ]
+    assert "the camera height of 1.225" in warning
+    assert "contradicts the rest" in warning

@@ -55,6 +55,17 @@ def test_dashes_of_a_known_period_need_no_first_distance(capsys):
     assert at_30["low_m"] < 30 < at_30["high_m"]
 
 
+def test_marks_that_nobody_measures_are_refused(capsys):
+    setup = ["--image-size", "1280x720", "--height", "1.225"]
+    assert main(["calibrate", "--dashes", "640", "520", "480", "--dash-period", "1e300", *setup]) == 2
+    assert "point 2e+300:480: distance 2e+300 m, expected at most 500" in capsys.readouterr().err
+    assert main(["calibrate", "--points", *GOOD_POINTS, "1e9:360", *setup]) == 2
+    assert "point 1e+09:360: distance 1e+09 m, expected at most 500" in capsys.readouterr().err
+    many = [f"{d / 10}:{TRUTH.row_at(d / 10)}" for d in range(60, 161)]
+    assert main(["calibrate", "--points", *many, *setup]) == 2
+    assert "101 points: expected at most 100" in capsys.readouterr().err
+
+
 BAY_M = ((6.0, -1.0), (6.0, 1.5), (11.0, 1.5), (11.0, -1.0))
 BAY = [
     "--rectangle",

@@ -1,6 +1,8 @@
 """The one fit of everything on the page, where marks and beliefs of rows alone do not hold it."""
 
-from fcw.camera.calibration import Gaussian, GroundPoint, NumberPlate, Priors
+from dataclasses import replace
+
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, NumberPlate, Priors
 from fcw.camera.joint.bent import FEWEST_PLACES, WIDE_BEND, BentPicture, bent_picture
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
@@ -8,7 +10,7 @@ from fcw.camera.joint.odd_rectangle import swap_gain
 from fcw.camera.joint.rectangle import check_rectangle
 from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
-from fcw.camera.vanishing import Segment
+from fcw.camera.vanishing import Segment, combined, vanishing_row
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
@@ -17,16 +19,6 @@ FEWEST_VEHICLES = 5
 """Fewer say more of themselves than of the camera."""
 SPEED_SIGMA = 0.04
 """Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
-
-
-def needs_joint(document: Document) -> bool:
-    """Whether something was said that the fit of rows has no place for."""
-    if document.paced or document.lens is not None or document.vehicles or document.bent:
-        return True
-    if document.whole_rectangles or document.whole_plates:
-        return True
-    beliefs = (document.yaw, document.roll, document.speed)
-    return any(_stated(belief) is not None for belief in beliefs) or _lane_width(document) is not None
 
 
 def stated(
@@ -61,6 +53,28 @@ def stated(
         document.tape_error,
         WIDE_BEND if document.bent else None,
     )
+
+
+def with_lane_horizon(calibration: Calibration, document: Document) -> Calibration:
+    """A calibration among whose priors is where the lane lines meet: what contradicts them is so told.
+
+    Args:
+        calibration: of everything; what was said of the horizon's row is of its straight picture.
+        document: what was said.
+    """
+    lines = [
+        (calibration.straight_place(*start), calibration.straight_place(*end))
+        for start, end in _lines(document)
+    ]
+    if len(lines) < 2:
+        return calibration
+    stated_horizon = calibration.priors.horizon_row_px
+    try:
+        met = vanishing_row(lines[0], lines[1], document.row_sigma_px)
+    except UserError:  # that they do not meet ahead is told of them
+        return calibration
+    horizon = combined([met] if stated_horizon is None else [stated_horizon, met])
+    return replace(calibration, priors=replace(calibration.priors, horizon_row_px=horizon))
 
 
 def bent_lens(document: Document, known: Known) -> BentPicture | None:
@@ -124,9 +138,16 @@ def _stated(belief: Belief | None) -> Gaussian | None:
 
 
 def _lines(document: Document) -> tuple[Segment, ...]:
+    """Both lane lines, or the one there is; none where the two do not meet ahead, which is told of them."""
     if not document.lane_lines_enabled:
         return ()
-    return tuple((line.start_px, line.end_px) for line in document.lane_lines if line is not None)
+    lines = tuple((line.start_px, line.end_px) for line in document.lane_lines if line is not None)
+    try:
+        if len(lines) > 1:
+            vanishing_row(lines[0], lines[1], document.row_sigma_px)
+    except UserError:
+        return ()
+    return lines
 
 
 def _lane_width(document: Document) -> Gaussian | None:

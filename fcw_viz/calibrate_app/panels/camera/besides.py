@@ -11,10 +11,9 @@ import viser
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.joint.bent import FEWEST_PLACES
-from fcw.camera.joint.fit import YAW_SIGMA_RAD
 from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw.warning.ego_speed import EgoSpeed
