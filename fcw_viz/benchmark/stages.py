@@ -3,26 +3,28 @@
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.choice import NET
-from fcw.detection.net.detector import NetDetector, NetSettings
+from fcw.detection.net.detector import NetDetector
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
-from fcw.detection.net.proposals import Proposer
 from fcw.detection.net.windows import Pyramid
 from fcw.job import DriveJob, prepare_drive
+from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink
-from fcw.logs.names import MCAP_NAME
+from fcw.logs.names import MCAP_NAME, RRD_NAME
+from fcw.logs.records import Sink
 from fcw.motion.ego import EgoEstimator
 from fcw.pipeline import Stages, follow
 from fcw.threads import one_opencv_thread
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
+from fcw_viz.rerun.log import RerunSink
 
 DECODING = "decoding, to BGR"
 PROPOSING = "detection: the cascade proposes"
@@ -34,7 +36,9 @@ OWN_MOTION = "own motion and lane"
 TRACKING = "tracking by boxes"
 CARRYING = "carrying by the picture"
 WARNING = "threat and warning"
+ENCODING = "encoding anew, on all cores"
 LOGGING = "log"
+RERUN_LOGGING = "log for rerun"
 STAGES = (
     DECODING,
     PROPOSING,
@@ -46,22 +50,26 @@ STAGES = (
     TRACKING,
     CARRYING,
     WARNING,
+    ENCODING,
     LOGGING,
+    RERUN_LOGGING,
 )
-_DETECTION, _FOLLOWING, _WITH_PICTURE = "detection", "following", "tracking with pictures"
+"""In the order of the work. Only video that cannot be relayed is encoded anew."""
+_FOLLOWING, _WITH_PICTURE = "following", "tracking with pictures"
 
 
 class _Clock:
-    """The calling thread's own time by stage, seconds."""
+    """Processor time by stage, seconds."""
 
     def __init__(self) -> None:
         self.spent_s: defaultdict[str, float] = defaultdict(float)
 
     @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        start_s = time.thread_time()
+    def stage(self, name: str, now_s: Callable[[], float] = time.thread_time) -> Iterator[None]:
+        """What is done within; the calling thread's own time unless another clock is given."""
+        start_s = now_s()
         yield
-        self.spent_s[name] += time.thread_time() - start_s
+        self.spent_s[name] += now_s() - start_s
 
 
 class _TimedTracker(Tracker):
@@ -82,7 +90,7 @@ class _TimedTracker(Tracker):
 def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
     """Milliseconds a frame of each stage: this thread's own time, the mean over the drive's first seconds.
 
-    The detector's parts are run by themselves beside it; the rest is what it takes beyond them.
+    Of the encoder, which has threads of its own, it is the time of all of them.
 
     Args:
         job: on the drive; nothing is written to its folder.
@@ -92,45 +100,54 @@ def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
         UserError: the source or its calibration cannot be used.
     """
     drive = prepare_drive(replace(job, detector=NET, detection_threads=1))
-    calibration, model, settings = drive.header.calibration, NetModel.load(SHIPPED_NET_PATH), NetSettings()
-    detector = NetDetector(model, calibration, settings)
-    proposer = Proposer(model.cascade, calibration, settings.proposals)
+    calibration, source = drive.header.calibration, drive.source
+    detector = NetDetector(NetModel.load(SHIPPED_NET_PATH), calibration)
     clock, ego = _Clock(), EgoEstimator(calibration)
     stages = Stages((detector,), _TimedTracker(calibration, clock), drive.policy)
-    count = max(round(duration_s * drive.source.frame_rate_hz), 1)
+    encoder = None if source.relays_video else VideoEncoder(source.image_size, source.frame_rate_hz)
+    count = max(round(duration_s * source.frame_rate_hz), 1)
     done = 0
-    with one_opencv_thread(), tempfile.TemporaryDirectory() as folder:
-        sink = McapSink(Path(folder) / MCAP_NAME)
-        sink.open(drive.header)
-        try:
-            frames = iter(drive.source.frames())
-            while done < count:
-                with clock.stage(DECODING):
-                    frame = next(frames, None)
-                if frame is None:
-                    break
-                with clock.stage(_DETECTION):
-                    detections = detector.detect(frame.image)
-                with clock.stage(PROPOSING):
-                    proposed, _ = proposer.propose(frame.image)
-                with clock.stage(HALVING):
-                    pyramid = Pyramid(frame.image)
-                with clock.stage(FIRST_LOOK):
-                    placements = detector.first_look(pyramid, proposed)
-                with clock.stage(SECOND_LOOK):
-                    detector.second_look(pyramid, placements)
-                with clock.stage(OWN_MOTION):
-                    moving = ego.update(frame.time_ns, frame.image, [found.box for found in detections])
-                with clock.stage(_FOLLOWING):
-                    result = follow(frame, detections, moving, stages)
-                with clock.stage(LOGGING):
-                    sink.write(result, frame.packets)
-                done += 1
-        finally:
-            sink.close()
+    with ExitStack() as stack:
+        stack.enter_context(one_opencv_thread())
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        sinks: dict[str, Sink] = {
+            LOGGING: McapSink(folder / MCAP_NAME),
+            RERUN_LOGGING: RerunSink(folder / RRD_NAME),
+        }
+        for name, sink in sinks.items():
+            sink.open(drive.header)
+            stack.callback(clock.stage(name)(sink.close))  # the rerun log writes many frames at once
+        if encoder is not None:
+            stack.callback(encoder.close)
+        frames = iter(source.frames())
+        while done < count:
+            with clock.stage(DECODING):
+                frame = next(frames, None)
+            if frame is None:
+                break
+            with clock.stage(PROPOSING):
+                proposed = detector.propose(frame.image)
+            with clock.stage(HALVING):
+                pyramid = Pyramid(frame.image)
+            with clock.stage(FIRST_LOOK):
+                placements = detector.first_look(pyramid, proposed)
+            with clock.stage(SECOND_LOOK):
+                boxes, logits = detector.second_look(pyramid, placements)
+            with clock.stage(DETECTION_REST):
+                detections = detector.decide(boxes, logits)
+            with clock.stage(OWN_MOTION):
+                moving = ego.update(frame.time_ns, frame.image, [found.box for found in detections])
+            with clock.stage(_FOLLOWING):
+                result = follow(frame, detections, moving, stages)
+            packets = frame.packets
+            if encoder is not None:
+                with clock.stage(ENCODING, time.process_time):
+                    packets = encoder.encode(frame)
+            for name, sink in sinks.items():
+                with clock.stage(name):
+                    sink.write(result, packets)
+            done += 1
     spent_s = clock.spent_s
-    parts_s = sum(spent_s[part] for part in (PROPOSING, HALVING, FIRST_LOOK, SECOND_LOOK))
-    spent_s[DETECTION_REST] = spent_s[_DETECTION] - parts_s
     spent_s[CARRYING] = spent_s[_WITH_PICTURE] - spent_s[TRACKING]
     spent_s[WARNING] = spent_s[_FOLLOWING] - spent_s[_WITH_PICTURE] - spent_s[TRACKING]
-    return {stage: max(1e3 * spent_s[stage], 0.0) / max(done, 1) for stage in STAGES}
+    return {stage: max(1e3 * spent_s[stage], 0.0) / max(done, 1) for stage in STAGES if stage in spent_s}

@@ -108,24 +108,21 @@ class NetDetector:
         Raises:
             ValueError: the picture has another size than the calibration.
         """
+        proposed, pyramid = self.propose(image), Pyramid(image)
+        return self.decide(*self.second_look(pyramid, self.first_look(pyramid, proposed)))
+
+    def propose(self, image: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """(N, 3) placements in a (height, width, 3) BGR picture that the cascade thinks worth a look.
+
+        Raises:
+            ValueError: the picture has another size than the calibration.
+        """
         if image.shape != (self._size.height, self._size.width, 3) or image.dtype != np.uint8:
             raise ValueError(
                 f"the detector expects uint8 BGR pictures of {self._size}, got {image.dtype} of shape "
                 f"{image.shape}"
             )
-        proposed, _ = self._proposer.propose(image)
-        pyramid = Pyramid(image)
-        boxes, logits = self.second_look(pyramid, self.first_look(pyramid, proposed))
-        settings, boxes = self._settings, self._inside(boxes)
-        parts = boxes[:, 3] / (settings.near_part * self._size.height)
-        doublings = np.log2(np.clip(parts, 1.0, settings.nearest_part / settings.near_part))
-        scores = logits + settings.near_bonus * doublings
-        possible = np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
-        possible &= scores >= self._threshold - settings.faint_margin
-        return tuple(
-            Detection(Box(*box), score, faint=score < self._threshold)
-            for box, score in zip(*self._agreed(boxes[possible], scores[possible]), strict=True)
-        )
+        return self._proposer.propose(image)[0]
 
     def first_look(self, pyramid: Pyramid, proposed: NDArray[np.float64]) -> NDArray[np.float64]:
         """(M, 3) placements that are worth a closer look, of (N, 3) that the cascade proposes."""
@@ -151,6 +148,19 @@ class NetDetector:
         boxes[maybe] = (boxes[maybe] + mirrored_boxes) / 2
         logits[maybe] = (logits[maybe] + mirrored_logits) / 2
         return boxes, logits
+
+    def decide(self, boxes: NDArray[np.float64], logits: NDArray[np.float64]) -> tuple[Detection, ...]:
+        """Vehicles, best score first, of the (M, 4) boxes and (M,) logits of the second look."""
+        settings, boxes = self._settings, self._inside(boxes)
+        parts = boxes[:, 3] / (settings.near_part * self._size.height)
+        doublings = np.log2(np.clip(parts, 1.0, settings.nearest_part / settings.near_part))
+        scores = logits + settings.near_bonus * doublings
+        possible = np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
+        possible &= scores >= self._threshold - settings.faint_margin
+        return tuple(
+            Detection(Box(*box), score, faint=score < self._threshold)
+            for box, score in zip(*self._agreed(boxes[possible], scores[possible]), strict=True)
+        )
 
     def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) which are as large as a vehicle, for some pitch of the camera.
