@@ -100,8 +100,13 @@ def run_tasks(
     futures: dict[Future, Task] = dict(zip(submitted, tasks, strict=True))
     del submitted
     try:
-        for future in as_completed(list(futures), raise_errors=False):
-            yield _record(futures.pop(future), future)  # the scheduler forgets what nobody holds
+        for ended in as_completed(list(futures), raise_errors=False).batches():
+            # Fetched together: each fetch asks the scheduler, whatever it brings.
+            finished = [future for future in ended if future.status == "finished"]
+            records = dict(zip(finished, client.gather(finished), strict=True))
+            for future in ended:
+                task = futures.pop(future)  # the scheduler forgets what nobody holds
+                yield records.get(future) or _record(task, future)
     finally:
         client.unsubscribe_topic(TOPIC)
         client.cancel(list(futures))
