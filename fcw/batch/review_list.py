@@ -102,7 +102,7 @@ def read_review_list(out: Path) -> dict[Path, ListedDrive]:
         return {}
     found = {}
     try:
-        for row in pq.read_table(path).to_pylist():
+        for row in pq.ParquetFile(path).read().to_pylist():  # read_table would import pandas
             log = out / row["drive"] / MCAP_NAME
             if log.parent.parent != out:
                 continue  # a name with a folder in it is none of ours

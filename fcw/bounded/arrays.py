@@ -75,10 +75,10 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of Python, about what a header that is none looks like
-        shape, _, dtype = read_header(stream)
+        shape, by_columns, dtype = read_header(stream)
     if dtype.hasobject:
         raise MalformedError(f"{member.filename} contains Python objects")
     if math.prod(shape) * dtype.itemsize != len(content) - stream.tell():
         raise MalformedError(f"{member.filename} does not have the length that it states")
-    stream.seek(0)
-    return np.lib.format.read_array(stream, allow_pickle=False)
+    order = "F" if by_columns else "C"
+    return np.frombuffer(bytearray(content), dtype, offset=stream.tell()).reshape(shape, order=order)

@@ -55,7 +55,7 @@ class PageServer(ABC):
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
         self._tidying = Tidying()
         self._guard = Guard()
-        self._server = guarded_viser_server(_free_port(port), self._guard)
+        self._server = guarded_viser_server(_free_port(port), self._guard, self.first_html)
         self._server.gui.set_panel_label(label)
         set_colours(self._server.gui, dark)
         self.port = self._server.get_port()
@@ -66,6 +66,15 @@ class PageServer(ABC):
     @abstractmethod
     def open_tab(self, client: viser.ClientHandle) -> PageTab:
         """The tab of a browser that has come."""
+
+    def first_html(self, query: str) -> str:
+        """What a page shows before viser's script has started, see `fcw_viz.page.first`; empty for nothing.
+
+        Args:
+            query: of the page's address.
+        """
+        del query
+        return ""
 
     @property
     def tabs(self) -> tuple[PageTab, ...]:

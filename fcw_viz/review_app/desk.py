@@ -15,6 +15,7 @@ from fcw_viz.review_app.runs.comparing import Comparing
 from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.time.playing import Playing
+from fcw_viz.review_app.triage.ahead import Ahead
 from fcw_viz.review_app.triage.drive_filter import DriveFilter
 
 NOTE_ID = "fcw-note"
@@ -33,6 +34,7 @@ class Desk:
         box_commands: what is done with the selected box at once.
         runs: another run that the drive is compared with.
         screen: what is shown of the drive.
+        ahead: reads what the next unjudged event shows.
     """
 
     def __init__(self, tab: PageTab, session: ReviewSession, show_panels: Callable[[], None]) -> None:
@@ -54,6 +56,7 @@ class Desk:
         self.box_commands = BoxCommands(self.place, self.boxes, self.go_to, tab.notify)
         self.runs = Comparing(self.place, tab.run, self.go_to_time, self.refresh)
         self.screen = Screen(tab, self.place, self.playing, self.boxes, self.runs, show_panels)
+        self.ahead = Ahead(self.place)
         self.view.on_click(self.boxes.click)
         self.view.on_view_change(self.boxes.redraw)
 
@@ -79,7 +82,7 @@ class Desk:
         self.playing.load(drive)
         if not drive.complete:
             self._notify("This log is not finished", "It is shown up to its last frame.", trouble=True)
-        self.screen.open(drive)
+        self.screen.open(drive, self.ahead.take(drive))
         self.refresh()
 
     def follow(self) -> None:
@@ -235,6 +238,7 @@ class Desk:
             self.screen.refresh()
             if self.place.drive is not None:
                 self._note_moment()
+        self.ahead.look()
 
     # What playing asks for
 

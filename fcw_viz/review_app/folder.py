@@ -16,8 +16,8 @@ from fcw_viz.review_app.drive_card import DriveCard, list_key, listed_card, read
 
 LOOK_S = 1.0
 """So often it is looked what has changed."""
-TOLD_S = 0.4
-"""A list that is being read is shown anew so often."""
+TOLD_S = 0.8
+"""A list that is being read is shown anew so often; each time costs the browser tens of milliseconds."""
 PICTURES_S = 2.0
 """Pictures are read for so long before it is looked again what has changed."""
 
@@ -161,9 +161,9 @@ class Folder:
         except (UserError, OSError):
             found = {}  # the last one has gone, or the folder itself
         with self._lock:
-            known = set(self._drives.values())
+            known, there = set(self._drives.values()), set(found.values())
             new = {name: path for name, path in found.items() if path not in known}
-            gone = [name for name, path in self._drives.items() if path not in set(found.values())]
+            gone = [name for name, path in self._drives.items() if path not in there]
             for name in gone:
                 for kept in (self._drives, self._cards, self._stamps, self._growing):
                     kept.pop(name, None)

@@ -74,9 +74,9 @@ class Screen:
         self.overlay_shown = True
         self.window_name = DEFAULT_WINDOW
 
-    def open(self, drive: Drive) -> None:
-        """Begin with a drive, at the place's row."""
-        self._frames = FramePictures(drive)
+    def open(self, drive: Drive, pictures: FramePictures) -> None:
+        """Begin with a drive and its pictures, at the place's row."""
+        self._frames = pictures
         self._signals = FrameSignals(drive.log, self._signals_came)
         self._tab.view.set_size(drive.header.image_size)
         self.birds_eye.load(drive.header)

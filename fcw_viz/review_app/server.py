@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from urllib.parse import parse_qs
 
 import viser
 
 from fcw.annotation.store import review_path
+from fcw_viz.page.first import first_html
 from fcw_viz.page.server import DEFAULT_PORT, PageServer, check_port
 from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.panels.layout import first_list
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.tab import Tab
 
@@ -50,6 +53,12 @@ class ReviewPage(PageServer):
         self._title, self._dark = title, dark
         super().__init__(port, f"fcw review · {title}", dark)
         self.session.start()
+
+    def first_html(self, query: str) -> str:
+        """The list of the drives, unless the address leads to one of them."""
+        if not self.session.folder.several or any(parse_qs(query).get("at", ())):
+            return ""
+        return first_html(first_list(self.session, self._title), ".fcw-folder", self._dark)
 
     def open_tab(self, client: viser.ClientHandle) -> Tab:
         """A tab on the session."""

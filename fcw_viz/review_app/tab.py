@@ -49,6 +49,7 @@ class Tab(PageTab):
         super().close()
         self._desk.playing.stop()
         self._desk.screen.stop_reading()
+        self._desk.ahead.close()
         self._session.leave(self._desk.runs)
         self._session.leave(self._desk.place)
 

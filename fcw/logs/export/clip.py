@@ -1,5 +1,6 @@
 """Which drives are exported, and which part of them."""
 
+import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -66,7 +67,7 @@ class DriveClip:
                     f"--between {between[0]:g} {between[1]:g}: {path} has no frame there; "
                     f"its frames are from 0 to {last_s:.2f} s"
                 )
-        return cls(name or _names(path)[0], log, first_ns, times_ns)
+        return cls(name or _names(path.resolve())[0], log, first_ns, times_ns)
 
     def results(self) -> Iterator[FrameResult]:
         """The frames' results, in order."""
@@ -108,7 +109,7 @@ def find_drives(paths: Sequence[Path]) -> dict[str, Path]:
     Raises:
         UserError: a path does not exist, or is a folder without any drive.
     """
-    logs = list(dict.fromkeys(log.resolve() for path in paths for log in _logs(path)))
+    logs = list(dict.fromkeys(log for path in paths for log in _logs(path)))
     depth = 1
     names = [_names(log)[0] for log in logs]
     while len(set(names)) < len(names):
@@ -122,14 +123,22 @@ def find_drives(paths: Sequence[Path]) -> dict[str, Path]:
 
 
 def _logs(path: Path) -> list[Path]:
+    """Those of a path, resolved."""
     if not path.exists():
         raise UserError(f"{path}: no such file or folder; expected a drive.mcap of `fcw run`, or its folder")
     if not path.is_dir():
-        return [path]
+        return [path.resolve()]
     own = path / MCAP_NAME
+    if own.is_file():
+        return [own.resolve()]
+    # Pages look for new drives every second: `rglob`, and resolving each path, would take ten times as long.
     # A run keeps the earlier drive in a hidden folder until its own is whole.
-    below = (log for log in path.rglob(MCAP_NAME) if not log.parent.name.startswith(EARLIER_PREFIX))
-    logs = [own] if own.is_file() else sorted(below)
+    below = (
+        Path(folder, MCAP_NAME)
+        for folder, _, files in os.walk(path.resolve())
+        if MCAP_NAME in files and not Path(folder).name.startswith(EARLIER_PREFIX)
+    )
+    logs = sorted(log.resolve() if log.is_symlink() else log for log in below)
     if not logs:
         raise UserError(
             f"{path}: no {MCAP_NAME} in this folder or below it; name a drive's log, "
@@ -139,8 +148,7 @@ def _logs(path: Path) -> list[Path]:
 
 
 def _names(log: Path) -> list[str]:
-    """Names of a log and of the folders above it, from the nearest up."""
-    log = log.resolve()
+    """Names of a log, whose path is resolved, and of the folders above it, from the nearest up."""
     parts = list(log.parent.parts[1:]) or ["drive"]
     own = [] if log.name == MCAP_NAME else [log.stem]
     return own + parts[::-1]

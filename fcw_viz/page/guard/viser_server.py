@@ -19,6 +19,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
+from fcw_viz.page.first import with_first
 from fcw_viz.page.guard.guard import (
     HOST,
     LARGEST_MESSAGE_BYTES,
@@ -35,14 +36,18 @@ Answer = Callable[[ServerConnection, Request], Response | None]
 _starting = threading.Lock()
 
 
-def guarded_viser_server(port: int, guard: Guard) -> viser.ViserServer:
+def guarded_viser_server(
+    port: int, guard: Guard, first: Callable[[str], str] = lambda query: ""
+) -> viser.ViserServer:
     """A server on this machine's loopback that answers whom the guard admits.
 
     Args:
         port: the next free one where it is taken.
         guard: who that is.
+        first: what the page shows before viser's script has started, by the query of its address; empty for
+            nothing.
     """
-    with _starting, _wrapped(guard) as wrapped, quiet():
+    with _starting, _wrapped(guard, first) as wrapped, quiet():
         server = viser.ViserServer(host=HOST, port=port, verbose=False)
     if not wrapped.is_set():  # another viser, that starts its server in another way
         server.stop()
@@ -58,7 +63,7 @@ def quiet() -> contextlib.redirect_stdout[io.StringIO]:
 
 
 @contextmanager
-def _wrapped(guard: Guard) -> Iterator[threading.Event]:
+def _wrapped(guard: Guard, first: Callable[[str], str]) -> Iterator[threading.Event]:
     """viser's call of `serve` gets the guard; the event tells that it was called."""
     serve, wrapped = websockets.asyncio.server.serve, threading.Event()
 
@@ -66,7 +71,7 @@ def _wrapped(guard: Guard) -> Iterator[threading.Event]:
         handler: Handler, host: str, port: int, *, process_request: Answer, **options: object
     ) -> websockets.asyncio.server.serve:
         wrapped.set()
-        door = _Door(guard, handler, process_request)
+        door = _Door(guard, handler, process_request, first)
         options["max_size"] = LARGEST_MESSAGE_BYTES
         return serve(door.handle, host, port, process_request=door.answer, **options)  # pyright: ignore
 
@@ -80,8 +85,8 @@ def _wrapped(guard: Guard) -> Iterator[threading.Event]:
 class _Door:
     """Lets in whom the guard admits; in the server's event loop alone."""
 
-    def __init__(self, guard: Guard, handler: Handler, answer: Answer) -> None:
-        self._guard, self._handler, self._answer = guard, handler, answer
+    def __init__(self, guard: Guard, handler: Handler, answer: Answer, first: Callable[[str], str]) -> None:
+        self._guard, self._handler, self._answer, self._first = guard, handler, answer, first
         self._clients = 0
 
     async def handle(self, connection: ServerConnection) -> None:
@@ -104,6 +109,9 @@ class _Door:
             return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, words)
         else:
             response = self._answer(connection, replace(request, path=verdict.path))
+            place, _, query = verdict.path.partition("?")
+            if response is not None and place == "/" and (html := self._first(query)):
+                with_first(response, html)
         if response is not None:
             response.headers.update(SAFE_HEADERS)
             response.headers["Cache-Control"] = "no-store"

@@ -19,7 +19,9 @@ from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
 from fcw_viz.review_app.panels.troubles import troubles_html
 from fcw_viz.review_app.runs.panel import runs_html
-from fcw_viz.review_app.triage.filter_bar import filter_html, goes_on_html
+from fcw_viz.review_app.session import ReviewSession
+from fcw_viz.review_app.triage.drive_filter import DriveFilter
+from fcw_viz.review_app.triage.filter_bar import filter_html, goes_on_html, reviewers
 
 PANEL_WIDTH_PX = 350
 FIRST_FOLDER_PX = 1040.0
@@ -28,6 +30,16 @@ NOTE_FIELD = (
     'autocomplete="off">'
 )
 OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
+
+
+def first_list(session: ReviewSession, title: str) -> str:
+    """The list of the drives as a tab has it at first, with all its styles."""
+    cards, asked = session.cards, DriveFilter()
+    listed = folder_html(title, cards, session.unread, FIRST_FOLDER_PX, asked)
+    return (
+        f"{STYLE}<style>{OWN_STYLE}</style>{filter_html(asked, reviewers(cards), False)}"
+        f'<div class="fcw-folder">{listed}</div>'
+    )
 
 
 class Panels:
@@ -124,7 +136,7 @@ class Panels:
             return
         session, asked = self._place.session, self._place.asked
         cards = session.cards
-        people = tuple(sorted({person for card in cards for person in card.review.people}))
+        people = reviewers(cards)
         if people != self._people:
             # Drawn anew only then: somebody may be typing in it.
             self._people = people

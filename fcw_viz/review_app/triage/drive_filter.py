@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import chain
 
 from fcw.annotation.records import Judgement
 from fcw.annotation.review import JudgedEvent
@@ -85,16 +86,20 @@ class DriveFilter:
             after: the event they are at, which comes last.
         """
         drives = [card for card in self.drives(cards) if card.read and not card.trouble]
-        places = [(card.name, number) for card in drives for number in self.numbers(card)]
-        unjudged = {
-            (card.name, number)
-            for card in drives
-            for number, one in enumerate(card.judged)
-            if not one.verdicts
-        }
-        here = next((k for k, place in enumerate(places) if place == (name, after)), None)
-        if here is None:
+        here = next((k for k, card in enumerate(drives) if card.name == name), None)
+        first: list[int] = []
+        at = 0
+        if here is not None:
+            first = self.numbers(drives[here])
             # Its verdict may have taken the event out of what is asked for: go on with this drive.
-            here = next((k for k, place in enumerate(places) if place[0] == name), 0) - 1
-        around = places[here + 1 :] + places[: here + 1]
-        return next((place for place in around if place in unjudged), None)
+            at = first.index(after) + 1 if after in first else 0
+        others = drives if here is None else drives[here + 1 :] + drives[:here]
+        # Most of a long list is never looked at.
+        places = chain(
+            ((drives[here or 0], number) for number in first[at:]),
+            ((card, number) for card in others for number in self.numbers(card)),
+            ((drives[here or 0], number) for number in first[:at]),
+        )
+        return next(
+            ((card.name, number) for card, number in places if not card.judged[number].verdicts), None
+        )

@@ -5,6 +5,7 @@ from dataclasses import replace
 from html import escape
 
 from fcw_viz.page.channel import chooses, says, tells_typed
+from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.triage.drive_filter import VERDICTS, DriveFilter, Order
 from fcw_viz.review_app.words import KIND_TITLES
 
@@ -24,6 +25,11 @@ def filter_html(asked: DriveFilter, people: Iterable[str], goes_on: bool) -> str
         f'<button {says("unjudged:")} title="Next unjudged event (U)">Next unjudged</button>'
         f"{goes_on_html(goes_on)}</div>"
     )
+
+
+def reviewers(cards: Iterable[DriveCard]) -> tuple[str, ...]:
+    """Who has said something of any drive, by name."""
+    return tuple(sorted({person for card in cards for person in card.review.people}))
 
 
 def goes_on_html(goes_on: bool) -> str:
