@@ -103,7 +103,7 @@ def run_tasks(
         for ended in as_completed(list(futures), raise_errors=False).batches():
             # Fetched together: each fetch asks the scheduler, whatever it brings.
             finished = [future for future in ended if future.status == "finished"]
-            records = dict(zip(finished, client.gather(finished), strict=True))
+            records = dict(zip(finished, cast(list[Record], client.gather(finished)), strict=True))
             for future in ended:
                 task = futures.pop(future)  # the scheduler forgets what nobody holds
                 yield records.get(future) or _record(task, future)

@@ -91,8 +91,7 @@ class Fleet:
         """
         self.names.append(record.name)
         self.cameras.append(record.camera)
-        zero_ns = header.zero_utc_ns
-        self.begun_ns.append(None if zero_ns is None else zero_ns + int(series.time_ns[0]))
+        self.begun_ns.append(header.begun_utc_ns(int(series.time_ns[0])))
         pitch_rad = header.calibration.camera.pitch_rad
         hours = record.duration_s / 3600
         self.warnings_per_hour.append(record.warnings / hours if hours else np.nan)

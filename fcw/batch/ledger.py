@@ -98,7 +98,7 @@ class Ledger:
             raise UserError(
                 f"--out {out}: cannot be the batch's folder ({error.strerror}); name one that can be written"
             ) from error
-        read = filter(None, map(_read, files))
+        read = filter(None, map(read_record, files))
         records = [one for one in read if one.state is not State.DONE or self._has_its_log(one)]
         self.finished = {record.name: record for record in records if record.state is State.DONE}
         self._known = {record.identity: record for record in records}
@@ -153,19 +153,19 @@ def write_record(record: Record, folder: Path) -> None:
     write_whole(folder / RECORD_NAME, json.dumps(as_json(record), indent=2) + "\n")
 
 
-def as_json(record: Record) -> dict[str, Any]:
-    """Its fields."""
-    return asdict(record) | {"state": record.state.value}
-
-
-def _read(file: Path) -> Record | None:
-    """None where nothing whole is there: the drive is run again."""
+def read_record(file: Path) -> Record | None:
+    """What came of a drive; None where nothing whole is there: the next batch runs the drive again."""
     try:
         fields = json_value(read_text(file))
         record = from_json(Record, fields | {"state": State(fields["state"]).name.lower()})
     except (OSError, ValueError, TypeError, KeyError):
         return None
     return replace(record, name=file.parent.name)
+
+
+def as_json(record: Record) -> dict[str, Any]:
+    """Its fields."""
+    return asdict(record) | {"state": record.state.value}
 
 
 def _ran(manifest: Path) -> dict[str, Any]:

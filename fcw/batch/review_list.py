@@ -9,6 +9,7 @@ from fcw.batch.moments import WORST_NAME, read_moment
 from fcw.bounded.formats import json_value
 from fcw.files import whole_file
 from fcw.logs.events import DriveEvent
+from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
 
 REVIEW_LIST_NAME = "review.parquet"
@@ -26,6 +27,8 @@ class ListedDrive:
         imperial: units of its words.
         events: by time.
         thumbnail: its worst moment as JPEG; empty where there is no picture.
+        camera: name of the folder that holds the source.
+        begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
     """
 
     drive: str
@@ -35,19 +38,30 @@ class ListedDrive:
     imperial: bool
     events: tuple[DriveEvent, ...]
     thumbnail: bytes
+    camera: str = ""
+    begun_utc_ns: int | None = None
 
     @staticmethod
-    def of(folder: Path, duration_s: float, imperial: bool, events: tuple[DriveEvent, ...]) -> "ListedDrive":
+    def of(folder: Path, log: DriveLog, events: tuple[DriveEvent, ...], camera: str) -> "ListedDrive":
         """That of a drive's folder.
 
         Raises:
             OSError: its log is not there.
         """
+        header, series = log.header, log.series()
         state = (folder / MCAP_NAME).stat()
         ordered = tuple(sorted(events, key=lambda event: (event.start_s, event.end_s)))
         thumbnail = read_moment(folder, WORST_NAME)
         return ListedDrive(
-            folder.name, state.st_size, state.st_mtime_ns, duration_s, imperial, ordered, thumbnail
+            folder.name,
+            state.st_size,
+            state.st_mtime_ns,
+            series.duration_s,
+            header.imperial,
+            ordered,
+            thumbnail,
+            camera,
+            header.begun_utc_ns(int(series.time_ns[0])),
         )
 
 
@@ -69,6 +83,8 @@ def write_review_list(out: Path, drives: Iterable[ListedDrive]) -> None:
             "imperial": one.imperial,
             "events": json.dumps([asdict(event) for event in one.events]),
             "thumbnail": one.thumbnail,
+            "camera": one.camera,
+            "begun_utc_ns": one.begun_utc_ns,
         }
         for one in drives
     ]
@@ -81,6 +97,8 @@ def write_review_list(out: Path, drives: Iterable[ListedDrive]) -> None:
             "imperial": pa.bool_(),
             "events": pa.string(),
             "thumbnail": pa.binary(),
+            "camera": pa.string(),
+            "begun_utc_ns": pa.int64(),
         }
     )
     with whole_file(out / REVIEW_LIST_NAME) as partial:

@@ -131,6 +131,31 @@ def write_tables(out: Path, records: Iterable[Record]) -> tuple[int, tuple[Recor
     return count, tuple(gathered.unreadable)
 
 
+def unfinished_drives(out: Path) -> tuple[Record, ...]:
+    """The drives of a batch that are not done, by their names, as `drives.parquet` has them.
+
+    Where that file is missing or torn, or pyarrow is not installed, there are none to tell of.
+    """
+    path = out / DRIVES_NAME
+    if not path.is_file():
+        return ()
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        return ()
+    columns = ["drive", "source", "camera", "state", "reason"]
+    try:
+        rows = pq.ParquetFile(path).read(columns).to_pylist()
+        records = [
+            Record(row["drive"], row["source"], row["camera"], State(row["state"]), row["reason"] or "")
+            for row in rows
+        ]
+    except (OSError, ValueError, KeyError, pa.ArrowException):
+        return ()
+    return tuple(record for record in records if record.state is not State.DONE)
+
+
 class _Gathered:
     """What the list and the fleet need, gathered while the events go by: each log is read once."""
 
@@ -171,6 +196,6 @@ class _Gathered:
             span = chunks.span(*times_ns)
             events.append(_Event(EventRow(record.name, one.event), verdict, record, version, span))
         self.read.append(replace(record, events=len(events)))
-        self.listed.append(ListedDrive.of(log.path.parent, series.duration_s, log.header.imperial, found))
+        self.listed.append(ListedDrive.of(log.path.parent, log, found, record.camera))
         self.fleet.add(record, series, found, log.header, self.out)
         return events

@@ -75,6 +75,10 @@ class FrameResult:
         )
 
 
+FIRST_UTC_NS = 946_684_800 * 10**9
+"""The year 2000: what a source's clock says before is a time since its start, not a date."""
+
+
 @dataclass(frozen=True, slots=True)
 class DriveHeader:
     """What is known of a drive before its first frame.
@@ -105,6 +109,14 @@ class DriveHeader:
     imperial: bool = False
     zero_utc_ns: int | None = None
     gpx: bytes = b""
+
+    def begun_utc_ns(self, first_ns: int) -> int | None:
+        """What the time of the drive's first frame is in UTC, in nanoseconds since 1970; None where nothing
+        says so."""
+        if self.zero_utc_ns is not None:
+            return self.zero_utc_ns + first_ns
+        # Clocks of recorders count from 1970.
+        return first_ns if first_ns > FIRST_UTC_NS else None
 
 
 Record = TypeVar("Record")

@@ -19,8 +19,6 @@ from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries
 
 NS_PER_S = 1_000_000_000
-FIRST_UTC_NS = 946_684_800 * NS_PER_S
-"""The year 2000: what a source's clock says before is a time since its start, not a date."""
 LOGGER = logging.getLogger(__name__)
 
 
@@ -88,10 +86,7 @@ class Drive:
     @property
     def zero_utc_ns(self) -> int | None:
         """What the first frame's time is in UTC, in nanoseconds since 1970; None where nothing says so."""
-        if self.header.zero_utc_ns is not None:
-            return self.header.zero_utc_ns + self.first_ns
-        # Clocks of recorders count from 1970.
-        return self.first_ns if self.first_ns > FIRST_UTC_NS else None
+        return self.header.begun_utc_ns(self.first_ns)
 
     @cached_property
     def track(self) -> GpxTrack | None:

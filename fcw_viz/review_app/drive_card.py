@@ -8,12 +8,13 @@ from pathlib import Path
 
 from fcw.annotation.review import JudgedEvent, Review, judged_events
 from fcw.annotation.store import read_review, review_files
+from fcw.batch.ledger import RECORD_NAME, read_record
 from fcw.batch.review_list import ListedDrive
 from fcw.errors import UserError
 from fcw.logs.events import DriveEvent
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.thumbnail import thumbnail_jpeg
-from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.drive import Drive, utc_text
 
 LOGGER = logging.getLogger(__name__)
 
@@ -36,6 +37,8 @@ class DriveCard:
         review_troubles: what is wrong with the files of its review.
         read: False before it was looked at.
         source: of which it is a run; empty before it was read.
+        camera: the folder of its source, as a batch noted it; empty where none did.
+        begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
     """
 
     name: str
@@ -51,6 +54,13 @@ class DriveCard:
     read: bool = True
     source: str = ""
     review_troubles: tuple[str, ...] = ()
+    camera: str = ""
+    begun_utc_ns: int | None = None
+
+    @property
+    def date(self) -> str:
+        """The day on which it began, in UTC: 2026-11-20; empty where that is not known."""
+        return "" if self.begun_utc_ns is None else utc_text(self.begun_utc_ns, True).partition(" ")[0]
 
     @property
     def severity(self) -> float:
@@ -94,6 +104,7 @@ def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: st
         thumbnail: its picture, where it is known.
     """
     judged, lost = judged_events(review, drive.events)
+    record = read_record(drive.log.path.with_name(RECORD_NAME))
     return DriveCard(
         drive.name,
         drive.log.path,
@@ -106,6 +117,8 @@ def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: st
         thumbnail,
         source=drive.header.source,
         review_troubles=review_troubles(troubles, len(lost)),
+        camera="" if record is None else record.camera,
+        begun_utc_ns=drive.zero_utc_ns,
     )
 
 
@@ -163,5 +176,7 @@ def listed_card(name: str, path: Path, listed: ListedDrive) -> DriveCard:
         review=review,
         judged=judged,
         thumbnail=base64.b64encode(listed.thumbnail).decode(),
+        camera=listed.camera,
+        begun_utc_ns=listed.begun_utc_ns,
         review_troubles=review_troubles(troubles, len(lost)),
     )

@@ -8,7 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from fcw.annotation.store import review_files
+from fcw.batch.ledger import Record
 from fcw.batch.review_list import read_review_list
+from fcw.batch.tables import DRIVES_NAME, unfinished_drives
 from fcw.errors import UserError
 from fcw.logs.export.clip import find_drives
 from fcw_viz.review_app.drive import Drive
@@ -41,6 +43,8 @@ class Folder:
         self._growing: dict[str, Drive] = {}
         self._unread = set(drives)
         self._pictured: set[str] = set()
+        self._unfinished: tuple[Record, ...] = ()
+        self._tables_stamp: tuple[int, int] | None = None
         self._lock = threading.RLock()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._follow, name="folder", daemon=True)
@@ -73,6 +77,12 @@ class Folder:
             return tuple(sorted(self._cards.values(), key=list_key))
 
     @property
+    def unfinished(self) -> tuple[Record, ...]:
+        """Drives of the batch, if it is one, that are not done, by their names."""
+        with self._lock:
+            return self._unfinished
+
+    @property
     def unread(self) -> int:
         """How many drives have still to be read for the list."""
         with self._lock:
@@ -93,9 +103,10 @@ class Folder:
     def _follow(self) -> None:
         told_s = -math.inf
         if self._root is not None:
+            self._find_unfinished()
             self._take_list(self._root)
         while not self._stop.is_set():
-            changed = self._find()
+            changed = self._find() | self._find_unfinished()
             for name, path in self.drives.items():
                 if self._stop.is_set():
                     return
@@ -178,6 +189,22 @@ class Folder:
                 self._cards[name] = DriveCard(name, path, read=False)
                 self._unread.add(name)
         return bool(new or gone)
+
+    def _find_unfinished(self) -> bool:
+        """Look which drives a batch has not done; whether they are others than before."""
+        if self._root is None:
+            return False
+        try:
+            state = (self._root / DRIVES_NAME).stat()
+        except OSError:
+            return False
+        stamp = state.st_size, state.st_mtime_ns
+        if stamp == self._tables_stamp:
+            return False
+        self._tables_stamp, before = stamp, self._unfinished
+        with self._lock:
+            self._unfinished = unfinished_drives(self._root)
+        return self._unfinished != before
 
     def _read(self, name: str, path: Path) -> None:
         """Read a drive's card; of one that is being written only what is new."""

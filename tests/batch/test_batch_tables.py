@@ -32,6 +32,9 @@ from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
 from fcw.logs.thumbnail import THUMBNAIL_PX
 from fcw_viz.review_app.drive_card import listed_card, read_card
 
+UTC_NS = 1_795_132_800 * 10**9
+"""2026-11-20, midnight."""
+
 
 def done_record(name: str, duration_s: float) -> Record:
     source = f"/d/{name}.mp4"
@@ -45,9 +48,10 @@ def batch(tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("batch")
     records = [Record("torn", "/d/torn.mp4", "van", State.FAILED, "torn")]
     for name in ("a", "b"):
-        log = write_log(out / name / MCAP_NAME, marked_drive(75), drive_header())
+        log = write_log(out / name / MCAP_NAME, marked_drive(75), replace(drive_header(), zero_utc_ns=UTC_NS))
         write_moments(out / name)
         records.append(done_record(name, log.series().duration_s))
+        write_record(records[-1], out / name)
     write_tables(out, records)
     return out
 
@@ -73,6 +77,7 @@ def test_the_list_says_what_the_logs_say(batch):
     for log, one in listed.items():
         card, opened = listed_card("x", log, one), read_card("x", log)
         assert card.events == opened.events
+        assert (card.camera, card.date) == (opened.camera, opened.date) == ("van", "2026-11-20")
         assert (card.duration_s, card.imperial, card.judged) == (
             opened.duration_s,
             opened.imperial,

@@ -6,11 +6,13 @@ from pathlib import Path
 from export_drives import drive_header, marked_drive, write_log
 
 from fcw.batch.ledger import Record, State
-from fcw.batch.tables import write_tables
+from fcw.batch.tables import DRIVES_NAME, unfinished_drives, write_tables
 from fcw.logs.export.clip import find_drives
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.folder import Folder
+from fcw_viz.review_app.panels.folder_list import folder_html
+from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
 
 
 def test_what_the_batch_wrote_is_shown_without_opening_a_log(tmp_path, monkeypatch):
@@ -33,3 +35,29 @@ def test_what_the_batch_wrote_is_shown_without_opening_a_log(tmp_path, monkeypat
         folder.close()
     assert {card.name for card in folder.cards if card.read and card.events} == {"a", "b", "later"}
     assert set(opened) == {later.path}  # its events, and its picture
+
+
+def test_drives_that_a_batch_has_not_done_are_followed_with_their_reasons(tmp_path):
+    write_log(tmp_path / "a" / MCAP_NAME, marked_drive(60), drive_header())
+    done = Record("a", "/a.mp4", "van", State.DONE, duration_s=2.4)
+    torn = Record("torn", "/torn.mp4", "bus", State.FAILED, "/torn.mp4: cannot be read; copy it again")
+    write_tables(tmp_path, [done, torn])
+    told = threading.Event()
+    folder = Folder(find_drives([tmp_path]), tmp_path, told.set)
+    folder.start()
+    try:
+        assert told.wait(60)
+        assert folder.unfinished == (torn,)
+        html = folder_html("drives", folder.cards, 0, 1000.0, unfinished=folder.unfinished)
+        assert "1 drive not done" in html
+        asked = DriveFilter(listed=Listed.UNFINISHED)
+        html = folder_html("drives", folder.cards, 0, 1000.0, asked, unfinished=folder.unfinished)
+        assert all(words in html for words in ("torn", "bus", "failed", torn.reason))
+        told.clear()
+        write_tables(tmp_path, [done])
+        while folder.unfinished:
+            assert told.wait(60)
+    finally:
+        folder.close()
+    (tmp_path / DRIVES_NAME).write_bytes(b"PAR1")
+    assert unfinished_drives(tmp_path) == ()

@@ -3,9 +3,16 @@
 from collections.abc import Sequence
 from html import escape
 
+from fcw.batch.ledger import Record
 from fcw_viz.page.channel import says
-from fcw_viz.review_app.drive import by_severity, duration_text, time_text
+from fcw_viz.review_app.drive import by_severity, duration_text
 from fcw_viz.review_app.drive_card import DriveCard
+from fcw_viz.review_app.panels.moment_list import (
+    event_words,
+    moments_html,
+    thumbnail_style,
+    unfinished_html,
+)
 from fcw_viz.review_app.panels.troubles import troubles_html
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.timeline import (
@@ -17,17 +24,15 @@ from fcw_viz.review_app.time.timeline import (
     kind_color,
     timeline_svg,
 )
-from fcw_viz.review_app.triage.drive_filter import DriveFilter
+from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
 from fcw_viz.review_app.words import (
     DISAGREEMENT,
     DISAGREEMENT_SIGN,
     JUDGEMENT_SIGNS,
     KIND_MEANINGS,
     KIND_TITLES,
-    event_line,
     kind_title,
     verdict_counts,
-    verdict_words,
 )
 
 BESIDE_PX, AROUND_PX = 302.0, 86.0
@@ -37,7 +42,14 @@ NARROW_PX = 672.0
 
 
 MOST_LISTED = 30
-"""Drives that are drawn at once; of more the first ones, for a list of hundreds takes a browser seconds."""
+"""Rows that are drawn at once; of more the first ones, for a list of hundreds takes a browser seconds."""
+
+
+_HINTS = {
+    Listed.DRIVES: "Click a drive to open it at its worst moment.",
+    Listed.MOMENTS: "Click a moment to open its drive there.",
+    Listed.UNFINISHED: "These drives of the batch are not done, and why.",
+}
 
 
 def folder_html(
@@ -47,6 +59,7 @@ def folder_html(
     width_px: float,
     asked: DriveFilter | None = None,
     most: int = MOST_LISTED,
+    unfinished: Sequence[Record] = (),
 ) -> str:
     """The list; a click on a drive or on one of its marks is `open:<its name>` or `open:<its name>#<event>`.
 
@@ -55,17 +68,35 @@ def folder_html(
         cards: all drives.
         unread: how many have still to be read.
         width_px: of the page's place for it.
-        asked: which of them are listed, and in which order; by default all, the worst first.
+        asked: which of them are listed, and in which order; by default all, the worst first. Or it asks for
+            their moments, or for the drives that are not done.
         most: so many are listed; `more:` asks for the others.
+        unfinished: drives that a batch has not done.
     """
-    axis_px = width_px - (AROUND_PX if width_px < NARROW_PX else BESIDE_PX)
     asked = asked or DriveFilter()
-    listed = asked.drives(cards)
-    rows = "".join(_row(card, axis_px, asked) for card in listed[:most])
-    if len(listed) > most:
-        rows += f"<button {says('more:')}>{len(listed) - most} more drives</button>"
-    found = f"<p>{len(listed)} match the filter.</p>" if len(listed) < len(cards) else ""
-    return f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread))}</p>{found}{rows}"
+    if asked.listed is Listed.MOMENTS:
+        moments, what = asked.moments(cards), "moments"
+        count, of = len(moments), sum(len(card.events) for card in cards)
+        rows = moments_html(moments[:most])
+    elif asked.listed is Listed.UNFINISHED:
+        records, what = asked.unfinished(unfinished), "drives"
+        count, of = len(records), len(unfinished)
+        rows = unfinished_html(records[:most])
+    else:
+        axis_px = width_px - (AROUND_PX if width_px < NARROW_PX else BESIDE_PX)
+        drives, what = asked.drives(cards), "drives"
+        count, of = len(drives), len(cards)
+        rows = "".join(_row(card, axis_px, asked) for card in drives[:most])
+    if count > most:
+        rows += f"<button {says('more:')}>{count - most} more {what}</button>"
+    found = f"<p>{count} match the filter.</p>" if count < of else ""
+    failed = ""
+    if unfinished and asked.listed is not Listed.UNFINISHED:
+        words = f"{len(unfinished)} drive{'s' * (len(unfinished) != 1)} not done"
+        failed = f" <button {says(f'listed:{Listed.UNFINISHED.name}')}>{words}</button>"
+    return (
+        f"<h1>{escape(title)}</h1><p>{escape(_summary(cards, unread, asked.listed))}{failed}</p>{found}{rows}"
+    )
 
 
 def legend_html() -> str:
@@ -94,7 +125,7 @@ def legend_html() -> str:
     )
 
 
-def _summary(cards: Sequence[DriveCard], unread: int) -> str:
+def _summary(cards: Sequence[DriveCard], unread: int, listed: Listed) -> str:
     hours = sum(card.duration_s for card in cards) / 3600
     warnings = [judged for card in cards for judged in card.judged if judged.event.kind == "warning"]
     count = len(cards)
@@ -108,7 +139,7 @@ def _summary(cards: Sequence[DriveCard], unread: int) -> str:
         parts.append(counts)
     if unread:
         parts.append(f"reading {unread} more")
-    return " · ".join(parts) + ". Click a drive to open it at its worst moment."
+    return f"{' · '.join(parts)}. {_HINTS[listed]}"
 
 
 def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
@@ -125,23 +156,10 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     judged = card.judged
     axis = TimeAxis(0.0, max(card.duration_s, 0.04), axis_px)
     counts = _counts(card)
-    worst, thumbnail, number = "", "", 0
-    if card.thumbnail:
-        thumbnail = f' style="background-image: url(data:image/jpeg;base64,{card.thumbnail})"'
+    worst, number = '<div class="fcw-worst"><span>No events.</span></div>', 0
     if card.events:
         number = next(iter(asked.numbers(card)), by_severity(card.events)[0])
-        event = card.events[number]
-        said = "".join(
-            f"<span>{JUDGEMENT_SIGNS[entry.said.judgement]} {escape(verdict_words(entry))}</span>"
-            for entry in judged[number].verdicts[:1]
-        )
-        worst = (
-            f'<div class="fcw-worst" style="--kind: {kind_color(event.kind)}"><i></i><b>'
-            f"{kind_title(event.kind)} at {time_text(event.start_s)}</b>"
-            f"<span>{escape(event_line(event, card.imperial))}</span>{said}</div>"
-        )
-    else:
-        worst = '<div class="fcw-worst"><span>No events.</span></div>'
+        worst = event_words(card, number)
     opens = f"open:{card.name}" if not card.events else f"open:{card.name}#{number}"
     calm = not (card.events or card.review.entries)
     # A mark of the time line opens the drive there: its message names the drive, too.
@@ -151,7 +169,7 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     return (
         f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
         f"{says(opens)}>"
-        f'<div class="fcw-thumb"{thumbnail}></div>'
+        f'<div class="fcw-thumb"{thumbnail_style(card.thumbnail)}></div>'
         f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"
         f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div>{troubles}</div></div>'

@@ -20,8 +20,8 @@ from fcw_viz.review_app.panels.take import TakePanel
 from fcw_viz.review_app.panels.troubles import troubles_html
 from fcw_viz.review_app.runs.panel import runs_html
 from fcw_viz.review_app.session import ReviewSession
-from fcw_viz.review_app.triage.drive_filter import DriveFilter
-from fcw_viz.review_app.triage.filter_bar import filter_html, goes_on_html, reviewers
+from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
+from fcw_viz.review_app.triage.filter_bar import Choices, filter_html, goes_on_html
 
 PANEL_WIDTH_PX = 350
 FIRST_FOLDER_PX = 1040.0
@@ -34,10 +34,10 @@ OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
 
 def first_list(session: ReviewSession, title: str) -> str:
     """The list of the drives as a tab has it at first, with all its styles."""
-    cards, asked = session.cards, DriveFilter()
-    listed = folder_html(title, cards, session.unread, FIRST_FOLDER_PX, asked)
+    cards, asked, unfinished = session.cards, DriveFilter(), session.folder.unfinished
+    listed = folder_html(title, cards, session.unread, FIRST_FOLDER_PX, asked, unfinished=unfinished)
     return (
-        f"{STYLE}<style>{OWN_STYLE}</style>{filter_html(asked, reviewers(cards), False)}"
+        f"{STYLE}<style>{OWN_STYLE}</style>{filter_html(asked, Choices.of(cards, unfinished), False)}"
         f'<div class="fcw-folder">{listed}</div>'
     )
 
@@ -62,7 +62,8 @@ class Panels:
         gui.add_html(f"{STYLE}<style>{OWN_STYLE}</style>")
         self._sizes = gui.add_html("")
         self._filter, self._folder = gui.add_html(""), gui.add_html("")
-        self._people: tuple[str, ...] | None = None
+        self._choices: Choices | None = None
+        self._shown_list: Listed | None = None
         self._most = MOST_LISTED
         self._head = gui.add_html("")
         self._troubles = gui.add_html("")
@@ -117,7 +118,7 @@ class Panels:
 
     def show_filter(self) -> None:
         """Draw the line over the list anew, as something else than typing has changed it."""
-        self._people = None
+        self._choices = None
         self._show_folder()
 
     def resized(self, about: str) -> None:
@@ -132,16 +133,16 @@ class Panels:
         if self._place.drive is not None:
             set_html(self._folder, "")
             set_html(self._filter, "")
-            self._people = None
+            self._choices = None
             return
         session, asked = self._place.session, self._place.asked
-        cards = session.cards
-        people = reviewers(cards)
-        if people != self._people:
+        cards, unfinished = session.cards, session.folder.unfinished
+        choices = Choices.of(cards, unfinished)
+        if choices != self._choices or asked.listed is not self._shown_list:
             # Drawn anew only then: somebody may be typing in it.
-            self._people = people
-            set_html(self._filter, filter_html(asked, people, self._place.goes_on))
-        html = folder_html(self._title, cards, session.unread, self._folder_px, asked, self._most)
+            self._choices, self._shown_list = choices, asked.listed
+            set_html(self._filter, filter_html(asked, choices, self._place.goes_on))
+        html = folder_html(self._title, cards, session.unread, self._folder_px, asked, self._most, unfinished)
         set_html(
             self._folder,
             f'<div class="fcw-folder" {says_size("folder")} {keeps_scroll("folder")}>{html}</div>',

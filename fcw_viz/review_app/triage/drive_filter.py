@@ -1,12 +1,13 @@
 """Which of the drives and events somebody wants to see, and in which order."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import chain
 
 from fcw.annotation.records import Judgement
 from fcw.annotation.review import JudgedEvent
+from fcw.batch.ledger import Record
 from fcw_viz.review_app.drive import by_severity
 from fcw_viz.review_app.drive_card import DriveCard, list_key
 
@@ -15,8 +16,16 @@ VERDICTS = (UNJUDGED, *(one.value for one in Judgement), DISAGREED)
 """What can be asked of an event's verdicts."""
 
 
+class Listed(Enum):
+    """What the list is of; the value is for a person."""
+
+    DRIVES = "drives"
+    MOMENTS = "moments"
+    UNFINISHED = "drives not done"
+
+
 class Order(Enum):
-    """Of the drives; the value is for a person."""
+    """Of the drives, or of the moments; the value is for a person."""
 
     WORST = "worst first"
     UNJUDGED = "most unjudged first"
@@ -34,6 +43,9 @@ class DriveFilter:
         verdict: of `VERDICTS`, on that event.
         reviewer: who judged that event.
         order: of the drives.
+        camera: of the drive.
+        date: the day on which the drive began, or the month: 2026-11.
+        listed: what the list is of.
     """
 
     text: str = ""
@@ -41,6 +53,9 @@ class DriveFilter:
     verdict: str = ""
     reviewer: str = ""
     order: Order = Order.WORST
+    camera: str = ""
+    date: str = ""
+    listed: Listed = Listed.DRIVES
 
     def passes(self, judged: JudgedEvent) -> bool:
         """Whether an event is asked for."""
@@ -64,7 +79,8 @@ class DriveFilter:
         found = [
             card
             for card in cards
-            if self.text.casefold() in card.name.casefold()
+            if self._has_drive(card.name, card.camera)
+            and card.date.startswith(self.date)
             and (not about_events or any(map(self.passes, card.judged)))
         ]
         keys = {
@@ -75,16 +91,42 @@ class DriveFilter:
         }
         return sorted(found, key=keys[self.order])
 
+    def moments(self, cards: Sequence[DriveCard]) -> list[tuple[DriveCard, int]]:
+        """Events of all drives that are asked for, with their drives; the most severe first, or in another
+        order."""
+        found = [
+            (card, number)
+            for card in self.drives(cards)
+            for number, one in enumerate(card.judged)
+            if self.passes(one)
+        ]
+        if self.order is Order.WORST:
+            return sorted(found, key=_by_severity)
+        if self.order is Order.UNJUDGED:
+            return sorted(found, key=lambda one: (bool(one[0].judged[one[1]].verdicts), _by_severity(one)))
+        if self.order is Order.LONGEST:
+            return sorted(found, key=lambda one: -_duration_s(one))
+        return found
+
+    def unfinished(self, records: Sequence[Record]) -> list[Record]:
+        """Drives that a batch has not done, of those that are asked for."""
+        return [record for record in records if self._has_drive(record.name, record.camera)]
+
     def next_unjudged(
         self, cards: Sequence[DriveCard], name: str | None, after: int | None
     ) -> tuple[str, int] | None:
-        """The next event that nobody has judged: in this drive, else in the next one of the list, around it.
+        """The next event that nobody has judged: in this drive, else in the next one of the list, around it;
+        in the list of moments the next one of that.
 
         Args:
             cards: all drives.
             name: of the drive somebody is in; None for none.
             after: the event they are at, which comes last.
         """
+        if self.listed is Listed.MOMENTS:
+            moments = self.moments(cards)
+            at = next((k for k, (card, n) in enumerate(moments, 1) if (card.name, n) == (name, after)), 0)
+            return _first_unjudged(chain(moments[at:], moments[:at]))
         drives = [card for card in self.drives(cards) if card.read and not card.trouble]
         here = next((k for k, card in enumerate(drives) if card.name == name), None)
         first: list[int] = []
@@ -95,11 +137,27 @@ class DriveFilter:
             at = first.index(after) + 1 if after in first else 0
         others = drives if here is None else drives[here + 1 :] + drives[:here]
         # Most of a long list is never looked at.
-        places = chain(
-            ((drives[here or 0], number) for number in first[at:]),
-            ((card, number) for card in others for number in self.numbers(card)),
-            ((drives[here or 0], number) for number in first[:at]),
+        return _first_unjudged(
+            chain(
+                ((drives[here or 0], number) for number in first[at:]),
+                ((card, number) for card in others for number in self.numbers(card)),
+                ((drives[here or 0], number) for number in first[:at]),
+            )
         )
-        return next(
-            ((card.name, number) for card, number in places if not card.judged[number].verdicts), None
-        )
+
+    def _has_drive(self, name: str, camera: str) -> bool:
+        return self.text.casefold() in name.casefold() and self.camera in ("", camera)
+
+
+def _first_unjudged(places: Iterable[tuple[DriveCard, int]]) -> tuple[str, int] | None:
+    return next(((card.name, number) for card, number in places if not card.judged[number].verdicts), None)
+
+
+def _by_severity(place: tuple[DriveCard, int]) -> tuple[float, str, int]:
+    card, number = place
+    return -card.events[number].severity, card.name, number
+
+
+def _duration_s(place: tuple[DriveCard, int]) -> float:
+    event = place[0].events[place[1]]
+    return event.end_s - event.start_s

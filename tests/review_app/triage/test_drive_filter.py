@@ -1,6 +1,7 @@
 """What is asked for is listed, and the next unjudged event is always one that nobody has judged."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,14 @@ from fcw.annotation.records import Entry, Judgement, Verdict
 from fcw.annotation.review import fold, judged_events, reference_to
 from fcw.logs.events import DriveEvent
 from fcw_viz.review_app.drive_card import DriveCard
-from fcw_viz.review_app.triage.drive_filter import DISAGREED, UNJUDGED, DriveFilter, Order
+from fcw_viz.review_app.triage.drive_filter import (
+    DISAGREED,
+    UNJUDGED,
+    DriveFilter,
+    Listed,
+    Order,
+)
+from fcw_viz.review_app.triage.filter_bar import Choices
 
 KINDS = ("warning", "caution", "near miss")
 
@@ -105,3 +113,59 @@ def test_judging_one_after_the_other_comes_to_every_event_once(drives, kind: str
         place = asked.next_unjudged(cards(), *place)
     assert len(visited) == len(set(visited))
     assert set(visited) == open_ones
+
+
+DAY_NS = 86_400 * 10**9
+FLEET = tuple(
+    replace(one, camera=camera, begun_utc_ns=None if day is None else 1_795_132_800 * 10**9 + day * DAY_NS)
+    for one, camera, day in zip(CARDS, ("van", "bus", "van", "bus"), (0, 1, None, 12), strict=True)
+)
+"""The first one began on 2026-11-20."""
+
+
+@pytest.mark.parametrize(
+    ("asked", "names"),
+    [
+        (DriveFilter(camera="van"), ["Alps", "calm"]),
+        (DriveFilter(date="2026-11"), ["Alps", "bend"]),
+        (DriveFilter(date="2026-11-21"), ["bend"]),
+        (DriveFilter(camera="bus", date="2026-12"), ["dusk"]),
+    ],
+)
+def test_drives_are_listed_by_their_camera_and_date(asked: DriveFilter, names: list[str]):
+    assert [one.name for one in asked.drives(FLEET)] == names
+
+
+@pytest.mark.parametrize(
+    ("asked", "moments"),
+    [
+        (DriveFilter(), [("Alps", 1), ("dusk", 0), ("bend", 0), ("Alps", 0), ("dusk", 1)]),
+        (DriveFilter(kind="warning"), [("dusk", 0), ("Alps", 0), ("dusk", 1)]),
+        (DriveFilter(camera="bus"), [("dusk", 0), ("bend", 0), ("dusk", 1)]),
+        (
+            DriveFilter(order=Order.UNJUDGED),
+            [("Alps", 1), ("dusk", 1), ("dusk", 0), ("bend", 0), ("Alps", 0)],
+        ),
+        (DriveFilter(order=Order.NAME, date="2026-11"), [("Alps", 0), ("Alps", 1), ("bend", 0)]),
+    ],
+)
+def test_moments_are_ranked_across_the_drives(asked: DriveFilter, moments: list[tuple[str, int]]):
+    assert [(one.name, number) for one, number in asked.moments(FLEET)] == moments
+
+
+def test_the_next_unjudged_moment_is_the_next_worst_one_of_any_drive():
+    asked = DriveFilter(listed=Listed.MOMENTS)
+    worst_first = [("Alps", 0.3, 0.9), ("dusk", 0.8, 0.2)]
+    cards = [card(name, [("warning", one) for one in severities], {}) for name, *severities in worst_first]
+    visited = [("dusk", 1)]  # the last one
+    for _ in range(4):
+        found = asked.next_unjudged(cards, *visited[-1])
+        assert found is not None
+        visited.append(found)
+    assert visited[1:] == [("Alps", 1), ("dusk", 0), ("Alps", 0), ("dusk", 1)]
+
+
+def test_months_stand_before_their_days_and_the_latest_first():
+    choices = Choices.of(FLEET, ())
+    assert choices.dates == ("2026-12", "2026-12-02", "2026-11", "2026-11-21", "2026-11-20")
+    assert choices.cameras == ("bus", "van")
