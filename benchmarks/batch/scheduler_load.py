@@ -56,7 +56,7 @@ def main() -> None:
     with connected(workers=arguments.workers) as client:
         client.wait_for_workers(arguments.workers)
         start_s, start_cpu_s = time.perf_counter(), time.process_time()
-        for record in run_tasks(client, tasks, lambda name, done, total: None, nothing):
+        for record in run_tasks(client, tasks, lambda *_: None, nothing):
             records.append(record)
             if len(records) % (arguments.tasks // ROWS) == 0:
                 print(f"{len(records):8} tasks  {resident_mb():7.1f} MB")

@@ -25,8 +25,8 @@ be idle."""
 PIECES_FIRST = 10
 """Dask's priority: pieces of drives that have begun go before drives that have not."""
 
-OnProgress = Callable[[str, int, int | None], None]
-"""Name of a drive, frames done, and how many there are."""
+OnProgress = Callable[[str, int, int | None, int], None]
+"""Name of a drive, frames done, how many there are, and warnings by then."""
 
 
 @contextmanager
@@ -116,10 +116,10 @@ def _on_worker(task: Task) -> Record:
     from distributed import get_worker
 
     worker = get_worker()
-    worker.log_event(TOPIC, (task.drive.name, 0, None))
+    worker.log_event(TOPIC, (task.drive.name, 0, None, 0))
     return run_task(
         task,
-        lambda done, total: worker.log_event(TOPIC, (task.drive.name, done, total)),
+        lambda done, total, warnings: worker.log_event(TOPIC, (task.drive.name, done, total, warnings)),
         _executor_of_cluster,
     )
 

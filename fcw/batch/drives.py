@@ -16,6 +16,7 @@ from fcw.sources.images import VIDEO_SUFFIXES
 
 FOLDER_CALIBRATION = "calibration.yaml"
 """Of all drives of a folder that have none of their own."""
+TRACK_SUFFIX = ".gpx"
 TABLE_COLUMNS = ("camera", "calibration")
 
 
@@ -28,12 +29,14 @@ class BatchDrive:
         source: video or MCAP file.
         camera: the name of the folder that holds it.
         calibration: its file; None where there is none but, perhaps, in an MCAP file itself.
+        track: the GPX file beside it, from which its own speed comes; None where there is none.
     """
 
     name: str
     source: Place
     camera: str
     calibration: Place | None
+    track: Place | None = None
 
     @property
     def is_calibrated(self) -> bool:
@@ -74,8 +77,14 @@ def find_batch_drives(paths: Sequence[Path | str], calibration: Path | None = No
     for name, source in zip(_names([_pure(source) for source in sources]), sources, strict=True):
         camera = _pure(source).parent.name
         given = table.get(camera) if table else calibration
-        own = _calibration(source) if isinstance(source, Path) else _remote_calibration(source, listed, named)
-        drives.append(BatchDrive(name, source, camera, own or given))
+        if isinstance(source, Path):
+            own, track = _calibration(source), source.with_suffix(TRACK_SUFFIX)
+            track = track if track.is_file() else None
+        else:
+            stem = source.path.stem
+            own = _beside(source, (f"{stem}{CALIBRATION_SUFFIX}", FOLDER_CALIBRATION), listed, named)
+            track = _beside(source, (f"{stem}{TRACK_SUFFIX}",), listed, named)
+        drives.append(BatchDrive(name, source, camera, own or given, track))
     return sorted(drives, key=lambda drive: drive.name)
 
 
@@ -133,11 +142,15 @@ def _calibration(source: Path) -> Path | None:
     return None
 
 
-def _remote_calibration(
-    source: RemoteFile, listed: Collection[RemoteFile], named: Collection[RemoteFile]
+def _beside(
+    source: RemoteFile,
+    names: Sequence[str],
+    listed: Collection[RemoteFile],
+    named: Collection[RemoteFile],
 ) -> RemoteFile | None:
-    """Folders were listed once; beside a file that was named itself the store is asked."""
-    for name in (f"{source.path.stem}{CALIBRATION_SUFFIX}", FOLDER_CALIBRATION):
+    """The first of these files. Folders were listed once; beside a file that was named itself the store is
+    asked."""
+    for name in names:
         file = source.beside(name)
         if file in listed or (source in named and file.exists()):
             return file

@@ -31,6 +31,7 @@ class Identity:
         model: of the detector's file.
         options: as given.
         version: of this program.
+        track: of the GPX file beside the source, likewise.
     """
 
     content: str
@@ -38,14 +39,20 @@ class Identity:
     model: str
     options: BatchOptions
     version: str = __version__
+    track: str = ""
 
     @property
     def key(self) -> str:
         """SHA-256 of all of it: equal keys make equal logs."""
-        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+        fields = asdict(self)
+        if not self.track:
+            del fields["track"]  # drives without one are known by what they were before there were tracks
+        return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
 
 
-def identity_of(source: Place, calibration: Place | None, options: BatchOptions) -> Identity:
+def identity_of(
+    source: Place, calibration: Place | None, options: BatchOptions, track: Place | None = None
+) -> Identity:
     """Read a drive's files once, which takes a hundredth of the time that running it does.
 
     Raises:
@@ -57,6 +64,7 @@ def identity_of(source: Place, calibration: Place | None, options: BatchOptions)
         calibration="" if calibration is None else _sha256(calibration),
         model=model_sha256(model_path(options.detector)),
         options=options,
+        track="" if track is None else _sha256(track),
     )
 
 

@@ -57,7 +57,7 @@ def plan_batch(
         record = _without_running(drive)
         try:
             if record is None:
-                found.append((drive, identity_of(drive.source, drive.calibration, options)))
+                found.append((drive, identity_of(drive.source, drive.calibration, options, drive.track)))
         except OSError as error:
             record = _record(
                 drive, State.FAILED, f"{drive.source}: cannot be read ({error.strerror}); check the file"

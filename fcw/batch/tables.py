@@ -1,6 +1,7 @@
 """A batch's two tables: the events of all drives, and the drives."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from fcw.annotation.store import read_review
 from fcw.batch.fleet import FLEET_NAME, Fleet
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME, Record, State
 from fcw.batch.review_list import REVIEW_LIST_NAME, ListedDrive, write_review_list
+from fcw.bounded.gpx import GpxTrack, parse_gpx
 from fcw.errors import UserError
 from fcw.files import check_kind, write_whole
 from fcw.logs.events import find_events
@@ -32,6 +34,7 @@ class _Event:
     record: Record
     version: str
     log_span: tuple[int, int]
+    place: tuple[float, float] | None
 
 
 def _told(column: Column[EventRow]) -> Column[_Event]:
@@ -67,6 +70,20 @@ BATCH_EVENT_COLUMNS: tuple[Column[_Event], ...] = (
         lambda told: told.log_span[0],
     ),
     Column("log_bytes", "int64", "", "number of bytes from there on", lambda told: told.log_span[1]),
+    Column(
+        "latitude_deg",
+        "float64",
+        "deg",
+        "where the own vehicle was at the peak, north positive; empty without a GPX track",
+        lambda told: told.place and told.place[0],
+    ),
+    Column(
+        "longitude_deg",
+        "float64",
+        "deg",
+        "likewise, east positive",
+        lambda told: told.place and told.place[1],
+    ),
 )
 
 DRIVE_COLUMNS: tuple[Column[Record], ...] = (
@@ -187,15 +204,23 @@ class _Gathered:
         found = find_events(series)
         judged, _ = judged_events(read_review(log)[0], found)
         version = log.header.versions.get("fcw", "")
-        start_ns = int(series.time_ns[0])
+        start_ns, track = int(series.time_ns[0]), _track(log)
         events = []
         for one in judged:
             agreed = one.judgement.value if one.judgement else None
             verdict = "disagreed" if one.disagreement else agreed
             times_ns = (start_ns + round(s * NANOSECONDS) for s in (one.event.start_s, one.event.end_s))
             span = chunks.span(*times_ns)
-            events.append(_Event(EventRow(record.name, one.event), verdict, record, version, span))
+            place = None if track is None else track.place_at(one.event.peak_s)
+            events.append(_Event(EventRow(record.name, one.event), verdict, record, version, span, place))
         self.read.append(replace(record, events=len(events)))
         self.listed.append(ListedDrive.of(log.path.parent, log, found, record.camera))
         self.fleet.add(record, series, found, log.header, self.out)
         return events
+
+
+def _track(log: DriveLog) -> GpxTrack | None:
+    """Where a drive went; None where its own speed came from no GPX track."""
+    with suppress(UserError):
+        return parse_gpx(log.header.gpx, str(log.path)) if log.header.gpx else None
+    return None

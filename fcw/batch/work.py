@@ -16,6 +16,7 @@ from fcw.errors import UserError
 from fcw.files import check_kind
 from fcw.job import DriveJob, prepare_drive
 from fcw.logs.drive_folder import FolderBusyError
+from fcw.logs.events import WarningCounter
 from fcw.logs.names import MCAP_NAME
 from fcw.logs.records import FrameResult
 from fcw.pieces import plan_pieces, run_in_pieces
@@ -49,7 +50,7 @@ class Task:
 
 def run_task(
     task: Task,
-    tell: Callable[[int, int | None], None] = lambda done, total: None,
+    tell: Callable[[int, int | None, int], None] = lambda done, total, warnings: None,
     executor: Callable[[], AbstractContextManager[Executor]] | None = None,
 ) -> Record:
     """Run a drive to its end; what is wrong with it is in its record, and stops nobody else.
@@ -58,7 +59,8 @@ def run_task(
 
     Args:
         task: which and how.
-        tell: called about once a second with the frames done, and how many there are if that is known.
+        tell: called about once a second with the frames done, how many there are if that is known, and the
+            warnings by then.
         executor: makes one for the pieces of a long drive; None runs it whole, as one that was fetched is.
     """
     drive, options = task.drive, task.identity.options
@@ -70,12 +72,13 @@ def run_task(
     # An earlier run's record says nothing of the log that is written now.
     (task.folder / RECORD_NAME).unlink(missing_ok=True)
     try:
-        with fetched(drive.source, drive.calibration) as (source, calibration):
+        with fetched(drive.source, drive.calibration, drive.track) as (source, calibration, track):
             assert source is not None
             job = DriveJob(
                 source=source,
                 out=task.folder,
                 calibration=calibration,
+                ego_speed=None if track is None else str(track),
                 detector=options.detector,
                 warning_policy=options.warning_policy,
                 warning_timing=options.warning_timing,
@@ -83,13 +86,14 @@ def run_task(
                 detection_threads=0,
             )
             prepared = prepare_drive(job)
-            total = prepared.source.frame_count
+            total, warnings = prepared.source.frame_count, WarningCounter()
 
             def on_result(result: FrameResult) -> None:
                 nonlocal told_s
+                warnings.add(result.told_warning)
                 if (now_s := time.perf_counter()) - told_s >= TELL_EVERY_S:
                     told_s = now_s
-                    tell(result.index + 1, total)
+                    tell(result.index + 1, total, warnings.count)
 
             # What was fetched is on this machine alone.
             piece_s = task.piece_s if source is drive.source else None

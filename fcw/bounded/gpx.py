@@ -1,6 +1,7 @@
 """A GPX track, as phones and dash cameras write it (GPX 1.0 and 1.1, topografix.com/GPX), and its speed."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -31,6 +32,22 @@ class GpxTrack:
     times_s: tuple[float, ...]
     places: tuple[tuple[float, float], ...]
     speeds_mps: tuple[float | None, ...]
+
+    def place_at(self, time_s: float) -> tuple[float, float] | None:
+        """Latitude and longitude in degrees, on the straight line between two points.
+
+        Args:
+            time_s: from the first point; None comes of one before it or after the last.
+        """
+        if not 0 <= time_s <= self.times_s[-1]:
+            return None
+        after = min(max(bisect_right(self.times_s, time_s), 1), len(self.times_s) - 1)
+        (north, east), (north_after, east_after) = self.places[after - 1], self.places[after]
+        start_s, end_s = self.times_s[after - 1], self.times_s[after]
+        part = (time_s - start_s) / (end_s - start_s)
+        turn = (east_after - east + 180.0) % 360.0 - 180.0  # the shorter way around the earth
+        east = (east + part * turn + 180.0) % 360.0 - 180.0
+        return north + part * (north_after - north), east
 
 
 def read_gpx(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -19,7 +19,7 @@ from fcw.logs.series import NO_TRACK, DriveSeries
 from fcw.tracking.lead import ONCOMING_MARGIN_MPS
 from fcw.units import KMH_PER_MPS
 from fcw.warning.driver import HARDEST_BRAKING_MPS2
-from fcw.warning.types import WarningLevel
+from fcw.warning.types import WarningLevel, WarningState
 
 EventKind = Literal["warning", "caution", "advisory", "near miss", "mount moved"]
 
@@ -65,6 +65,29 @@ class DriveEvent:
     max_required_deceleration_mps2: float | None
     severity: float
     note: str = ""
+
+
+@dataclass(slots=True)
+class WarningCounter:
+    """Counts a drive's events of kind `warning` while it runs: as `find_events` finds them in the end.
+
+    Attributes:
+        count: so many by now.
+    """
+
+    count: int = 0
+    _vehicle: int | None = None
+    _alarmed: bool = False
+    _counted: bool = False
+
+    def add(self, warning: WarningState) -> None:
+        """Take in the next frame's warning."""
+        alarmed = warning.level >= WarningLevel.CAUTION
+        if not (alarmed and self._alarmed and warning.track_id == self._vehicle):
+            self._counted = False
+        self._alarmed, self._vehicle = alarmed, warning.track_id
+        if warning.level == WarningLevel.WARNING and not self._counted:
+            self.count, self._counted = self.count + 1, True
 
 
 def find_events(series: DriveSeries) -> tuple[DriveEvent, ...]:

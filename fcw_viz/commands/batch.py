@@ -170,24 +170,26 @@ class _Shown:
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[rate]}"),
+            TextColumn("{task.fields[warnings]}"),
             TimeRemainingColumn(),
             console=console,
             disable=console.quiet or not console.is_terminal,
             transient=True,
         )
-        self._all = self.bars.add_task("drives", total=count, rate="")
+        self._all = self.bars.add_task("drives", total=count, rate="", warnings="")
         self._tasks: dict[str, TaskID] = {}
 
-    def advance(self, name: str, done: int, total: int | None) -> None:
+    def advance(self, name: str, done: int, total: int | None, warnings: int) -> None:
         """A drive is so far."""
         with self._lock:
             if name not in self._tasks and len(self._tasks) < SHOWN_RUNNING:
-                self._tasks[name] = self.bars.add_task(name, total=total, rate="starting")
+                self._tasks[name] = self.bars.add_task(name, total=total, rate="starting", warnings="")
             if name in self._tasks:
                 task = self._tasks[name]
                 speed = self.bars.tasks[self.bars.task_ids.index(task)].speed
                 rate = f"{speed:.0f} frames/s" if speed else ""
-                self.bars.update(task, completed=done, total=total, rate=rate)
+                words = f"{warnings} warning{'s' * (warnings != 1)}" if done else ""
+                self.bars.update(task, completed=done, total=total, rate=rate, warnings=words)
 
     def finish(self, record: "Record") -> None:
         """A drive is at its end."""

@@ -52,6 +52,12 @@ def test_the_nearest_calibration_counts(tmp_path):
     }
 
 
+def test_a_gpx_track_beside_a_drive_is_its_own(tmp_path):
+    touch(tmp_path / "a.mp4", tmp_path / "b.mp4", tmp_path / "a.gpx")
+    first, second = find_batch_drives([tmp_path])
+    assert (first.track, second.track) == ((tmp_path / "a.gpx").resolve(), None)
+
+
 def test_one_file_serves_all_that_have_none(tmp_path):
     touch(tmp_path / "a.mp4", tmp_path / "any.yaml")
     (drive,) = find_batch_drives([tmp_path], tmp_path / "any.yaml")

@@ -1,6 +1,7 @@
 """Drives in object stores: found, known, fetched; what is missing is said."""
 
 import filecmp
+import math
 import shutil
 
 import fsspec
@@ -14,7 +15,9 @@ from fcw.batch.ledger import Ledger, State
 from fcw.batch.plan import plan_batch
 from fcw.batch.remote import RemoteFile, fetched
 from fcw.batch.work import Task, run_task
+from fcw.bounded.gpx import EARTH_RADIUS_M
 from fcw.errors import UserError
+from fcw.logs.mcap.reader import DriveLog
 
 
 @pytest.fixture
@@ -89,9 +92,20 @@ def test_what_cannot_be_read_is_said(url, told):
         find_batch_drives([url])
 
 
+# 20 m/s to the north.
+TRACK = "<gpx><trk><trkseg>{}</trkseg></trk></gpx>".format(
+    "".join(
+        f'<trkpt lat="{48 + math.degrees(20 * k / EARTH_RADIUS_M):.8f}" lon="11">'
+        f"<time>2026-11-20T00:00:{k:02d}Z</time></trkpt>"
+        for k in range(5)
+    )
+).encode()
+
+
 @pytest.mark.slow
 def test_a_fetched_drive_is_the_drive(tmp_path):
     source = write_short_drive(tmp_path / "d.mp4", frames=20)
+    source.with_suffix(".gpx").write_bytes(TRACK)
     remote = tmp_path / "remote"
     remote.mkdir()
     for path in tmp_path.glob("d.*"):
@@ -100,8 +114,13 @@ def test_a_fetched_drive_is_the_drive(tmp_path):
     (here,), (there,) = find_batch_drives([source]), find_batch_drives([f"file://{remote}"])
     assert isinstance(there.source, RemoteFile)
     for name, drive in (("here", here), ("there", there)):
-        record = run_task(Task(drive, identity_of(drive.source, drive.calibration, options), tmp_path / name))
+        identity = identity_of(drive.source, drive.calibration, options, drive.track)
+        record = run_task(Task(drive, identity, tmp_path / name))
         assert (record.state, record.frames, record.reason) == (State.DONE, 20, "")
+        log = DriveLog(tmp_path / name / "drive.mcap")
+        assert log.header.gpx == TRACK
+        assert log.series().ego_speed_mps == pytest.approx(20.0, abs=0.01)
+        assert identity.key != identity_of(drive.source, drive.calibration, options).key
     logs = (tmp_path / name / "drive.mcap" for name in ("here", "there"))
     assert filecmp.cmp(*logs, shallow=False)
     identity = identity_of(there.source, there.calibration, options)

@@ -36,6 +36,11 @@ UTC_NS = 1_795_132_800 * 10**9
 """2026-11-20, midnight."""
 
 
+TRACK = b"""<gpx><trk><trkseg><trkpt lat="48" lon="11"><time>2026-11-20T00:00:00Z</time></trkpt>
+<trkpt lat="48.0015" lon="11.003"><time>2026-11-20T00:00:01.5Z</time></trkpt></trkseg></trk></gpx>"""
+"""Each second 0.001 degrees to the north and 0.002 to the east, for 1.5 s."""
+
+
 def done_record(name: str, duration_s: float) -> Record:
     source = f"/d/{name}.mp4"
     record = Record(name, source, "van", State.DONE, identity=name, frames=75)
@@ -48,7 +53,8 @@ def batch(tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("batch")
     records = [Record("torn", "/d/torn.mp4", "van", State.FAILED, "torn")]
     for name in ("a", "b"):
-        log = write_log(out / name / MCAP_NAME, marked_drive(75), replace(drive_header(), zero_utc_ns=UTC_NS))
+        header = replace(drive_header(), zero_utc_ns=UTC_NS, gpx=TRACK if name == "a" else b"")
+        log = write_log(out / name / MCAP_NAME, marked_drive(75), header)
         write_moments(out / name)
         records.append(done_record(name, log.series().duration_s))
         write_record(records[-1], out / name)
@@ -170,6 +176,19 @@ def test_the_bytes_of_an_event_hold_it_whole(batch):
         assert min(times_ns) <= start_ns
         assert max(times_ns) >= end_ns
         assert event["log_bytes"] < path.stat().st_size
+
+
+def test_events_of_a_drive_with_a_gpx_track_have_their_place(batch):
+    events = pq.read_table(batch / EVENTS_NAME).to_pylist()
+    of_track = [event for event in events if event["drive"] == "a"]
+    for event in of_track:
+        if event["peak_s"] <= 1.5:
+            assert event["latitude_deg"] == pytest.approx(48 + 0.001 * event["peak_s"], abs=1e-9)
+            assert event["longitude_deg"] == pytest.approx(11 + 0.002 * event["peak_s"], abs=1e-9)
+        else:
+            assert event["latitude_deg"] is event["longitude_deg"] is None
+    assert {event["peak_s"] <= 1.5 for event in of_track} == {True, False}
+    assert {event["latitude_deg"] for event in events if event["drive"] == "b"} == {None}
 
 
 def test_one_log_that_cannot_be_read_costs_the_others_nothing(batch, tmp_path):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.box import Box
-from fcw.logs.events import DriveEvent, find_events
+from fcw.logs.events import DriveEvent, WarningCounter, find_events
 from fcw.logs.records import FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.simulation.truth.file import read_truth
@@ -222,3 +222,23 @@ def test_the_shipped_drives_truth_has_the_one_warning_that_was_due():
     assert event.max_required_deceleration_mps2 == pytest.approx(max(needed_mps2))
     worst, _ = due[needed_mps2.index(max(needed_mps2))]
     assert event.peak_s == pytest.approx((worst.time_ns - start_ns) / 1e9)
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(1, 12), st.sampled_from(WarningLevel), st.integers(1, 2)),
+        min_size=1,
+        max_size=12,
+    )
+)
+def test_warnings_are_counted_while_a_drive_runs_as_they_are_found_in_the_end(
+    spells: list[tuple[int, WarningLevel, int]],
+):
+    shown = [(level, track_id) for count, level, track_id in spells for _ in range(count)]
+    counter, builder = WarningCounter(), SeriesBuilder()
+    for index, (level, track_id) in enumerate(shown):
+        result = frame(index, 30.0, 5.0, level, track_id=track_id)
+        counter.add(result.told_warning)
+        builder.add(result, ())
+    found = find_events(builder.build())
+    assert counter.count == sum(event.kind == "warning" for event in found)
