@@ -188,7 +188,7 @@ class _Shown:
                 task = self._tasks[name]
                 speed = self.bars.tasks[self.bars.task_ids.index(task)].speed
                 rate = f"{speed:.0f} frames/s" if speed else ""
-                words = f"{warnings} warning{'s' * (warnings != 1)}" if done else ""
+                words = _warnings_text(warnings) if done else ""
                 self.bars.update(task, completed=done, total=total, rate=rate, warnings=words)
 
     def finish(self, record: "Record") -> None:
@@ -199,8 +199,12 @@ class _Shown:
             self.bars.advance(self._all)
         text = f"{record.name}: {record.state.value}"
         if record.frames:
-            text += f", {record.frames_per_second:.0f} frames/s, {record.warnings} warnings"
+            text += f", {record.frames_per_second:.0f} frames/s, {_warnings_text(record.warnings)}"
         self._console.print(text + (f": {record.reason}" if record.reason else ""))
+
+
+def _warnings_text(count: int) -> str:
+    return f"{count} warning{'s' * (count != 1)}"
 
 
 @contextmanager

@@ -108,7 +108,7 @@ class Desk:
 
     def _leave_drive(self) -> None:
         self.playing.stop()
-        self.boxes.stop()
+        self.screen.leave_boxes()
         self.screen.close()
         self.runs.leave()
         self.place.leave()
@@ -244,7 +244,7 @@ class Desk:
 
     def before_playing(self) -> None:
         """Frames follow each other from now on: nobody corrects boxes in them."""
-        self.boxes.stop()
+        self.screen.leave_boxes()
 
     def turn_to(self, row: int, played: bool) -> None:
         """Show a frame now, and what follows from it."""

@@ -148,16 +148,21 @@ class Screen:
     def switch_birds_eye(self) -> None:
         """The drive from above, or its picture again."""
         self._place.opened  # noqa: B018 - raises where no drive is open
-        self._boxes.stop()
+        self.leave_boxes()
         self.birds_eye.toggle()
         self.show_picture()
         self.show_bar()
 
-    def switch_boxes(self) -> None:
-        """Correct the boxes of the frame that is shown, or no longer."""
+    def leave_boxes(self) -> None:
+        """Correct no boxes any more, and turn back to the panel's tab from which that was begun."""
         if self._boxes.active:
             self._boxes.stop()
             turn_back(self._tab.client, BOXES)
+
+    def switch_boxes(self) -> None:
+        """Correct the boxes of the frame that is shown, or no longer."""
+        if self._boxes.active:
+            self.leave_boxes()
         else:
             self._playing.stop()
             self._place.opened  # noqa: B018 - raises where no drive is open
