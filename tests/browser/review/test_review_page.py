@@ -245,7 +245,9 @@ def test_a_box_is_moved_described_copied_on_and_interpolated(
     person.press("e")
     wait_for(lambda: not node_is_there(person, "/handles/edge left"))
     assert node_is_there(person, "/lines/boxes/lines_8")
-    wait_for(lambda: open_tab(person) == "Events")
+    for keys, tab in (((), "Events"), (("e",), "Boxes"), (("Space",), "Events")):
+        person.press(*keys)  # playing puts the tool away, too
+        wait_for(lambda tab=tab: open_tab(person) == tab)
 
 
 def open_tab(person: Reviewer) -> str:

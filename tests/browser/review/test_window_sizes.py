@@ -70,6 +70,10 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
     page.set_viewport_size({"width": WINDOWS_PX[0][0], "height": WINDOWS_PX[0][1]})
     wait_for(lambda: page.evaluate(RECTANGLE, PANEL) == first_panel)
     page.set_viewport_size({"width": 390, "height": 844})
+    person.press("b")
+    wait_for(lambda: page.locator(f"{PANEL} img:visible").count() == 1)
+    # Seen from above, what is judged stands in sight under the small picture.
+    wait_for(lambda: page.evaluate(RECTANGLE, ".fcw-title")[3] <= 844)
     person.press("l")
     wait_for(lambda: page.locator(".fcw-row .fcw-whole svg").count() == 2)
     wait_for(lambda: not page.evaluate(UNREACHED, ".fcw-row header, .fcw-row svg"))
