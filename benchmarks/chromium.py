@@ -9,6 +9,16 @@ from playwright.sync_api import Browser, ViewportSize, sync_playwright
 
 ARGUMENTS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 WINDOW = ViewportSize(width=1400, height=900)
+SEES_LIST = """
+  const look = () => requestAnimationFrame(() => {
+    if (document.querySelector(".fcw-row")) setTimeout(() => (window.listSeenAt = performance.now()));
+    else look();
+  });
+  look();
+"""
+"""Run with a page, notes when its list of drives is drawn, in milliseconds from the request."""
+READY = "!!window.fcwChannel && !document.querySelector('.fcw-first')"
+"""The page's own panels are there: until then what came with the page is seen, and what is done waits."""
 
 
 def option_parser(description: str | None) -> argparse.ArgumentParser:

@@ -9,6 +9,9 @@ from websockets.http11 import Response
 _BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
 _STYLE = Path(__file__).with_suffix(".css").read_text()
 _BODY = b"<body>"
+_START = b"<script data-p="
+_WAITS = b'<script type="text/plain" data-p='
+"""viser's one script, and the same as text, which `first.js` starts."""
 _QUICK = 1
 """Of gzip's levels: the page is packed compactly already."""
 
@@ -29,12 +32,12 @@ def first_html(html: str, drawn_by: str, dark: bool) -> str:
 
 
 def with_first(response: Response, html: str) -> None:
-    """Put HTML at the beginning of the body of viser's page."""
+    """Put HTML at the beginning of the body of viser's page, whose script starts when that is drawn."""
     packed = response.headers.get("Content-Encoding") == "gzip"
     page = gzip.decompress(response.body) if packed else response.body
     head, body, rest = page.rpartition(_BODY)
     if body:
-        page = head + body + html.encode() + rest
+        page = head.replace(_START, _WAITS, 1) + body + html.encode() + rest
         response.body = gzip.compress(page, _QUICK) if packed else page
         del response.headers["Content-Length"]
         response.headers["Content-Length"] = str(len(response.body))
