@@ -11,12 +11,13 @@ ARGUMENTS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--ena
 WINDOW = ViewportSize(width=1400, height=900)
 SEES_LIST = """
   const look = () => requestAnimationFrame(() => {
-    if (document.querySelector(".fcw-row")) setTimeout(() => (window.listSeenAt = performance.now()));
-    else look();
+    if (!document.querySelector(".fcw-row")) return look();
+    window.listWords = document.querySelector(".fcw-folder > p").innerText;
+    setTimeout(() => (window.listSeenAt = performance.now()));
   });
   look();
 """
-"""Run with a page, notes when its list of drives is drawn, in milliseconds from the request."""
+"""Run with a page, notes when its list of drives is drawn, in ms from the request, and the words over it."""
 READY = "!!window.fcwChannel && !document.querySelector('.fcw-first')"
 """The page's own panels are there: until then what came with the page is seen, and what is done waits."""
 

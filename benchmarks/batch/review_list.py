@@ -144,7 +144,8 @@ def look(url: str, pid: int, options: Namespace) -> None:
         )
         all_s = time.perf_counter() - start_s
         print(
-            f"address to rows: {rows_s:.1f} s; to the list of all drives: {all_s:.1f} s; "
+            f"address to rows: {rows_s:.1f} s ({page.evaluate('listWords')!r}); "
+            f"{all_s:.1f} s until all drives are read and a script of ours can ask; "
             f"server {processor_s(pid) - start_cpu_s:.1f} s of processor time"
         )
         page.wait_for_function(READY, timeout=WAIT_MS)
