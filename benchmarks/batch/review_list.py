@@ -86,7 +86,7 @@ def write_batch(out: Path, drives: int, events: int) -> None:
         for number in range(drives)
     ]  # fmt: skip
     start_s = time.process_time()
-    found = write_tables(out, records)
+    found, _ = write_tables(out, records)
     taken_s = time.process_time() - start_s
     print(f"tables of {drives} drives and {found} events: {taken_s:.1f} s of processor time")
 
