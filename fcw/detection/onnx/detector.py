@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.bounded.memory import at_most_more
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.boxes.overlap import cut_to_picture
@@ -49,6 +50,13 @@ begin there.
 
 LARGEST_SHOWN_PX = 4096
 MOST_CLASSES = 100_000
+MOST_PUT_OUT = 1 << 24
+"""Numbers; nets of 1280 px with the finest heads and 80 classes put out 11 million."""
+MOST_BYTES_AT_FIRST = 1 << 30
+"""For the graph and one picture, and as often as a file's bytes are copied while it is opened."""
+COPIES_OF_FILE = 4
+MOST_BOXES = 3000
+"""The best of those that can be vehicles; a net that is sure of more is not looking at a road."""
 LONGEST_NAMES = 1 << 20
 
 
@@ -93,6 +101,11 @@ class OnnxModel:
             UserError: onnxruntime is not installed, the file is missing or is no model, its layout is not
                 known, or it does not know the classes.
         """
+        with at_most_more(_most_bytes_at_first(path)):
+            return cls._load(path, classes, threads)
+
+    @classmethod
+    def _load(cls, path: Path, classes: Sequence[str], threads: int) -> "OnnxModel":
         session = _session(path, threads)
         metadata = session.get_modelmeta().custom_metadata_map
         task = metadata.get("task", "detect")
@@ -113,7 +126,14 @@ class OnnxModel:
         try:
             output = np.asarray(session.run(None, {entry.name: grey})[0])
         except Exception as error:
-            raise UserError(f"{path}: onnxruntime cannot run it on a picture of {shown} ({error})") from error
+            raise UserError(
+                f"{path}: onnxruntime cannot run it on a picture of {shown} ({_one_line(error)})"
+            ) from error
+        if output.size > MOST_PUT_OUT:
+            raise UserError(
+                f"{path}: puts out {_times(output.shape)} numbers for a picture of {shown}; expected at most "
+                f"{MOST_PUT_OUT:,}. Export it for smaller pictures, or with fewer classes"
+            )
         layout = recognise(output, shown)
         if layout is None:
             raise UserError(
@@ -187,6 +207,8 @@ class OnnxDetector:
         standing = (boxes[:, 2:] > 0).all(axis=1)
         standing &= plausible(boxes, self._camera, size, self._vehicles)
         boxes, scores = boxes[standing], scores[standing]
+        best = np.argsort(-scores, kind="stable")[:MOST_BOXES]
+        boxes, scores = boxes[best], scores[best]
         kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), 0.0, self._largest_iou)
         return tuple(Detection(Box(*boxes[i].tolist()), float(scores[i])) for i in np.ravel(kept).astype(int))
 
@@ -202,11 +224,21 @@ def _session(path: Path, threads: int) -> "onnxruntime.InferenceSession":
         raise UserError(f"{path}: no such file; expected an ONNX model after --detector onnx:")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
-    options.log_severity_level = 3  # errors: what it thinks of a model's graph is not the user's business
+    options.log_severity_level = 4  # nothing but its end: what it thinks of a model is said in our message
     try:
         return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # each of its errors is a class of its own, without a common base
-        raise UserError(f"{path}: onnxruntime cannot load it as an ONNX model ({error})") from error
+        raise UserError(
+            f"{path}: onnxruntime cannot load it as an ONNX model ({_one_line(error)})"
+        ) from error
+
+
+def _most_bytes_at_first(path: Path) -> int:
+    return MOST_BYTES_AT_FIRST + COPIES_OF_FILE * (path.stat().st_size if path.is_file() else 0)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def _times(shape: Sequence[object]) -> str:

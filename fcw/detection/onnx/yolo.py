@@ -96,15 +96,17 @@ def decode(
         of the wanted classes, times the objectness where there is one.
     """
     rows = output[0].T if layout is Layout.YOLOV8 else output[0]
-    rows = rows.astype(np.float64)
     if layout is Layout.END_TO_END:
+        rows = rows.astype(np.float64)
         corners, score, number = rows[:, :4], rows[:, 4], rows[:, 5]
         boxes = np.column_stack([corners[:, :2], corners[:, 2:] - corners[:, :2]])
         return boxes, np.where(np.isin(number.round(), classes), score, 0.0)
-    if layout is Layout.YOLOV8:
-        scores = rows[:, [4 + number for number in classes]].max(axis=1)
-    else:
-        scores = rows[:, 4] * rows[:, [5 + number for number in classes]].max(axis=1)
+    first = 4 if layout is Layout.YOLOV8 else 5
+    # Only what is wanted: of a thousand classes all others would be copied too.
+    scores = rows[:, [first + number for number in classes]].max(axis=1).astype(np.float64)
+    rows = rows[:, :first].astype(np.float64)
+    if layout is not Layout.YOLOV8:
+        scores *= rows[:, 4]
     middles, sizes = rows[:, :2], rows[:, 2:4]
     if layout is Layout.YOLOX:
         strides = next(s for s in STRIDES_PX if len(_cells(shown, s)[0]) == len(rows))

@@ -5,6 +5,7 @@ The nets are made here and put out what a test writes into them, after the layou
 
 import builtins
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from onnx import TensorProto
-from running.tiny_nets import write_net
+from running.tiny_nets import write_net, write_swelling_net
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
@@ -298,3 +299,34 @@ def test_without_onnxruntime_the_message_says_how_to_install_it(tmp_path: Path, 
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(UserError, match=r"pip install 'fcw\[onnx\]'"):
         OnnxModel.load(path)
+
+
+def test_a_net_that_puts_out_more_than_any_of_the_family_is_refused(tmp_path: Path) -> None:
+    path = write_swelling_net(tmp_path / "wide.onnx", (1, 84, 400_000), 64)
+    with pytest.raises(
+        UserError, match="puts out 1x84x400000 numbers for a picture of 64x64; expected at most"
+    ):
+        OnnxModel.load(path, ("1",))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux")
+def test_a_net_that_asks_for_all_memory_is_refused_and_the_limit_is_gone_afterwards(tmp_path: Path) -> None:
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    path = write_swelling_net(tmp_path / "huge.onnx", (1, 84, 20_000_000), 64)  # 6.7 GB
+    with pytest.raises(UserError, match=r"cannot run it on a picture of 64x64 \([^\n]*memory") as refused:
+        OnnxModel.load(path)
+    assert "\n" not in str(refused.value)
+    assert resource.getrlimit(resource.RLIMIT_AS) == before
+    OnnxModel.load(net(tmp_path, Layout.YOLOV8, []))
+
+
+def test_of_more_vehicles_than_a_road_has_the_best_are_looked_at(tmp_path: Path) -> None:
+    rows = np.zeros((1, 20_000, 6), np.float32)
+    x, y, w, h = in_net(NEAR, Layout.END_TO_END)
+    rows[0, :] = x, y, x + w, y + h, 0.5, COCO_CAR
+    x, y, w, h = in_net(FAR, Layout.END_TO_END)
+    rows[0, -1] = x, y, x + w, y + h, 0.9, COCO_CAR
+    path = write_net(tmp_path / "many.onnx", rows, (SHOWN.height, SHOWN.width))
+    check(detect(path), [Put(FAR, 0.9, COCO_CAR), Put(NEAR, 0.5, COCO_CAR)])

@@ -53,3 +53,28 @@ def write_quick_net(path: Path) -> Path:
     found = np.zeros((1, 300, 6), np.float32)
     found[0, 0] = 145.0, 100.0, 175.0, 128.0, 0.9, 2  # corners, score, and the class of cars
     return write_net(path, found, (192, 320))
+
+
+def write_swelling_net(path: Path, shape: tuple[int, ...], side_px: int) -> Path:
+    """A net of a few bytes that puts out zeros of that shape, which its file does not state."""
+    picture = helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, side_px, side_px])
+    put_out = helper.make_tensor_value_info("output", TensorProto.FLOAT, None)
+    graph = helper.make_graph(
+        [
+            helper.make_node("ReduceMean", ["images"], ["mean"], keepdims=0),
+            helper.make_node("Mul", ["mean", "zero"], ["nothing"]),
+            helper.make_node("Add", ["shape", "nothing"], ["seen"]),
+            helper.make_node("Cast", ["seen"], ["sides"], to=TensorProto.INT64),
+            helper.make_node("Expand", ["nothing", "sides"], ["output"]),
+        ],
+        "swelling",
+        [picture],
+        [put_out],
+        [
+            numpy_helper.from_array(np.array(shape, np.float32), "shape"),
+            numpy_helper.from_array(np.zeros((), np.float32), "zero"),
+        ],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=9)
+    onnx.save(model, path)
+    return path
