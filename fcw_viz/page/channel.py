@@ -12,6 +12,7 @@ from pathlib import Path
 import viser
 
 from fcw_viz.page.controls import Run
+from fcw_viz.page.guard.viser_server import close_client, where
 from fcw_viz.page.script import run_script
 
 _BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
@@ -36,11 +37,17 @@ class PageChannel:
         """
         self._client = client
         self._run = run
-        self._on_message: dict[str, OnMessage] = {}
+        self._on_message: dict[str, tuple[OnMessage, Run]] = {}
 
-    def on(self, name: str, callback: OnMessage) -> None:
-        """Calls back with what a message of that name is about."""
-        self._on_message[name] = callback
+    def on(self, name: str, callback: OnMessage, run: Run | None = None) -> None:
+        """Calls back with what a message of that name is about.
+
+        Args:
+            name: of the message.
+            callback: raises ValueError, LookupError or OverflowError where the page never says such a thing.
+            run: runs it, in the place of the channel's own.
+        """
+        self._on_message[name] = callback, run or self._run
 
     def open(self) -> None:
         """Starts to listen; what is heard has its callbacks by now."""
@@ -56,9 +63,15 @@ class PageChannel:
     def _hear(self, text: str) -> None:
         _, _, message = text.partition(" ")  # its number
         name, _, about = message.partition(":")
-        callback = self._on_message.get(name)
-        if callback is not None:
-            self._run(lambda: callback(about))
+        if name in self._on_message:
+            callback, run = self._on_message[name]
+            run(lambda: self._answer(callback, name, about))
+
+    def _answer(self, callback: OnMessage, name: str, about: str) -> None:
+        try:
+            callback(about)
+        except (ValueError, LookupError, OverflowError) as error:
+            close_client(self._client, f"{name}:{about[:40]!r} is no message: {where(error)}")
 
 
 def says(message: str) -> str:

@@ -152,7 +152,7 @@ def lives(made: Path) -> dict[str, Life]:
     reviewing = [
         sys.executable,
         "-c",
-        TALKING_REVIEW,
+        patched(TALKING_REVIEW),
         "review",
         "drive.mcap",
         "--no-open",

@@ -4,21 +4,28 @@ viser serves its page and its web socket from one `websockets` server, and has n
 starts that server with is wrapped while it starts.
 """
 
+import asyncio
 import contextlib
 import http
 import io
+import logging
+import sys
 import threading
+import traceback
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import viser
 import websockets.asyncio.server
-from viser._messages import ShareUrlRequest
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
+from fcw_viz.console_text import printable
 from fcw_viz.page.first import with_first
 from fcw_viz.page.guard.guard import (
     HOST,
@@ -29,11 +36,15 @@ from fcw_viz.page.guard.guard import (
     Redirected,
     Refused,
 )
+from fcw_viz.page.guard.messages import ForeignMessageError, passes
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Answer = Callable[[ServerConnection, Request], Response | None]
 
 _starting = threading.Lock()
+_FOREIGN = CloseCode.POLICY_VIOLATION, "not a message of this page"
+_NOT_OURS = ("opening handshake failed", "connection rejected")
+"""What `websockets` logs, with a traceback, of connections that are none of a page's."""
 
 
 def guarded_viser_server(
@@ -47,14 +58,34 @@ def guarded_viser_server(
         first: what the page shows before viser's script has started, by the query of its address; empty for
             nothing.
     """
-    with _starting, _wrapped(guard, first) as wrapped, quiet():
+    door = _Door(guard, first)
+    with _starting, _wrapped(door) as wrapped, quiet():
         server = viser.ViserServer(host=HOST, port=port, verbose=False)
+    door.server = server
     if not wrapped.is_set():  # another viser, that starts its server in another way
         server.stop()
         raise RuntimeError(f"viser {viser.__version__} cannot be guarded")
-    # Whoever asks for it would have viser open a tunnel, by which anybody on the internet could come.
-    server._websock_server.unregister_handler(ShareUrlRequest)
     return server
+
+
+def close_client(client: viser.ClientHandle, why: str) -> None:
+    """Speak no longer with a tab that sent what its page does not, and say so in one line."""
+    server = client._viser_server._websock_server
+    connection, loop = server._live_connections.get(client.client_id), server._background_event_loop
+    if connection is not None and loop is not None:
+        _say(why)
+        asyncio.run_coroutine_threadsafe(connection.close(*_FOREIGN), loop)
+
+
+def where(error: Exception) -> str:
+    """What an error says, and where it was raised: all of a traceback that fits in a line."""
+    ours = [frame for frame in traceback.extract_tb(error.__traceback__) if "fcw_viz" in frame.filename]
+    place = f" in {ours[-1].name}, {Path(ours[-1].filename).name}:{ours[-1].lineno}" if ours else ""
+    return f"{type(error).__name__} {error!s:.60}{place}"
+
+
+def _say(why: str) -> None:
+    sys.stderr.write(f"fcw: closed a connection that sent what no page does ({printable(why)})\n")
 
 
 def quiet() -> contextlib.redirect_stdout[io.StringIO]:
@@ -63,16 +94,18 @@ def quiet() -> contextlib.redirect_stdout[io.StringIO]:
 
 
 @contextmanager
-def _wrapped(guard: Guard, first: Callable[[str], str]) -> Iterator[threading.Event]:
-    """viser's call of `serve` gets the guard; the event tells that it was called."""
+def _wrapped(door: "_Door") -> Iterator[threading.Event]:
+    """viser's call of `serve` gets the door; the event tells that it was called."""
     serve, wrapped = websockets.asyncio.server.serve, threading.Event()
 
     def guarded_serve(
         handler: Handler, host: str, port: int, *, process_request: Answer, **options: object
     ) -> websockets.asyncio.server.serve:
         wrapped.set()
-        door = _Door(guard, handler, process_request, first)
+        door.open(handler, process_request)
         options["max_size"] = LARGEST_MESSAGE_BYTES
+        options["create_connection"] = door.connection
+        options["logger"] = _logger()
         return serve(door.handle, host, port, process_request=door.answer, **options)  # pyright: ignore
 
     websockets.asyncio.server.serve = guarded_serve  # pyright: ignore[reportAttributeAccessIssue]
@@ -85,9 +118,27 @@ def _wrapped(guard: Guard, first: Callable[[str], str]) -> Iterator[threading.Ev
 class _Door:
     """Lets in whom the guard admits; in the server's event loop alone."""
 
-    def __init__(self, guard: Guard, handler: Handler, answer: Answer, first: Callable[[str], str]) -> None:
-        self._guard, self._handler, self._answer, self._first = guard, handler, answer, first
+    def __init__(self, guard: Guard, first: Callable[[str], str]) -> None:
+        self.server: viser.ViserServer | None = None
+        self._guard, self._first = guard, first
         self._clients = 0
+
+    def open(self, handler: Handler, answer: Answer) -> None:
+        """From now on viser's own functions speak with those who are let in."""
+        self._handler, self._answer = handler, answer
+
+    def connection(self, *arguments: Any, **options: Any) -> ServerConnection:  # noqa: ANN401 - as `websockets` calls it
+        """A connection that gives viser nothing but a page's messages."""
+        return _Connection(self, *arguments, **options)
+
+    def client_of(self, connection: ServerConnection) -> viser.ClientHandle | None:
+        """The tab at the other end; None before it has shown its camera."""
+        if self.server is None:
+            return None
+        for client_id, live in self.server._websock_server._live_connections.items():
+            if live is connection:
+                return self.server.get_clients().get(client_id)
+        return None
 
     async def handle(self, connection: ServerConnection) -> None:
         self._clients += 1
@@ -116,6 +167,32 @@ class _Door:
             response.headers.update(SAFE_HEADERS)
             response.headers["Cache-Control"] = "no-store"
         return response
+
+
+class _Connection(ServerConnection):
+    """Closes itself to who sends what no page of ours does."""
+
+    def __init__(self, door: _Door, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 - see `_Door.connection`
+        super().__init__(*arguments, **options)
+        self._door = door
+
+    async def recv(self, decode: bool | None = None) -> Any:  # noqa: ANN401 - text or bytes, as it came
+        while True:
+            raw = await super().recv(decode)
+            try:
+                if passes(raw, lambda: self._door.client_of(self)):
+                    return raw
+            except ForeignMessageError as error:
+                _say(str(error))
+                await self.close(*_FOREIGN)
+
+
+def _logger() -> logging.Logger:
+    """`websockets`' own, without what others than pages get wrong."""
+    logger = logging.getLogger("fcw.page")
+    if not logger.filters:
+        logger.addFilter(lambda record: not record.getMessage().startswith(_NOT_OURS))
+    return logger
 
 
 def _one(headers: Headers) -> Callable[[str], str | None]:

@@ -1,0 +1,197 @@
+"""Messages that no page sends, of a client that knows the secret: one line, and it is closed."""
+
+import struct
+from collections.abc import Callable, Generator
+
+import msgspec.msgpack
+import pytest
+import viser
+import zstandard
+from strangers.bare_client import CAMERA, PATIENCE_S, open_socket
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.connection import Connection
+
+from fcw.frame import ImageSize
+from fcw_viz.page.channel import PageChannel
+from fcw_viz.page.controls import on_choice
+from fcw_viz.page.guard.messages import LARGEST_UPLOAD_BYTES, UPLOAD_PART_BYTES
+from fcw_viz.page.server import PageServer
+from fcw_viz.page.tab import PageTab
+
+FIRST_PORT = 18930
+NAN = float("nan")
+CLICK = {
+    "type": "ScenePointerMessage",
+    "event_type": "click",
+    "ray_origin": [0.0, -1.0, 0.0],
+    "ray_direction": [0.0, 1.0, 0.0],
+    "screen_pos": [[0.5, 0.5]],
+    "modifier": None,
+}
+FOREIGN: dict[str, object] = {
+    "text": "hello",
+    "no MessagePack": b"\xc1\xff",
+    "cut off": b"\xdd\xff\xff\xff\xff",
+    "text that is not UTF-8": b"\x81\xa4type\xa2\xff\xfe",
+    "nested 100,000 deep": b"\x91" * 100_000 + b"\xc0",
+    "a number": 5,
+    "no type": {},
+    "a type that is a list": {"type": [1]},
+    "an unknown type": {"type": "Nope"},
+    "a message to pages": {"type": "RunJavascriptMessage", "source": "alert(1)"},
+    "a camera of nothing": {"type": "ViewerCameraMessage"},
+    "a camera of words": CAMERA | {"position": ["a", "b", "c"]},
+    "a short camera": CAMERA | {"wxyz": [1.0]},
+    "a camera nowhere": CAMERA | {"position": [NAN, NAN, NAN]},
+    "a camera with more": CAMERA | {"evil": 1},
+    "a camera without a direction": CAMERA | {"wxyz": [0.0, 0.0, 0.0, 0.0]},
+    "a click without rays": CLICK | {"ray_direction": None},
+    "a click nowhere": CLICK | {"screen_pos": []},
+    "a click at infinity": CLICK | {"ray_direction": [0.0, 1e308, 0.0]},
+    "a box with one corner": CLICK | {"event_type": "rect-select"},
+    "an upload in a million parts": {
+        "type": "FileTransferStartUpload",
+        "source_component_uuid": "u",
+        "transfer_uuid": "t",
+        "filename": "f",
+        "mime_type": "m",
+        "part_count": 1_000_000,
+        "size_bytes": 5,
+    },
+}
+
+
+class TalkingPage(PageServer):
+    """A page with a list, a slider and a channel; `heard` is what came from them."""
+
+    def __init__(self) -> None:
+        self.heard: list[object] = []
+        super().__init__(FIRST_PORT, "talking", dark=False)
+
+    def open_tab(self, client: viser.ClientHandle) -> PageTab:
+        tab = PageTab(client, "talking", ImageSize(64, 48))
+        on_choice(client.gui.add_dropdown("list", ("a", "b")), tab.run, self.heard.append)
+        on_choice(client.gui.add_slider("slider", 0, 10, 1, 3), tab.run, self.heard.append)
+        channel = PageChannel(client, tab.run)
+        channel.on("seek", lambda about: self.heard.append(float(about)))
+        channel.open()
+        return tab
+
+
+@pytest.fixture
+def page() -> Generator[TalkingPage]:
+    served = TalkingPage()
+    yield served
+    served.stop()
+
+
+def elements(socket: Connection) -> dict[str, str]:
+    """The ids of the list, the slider and the channel of a tab, by their kinds."""
+    found: dict[str, str] = {}
+    while len(found) < 3:
+        raw = socket.recv(PATIENCE_S)
+        assert isinstance(raw, bytes)
+        unpacked, packed = struct.unpack("<QQ", raw[:16])
+        inner = zstandard.ZstdDecompressor().decompress(raw[16 : 16 + packed], max_output_size=unpacked)
+        for message in msgspec.msgpack.decode(inner)["messages"]:
+            if message["type"] in ("GuiDropdownMessage", "GuiSliderMessage", "GuiTextMessage"):
+                found[message["type"]] = message["uuid"]
+    return found
+
+
+def says(kind: str, value: object) -> Callable[[dict[str, str]], dict[str, object]]:
+    return lambda ids: {"type": "GuiUpdateMessage", "uuid": ids[kind], "updates": {"value": value}}
+
+
+def is_closed(socket: Connection) -> bool:
+    try:
+        while True:
+            socket.recv(PATIENCE_S)
+    except ConnectionClosed as closed:
+        return closed.rcvd is not None and closed.rcvd.code == 1008
+    except TimeoutError:
+        return False
+
+
+def check_one_line(capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture) -> None:
+    said = capfd.readouterr().err
+    assert said.startswith("fcw: closed a connection that sent what no page does (")
+    assert said.count("\n") == 1
+    assert not caplog.records
+
+
+@pytest.mark.parametrize("name", list(FOREIGN))
+def test_what_no_page_sends_closes_its_client_with_one_line(
+    page: TalkingPage, name: str, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+):
+    message = FOREIGN[name]
+    with open_socket(page.url) as socket:
+        socket.send(msgspec.msgpack.encode(CAMERA))
+        elements(socket)
+        socket.send(message if isinstance(message, str | bytes) else msgspec.msgpack.encode(message))
+        assert is_closed(socket)
+    check_one_line(capfd, caplog)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        says("GuiSliderMessage", "5"),
+        says("GuiSliderMessage", True),
+        says("GuiSliderMessage", NAN),
+        says("GuiSliderMessage", 10**18),
+        says("GuiDropdownMessage", 1),
+        says("GuiDropdownMessage", ["a"]),
+        says("GuiTextMessage", "1 seek:soon"),
+        lambda ids: {
+            "type": "GuiUpdateMessage",
+            "uuid": ids["GuiTextMessage"],
+            "updates": {"removed": True},
+        },
+        lambda ids: {"type": "GuiUpdateMessage", "uuid": ids["GuiTextMessage"], "updates": [1]},
+    ],
+)
+def test_a_value_of_another_kind_than_the_element_has_closes_its_client(
+    page: TalkingPage,
+    message: Callable[[dict[str, str]], object],
+    capfd: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
+):
+    with open_socket(page.url) as socket:
+        socket.send(msgspec.msgpack.encode(CAMERA))
+        socket.send(msgspec.msgpack.encode(message(elements(socket))))
+        assert is_closed(socket)
+    assert not page.heard
+    check_one_line(capfd, caplog)
+
+
+def test_what_pages_do_send_is_heard_and_what_comes_too_late_is_passed_over(
+    page: TalkingPage, capfd: pytest.CaptureFixture[str]
+):
+    upload = {
+        "type": "FileTransferStartUpload",
+        "source_component_uuid": "u",
+        "transfer_uuid": "t",
+        "filename": "track.gpx",
+        "mime_type": "",
+        "part_count": -(-2 * LARGEST_UPLOAD_BYTES // UPLOAD_PART_BYTES),
+        "size_bytes": 2 * LARGEST_UPLOAD_BYTES,
+    }
+    with open_socket(page.url) as socket:
+        socket.send(msgspec.msgpack.encode(CAMERA))
+        ids = elements(socket)
+        for message in (
+            CAMERA | {"image_height": 0},  # a window without room
+            {"type": "GuiUpdateMessage", "uuid": "gone", "updates": {"value": 1}},
+            says("GuiDropdownMessage", "c")(ids),  # no longer offered
+            upload,  # too large: the tab is told
+            says("GuiDropdownMessage", "b")(ids),
+            says("GuiSliderMessage", 4.0)(ids),
+            says("GuiTextMessage", "1 seek:2.5")(ids),
+            CLICK,
+        ):
+            socket.send(msgspec.msgpack.encode(message))
+        while len(page.heard) < 3:
+            socket.recv(PATIENCE_S)
+    assert page.heard == ["b", 4, 2.5]
+    assert capfd.readouterr().err == ""
