@@ -134,6 +134,7 @@ def _name(host: str) -> str | None:
     """The name in a Host header, without its port; None where it is no such header."""
     try:
         parts = urlsplit(f"//{host}")
-        return parts.hostname if parts.netloc == host and parts.username is None else None
+        whole = parts.netloc == host and parts.username is None and parts.port != 0  # raises for another text
+        return parts.hostname if whole else None
     except ValueError:
         return None

@@ -22,6 +22,7 @@ import viser
 import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
+from websockets.exceptions import WebSocketException
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
@@ -43,8 +44,9 @@ Answer = Callable[[ServerConnection, Request], Response | None]
 
 _starting = threading.Lock()
 _FOREIGN = CloseCode.POLICY_VIOLATION, "not a message of this page"
-_NOT_OURS = ("opening handshake failed", "connection rejected")
-"""What `websockets` logs, with a traceback, of connections that are none of a page's."""
+_NOT_OURS = ("opening handshake failed", "connection rejected", "unexpected internal error", "socket.send() ")
+"""What `websockets` and asyncio log, with tracebacks, of connections that are none of a page's."""
+_OUR_PROTOCOL = f"viser-v{viser.__version__}"
 
 
 def guarded_viser_server(
@@ -141,6 +143,9 @@ class _Door:
         return None
 
     async def handle(self, connection: ServerConnection) -> None:
+        if connection.subprotocol != _OUR_PROTOCOL:  # viser would print what the client says of itself
+            await connection.close(CloseCode.PROTOCOL_ERROR, "another version of the page; load it again")
+            return
         self._clients += 1
         try:
             await self._handler(connection)
@@ -159,7 +164,10 @@ class _Door:
             words = f"fcw: {MOST_CLIENTS} tabs are open already; close one\n"
             return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, words)
         else:
-            response = self._answer(connection, replace(request, path=verdict.path))
+            try:
+                response = self._answer(connection, replace(request, path=verdict.path))
+            except OSError:  # a name that no file can have
+                response = connection.respond(http.HTTPStatus.NOT_FOUND, "fcw: there is no such page\n")
             place, _, query = verdict.path.partition("?")
             if response is not None and place == "/" and (html := self._first(query)):
                 with_first(response, html)
@@ -189,10 +197,14 @@ class _Connection(ServerConnection):
 
 def _logger() -> logging.Logger:
     """`websockets`' own, without what others than pages get wrong."""
-    logger = logging.getLogger("fcw.page")
-    if not logger.filters:
-        logger.addFilter(lambda record: not record.getMessage().startswith(_NOT_OURS))
-    return logger
+    for name in ("asyncio", "fcw.page"):
+        logging.getLogger(name).addFilter(_is_ours)  # the same one is not added twice
+    return logging.getLogger("fcw.page")
+
+
+def _is_ours(record: logging.LogRecord) -> bool:
+    error = record.exc_info[1] if record.exc_info else None
+    return not (record.getMessage().startswith(_NOT_OURS) or isinstance(error, WebSocketException))
 
 
 def _one(headers: Headers) -> Callable[[str], str | None]:

@@ -1,13 +1,16 @@
 """Messages that no page sends, of a client that knows the secret: one line, and it is closed."""
 
+import socket
 import struct
 from collections.abc import Callable, Generator
+from contextlib import suppress
+from urllib.parse import urlsplit
 
 import msgspec.msgpack
 import pytest
 import viser
 import zstandard
-from strangers.bare_client import CAMERA, PATIENCE_S, open_socket
+from strangers.bare_client import CAMERA, PATIENCE_S, get, open_socket
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.connection import Connection
 
@@ -85,11 +88,11 @@ def page() -> Generator[TalkingPage]:
     served.stop()
 
 
-def elements(socket: Connection) -> dict[str, str]:
+def elements(tab: Connection) -> dict[str, str]:
     """The ids of the list, the slider and the channel of a tab, by their kinds."""
     found: dict[str, str] = {}
     while len(found) < 3:
-        raw = socket.recv(PATIENCE_S)
+        raw = tab.recv(PATIENCE_S)
         assert isinstance(raw, bytes)
         unpacked, packed = struct.unpack("<QQ", raw[:16])
         inner = zstandard.ZstdDecompressor().decompress(raw[16 : 16 + packed], max_output_size=unpacked)
@@ -103,10 +106,10 @@ def says(kind: str, value: object) -> Callable[[dict[str, str]], dict[str, objec
     return lambda ids: {"type": "GuiUpdateMessage", "uuid": ids[kind], "updates": {"value": value}}
 
 
-def is_closed(socket: Connection) -> bool:
+def is_closed(tab: Connection) -> bool:
     try:
         while True:
-            socket.recv(PATIENCE_S)
+            tab.recv(PATIENCE_S)
     except ConnectionClosed as closed:
         return closed.rcvd is not None and closed.rcvd.code == 1008
     except TimeoutError:
@@ -125,11 +128,11 @@ def test_what_no_page_sends_closes_its_client_with_one_line(
     page: TalkingPage, name: str, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ):
     message = FOREIGN[name]
-    with open_socket(page.url) as socket:
-        socket.send(msgspec.msgpack.encode(CAMERA))
-        elements(socket)
-        socket.send(message if isinstance(message, str | bytes) else msgspec.msgpack.encode(message))
-        assert is_closed(socket)
+    with open_socket(page.url) as tab:
+        tab.send(msgspec.msgpack.encode(CAMERA))
+        elements(tab)
+        tab.send(message if isinstance(message, str | bytes) else msgspec.msgpack.encode(message))
+        assert is_closed(tab)
     check_one_line(capfd, caplog)
 
 
@@ -157,12 +160,41 @@ def test_a_value_of_another_kind_than_the_element_has_closes_its_client(
     capfd: pytest.CaptureFixture[str],
     caplog: pytest.LogCaptureFixture,
 ):
-    with open_socket(page.url) as socket:
-        socket.send(msgspec.msgpack.encode(CAMERA))
-        socket.send(msgspec.msgpack.encode(message(elements(socket))))
-        assert is_closed(socket)
+    with open_socket(page.url) as tab:
+        tab.send(msgspec.msgpack.encode(CAMERA))
+        tab.send(msgspec.msgpack.encode(message(elements(tab))))
+        assert is_closed(tab)
     assert not page.heard
     check_one_line(capfd, caplog)
+
+
+def test_what_is_no_page_at_all_is_answered_or_cut_off_without_a_word(
+    page: TalkingPage, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+):
+    assert get(f"{page.url}/{'a' * 5000}")[0] == 404
+    parts = urlsplit(page.url)
+    assert get(page.url, Host=f"{parts.netloc}, attacker.example")[0] == 403
+    ask = (
+        f"GET {parts.path} HTTP/1.1\r\nHost: {parts.netloc}\r\nOrigin: http://{parts.netloc}\r\n"
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: "
+    ).encode()
+    ours = ask + f"viser-v{viser.__version__}\r\n\r\n".encode()
+    for sent in (
+        bytes(3000),
+        b"GET /" + b"a" * 1_000_000,
+        ask + b"viser-v0.0.1\r\n\r\n",
+        ours + b"\x89\xfe\x00\xc8\0\0\0\0" + bytes(200),  # a ping longer than pings are
+        ours + b"\x82\xff" + b"\xff" * 8,  # a message of 2^64 bytes
+    ):
+        with socket.create_connection((parts.hostname, parts.port), PATIENCE_S) as bare, suppress(OSError):
+            bare.sendall(sent)
+            bare.shutdown(socket.SHUT_WR)
+            while bare.recv(1 << 16):
+                pass
+    assert get(page.url)[0] == 200
+    assert capfd.readouterr() == ("", "")
+    assert not caplog.records
 
 
 def test_what_pages_do_send_is_heard_and_what_comes_too_late_is_passed_over(
@@ -177,9 +209,9 @@ def test_what_pages_do_send_is_heard_and_what_comes_too_late_is_passed_over(
         "part_count": -(-2 * LARGEST_UPLOAD_BYTES // UPLOAD_PART_BYTES),
         "size_bytes": 2 * LARGEST_UPLOAD_BYTES,
     }
-    with open_socket(page.url) as socket:
-        socket.send(msgspec.msgpack.encode(CAMERA))
-        ids = elements(socket)
+    with open_socket(page.url) as tab:
+        tab.send(msgspec.msgpack.encode(CAMERA))
+        ids = elements(tab)
         for message in (
             CAMERA | {"image_height": 0},  # a window without room
             {"type": "GuiUpdateMessage", "uuid": "gone", "updates": {"value": 1}},
@@ -190,8 +222,8 @@ def test_what_pages_do_send_is_heard_and_what_comes_too_late_is_passed_over(
             says("GuiTextMessage", "1 seek:2.5")(ids),
             CLICK,
         ):
-            socket.send(msgspec.msgpack.encode(message))
+            tab.send(msgspec.msgpack.encode(message))
         while len(page.heard) < 3:
-            socket.recv(PATIENCE_S)
+            tab.recv(PATIENCE_S)
     assert page.heard == ["b", 4, 2.5]
     assert capfd.readouterr().err == ""
