@@ -18,7 +18,7 @@ from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
 from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
 from fcw.camera.verdicts.hypotheses import BUMPER_M, BUMPER_SIGMA_M, Fault
-from fcw.camera.verdicts.judgement import Judgement, Suspicion, judge
+from fcw.camera.verdicts.judgement import SMALLEST_SIGMA_PX, Judgement, Suspicion, judge
 from fcw.camera.verdicts.period import period_doubt
 from fcw.camera.verdicts.tilt import if_level
 from fcw.camera.verdicts.words import cause_text, period_text, unclear_text
@@ -58,10 +58,6 @@ class FindingKind(Enum):
     LENS = "lens"
     RECTANGLE = "rectangle"
     HEIGHT = "height"
-
-
-SMALLEST_SIGMA_PX = 0.01
-"""A file may call its points exact."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,9 @@
 """What is said of calibrations that no windscreen camera can have."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
@@ -150,3 +152,23 @@ def test_point_outside_the_picture_is_named():
     findings = plausibility(calibrate(seen_by(camera, 3, 12, 30), SIZE, 1.3))
     assert [finding.kind for finding in findings] == [FindingKind.POINT_OUTSIDE]
     assert "outside the picture of 1280x720" in findings[0].text
+
+
+@pytest.mark.parametrize("row_sigma_px", [0.0, 1e-300, 1e-9])
+@pytest.mark.parametrize("tape_error", [0.0, 1e-300])
+def test_points_that_a_file_calls_exact_are_judged_as_clicks_of_a_hundredth_of_a_pixel(
+    row_sigma_px: float, tape_error: float
+):
+    camera = GroundPlaneCamera(0.03, 1000.0, 360.0, 1.3, 640.0)
+    for points, suspect in ((seen_by(camera, 6, 15, 30, 50), False), (PAPER_POINTS, True)):
+        solved = calibrate(points, SIZE, 1.3 if not suspect else 1.225, tape_error=0.0)
+        with np.errstate(divide="raise", invalid="raise", over="raise"):
+            told = [
+                [finding.kind for finding in plausibility(called)]
+                for called in (
+                    replace(solved, row_sigma_px=row_sigma_px, tape_error=tape_error),
+                    replace(solved, row_sigma_px=0.01, tape_error=tape_error),
+                )
+            ]
+        assert told[0] == told[1]
+        assert bool(told[0]) == suspect

@@ -38,6 +38,8 @@ and not what."""
 
 WORST_SIGMAS = 4.0
 """A mistake that leaves a row farther off than this is not all that is wrong."""
+SMALLEST_SIGMA_PX = 0.01
+"""Of a click that is judged: a file may call its points exact, and nobody clicks better than this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +215,7 @@ def beliefs_of(
     priors: Priors,
 ) -> Beliefs:
     """Each hypothesis with each tape, the tapes of one beside each other."""
+    row_sigma_px = max(row_sigma_px, SMALLEST_SIGMA_PX)
     usual = usual_lens(size, priors)
     view = priors.field_of_view_rad or usual.field_of_view_rad
     axis = priors.principal_row_px or usual.principal_row_px
