@@ -5,6 +5,8 @@ with start and end time, the size of what it unpacks to, a checksum, and the nam
 """
 
 import struct
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import BinaryIO
 
@@ -18,8 +20,12 @@ MOST_TIMES_PACKED = 100
 """Of a whole file; raw pictures of the road pack to a half or a tenth, encoded ones hardly."""
 ALWAYS_UNPACKED_BYTES = 1 << 30
 """So much a small file may unpack to all the same, of black pictures for instance."""
-_CHUNK = 0x06
-_MAGIC_BYTES = 8
+_FOOTER, _CHUNK, _ATTACHMENT, _METADATA = 0x02, 0x06, 0x09, 0x0C
+_INDEXES = {0x08: (_CHUNK, 16), 0x0A: (_ATTACHMENT, 0), 0x0D: (_METADATA, 0)}
+"""Opcodes of index records: what they lead to, and where in them its offset stands."""
+_MAGIC = b"\x89MCAP0\r\n"
+_FOOTER_BYTES = 9 + 20 + len(_MAGIC)
+"""Its record, and the magic at the end of the file."""
 _HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")  # times, size, checksum, length of the compression's name
 _FRAME_BYTES = 18  # RFC 8878: the longest header of a zstd frame
@@ -33,7 +39,8 @@ _LZ4_MOST_TIMES = 255
 def check_chunks(path: Path, file: BinaryIO) -> None:
     """See that neither a chunk nor all together unpack to more than they may.
 
-    Where the file is torn or no MCAP nothing is said.
+    An index may lead readers to what does not stand in the row of the records, but inside another one. Where
+    the file is torn or no MCAP nothing is said.
 
     Args:
         path: for the message.
@@ -42,26 +49,65 @@ def check_chunks(path: Path, file: BinaryIO) -> None:
     Raises:
         UserError: a chunk does, or all do.
     """
-    at, unpacked = _MAGIC_BYTES, 0
     end = file.seek(0, 2)
-    while at + _HEAD.size <= end:
-        file.seek(at)
-        opcode, length = _HEAD.unpack(file.read(_HEAD.size))
-        if opcode == _CHUNK:
-            chunk_bytes = _unpacked_bytes(file, min(at + _HEAD.size + length, end))
-            if chunk_bytes > MOST_UNPACKED_BYTES:
-                raise UserError(
-                    f"{path}: the chunk at byte {at} unpacks to more than {MOST_UNPACKED_BYTES >> 20} MB; "
-                    "expected a drive's messages in chunks of a few"
-                )
-            unpacked += chunk_bytes
-        at += _HEAD.size + length
+    seen: set[int] = set()
+    led_to: set[tuple[int, int]] = set()
+    unpacked = 0
+    for at, opcode, length in chain(_records(file, len(_MAGIC)), _records(file, _summary_start(file))):
+        if opcode == _CHUNK and at not in seen:
+            seen.add(at)
+            unpacked += _checked(path, file, at, length)
+        elif opcode in _INDEXES and at + _HEAD.size + length <= end:
+            wanted, offset_at = _INDEXES[opcode]
+            file.seek(at + _HEAD.size + offset_at)
+            led_to.add((wanted, int.from_bytes(file.read(8), "little")))
+    for wanted, at in led_to:
+        if at not in seen and at + _HEAD.size <= end:
+            file.seek(at)
+            opcode, length = _HEAD.unpack(file.read(_HEAD.size))
+            if _CHUNK in (wanted, opcode):  # a chunk's index is taken at its word, others are not
+                unpacked += _checked(path, file, at, length)
     if unpacked > max(ALWAYS_UNPACKED_BYTES, MOST_TIMES_PACKED * end):
         raise UserError(
             f"{path}: its {end >> 10} kB unpack to {unpacked >> 20} MB; expected a drive's messages, which "
             f"pack to no less than a {MOST_TIMES_PACKED}th"
         )
     file.seek(0)
+
+
+def _records(file: BinaryIO, at: int) -> Iterator[tuple[int, int, int]]:
+    """Offset, opcode and length of the records that stand in a row from an offset on."""
+    end = file.seek(0, 2)
+    while at + _HEAD.size <= end:
+        file.seek(at)
+        opcode, length = _HEAD.unpack(file.read(_HEAD.size))
+        yield at, opcode, length
+        at += _HEAD.size + length
+
+
+def _summary_start(file: BinaryIO) -> int:
+    """Where the footer says that the summary begins; the file's end where it says nothing."""
+    end = file.seek(0, 2)
+    if end < _FOOTER_BYTES:
+        return end
+    file.seek(end - _FOOTER_BYTES)
+    footer = file.read(_FOOTER_BYTES)
+    if footer[0] != _FOOTER or not footer.endswith(_MAGIC):
+        return end
+    return int.from_bytes(footer[_HEAD.size :][:8], "little") or end
+
+
+def _checked(path: Path, file: BinaryIO, at: int, length: int) -> int:
+    """What a chunk unpacks to."""
+    end = file.seek(0, 2)
+    file.seek(at + _HEAD.size)
+    unpacked = _unpacked_bytes(file, min(at + _HEAD.size + length, end))
+    if unpacked > MOST_UNPACKED_BYTES:
+        raise UserError(
+            f"{path}: the chunk at byte {at} unpacks to more than {MOST_UNPACKED_BYTES >> 20} MB; "
+            "expected a drive's messages in chunks of a few"
+        )
+    return unpacked
 
 
 def _unpacked_bytes(file: BinaryIO, end: int) -> int:

@@ -226,3 +226,34 @@ def test_chunks_that_are_each_within_the_bound_may_not_unpack_to_much_together()
         check_chunks(Path("drive.mcap"), io.BytesIO(MCAP_MAGIC + chunk * 5))
     real = mcap_chunk(250 << 20, os.urandom(3 << 20))  # 83 times: however long, it opens
     check_chunks(Path("drive.mcap"), io.BytesIO(MCAP_MAGIC + real * 5))
+
+
+def mcap_record(opcode: int, content: bytes) -> bytes:
+    return struct.pack("<BQ", opcode, len(content)) + content
+
+
+def mcap_footer(summary_start: int) -> bytes:
+    return mcap_record(2, struct.pack("<QQI", summary_start, 0, 0)) + MCAP_MAGIC
+
+
+@pytest.mark.parametrize("leader", ["chunk index", "attachment index", "metadata index", "summary"])
+def test_a_chunk_inside_an_attachment_is_looked_at_where_an_index_leads_there(leader: str):
+    # Attachment: log and create time, name and media type, data with its length, checksum.
+    head = struct.pack("<QQIIQ", 0, 0, 0, 0, 0)
+    hidden_at = len(MCAP_MAGIC) + 9 + len(head)
+
+    def hiding(chunk: bytes) -> io.BytesIO:
+        attachment = mcap_record(9, head + chunk + bytes(4))
+        start = len(MCAP_MAGIC) + len(attachment)
+        if leader == "summary":
+            return io.BytesIO(MCAP_MAGIC + attachment + mcap_footer(hidden_at))
+        index = {
+            "chunk index": mcap_record(8, struct.pack("<QQQQ", 0, 1, hidden_at, len(chunk)) + bytes(32)),
+            "attachment index": mcap_record(0x0A, struct.pack("<QQ", hidden_at, len(chunk)) + bytes(32)),
+            "metadata index": mcap_record(0x0D, struct.pack("<QQ", hidden_at, len(chunk)) + bytes(4)),
+        }[leader]
+        return io.BytesIO(MCAP_MAGIC + attachment + index + mcap_footer(start))
+
+    with pytest.raises(UserError, match=f"chunk at byte {hidden_at} unpacks to more than 256 MB"):
+        check_chunks(Path("drive.mcap"), hiding(mcap_chunk(10, zstandard.compress(bytes(257 << 20)))))
+    check_chunks(Path("drive.mcap"), hiding(mcap_chunk(1000, zstandard.compress(bytes(1000)))))
