@@ -8,6 +8,8 @@ from pathlib import Path
 
 from fcw.errors import UserError
 
+CALIBRATION = "calibration", (b"fcw_calibration_version",)
+"""Kind and mark, for `check_kind`, of the file that two commands replace without being told to."""
 MARK_BYTES = 1 << 16
 """Where a file says of what kind it is; comments may stand before."""
 

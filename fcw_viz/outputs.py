@@ -7,7 +7,7 @@ from itertools import combinations
 from pathlib import Path
 
 from fcw.errors import UserError
-from fcw.files import check_kind, check_replaceable, is_same_file
+from fcw.files import CALIBRATION, check_kind, check_replaceable, is_same_file
 
 OUTPUT_FIELDS = frozenset({"out", "save", "export", "detections", "samples", "report"})
 """Options that name what is written; everything else that names a file names an input."""
@@ -18,7 +18,7 @@ KEPT_SUFFIXES = frozenset(
 """In a folder that is read, a file of such a kind is never replaced."""
 LENS = "lens of ROS or Kalibr", (b"camera_matrix", b"intrinsics")
 KINDS: Mapping[str, tuple[str, tuple[bytes, ...]]] = {
-    "save": ("calibration", (b"fcw_calibration_version",)),
+    "save": CALIBRATION,
     "export": LENS,
     "detections": ("list of COCO results", (b'[{"image_id"', b"[]")),
     "samples": ("table of measured vehicles", (b"sequence,frame,track,",)),

@@ -3,16 +3,19 @@
 from contextlib import suppress
 from pathlib import Path
 
+from fcw.bounded.files import MalformedError, read_bytes
+from fcw.bounded.pictures import picture_size
 from fcw.errors import UserError
 from fcw.files import whole_file
 from fcw.logs.events import DriveEvent, find_events
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
 from fcw.logs.pictures import LogPictures
-from fcw.logs.thumbnail import thumbnail_jpeg
+from fcw.logs.thumbnail import THUMBNAIL_PX, thumbnail_jpeg
 
 MOMENTS_NAME = "moments"
 WORST_NAME = "worst.jpg"
+MOST_THUMBNAIL_BYTES = 1 << 20
 MOST_MOMENTS = 20
 """Warnings of a drive that get a thumbnail, the most severe ones."""
 
@@ -27,7 +30,8 @@ def write_moments(folder: Path) -> int:
         Number of the drive's events, of every kind.
 
     Raises:
-        UserError: the log cannot be read, or a file cannot be written.
+        UserError: the log cannot be read, or a file cannot be written, or one that is no thumbnail has the
+            name of one.
     """
     log = DriveLog(folder / MCAP_NAME)
     series = log.series()
@@ -40,6 +44,7 @@ def write_moments(folder: Path) -> int:
     try:
         for name, moment_s in sorted(moments_s.items(), key=lambda item: item[1]):
             row = series.row_at(int(series.time_ns[0]) + round(moment_s * 1e9))
+            _check_replaceable(folder / MOMENTS_NAME / name)
             with suppress(UserError):
                 jpeg = thumbnail_jpeg(pictures.at(int(series.frame_index[row])))
                 with whole_file(folder / MOMENTS_NAME / name) as partial:
@@ -57,6 +62,24 @@ def moment_name(event: DriveEvent) -> str:
 def read_moment(folder: Path, name: str) -> bytes:
     """A thumbnail as JPEG; empty where there is none."""
     try:
-        return (folder / MOMENTS_NAME / name).read_bytes()
-    except OSError:
+        data = read_bytes(folder / MOMENTS_NAME / name, MOST_THUMBNAIL_BYTES)
+    except (OSError, MalformedError):
         return b""
+    return data if _is_thumbnail(data) else b""
+
+
+def _check_replaceable(path: Path) -> None:
+    try:
+        ours = _is_thumbnail(read_bytes(path, MOST_THUMBNAIL_BYTES))
+    except FileNotFoundError:
+        return
+    except (OSError, MalformedError):
+        ours = False
+    if not ours:
+        raise UserError(f"{path}: is there already, and is no thumbnail of a drive; move it away")
+
+
+def _is_thumbnail(data: bytes) -> bool:
+    """A JPEG that has the height or the width of all thumbnails."""
+    size = picture_size(data) if data.startswith(b"\xff\xd8") else None
+    return size is not None and (size[0] == THUMBNAIL_PX[0] or size[1] == THUMBNAIL_PX[1])

@@ -18,7 +18,7 @@ from fcw.camera.plausibility import plausibility
 from fcw.camera.points import LARGEST_TAPE_ERROR, LEAST_HEIGHT_M, MOST_M
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
-from fcw.files import write_whole
+from fcw.files import CALIBRATION, check_kind, write_whole
 from fcw.frame import ImageSize
 
 FORMAT_VERSION = 3
@@ -126,8 +126,9 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
     """Write the calibration file, whole or not at all.
 
     Raises:
-        UserError: the file cannot be written there.
+        UserError: the file cannot be written there, or is there already and is no calibration.
     """
+    check_kind(path, *CALIBRATION)
     write_whole(path, calibration_text(calibration))
 
 

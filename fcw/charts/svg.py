@@ -7,6 +7,8 @@ Attribute = float | str | Iterable[tuple[float, float]] | None
 
 FONT = "system-ui, sans-serif"
 FONT_PX = 11
+MARK = f'font-family="{FONT}" font-size="{FONT_PX}" role="img"'.encode()
+"""By this a picture of ours is known, in the place of which a new one may be written."""
 EN_SPACE = "\u2002"
 """Two spaces in a row are one in SVG."""
 

@@ -9,8 +9,9 @@ from rich.console import Console
 from rich.table import Table
 
 from fcw.charts.chart import Chart, Series
+from fcw.charts.svg import MARK
 from fcw.errors import UserError
-from fcw.files import write_whole
+from fcw.files import check_kind, write_whole
 from fcw_viz.benchmark.against import EarlierFigures
 from fcw_viz.benchmark.figures import Figures
 from fcw_viz.benchmark.picture_cases import FARTHEST_M, PITCH_TOLERANCES_DEG, PRIOR_PREFIX, prior_name
@@ -18,6 +19,14 @@ from fcw_viz.benchmark.stages_bar import stages_bar
 
 TEXT_NAME, JSON_NAME = "bench.txt", "bench.json"
 WINDOWS_NAME, PITCH_NAME, STAGES_NAME = "speed-windows.svg", "speed-pitch.svg", "speed-stages.svg"
+MARKS = {
+    TEXT_NAME: b"ms a picture, one thread",
+    JSON_NAME: b'"ms_per_frame"',
+    WINDOWS_NAME: MARK,
+    PITCH_NAME: MARK,
+    STAGES_NAME: MARK,
+}
+"""What stands in every file of a report."""
 TEXT_COLUMNS = 120
 ROOM = 1.08
 """How far the axes go beyond what is drawn."""
@@ -56,15 +65,17 @@ def print_figures(figures: Figures, console: Console, earlier: EarlierFigures | 
 
 
 def report_folder(folder: Path) -> Path:
-    """The folder of a report, made if need be.
+    """The folder of a report, made if need be; a new one replaces nothing but an earlier report.
 
     Raises:
-        UserError: it cannot be made.
+        UserError: it cannot be made, or a file of a report's name in it is none of a report.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"--report {folder}: cannot make this folder ({error.strerror})") from error
+    for name, mark in MARKS.items():
+        check_kind(folder / name, "report of this command", (mark,))
     return folder
 
 

@@ -22,9 +22,10 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from fcw.batch.fleet import FLEET_NAME, Fleet
 from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
-from fcw.batch.moments import WORST_NAME, moment_name, read_moment, write_moments
+from fcw.batch.moments import MOMENTS_NAME, WORST_NAME, moment_name, read_moment, write_moments
 from fcw.batch.review_list import REVIEW_LIST_NAME, read_review_list
 from fcw.batch.tables import DRIVES_NAME, EVENTS_NAME, write_tables
+from fcw.errors import UserError
 from fcw.logs.events import find_events
 from fcw.logs.mcap.format import RESULT_TOPIC
 from fcw.logs.mcap.reader import DriveLog
@@ -120,6 +121,24 @@ def test_files_of_a_batch_that_are_nested_deeply_count_as_missing(batch, tmp_pat
     rows = [row | {"events": deep} for row in table.to_pylist()]
     pq.write_table(pa.Table.from_pylist(rows, table.schema), tmp_path / REVIEW_LIST_NAME)
     assert read_review_list(tmp_path) == {}
+
+
+def test_a_picture_that_is_no_thumbnail_is_neither_replaced_nor_shown(tmp_path: Path):
+    write_log(tmp_path / MCAP_NAME, marked_drive(75), drive_header())
+    write_moments(tmp_path)
+    write_moments(tmp_path)  # in the place of its own
+    assert read_moment(tmp_path, WORST_NAME)
+    path = tmp_path / MOMENTS_NAME / WORST_NAME
+    for foreign in (
+        cv2.imencode(".jpg", np.zeros((9, 9, 3), np.uint8))[1].tobytes(),
+        b"mine",
+        bytes(2 << 20),
+    ):
+        path.write_bytes(foreign)
+        assert read_moment(tmp_path, WORST_NAME) == b""
+        with pytest.raises(UserError, match="is no thumbnail of a drive"):
+            write_moments(tmp_path)
+        assert path.read_bytes() == foreign
 
 
 def test_the_fleet_has_the_worst_moments_and_four_charts(batch):

@@ -125,6 +125,10 @@ def test_no_output_replaces_another_one(
         [*EVALUATE, "--calibration", "drive.calibration.yaml", "--detections", "notes.txt"],
         [*EVALUATE, "--calibration", "drive.calibration.yaml", "--report", "site"],
         ["evaluate", "distance", "--kitti-tracking", "label_02", "--samples", "notes.txt"],
+        ["evaluate", "distance", "--kitti-tracking", ".", "--report", "charts"],
+        ["bench", "--report", "bench"],
+        ["calibrate", "other.mp4", *POINTS],
+        ["calibrate", "other.mp4", "--from-clip"],
     ],
     ids=" ".join,
 )
@@ -135,7 +139,11 @@ def test_no_output_replaces_a_file_of_another_kind(
     shutil.copy(DEMO / "drive.mp4", "other.mp4")
     (files / "notes.txt").write_text("mine")
     (files / "lens.yaml").write_text("image_width: 1280\ncamera_matrix: {rows: 3}\n")
-    (files / "site").mkdir()
+    (files / "other.calibration.yaml").write_text("my own notes: 1\n")
+    for name in ("site", "charts", "bench"):
+        (files / name).mkdir()
+    (files / "charts" / "coverage.svg").write_text("<svg><title>my own</title></svg>")
+    (files / "bench" / "bench.txt").write_text("3 km in 12 minutes")
     (files / "site" / "report.html").write_text("<!DOCTYPE html>\n<html><head>")
     before = digests(files)
     assert main(arguments) == 2

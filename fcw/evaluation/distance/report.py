@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from fcw.charts.chart import Chart, Series
+from fcw.charts.svg import MARK
 from fcw.evaluation.distance.kitti import DistanceEvaluation, DistanceSample
 from fcw.evaluation.distance.kitti_tracking import FRAME_RATE_HZ
-from fcw.files import write_whole
+from fcw.files import check_kind, write_whole
 
+ERROR_NAME, COVERAGE_NAME = "error.svg", "coverage.svg"
+CHART = "chart of this command"
 SHOWN_ERROR = 0.4
 SHOWN_TTC_S = 10.0
 COVERAGE_BIN_M = 5.0
@@ -18,14 +21,26 @@ CHARTED_VEHICLES = 6
 """TTC charts are of the vehicles that come nearest to a collision, one each."""
 
 
+def check_report_folder(folder: Path) -> None:
+    """See before long work that the charts replace nothing but earlier ones.
+
+    Raises:
+        UserError: a file in the folder that has a chart's name is none.
+    """
+    for name in (ERROR_NAME, COVERAGE_NAME):
+        check_kind(folder / name, CHART, (MARK,))
+
+
 def write_report(result: DistanceEvaluation, folder: Path) -> list[Path]:
     """Write the charts as SVG files; returns their paths.
 
     Raises:
-        UserError: the folder cannot be written.
+        UserError: the folder cannot be written, or has a file of a chart's name that is none.
     """
-    charts = {"error.svg": error_chart(result.samples), "coverage.svg": coverage_chart(result.samples)}
+    charts = {ERROR_NAME: error_chart(result.samples), COVERAGE_NAME: coverage_chart(result.samples)}
     charts |= ttc_charts(result.samples, result.warnings)
+    for name in charts:
+        check_kind(folder / name, CHART, (MARK,))
     paths = []
     for name, chart in charts.items():
         write_whole(folder / name, chart.svg())

@@ -9,7 +9,7 @@ from fcw.camera.lens.files import read_lens
 from fcw.camera.points import check_priors
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
-from fcw.files import check_place
+from fcw.files import CALIBRATION, check_kind, check_place
 from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import ground_point, save_and_report
@@ -46,6 +46,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     source = open_source(command.source, topic=command.topic)
     save = command.save or default_path(command.source)
     check_place(save)
+    check_kind(save, *CALIBRATION)
     size = source.image_size
     priors = stated_priors(command, size)
     check_priors(priors)

@@ -56,7 +56,7 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     from fcw.evaluation.distance.kitti import evaluate_distance, tracker_settings
     from fcw.evaluation.distance.kitti_tracking import sequence_names
     from fcw.evaluation.distance.leave_one_out import evaluate_left_out
-    from fcw.evaluation.distance.report import write_report
+    from fcw.evaluation.distance.report import check_report_folder, write_report
     from fcw.evaluation.distance.simulation import simulate_coverage
     from fcw.evaluation.distance.tusimple_velocity import evaluate_single_boxes
     from fcw_viz.console import RESULTS, print_json
@@ -72,6 +72,8 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     names = sequence_names(command.kitti_tracking, command.sequences)
     if command.report is not None and not command.report.is_dir():
         raise UserError(f"--report {command.report}: no such folder; create it first")
+    if command.report is not None:
+        check_report_folder(command.report)
     pitch_error_rad = math.radians(command.pitch_error)
     if command.leave_one_out:
         if len(names) < 2:
