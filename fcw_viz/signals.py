@@ -1,5 +1,6 @@
 """Ctrl-C, `kill` and a terminal that closes are the same to every command: it ends."""
 
+import atexit
 import os
 import signal
 import threading
@@ -32,10 +33,21 @@ def signals_as_interrupts() -> Iterator[None]:
 
 
 def keep_exit_code(code: int) -> None:
-    """The work is done and Python cleans up for a moment: a signal ends that with the same exit code."""
-    for number in ENDING:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, lambda _number, _stack: os._exit(code))
+    """The work is done and Python cleans up for a moment: a signal ends that with the same exit code.
+
+    At the very end Python gives back the signals that it handles to the system, which would end the process
+    by them; those that are ignored it leaves so.
+    """
+    numbers = [number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN]
+    for number in numbers:
+        signal.signal(number, lambda _number, _stack: os._exit(code))
+
+    def ignore() -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+
+    # Threads have been waited for by then. What was registered before is called later, in no time.
+    atexit.register(ignore)
 
 
 @contextmanager

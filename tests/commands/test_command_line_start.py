@@ -1,5 +1,6 @@
 """What the command line loads before it knows what to do."""
 
+import os
 import re
 import subprocess
 import sys
@@ -47,3 +48,22 @@ def test_help_is_running_text_without_defaults_that_say_nothing(command, monkeyp
     rows = [row.strip("│ \n") for row in said.splitlines() if row.startswith("│")]
     texts = [row for row in rows if not row.startswith("-")]
     assert all(text.endswith((".", ")")) for text in texts), texts
+
+
+ENDED_LATE = """
+import os, signal, sys
+from fcw_viz.signals import keep_exit_code
+
+class Late:
+    def __del__(self, end=os.kill, process=os.getpid(), number=signal.Signals[sys.argv[1]].value):
+        end(process, number)
+
+sys.late = Late()  # goes with the last modules, when Python no longer handles signals
+keep_exit_code(0)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_at_the_very_end_does_not_change_the_exit_code(name: str) -> None:
+    assert subprocess.run([sys.executable, "-c", ENDED_LATE, name], check=False).returncode == 0
