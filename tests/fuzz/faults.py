@@ -57,8 +57,10 @@ TALKING_REVIEW = """
         from fcw.annotation.records import Note
         from fcw_viz.review_app.server import ReviewPage
         def talk(page):
+            drive = next(iter(page.session.drives))
+            page.session.open(page, drive)
             for number in range(100_000):
-                entry, = page.session.say("drive", Note(float(number), "note"))
+                entry, = page.session.say(drive, Note(float(number), "note"))
                 print("kept", entry.entry_id, flush=True)
         ReviewPage.wait = talk
 """
