@@ -357,6 +357,8 @@ class Calibration:
 
     def _with_places(self, moved: Callable[[Places], Places]) -> "Calibration":
         """With the rectangles and plates where they lie in another picture."""
+        if not (self.rectangles or self.plates):
+            return self
         return replace(
             self,
             rectangles=tuple(replace(r, corners_px=moved(r.corners_px)) for r in self.rectangles),

@@ -23,6 +23,9 @@ Vector4 = tuple[float, float, float, float]
 
 PERCENTILE_84_SIGMAS = 0.994457883209753
 """The standard normal's 84th percentile; its negative is the 16th."""
+COFACTOR_SIGNS = np.array((-1.0, 1.0, -1.0, 1.0))
+OTHER_COLUMNS = np.array(((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)))
+"""Of a (3, 4) matrix, those that are left without each of its columns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,5 +147,4 @@ def row_gradients(row_map: UncertainRowMap, distances_m: FloatArray) -> FloatArr
 
 def _cofactors(pairs: FloatArray) -> FloatArray:
     """Cofactors of the fourth row of a (4, 4) matrix, from its first three rows (3, 4)."""
-    signs = (-1.0, 1.0, -1.0, 1.0)
-    return np.array([sign * np.linalg.det(np.delete(pairs, k, axis=1)) for k, sign in enumerate(signs)])
+    return COFACTOR_SIGNS * np.linalg.det(pairs[:, OTHER_COLUMNS].transpose(1, 0, 2))

@@ -3,14 +3,14 @@
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.camera.joint.known import Known
+from fcw.camera.joint.known import CLOSED_SIGMA, NO_SLIP, Known, Slip
+from fcw.camera.joint.lines import line_misfits
 from fcw.camera.joint.plates import PLACES, plate_misfits
 from fcw.camera.joint.rectangle import (
     RECTANGLE_MEANS,
@@ -46,28 +46,10 @@ TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP, L
 """Of every fit; then come those of each rectangle in turn (`fcw.camera.joint.rectangle`)."""
 CAMERA_UNKNOWNS = 11
 STEPS = (1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5)
-CLOSED_SIGMA = 1e-6
-"""Of an unknown that is not open."""
 NO_BEND = Gaussian(0.0, CLOSED_SIGMA)
 LARGEST_BEND = 0.6
 FOCAL_SIGMA = 0.01
 """Of a lens whose intrinsics are known, as a part: focus, warmth, another copy of the lens."""
-
-
-@dataclass(frozen=True, slots=True)
-class Slip:
-    """How dashes may lie elsewhere than their period has them, all by one unknown.
-
-    Attributes:
-        by_mark_m: what a slip of 1 moves each mark by; empty where none moves.
-        sigma: of the slip.
-    """
-
-    by_mark_m: tuple[float, ...]
-    sigma: float
-
-
-NO_SLIP = Slip((), CLOSED_SIGMA)
 
 
 class JointFit:
@@ -89,6 +71,8 @@ class JointFit:
         self._distances_m = np.array([point.distance_m for point in evidence.points])
         self._points_px = np.array([(point.column_px, point.row_px) for point in evidence.points], float)
         self._has_middles = bool(np.isnan(self._points_px).any())
+        self._ends_px = np.array([end for line in evidence.lines for end in line], float)
+        self._differentiated = np.zeros(0), np.zeros(0)  # the last place, and the Jacobian there
         self._horizon = priors.horizon_row_px
         rectangles = len(evidence.rectangles)
         self._rectangle_fit = RectangleFit(self._click_px, MARK_ERROR_PART * known.tape_error)
@@ -193,24 +177,9 @@ class JointFit:
             tolerance: of the unknowns, the cost and its slope, all relative.
             start: where to start, if that is known.
         """
-        from scipy.optimize import least_squares
-
-        fits = [
-            least_squares(
-                self.residuals,
-                start,
-                jac=self.jacobian,  # pyright: ignore[reportArgumentType] - scipy's annotation misses callables
-                method="lm",
-                x_scale=np.maximum(self._sigmas, 1e-6),
-                xtol=tolerance,
-                ftol=tolerance,
-                gtol=tolerance,
-                max_nfev=400,
-            )
-            for start in (self._starts() if start is None else [start])
-        ]
-        fit = min(fits, key=lambda fit: fit.cost)
-        jacobian = self.jacobian(fit.x)
+        fits = [self._descend(start, tolerance) for start in (self._starts() if start is None else [start])]
+        x, _ = min(fits, key=lambda fit: fit[1])
+        jacobian = self.jacobian(x)
         scale = np.linalg.norm(jacobian, axis=0)
         if not (np.isfinite(scale).all() and scale.all()):
             raise UserError(
@@ -218,7 +187,26 @@ class JointFit:
             )
         _, singular, right = np.linalg.svd(jacobian / scale, full_matrices=False)
         root = right.T / singular / scale[:, None]
-        return fit.x, root @ root.T
+        return x, root @ root.T
+
+    def _descend(self, start: FloatArray, tolerance: float) -> tuple[FloatArray, float]:
+        """The minimum from a start and its cost, by MINPACK itself: `least_squares` takes longer."""
+        from scipy.optimize import leastsq
+
+        outcome = leastsq(
+            self.residuals,
+            start,
+            Dfun=self.jacobian,
+            full_output=True,
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=tolerance,
+            maxfev=400,
+            diag=1 / np.maximum(self._sigmas, 1e-6),
+        )
+        x, found = outcome[0], outcome[2]  # pyright: ignore[reportGeneralTypeIssues] - with full_output there are more
+        residuals = found["fvec"]
+        return x, float(residuals @ residuals) / 2
 
     def _starts(self) -> list[FloatArray]:
         """From the middle of all beliefs, with the horizon where two lines meet; dashes begin anywhere.
@@ -271,15 +259,20 @@ class JointFit:
 
         What is not open moves nothing but its own belief, so that its differences are not taken.
         """
-        jacobian = np.zeros((len(self.residuals(x)), len(x)))
-        for k, step in enumerate(self._steps):
-            if self._sigmas[k] <= CLOSED_SIGMA:
-                jacobian[k, k] = 1 / self._sigmas[k]
-                continue
+        if np.array_equal(x, self._differentiated[0]):
+            return self._differentiated[1]
+        is_open = self._sigmas > CLOSED_SIGMA
+        slopes = []
+        for k in np.flatnonzero(is_open):
             up, down = x.copy(), x.copy()
-            up[k] += step
-            down[k] -= step
-            jacobian[:, k] = (self.residuals(up) - self.residuals(down)) / (2 * step)
+            up[k] += self._steps[k]
+            down[k] -= self._steps[k]
+            slopes.append((self.residuals(up) - self.residuals(down)) / (2 * self._steps[k]))
+        jacobian = np.zeros((len(slopes[0]), len(x)))
+        jacobian[:, is_open] = np.transpose(slopes)
+        closed = np.flatnonzero(~is_open)
+        jacobian[closed, closed] = 1 / self._sigmas[closed]
+        self._differentiated = x.copy(), jacobian
         return jacobian
 
     def residuals(self, x: FloatArray) -> FloatArray:
@@ -310,7 +303,10 @@ class JointFit:
             self._of_plates(camera),
             *self._of_rectangles(x),
         ]
-        return np.nan_to_num(np.concatenate(found), nan=1e3, posinf=1e3, neginf=-1e3)
+        together = np.concatenate(found)
+        if np.isfinite(together).all():
+            return together
+        return np.nan_to_num(together, nan=1e3, posinf=1e3, neginf=-1e3)
 
     def _straight(self, places: FloatArray | Sequence[tuple[float, float]]) -> FloatArray:
         return self._way.to_straight(np.asarray(places, float))
@@ -325,11 +321,12 @@ class JointFit:
         distances_m = self._distances_m + first_m + self._offset_m
         if self._slip_m.size:
             distances_m = distances_m + x[SLIP] * self._slip_m
-        depths_m = np.maximum(distances_m + camera.pole_m, 0.2)
-        expected = camera.horizon_row_px + camera.row_scale_m_px / depths_m
-        slopes = camera.row_scale_m_px / depths_m**2
-        sigmas_px = np.hypot(self._click_px, self._mark_error * distances_m * slopes)
-        return (self._straight(places)[:, 1] - expected) / sigmas_px
+        depths_m = np.maximum(distances_m + camera.pole_m, SMALLEST_DEPTH_M)
+        below_px = camera.row_scale_m_px / depths_m
+        off_px = self._straight(places)[:, 1] - (camera.horizon_row_px + below_px)
+        if not self._mark_error:
+            return off_px / self._click_px
+        return off_px / np.hypot(self._click_px, self._mark_error * distances_m * below_px / depths_m)
 
     def _of_rectangles(self, x: FloatArray) -> list[FloatArray]:
         rectangles = self._evidence.rectangles
@@ -345,29 +342,20 @@ class JointFit:
         return np.concatenate([np.zeros(0), *bows]) / self._click_px
 
     def _of_lines(self, camera: GroundPlaneCamera) -> FloatArray:
-        """Each line runs to the point straight ahead; the first two lie a lane apart."""
-        lines = self._evidence.lines
-        found, sides = [], []
-        ends = self._straight([end for line in lines for end in line]) if lines else np.zeros((0, 2))
-        for line in ends.reshape(-1, 2, 2):
-            near, far = sorted(line, key=lambda place: -place[1])
-            below = np.maximum(np.array([near[1], far[1]]) - camera.horizon_row_px, 0.5)
-            sides_px = np.array([near[0], far[0]]) - camera.principal_column_px
-            ratio = below[1] / below[0]
-            # Where the far end must be, seen along the row, for the line to lead straight ahead.
-            slope = sides_px[0] / below[0]
-            found.append((sides_px[1] - ratio * sides_px[0]) / (self._click_px * math.hypot(1, ratio, slope)))
-            cosine = math.cos(camera.pitch_rad)
-            sides.append(-sides_px[0] / below[0] * camera.height_m / cosine)
-        width = self._evidence.lane_width_m
-        if width is not None and len(sides) > 1:
-            found.append((abs(sides[0] - sides[1]) - width.value) / width.sigma)
-        if self._evidence.travel_px is not None:
-            column, row = self._evidence.travel_px
-            place = self._straight([(column.value, row.value)])[0]
-            found.append((place[0] - camera.principal_column_px) / column.sigma)
-            found.append((place[1] - camera.horizon_row_px) / row.sigma)
-        return np.array(found)
+        """Each line runs to the point straight ahead, as the travel does; the first two lie a lane apart."""
+        found = np.zeros(0)
+        if self._ends_px.size:
+            ends = self._straight(self._ends_px)
+            found = line_misfits(ends, camera, self._click_px, self._evidence.lane_width_m)
+        if self._evidence.travel_px is None:
+            return found
+        column, row = self._evidence.travel_px
+        place = self._straight([(column.value, row.value)])[0]
+        travel = (
+            (place[0] - camera.principal_column_px) / column.sigma,
+            (place[1] - camera.horizon_row_px) / row.sigma,
+        )
+        return np.concatenate((found, travel))
 
     def _of_horizon(self, camera: GroundPlaneCamera) -> FloatArray:
         horizon = self._evidence.horizon

@@ -9,6 +9,9 @@ from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.frame import ImageSize
 
+CLOSED_SIGMA = 1e-6
+"""Of an unknown that is not open."""
+
 
 @dataclass(frozen=True, slots=True)
 class Known:
@@ -59,3 +62,19 @@ class Known:
         told += (evidence.scale_px_m is not None) + RECTANGLE_FACTS * len(evidence.rectangles)
         told += len(evidence.plates) + 2 * (self.lens is not None)
         return told >= 2
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """How dashes may lie elsewhere than their period has them, all by one unknown.
+
+    Attributes:
+        by_mark_m: what a slip of 1 moves each mark by; empty where none moves.
+        sigma: of the slip.
+    """
+
+    by_mark_m: tuple[float, ...]
+    sigma: float
+
+
+NO_SLIP = Slip((), CLOSED_SIGMA)

@@ -29,6 +29,9 @@ STEEPEST_TANGENT = 3.0
 GREATEST_DAMPING, SMALLEST_DAMPING = 1e8, 1e-7
 STILL_SIGMAS, STILL_DAMPING = 1e-6, 100.0
 """A fit has ended when a step moves no unknown by more of its belief's sigma, and not by damping alone."""
+PATIENCE, HOPELESS_COST = 10, 1000.0
+"""After so many steps a fit whose cost is by this greater than that of the best one is left where it is: it
+has no share, and would crawl along a limit of the unknowns for all `ITERATIONS`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,14 +124,18 @@ def _fitted(rows: Rows, beliefs: Beliefs) -> FloatArray:
     fitted = beliefs.means.copy()
     fitted[:, LOG_FOCAL] = np.log(rows.half_width_px / np.tan(beliefs.means[:, LOG_FOCAL] / 2))
     going, x, damping = np.arange(len(fitted)), fitted, np.full(len(fitted), 1e-2)
-    for _ in range(ITERATIONS):
+    least_cost = math.inf
+    for step in range(ITERATIONS):
         residuals, jacobian, sigmas_px = _linearised(rows, beliefs, x)
         cost = np.sum(residuals**2, axis=1)
         tried = _stepped(x, residuals, jacobian, damping)
         # The weights stay while a step is judged; those of the place it leads to come after it.
         new = _residuals(rows, beliefs, _modelled(rows, beliefs, tried), tried, sigmas_px)
-        better = np.sum(new**2, axis=1) <= cost
+        new_cost = np.sum(new**2, axis=1)
+        better = new_cost <= cost
         moves = (np.abs(tried - x) > STILL_SIGMAS * beliefs.sigmas).any(axis=1) | (damping > STILL_DAMPING)
+        least_cost = min(least_cost, float(new_cost.min()))
+        moves &= (new_cost < least_cost + HOPELESS_COST) | (step < PATIENCE)
         x = np.where(better[:, None], tried, x)
         damping = np.clip(np.where(better, damping / 5, damping * 4), SMALLEST_DAMPING, GREATEST_DAMPING)
         fitted[going] = x

@@ -9,6 +9,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, TAPE_ERROR
+from fcw.camera.straight import Straightening
 from fcw.camera.verdicts.evidence import OFFSET, Beliefs, Fits, Rows, fit, log_sum
 from fcw.camera.verdicts.hypotheses import (
     POINT_SIGMA_HEIGHTS,
@@ -131,11 +132,15 @@ def judge(calibration: Calibration, imperial: bool = False) -> Judgement:
 def _rolled_points(calibration: Calibration) -> tuple[GroundPoint, ...]:
     if any(point.column_px is None for point in calibration.points):
         return calibration.straight().points
-    level = replace(calibration, orientation=replace(calibration.orientation, roll_rad=0.0))
-    places = [level.straight_place(point.column_px or 0.0, point.row_px) for point in calibration.points]
+    level = replace(calibration.orientation, roll_rad=0.0)
+    way = Straightening(calibration.camera, level, calibration.lens, calibration.image_size)
+    if way.is_identity:
+        return calibration.points
+    clicked = np.array([(point.column_px, point.row_px) for point in calibration.points], float)
+    places = way.to_straight(clicked)
     return tuple(
         GroundPoint(point.distance_m, row_px, column_px)
-        for point, (column_px, row_px) in zip(calibration.points, places, strict=True)
+        for point, (column_px, row_px) in zip(calibration.points, places.tolist(), strict=True)
     )
 
 

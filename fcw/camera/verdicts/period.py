@@ -79,11 +79,11 @@ def period_doubt(
         height_sigma_m: of its camera's height: what the period follows from is lens and height together.
         paced: the points are said to be dashes, the first distance following from the rest.
     """
-    straight = calibration.straight()
-    points = tuple(sorted(straight.points, key=lambda point: point.distance_m))
-    period_m = dash_period_m([point.distance_m for point in points], paced)
+    period_m = dash_period_m([point.distance_m for point in calibration.points], paced)
     if period_m is None:
         return None
+    straight = calibration.straight()
+    points = tuple(sorted(straight.points, key=lambda point: point.distance_m))
     supposed = _hypotheses(points, period_m, calibration.reference_offset_m, paced)
     size, camera = calibration.image_size, straight.camera
     priors = _of_lens_and_height(calibration, height_sigma_m / camera.height_m)

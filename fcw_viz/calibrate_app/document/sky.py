@@ -12,7 +12,7 @@ from fcw_viz.calibrate_app.document.state import Mend, Trouble
 
 
 def sky_troubles(
-    document: Document, calibrate: Callable[[Document], Calibration | None]
+    document: Document, calibrate: Callable[[Document], Calibration | None], fits: bool = False
 ) -> tuple[Trouble, ...]:
     """One for each mark that lies above the horizon which everything but that mark gives.
 
@@ -20,11 +20,13 @@ def sky_troubles(
         document: what was said.
         calibrate: the calibration of a document; None where something is missing; raises UserError where none
             follows.
+        fits: nothing speaks against all that was said together, marks with a distance in it: none of these
+            lies in the sky then, and the calibration without it need not be looked for.
     """
     return tuple(
         Trouble(words.sky_trouble(mark), (mark.id,), Mend(words.delete_label(mark), (DeleteMark(mark.id),)))
         for mark in document.marks
-        if mark.enabled and _in_sky(document, mark, calibrate)
+        if mark.enabled and not (fits and mark.ground_point) and _in_sky(document, mark, calibrate)
     )
 
 

@@ -94,7 +94,10 @@ def solve(document: Document, effects: bool = True) -> Solution:
     """
     lane_horizon, lane_troubles = _lane_horizon(document)
     facts = _facts(document, lane_horizon)
-    sky = () if lane_troubles else sky_troubles(document, calibration_of)
+
+    def sky(fits: bool = False) -> tuple[Trouble, ...]:
+        return () if lane_troubles else sky_troubles(document, calibration_of, fits)
+
     height_assumed = document.height_m is None and not document.has_size
     assumed = height_assumed or document.reference_offset_m is None
     told = _effects(document, lane_horizon) if effects and not assumed else {}
@@ -102,7 +105,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
         Status.INCOMPLETE,
         None,
         words.hint_incomplete(document, facts.missing),
-        (*sky, *lane_troubles),
+        lane_troubles,
         lane_horizon,
         height_assumed,
         told,
@@ -111,7 +114,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
         calibration = _calibration(document, facts)
     except UserError as error:
         # What is in the sky explains it: nobody else is to blame.
-        troubles = sky or degenerate_troubles(document, error, calibration_of, thorough=effects)
+        troubles = sky() or degenerate_troubles(document, error, calibration_of, thorough=effects)
         return replace(
             incomplete,
             status=Status.DEGENERATE,
@@ -119,7 +122,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
             troubles=(*troubles, *lane_troubles),
         )
     if calibration is None:
-        return incomplete
+        return replace(incomplete, troubles=(*sky(), *lane_troubles))
     points = tuple(mark.ground_point for mark in facts.marks if mark.ground_point is not None)
     known = stated(document, points, ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
     result = _result(document, facts, calibration, known)
@@ -133,13 +136,14 @@ def solve(document: Document, effects: bool = True) -> Solution:
         swapped = odd.index if odd.swapped else None
         told_of = Finding(FindingKind.RECTANGLE, odd.text, swapped_sides=swapped)
         result = replace(result, findings=(*result.findings, told_of))
+    in_sky = sky(fits=not any(finding.speaks_against for finding in result.findings))
     if assumed:
         # Without priors the points' misfit is the same for any height and offset; all else follows from them.
         kept = tuple(f for f in result.findings if f.kind in (FindingKind.LENS, FindingKind.RECTANGLE))
         if not facts.priors.count:
             kept += tuple(f for f in result.findings if f.point is not None)
         result = replace(result, findings=kept)
-    troubles = sky or implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
+    troubles = in_sky or implausible_troubles(document, facts.marks, result, calibration_of, thorough=effects)
     solution = replace(incomplete, result=result, troubles=(*lane_troubles, *troubles))
     if assumed:
         return solution
