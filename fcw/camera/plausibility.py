@@ -253,7 +253,7 @@ def _cause(calibration: Calibration, judgement: Judgement | None) -> Finding:
         point = calibration.points[named.points[0]] if named.fault is Fault.POINT else None
         return Finding(FindingKind.CAUSE, text, proposal, point, suspicion=named)
     if judgement is not None and judgement.is_suspect:
-        reason = unclear_text(judgement)
+        reason = unclear_text(judgement, calibration.points)
     elif judgement is not None:
         sigmas = camera_sigmas(calibration)
         reason = (

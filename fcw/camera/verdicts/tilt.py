@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 from fcw.camera.calibration import Calibration
-from fcw.camera.points import PARAMETER_COUNT
+from fcw.camera.joint.known import Known
+from fcw.camera.joint.solve import calibrate_jointly
+from fcw.camera.points import PARAMETER_COUNT, PointsError
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD
 from fcw.camera.verdicts.judgement import Judgement, judge
-from fcw.camera.verdicts.words import SHORT
+from fcw.camera.verdicts.words import JUDGED, SHORT
+from fcw.errors import UserError
 
 ODD_ROLL_RAD = 2.0 * ROLL_SIGMA_RAD
 """By more than this few cameras are tilted."""
@@ -39,3 +42,26 @@ def if_level(calibration: Calibration, judgement: Judgement | None, imperial: bo
     if not rigid.is_suspect:
         return UNNAMED if is_odd else ""
     return SHORT[rigid.named.fault] if rigid.named else UNNAMED
+
+
+def tilted_instead(known: Known, error: PointsError) -> Calibration:
+    """The fit of everything, where a tilt explains points whose rows alone are those of no camera.
+
+    Args:
+        known: everything.
+        error: what the rows alone say of the points.
+
+    Raises:
+        PointsError: that error, where a tilt does not explain them.
+    """
+    columns = {point.column_px for point in known.evidence.points}
+    if error.fault not in JUDGED or len(columns) < 2 or len(known.evidence.points) < PARAMETER_COUNT:
+        raise error
+    try:
+        calibration = calibrate_jointly(known)
+    except UserError:
+        raise error from None
+    judgement = judge(calibration)
+    if judgement.is_suspect or judgement.question is not None:
+        raise error
+    return calibration

@@ -48,7 +48,7 @@ def cause_text(
             return (
                 f"{where}. {proposal or f'A reference offset of {suspicion.offset_m:.1f} m fits'}: measure "
                 "from the camera forward to where the distances start, and calibrate again with that "
-                "reference offset"
+                f"reference offset{_or_tilted(points)}"
             )
         case Fault.SWAPPED:
             return f"the distances of {wrong[0]} and {wrong[1]} are swapped; swap them back"
@@ -59,7 +59,7 @@ def cause_text(
         case Fault.POINT:
             return (
                 f"{wrong[0]} sits on the wrong mark, has a wrong distance, or the road is not flat there; "
-                "leave it out or click it again"
+                f"leave it out or click it again{_or_tilted(points)}"
             )
         case Fault.DASHES:
             first_m = min(suspicion.distances_m) + suspicion.offset_m
@@ -70,6 +70,13 @@ def cause_text(
             )
         case _:
             return f"{SHORT[suspicion.fault]}; state the row of the axis, or use an uncropped picture"
+
+
+def _or_tilted(points: Sequence[GroundPoint]) -> str:
+    """Of what a camera's roll looks like where nobody said which marks lie to which side."""
+    if all(point.column_px is not None for point in points):
+        return ""
+    return "; or the camera is tilted: give the columns of the marks, too (DISTANCE:ROW:COLUMN)"
 
 
 def cause_of(
@@ -91,12 +98,12 @@ def cause_of(
     return named and cause_text(named, points, reference_offset_m)
 
 
-def unclear_text(judgement: Judgement) -> str:
+def unclear_text(judgement: Judgement, points: Sequence[GroundPoint]) -> str:
     """Where something is wrong but the points do not tell what."""
     likely = [SHORT[s.fault] for s in judgement.suspicions[:LISTED]]
     return (
         f"one of these: {'; or '.join(likely)}. The points do not tell which: measure again, and add a point "
-        "far away"
+        f"far away{_or_tilted(points)}"
     )
 
 

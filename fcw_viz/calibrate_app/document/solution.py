@@ -21,6 +21,7 @@ from fcw.camera.plausibility import (
 )
 from fcw.camera.points import (
     PARAMETER_COUNT,
+    PointsError,
     check_order,
     check_repeats,
     distinct_distances,
@@ -28,6 +29,7 @@ from fcw.camera.points import (
 from fcw.camera.solve import calibrate
 from fcw.camera.uncertainty import best_next_click, camera_sigmas, relative_errors, row_sigmas
 from fcw.camera.vanishing import combined, vanishing_row
+from fcw.camera.verdicts.tilt import tilted_instead
 from fcw.errors import UserError
 from fcw.logs.overlay import ROW_DISTANCES_M
 from fcw.units import FEET_PER_METRE
@@ -196,7 +198,10 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
     bent = known.lens is not None or known.bend is not None
     of_rows = None
     if enough and not (document.paced or bent):
-        of_rows = _of_rows(document, facts.priors, points)
+        try:
+            of_rows = _of_rows(document, facts.priors, points)
+        except PointsError as error:
+            return with_lane_horizon(tilted_instead(known, error), document)
     if of_rows is not None and known.is_of_rows:
         return of_rows
     return with_lane_horizon(calibrate_jointly(known), document)

@@ -104,7 +104,9 @@ def stated_height(command: CalibrateCommand) -> Gaussian:
     """The height of the camera in metres, and how well it is known; that of any where none is stated."""
     if command.height is None:
         return Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
-    sigma_m = HEIGHT_SIGMA * command.height if command.height_sigma is None else command.height_sigma
+    sigma_m = command.height_sigma
+    if sigma_m is None:
+        return Gaussian(command.height, HEIGHT_SIGMA * command.height)
     if not sigma_m > 0:
         raise UserError(f"--height-sigma {sigma_m:g}: expected metres above 0, how well the height is known")
     return Gaussian(command.height, sigma_m)

@@ -1,13 +1,14 @@
 """`fcw calibrate --points`: the calibration from points on the command line; it needs no browser."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from rich.text import Text
 
 from fcw.bounded.pictures import LONGEST_SIDE_PX
-from fcw.camera.calibration import Calibration, GroundPoint, Priors
+from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.export import export_text
 from fcw.camera.file import default_path, write_calibration
 from fcw.camera.joint.evidence import Evidence
@@ -18,6 +19,7 @@ from fcw.camera.points import PARAMETER_COUNT, PointsError, check_points, distin
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M
 from fcw.camera.solve import calibrate
 from fcw.camera.verdicts.sky import lies_in_sky
+from fcw.camera.verdicts.tilt import tilted_instead
 from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
@@ -88,43 +90,39 @@ def _calibration(command: CalibrateCommand) -> Calibration:
     points = tuple(ground_point(text) for text in command.points)
     size = _image_size(command)
     lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
-    priors = stated_priors(command, size)
-    calibration = _of_rows(command, points, size, priors, sized) if points else None
-    if command.exact:
-        if calibration is None or evidence is not None or lens is not None:
-            raise UserError("--exact: takes --points alone; leave out what else is said")
-        return calibration
-    evidence = evidence or Evidence()
+    everything = evidence or Evidence()
     if points:
-        if evidence.points:
+        if everything.points:
             raise UserError("--dashes: for marks whose first distance is not known; leave out --points")
-        evidence = replace(evidence, points=points)
+        everything = replace(everything, points=points)
     known = Known(
-        evidence,
+        everything,
         size,
         stated_height(command),
         command.reference_offset,
         command.row_sigma,
-        priors,
+        stated_priors(command, size),
         lens,
         command.tape_error,
     )
+    calibration = _of_rows(command, known, sized) if points else None
+    if command.exact:
+        if calibration is None or evidence is not None or lens is not None:
+            raise UserError("--exact: takes --points alone; leave out what else is said")
+        return calibration
     return calibration if calibration is not None and known.is_of_rows else calibrate_jointly(known)
 
 
-def _of_rows(
-    command: CalibrateCommand, points: tuple[GroundPoint, ...], size: ImageSize, priors: Priors, sized: bool
-) -> Calibration | None:
+def _of_rows(command: CalibrateCommand, known: Known, sized: bool) -> Calibration | None:
     """What the points alone say, whose mistakes are so found also where much else is known.
 
     Args:
         command: with all that was said.
-        points: taped.
-        size: of the picture.
-        priors: stated.
+        known: the same, for one fit.
         sized: whether something else besides tells how large everything is; then fewer points will do, which
             give None.
     """
+    points, size, priors = known.evidence.points, known.image_size, known.priors
     height_m = UNKNOWN_HEIGHT_M if command.height is None else command.height
 
     def of(taped: Sequence[GroundPoint]) -> Calibration:
@@ -156,6 +154,9 @@ def _of_rows(
                     f"the point {point} lies above the horizon that the other points give, in the sky; "
                     "click a mark on the road"
                 ) from None
+        if not command.exact:
+            with suppress(PointsError):
+                return tilted_instead(known, error)
         cause = cause_of(
             error,
             points,

@@ -326,6 +326,18 @@ def test_a_tilted_camera_is_found_by_marks_to_both_sides_and_no_mark_is_blamed(p
         assert row.row_px == pytest.approx(CAMERA.row_at(row.distance_m), abs=2 * row.row_sigma_px)
 
 
+def test_rows_that_only_a_tilt_explains_are_asked_about_and_not_refused():
+    """Straight ahead, rows at 5 and 7 m so near to each other would be those of no road."""
+    places_m = ((4, 0.9), (5, -1.6), (7, 1.2))
+    solution = solve(clicked([d for d, _ in places_m], rolled(*places_m, roll_deg=-4.0)))
+    assert solution.status is Status.DOUBTFUL
+    assert solution.result is not None
+    assert solution.result.calibration.orientation.roll_rad == pytest.approx(math.radians(-4.0), rel=0.1)
+    assert solution.result.calibration.row_at(20.0) == pytest.approx(CAMERA.row_at(20.0), abs=3.0)
+    said_m = [4.0, 7.0, 5.0]
+    assert solve(clicked(said_m, rolled(*places_m, roll_deg=-4.0))).status is Status.DEGENERATE
+
+
 def test_lane_lines_tell_which_way_the_camera_looks():
     marks_m = ((6, 0.9), (15, -0.9), (30, 0.9))
     ends = [rolled((7, side), (40, side), roll_deg=2.0, yaw_deg=3.0) for side in (1.8, -1.8)]

@@ -107,6 +107,23 @@ def test_points_out_of_order_are_told_with_the_mistake_that_explains_them(wrong,
     assert words.format(*rows[1:]) in " ".join(captured.err.split())
 
 
+def test_a_tilt_is_found_by_columns_and_named_as_a_cause_without_them(capsys):
+    """Cameras tilted by -4 and 2 degrees; without columns a tilt looks like other mistakes."""
+    result = result_of(command_of("4:569.6:425.8", "5:546.9:910.6", "7:451.5:480.0"), capsys)
+    (warning,) = result["warnings"]
+    assert "the camera is tilted by 4.0 degrees to the left" in warning
+    tilted = ("5:533.0:486.0", "10:408.1:784.3", "20:359.0:527.1")
+    (warning,) = result_of(command_of(*tilted), capsys)["warnings"]
+    assert "the camera is tilted by 1.9 degrees to the right" in warning
+    without = [point.rpartition(":")[0] for point in tilted]
+    (warning,) = result_of(command_of(*without), capsys)["warnings"]
+    assert "or the camera is tilted: give the columns of the marks" in warning
+
+
+def command_of(*points: str) -> list[str]:
+    return ["calibrate", "--points", *points, "--image-size", "1280x720", "--height", "1.3"]
+
+
 def test_reference_offset_moves_the_camera_behind_the_points(capsys):
     result = result_of([*PAPER, "--exact", "--reference-offset", "2.28"], capsys)
     assert result["pitch_rad"] == pytest.approx(0.1207, abs=5e-5)
