@@ -8,10 +8,10 @@ import numpy as np
 
 from fcw.camera.calibration import GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.straight import Orientation, Straightening
 from fcw.frame import ImageSize
 
 SIZE = ImageSize(1280, 720)
-COLUMN_SPREAD_PX = 300.0
 
 
 @dataclass(frozen=True)
@@ -113,4 +113,26 @@ def clicked(
     for distance_m in distances_m:
         true_m = distance_m * (1 + mistakes.uneven * rng.standard_normal()) * scale + mistakes.offset_m
         points.append(GroundPoint(distance_m, camera.row_at(true_m) + click_px * rng.standard_normal()))
+    return tuple(points)
+
+
+def clicked_beside(
+    rng: np.random.Generator,
+    camera: GroundPlaneCamera,
+    distances_m: tuple[float, ...],
+    mistakes: Mistakes,
+    roll_rad: float,
+    side_m: float,
+    click_px: float = 1.0,
+) -> tuple[GroundPoint, ...]:
+    """The same with columns, as on the page: marks so far (sigma) to the sides of a camera so rolled."""
+    way = Straightening(camera, Orientation(roll_rad=roll_rad), None, SIZE)
+    points = []
+    scale = 1 + mistakes.tape * rng.standard_normal()
+    for distance_m in distances_m:
+        true_m = distance_m * (1 + mistakes.uneven * rng.standard_normal()) * scale + mistakes.offset_m
+        column_px = camera.column_at(side_m * rng.standard_normal(), true_m)
+        place = way.to_picture(np.array([[column_px, camera.row_at(true_m)]]))[0]
+        column_px, row_px = (place + click_px * rng.standard_normal(2)).tolist()
+        points.append(GroundPoint(distance_m, row_px, column_px))
     return tuple(points)

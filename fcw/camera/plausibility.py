@@ -33,6 +33,8 @@ PRINCIPAL_ROW_TOLERANCE = 0.25
 the rest is for the noise of clicks and for cropped pictures."""
 TOLD_ROLL_RAD = math.radians(1.0)
 """A camera tilted by more than this is seen to be."""
+TOLD_ROLL_SIGMAS = 2.5
+"""It is told of when it is this sure: then points are twenty times as likely as those of a level camera."""
 SLACK_SIGMAS = 2.0
 EXACT = CameraSigmas(0.0, 0.0, 0.0, 0.0)
 MAXIMUM_OFFSET_M = 4.0
@@ -357,7 +359,7 @@ def height_finding(calibration: Calibration, stated_m: Gaussian) -> Finding | No
 
 def _roll_finding(calibration: Calibration, judgement: Judgement | None, imperial: bool) -> Iterator[Finding]:
     turned = calibration.orientation
-    if abs(turned.roll_rad) > max(TOLD_ROLL_RAD, OUTLIER_SIGMAS * turned.roll_sigma_rad):
+    if abs(turned.roll_rad) > max(TOLD_ROLL_RAD, TOLD_ROLL_SIGMAS * turned.roll_sigma_rad):
         otherwise = if_level(calibration, judgement, imperial)
         yield Finding(
             FindingKind.ROLL,
