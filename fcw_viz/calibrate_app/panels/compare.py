@@ -1,6 +1,7 @@
-"""Two calibrations side by side: their rows and distances, and what one reads where the other says so."""
+"""Two calibrations side by side: rows, what one reads where the other says so, which fits the vehicles."""
 
 import math
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
@@ -9,18 +10,27 @@ import viser
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
+from fcw.camera.joint.evidence import Ruler
+from fcw.camera.joint.widths import fit_of_widths
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.numbers_text import in_units, row_distance_text, unit_name
 from fcw_viz.calibrate_app.document.state import SessionState
+from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS
 from fcw_viz.calibrate_app.panels.result import plus_minus
-from fcw_viz.page.controls import on_choice
+from fcw_viz.page.controls import on_button, on_choice
 from fcw_viz.page.style import set_html, text_block
 
 NOTHING = "nothing"
 COMPARED_M = np.array([10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 80.0])
 FILES = "*.calibration.yaml"
+JUDGE = "Let the vehicles of the drive judge"
+TOO_FEW_WORDS = f"The drive shows fewer than the {FEWEST_VEHICLES} vehicles that could judge."
+CLEAR_COST, ANY_COST = 6.0, 2.0
+"""One calibration fits vehicles clearly better where they are twenty times as likely by it; less than e times
+is nothing."""
 
 
 class ComparePanel:
@@ -33,7 +43,9 @@ class ComparePanel:
             "Compare with", [str(NOTHING)], hint="A calibration file in the folder where this one is saved"
         )
         self._table = gui.add_html("")
+        self._judge = gui.add_button(JUDGE, color="gray", icon=viser.Icon.CAR, visible=False)
         on_choice(self._list, desk.run, self._choose)
+        on_button(self._judge, desk.run, desk.vehicles.start)
 
     def show(self, state: SessionState) -> None:
         """Bring the table to a moment of the session."""
@@ -43,6 +55,10 @@ class ComparePanel:
         if tuple(self._list.options) != names:
             self._list.options = names
             self._list.value = self._chosen
+        look = self._desk.vehicles
+        compares = self._chosen != NOTHING and state.shown is not None
+        unseen = look.look is None and not look.running and not state.document.vehicles
+        self._judge.visible = compares and unseen and self._desk.pictures.count > 1
         set_html(self._table, text_block(self._html(state)))
 
     def _choose(self, name: str) -> None:
@@ -59,7 +75,13 @@ class ComparePanel:
             other = read_calibration(path).for_image_size(state.document.image_size)
         except UserError as error:
             return f'<p class="fcw-wrong" role="alert">{escape(str(error))}</p>'
-        return comparison_html(state.shown.calibration, other, path, state.document.imperial)
+        here, look = state.shown.calibration, self._desk.vehicles
+        words = LOOKING_WORDS if look.running else "" if look.look is None else TOO_FEW_WORDS
+        rulers = state.document.vehicles or (() if look.look is None else look.look.vehicles)
+        if rulers:
+            words = vehicles_words(here, other, rulers, taken=bool(state.document.vehicles))
+        judged = f"<p>{escape(words)}</p>" if words else ""
+        return comparison_html(here, other, path, state.document.imperial) + judged
 
 
 def comparison_html(here: Calibration, there: Calibration, path: Path, imperial: bool) -> str:
@@ -77,6 +99,29 @@ def comparison_html(here: Calibration, there: Calibration, path: Path, imperial:
         f"<table>{''.join(lines)}</table><p class='dim'>Distances from the reference here; “there” is "
         f"{escape(path.name)}.</p><p>{cameras}</p>"
     )
+
+
+def vehicles_words(here: Calibration, there: Calibration, rulers: Sequence[Ruler], taken: bool) -> str:
+    """Which of the two has the vehicles of the drive as wide as vehicles are, near and far.
+
+    Args:
+        here: the calibration of the page.
+        there: the other one.
+        rulers: the vehicles.
+        taken: whether they are part of the fit here, so that they judge in their own cause.
+    """
+    by_here, by_there = fit_of_widths(here, rulers), fit_of_widths(there, rulers)
+    gain = by_there.cost - by_here.cost
+    better = "here" if gain > 0 else "there"
+    verdict = f"they fit {'clearly ' * (abs(gain) > CLEAR_COST)}better {better}"
+    if abs(gain) < ANY_COST:
+        verdict = "they fit both alike"
+    parts = "; ".join(
+        f"{name} they come out {by.scale - 1:+.0%} wide"
+        for name, by in (("here", by_here), ("there", by_there))
+    )
+    own = " They are part of the fit here." if taken else ""
+    return f"{len(rulers)} vehicles of the drive, by their widths near and far: {verdict} ({parts}).{own}"
 
 
 def read_there(here: Calibration, there: Calibration, distance_m: float) -> float:

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint.evidence import Ruler
 from fcw.camera.straight import Orientation
 from fcw.frame import ImageSize
-from fcw_viz.calibrate_app.panels.compare import comparison_html, read_there
+from fcw_viz.calibrate_app.panels.compare import comparison_html, read_there, vehicles_words
 
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(0.0, 1000.0, 359.5, 1.3, 639.5)
@@ -42,6 +43,32 @@ def test_how_each_camera_is_turned_is_told_where_its_file_says_it():
     html = comparison_html(HERE, replace(HERE, orientation=turned), FILE, imperial=False)
     assert html.count("looks 3.00 ± 0.20° to the left, rolled -1.80 ± 0.50° to the right") == 1
     assert html.count("looks") == 1, "of the level one nothing is known"
+
+
+@pytest.mark.parametrize(
+    ("height_m", "pitch_rad", "words"),
+    [
+        (1.3, 0.0, "they fit both alike (here they come out +0% wide; there they come out +0% wide)"),
+        (
+            1.56,
+            0.0,
+            "they fit clearly better here (here they come out +0% wide; there they come out +20% wide)",
+        ),
+        (1.3, -0.012, "they fit clearly better here"),
+    ],
+)
+def test_vehicles_judge_which_calibration_has_them_as_wide_near_and_far(height_m, pitch_rad, words):
+    """A horizon that is 12 px too low makes far vehicles wider than near ones."""
+    rulers = [
+        Ruler(639.5, CAMERA.row_at(d), 1.8 * 1000.0 / d, Gaussian(1.8, 0.15), 1.0)
+        for d in (10.0, 15.0, 20.0, 30.0, 45.0)
+    ]
+    there = Calibration.from_camera(GroundPlaneCamera(pitch_rad, 1000.0, 359.5, height_m, 639.5), SIZE)
+    told = vehicles_words(HERE, there, rulers, taken=False)
+    assert told.startswith("5 vehicles of the drive, by their widths near and far: ")
+    assert words in told
+    if words.startswith("they fit clearly"):
+        assert "clearly better there" in vehicles_words(there, HERE, rulers, taken=False)
 
 
 def test_feet_are_feet():
