@@ -268,7 +268,8 @@ WAYS = (
     Way(
         SPEED,
         "A known speed",
-        "A stretch of driving whose mean speed you know, by GPS or speedometer, and roughly the height.",
+        "The mean speed of a stretch of driving, by GPS, a speedometer or figures in the picture itself, and "
+        "roughly the height.",
         True,
         (Part.LENS,),
         _of_speed,
