@@ -10,7 +10,9 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.plausibility import FindingKind, plausibility
 from fcw.camera.solve import calibrate
+from fcw.camera.straight import Orientation
 from fcw.camera.verdicts.hypotheses import Fault
+from fcw.camera.verdicts.judgement import judge
 from fcw.frame import ImageSize
 
 SIZE = ImageSize(1280, 720)
@@ -172,3 +174,27 @@ def test_points_that_a_file_calls_exact_are_judged_as_clicks_of_a_hundredth_of_a
             ]
         assert told[0] == told[1]
         assert bool(told[0]) == suspect
+
+
+def test_a_camera_that_has_a_mark_behind_it_is_judged_by_the_marks_as_they_were_clicked():
+    """Turned this far up and aside, without its roll it would not see the nearest mark."""
+    marks = (
+        GroundPoint(4.0, 647.7, 564.6),
+        GroundPoint(5.0, 549.5, 704.1),
+        GroundPoint(7.0, 441.0, 654.1),
+        GroundPoint(20.0, 135.6, 581.4),
+    )
+    camera = GroundPlaneCamera(-math.pi / 4, 100.0, 359.5, 1.83, 716.8)
+    calibration = replace(
+        Calibration.from_camera(camera, SIZE),
+        points=marks,
+        row_sigma_px=1.0,
+        orientation=Orientation(1.0, -0.92, 0.02, 0.01),
+    )
+    assert not all(math.isfinite(row_px) for row_px in level(calibration).straight_rows_px)
+    judgement = judge(calibration)
+    assert judgement.as_said + sum(s.probability for s in judgement.suspicions) == pytest.approx(1.0)
+
+
+def level(calibration: Calibration) -> Calibration:
+    return replace(calibration, orientation=replace(calibration.orientation, roll_rad=0.0))

@@ -117,8 +117,11 @@ def judge(calibration: Calibration, imperial: bool = False) -> Judgement:
 
     The roll is open to each hypothesis by itself: one that was fitted to a mistake would explain it away.
     """
+    points = _rolled_points(calibration)
+    if not all(math.isfinite(point.row_px) for point in points):
+        points = calibration.points  # a camera that has one of them behind it says nothing of where they lie
     return judge_points(
-        _rolled_points(calibration),
+        points,
         calibration.image_size,
         calibration.camera.height_m,
         calibration.reference_offset_m,
