@@ -33,7 +33,9 @@ def width_misfits(
     Wild ones count little (Huber). Widths and rows say nothing of the focal length, so the sides that are
     seen must not either: they are those of the usual one. Sigmas that depend on the camera have a cost, the
     second half: that of the density's factor 1 / sigma. Otherwise a camera that sees mostly the sides of all
-    vehicles fits whatever was seen.
+    vehicles fits whatever was seen. The error of a row is a part of the height in the picture that the width
+    tells, not of the one that the camera gives: else a horizon below a vehicle would excuse its width, and two
+    false boxes on the own bonnet outweigh the vehicles ahead.
 
     Args:
         rulers: the vehicles.
@@ -52,7 +54,7 @@ def width_misfits(
     sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
     seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
     relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
-    row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) / below
+    row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) * usual_m / (widths_px * camera.height_m)
     widened = 1 + (row_parts**2 + (SIDE_SIGMA * sides_m / seen_m) ** 2) / relative**2
     sigmas = relative * np.sqrt(widened)
     misfits = (np.log(seen_m / usual_m) - log_fleet) / sigmas

@@ -221,6 +221,15 @@ def test_vehicles_above_the_usual_horizon_show_that_the_camera_looks_down():
     assert found.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=12)
 
 
+def test_false_boxes_on_the_own_bonnet_do_not_outweigh_as_many_vehicles():
+    """As on a clip that ends with a crash: the two boxes would be 0.5 m wide, or the vehicles in the sky."""
+    camera = GroundPlaneCamera(0.0, 493.0, 185.0, HEIGHT.value, 319.5)
+    bonnet = tuple(Ruler(column_px, 330.0, 60.0, Gaussian(1.8, 0.16), 1.0) for column_px in (260.0, 345.0))
+    rulers = rulers_of(camera, [(10.0, 0.5), (18.0, 1.0)]) + bonnet
+    found = calibrate_jointly(Known(Evidence(rulers=rulers), ImageSize(640, 360), HEIGHT))
+    assert found.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=8.0)
+
+
 def test_wide_boxes_of_neighbours_do_not_make_a_lens_of_any_width():
     """Widths and rows hold nothing of the focal length, so the belief in it stays: 66 degrees."""
     camera = GroundPlaneCamera(0.02, 590.0, 239.5, 1.3, 426.5)
