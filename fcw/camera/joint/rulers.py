@@ -34,8 +34,8 @@ def width_misfits(
     seen must not either: they are those of the usual one. Sigmas that depend on the camera have a cost, the
     second half: that of the density's factor 1 / sigma. Otherwise a camera that sees mostly the sides of all
     vehicles fits whatever was seen. The error of a row is a part of the height in the picture that the width
-    tells, not of the one that the camera gives: else a horizon below a vehicle would excuse its width, and two
-    false boxes on the own bonnet outweigh the vehicles ahead.
+    tells, not of the one that the camera gives. Otherwise a horizon below a vehicle would excuse its width,
+    and two false boxes on the own bonnet outweigh the vehicles ahead.
 
     Args:
         rulers: the vehicles.
