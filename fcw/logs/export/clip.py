@@ -138,7 +138,8 @@ def _logs(path: Path) -> list[Path]:
         for folder, _, files in os.walk(path.resolve())
         if MCAP_NAME in files and not Path(folder).name.startswith(EARLIER_PREFIX)
     )
-    logs = sorted(log.resolve() if log.is_symlink() else log for log in below)
+    # A link may lead nowhere, or to itself.
+    logs = sorted(log.resolve() if log.is_symlink() else log for log in below if log.exists())
     if not logs:
         raise UserError(
             f"{path}: no {MCAP_NAME} in this folder or below it; name a drive's log, "

@@ -120,13 +120,15 @@ def test_what_is_typed_is_understood_or_stays_with_what_was_expected(
     wait_for(lambda: page.session.state.saved)
     assert page.session.state.document.height_m == pytest.approx(4.25 * 0.3048)
     wait_for(lambda: "Saved drive.calibration.yaml" in person.words(".mantine-Notification-root"))
-    note, banner = (
-        person.browser.page.locator(selector).first.bounding_box()
-        for selector in (".mantine-Notification-root", ".fcw-banner")
-    )
-    assert note is not None
-    assert banner is not None
-    assert note["y"] > banner["y"] + banner["height"]
+
+    def note_is_below_the_banner() -> bool:
+        note, banner = (  # each is away for a moment while it is drawn anew
+            person.browser.page.locator(selector).first.bounding_box()
+            for selector in (".mantine-Notification-root", ".fcw-banner")
+        )
+        return note is not None and banner is not None and note["y"] > banner["y"] + banner["height"]
+
+    wait_for(note_is_below_the_banner)
     person.put_away_notifications()
 
     # A deleted letter is used again.

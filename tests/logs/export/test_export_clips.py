@@ -31,6 +31,14 @@ def test_a_log_a_folder_and_a_folder_of_folders_stand_for_their_drives(tmp_path,
     assert find_drives([tmp_path / "all", c]) == {"monday": a, "tuesday": b, "kept": c}
 
 
+def test_links_that_lead_nowhere_or_to_themselves_are_no_drives(tmp_path, log_bytes):
+    drive = put(tmp_path / "monday" / "drive.mcap", log_bytes)
+    for name, target in (("loop", "drive.mcap"), ("gone", "nowhere.mcap"), ("linked", str(drive))):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "drive.mcap").symlink_to(target)
+    assert find_drives([tmp_path]) == {"monday": drive}
+
+
 def test_a_drive_named_twice_is_taken_once(tmp_path, log_bytes):
     a = put(tmp_path / "monday" / "drive.mcap", log_bytes)
     assert find_drives([a, a.parent, tmp_path]) == {"monday": a}
