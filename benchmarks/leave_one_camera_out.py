@@ -27,6 +27,8 @@ from fcw.detection.choice import DetectorModel, load_model
 from fcw.detection.model import Model
 from fcw.detection.net.model import NetModel
 from fcw.detection.training.dataset import TrainingImage
+from fcw.detection.training.folders import load_training_set
+from fcw.detection.training.own_data import camera_of
 from fcw.detection.training.training import TrainingSettings, train
 from fcw.errors import UserError
 from fcw.evaluation.detection.cameras import (
@@ -86,6 +88,14 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--detector", choices=("acf", "net"), default="acf", help="which is trained")
     parser.add_argument("--name", help="what it is called in the table; by default as it is")
     parser.add_argument("--seed", type=int, default=0, help="of the trainings")
+    parser.add_argument(
+        "--more",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="DIR",
+        help="training folders to learn from as well; cameras that are left out are left out of them too",
+    )
     parser.add_argument(
         "--detections", type=Path, help="folder where what was found is kept, a file a detector"
     )
@@ -159,6 +169,7 @@ def with_left_out(
     names = tuple(makers)
     groups = tuple(part.name for part in parts)
     together = {**{name: Found({}, groups) for name in names}, **found}
+    more_images = load_training_set(*arguments.more) if arguments.more else ()
     for name in names:
         if together[name].groups != groups:
             raise UserError(
@@ -168,10 +179,11 @@ def with_left_out(
     for number, part in enumerate(parts, start=1):
         if all(together[name].has(cameras, part.tested) for name in names):
             continue
-        say_progress(
-            f"{number} of {len(parts)}, without {part.name}: {len(part.learnt)} pictures to learn from"
-        )
-        fit = trainer(arguments, part.name)
+        group = set(cameras.cameras[part.tested][cameras.complete[part.tested]].tolist())
+        others = tuple(each for each in more_images if camera_of(each.labelled.clip) not in group)
+        learnt = len(part.learnt) + len(others)
+        say_progress(f"{number} of {len(parts)}, without {part.name}: {learnt} pictures to learn from")
+        fit = with_others(trainer(arguments, part.name), others)
         for name, more in detect_left_out(cameras, part, fit, makers).items():
             together[name] = together[name].with_more(more)
             keep(arguments.detections, name, together[name])
@@ -225,6 +237,11 @@ def trainer(arguments: argparse.Namespace, fold: str) -> Fit[Any]:
         return Model.load(path)
 
     return fit_the_net if arguments.detector == "net" else fit
+
+
+def with_others(fit: Fit[Any], others: Sequence[TrainingImage]) -> Fit[Any]:
+    """The trainer, learning from other pictures too."""
+    return lambda images, /: fit((*images, *others))
 
 
 class Notes:

@@ -1,8 +1,9 @@
 """Labelled pictures for training and measuring: COCO labels, and which windows may serve as background.
 
-The clip of a picture is the image's `clip` field or else the name of its folder. An annotation with
-`"ignore": true` is neither a vehicle to learn from nor background. `rear_box` is the rear face of a vehicle
-that is seen from a corner: who finds that has found the vehicle too.
+The clip of a picture is the image's `clip` field or else the name of its folder. An image with
+`"complete": false` has vehicles without a box, so that nothing in it is sure to be background. An annotation
+with `"ignore": true` is neither a vehicle to learn from nor background. `rear_box` is the rear face of a
+vehicle that is seen from a corner: who finds that has found the vehicle too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -163,6 +164,7 @@ def _labelled(
         boxes=np.array([a["bbox"] for a in annotations], np.float64).reshape(-1, 4),
         ignored=np.array([bool(a.get("ignore")) for a in annotations], bool),
         rear_boxes=np.array(rear_boxes, np.float64).reshape(-1, 4),
+        complete=bool(picture.get("complete", True)),
         camera=clip,
     )
 

@@ -66,7 +66,7 @@ class Source:
 
     def completed(self, image: LabelledImage) -> LabelledImage:
         """A picture of this set with its camera, and whether all vehicles are labelled."""
-        return replace(image, camera=camera_of(image.clip), complete=self.complete)
+        return replace(image, camera=camera_of(image.clip), complete=self.complete and image.complete)
 
 
 SOURCES = (

@@ -113,6 +113,14 @@ def test_rear_faces_are_read_where_there_are_any(labels, tmp_path):
         read_labels(labels(content), tmp_path)
 
 
+def test_a_picture_says_that_some_of_its_vehicles_have_no_box(labels, tmp_path):
+    box = (1, 2, 3, 4)
+    (said,) = read_labels(labels(coco(box, complete=False)), tmp_path)
+    (silent,) = read_labels(labels(coco(box)), tmp_path)
+    assert not said.complete
+    assert silent.complete
+
+
 def test_the_clip_field_goes_before_the_folder_s_name(labels, tmp_path):
     (image,) = read_labels(labels(coco((1, 2, 3, 4), clip="evening")), tmp_path)
     assert image.clip == "evening"
