@@ -61,3 +61,11 @@ def test_drives_that_a_batch_has_not_done_are_followed_with_their_reasons(tmp_pa
         folder.close()
     (tmp_path / DRIVES_NAME).write_bytes(b"PAR1")
     assert unfinished_drives(tmp_path) == ()
+
+
+def test_of_a_batch_without_a_drive_that_is_done_the_list_says_why_at_once(tmp_path):
+    torn = Record("torn", "/torn.mp4", "bus", State.FAILED, "/torn.mp4: cannot be read; copy it again")
+    write_tables(tmp_path, [torn])
+    html = folder_html("drives", [], 0, 1000.0, unfinished=unfinished_drives(tmp_path))
+    assert "These drives of the batch are not done" in html
+    assert torn.reason in html

@@ -3,6 +3,8 @@
 import getpass
 from pathlib import Path
 
+from fcw.batch.tables import unfinished_drives
+from fcw.errors import UserError
 from fcw.logs.export.clip import find_drives
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.commands.review.options import ReviewCommand
@@ -19,7 +21,12 @@ def review_in_page(command: ReviewCommand) -> int:
         KeyboardInterrupt: the end.
     """
     path: Path = command.path
-    drives = find_drives([path])
+    try:
+        drives = find_drives([path])
+    except UserError:
+        if not unfinished_drives(path):
+            raise
+        drives = {}  # a batch of which no drive is done yet: the list names each with its reason
     port = DEFAULT_PORT if command.port is None else command.port
     title = next(iter(drives)) if len(drives) == 1 else path.resolve().name
     # A folder of drives, not that of one drive.

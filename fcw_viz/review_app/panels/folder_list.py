@@ -1,6 +1,7 @@
 """The list of a folder's drives with their events, the worst first."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 
 from fcw.batch.ledger import Record
@@ -71,9 +72,11 @@ def folder_html(
         asked: which of them are listed, and in which order; by default all, the worst first. Or it asks for
             their moments, or for the drives that are not done.
         most: so many are listed; `more:` asks for the others.
-        unfinished: drives that a batch has not done.
+        unfinished: drives that a batch has not done; listed at once where there are no others.
     """
     asked = asked or DriveFilter()
+    if unfinished and not cards:
+        asked = replace(asked, listed=Listed.UNFINISHED)  # there is nothing else to look at
     if asked.listed is Listed.MOMENTS:
         moments, what = asked.moments(cards), "moments"
         count, of = len(moments), sum(len(card.events) for card in cards)
