@@ -101,7 +101,8 @@ class PageServer(ABC):
 
     def wait(self) -> None:
         """Wait for ever; Ctrl-C raises KeyboardInterrupt."""
-        threading.Event().wait()
+        while True:
+            time.sleep(3600)  # a second Ctrl-C in the locks of `threading` would end in their own error
 
     def stop(self) -> None:
         """Say so on every page, close the tabs and end it."""
