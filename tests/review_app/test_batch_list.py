@@ -10,6 +10,7 @@ from fcw.batch.tables import DRIVES_NAME, unfinished_drives, write_tables
 from fcw.logs.export.clip import find_drives
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.folder import Folder
 from fcw_viz.review_app.panels.folder_list import folder_html
 from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
@@ -69,3 +70,12 @@ def test_of_a_batch_without_a_drive_that_is_done_the_list_says_why_at_once(tmp_p
     html = folder_html("drives", [], 0, 1000.0, unfinished=unfinished_drives(tmp_path))
     assert "These drives of the batch are not done" in html
     assert torn.reason in html
+
+
+def test_a_long_list_is_drawn_in_parts(tmp_path):
+    cards = [DriveCard(f"drive {number}", tmp_path / str(number), read=False) for number in range(300)]
+    html = folder_html("drives", cards, 300, 1000.0)
+    assert html.count("fcw-row") == 30
+    assert "200 of 270 more drives" in html
+    assert "70 more drives" in folder_html("drives", cards, 300, 1000.0, most=230)
+    assert "more drives" not in folder_html("drives", cards, 300, 1000.0, most=430)

@@ -44,6 +44,8 @@ NARROW_PX = 672.0
 
 MOST_LISTED = 30
 """Rows that are drawn at once; of more the first ones, for a list of hundreds takes a browser seconds."""
+MORE_LISTED = 200
+"""Rows that are drawn when more are asked for."""
 
 
 _HINTS = {
@@ -91,7 +93,9 @@ def folder_html(
         count, of = len(drives), len(cards)
         rows = "".join(_row(card, axis_px, asked) for card in drives[:most])
     if count > most:
-        rows += f"<button {says('more:')}>{count - most} more {what}</button>"
+        left = count - most
+        words = f"{left} more {what}" if left <= MORE_LISTED else f"{MORE_LISTED} of {left} more {what}"
+        rows += f"<button {says('more:')}>{words}</button>"
     found = f"<p>{count} match the filter.</p>" if count < of else ""
     failed = ""
     if unfinished and asked.listed is not Listed.UNFINISHED:

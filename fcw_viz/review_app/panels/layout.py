@@ -1,6 +1,5 @@
 """The panel at the right of a tab, and the list of drives over the rest."""
 
-import sys
 from html import escape
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from fcw_viz.review_app.drive import duration_text, utc_text
 from fcw_viz.review_app.keys import HELP_ROWS
 from fcw_viz.review_app.panels.boxes import BOXES, BoxesPanel
 from fcw_viz.review_app.panels.event import EventPanel
-from fcw_viz.review_app.panels.folder_list import MOST_LISTED, folder_html, legend_html
+from fcw_viz.review_app.panels.folder_list import MORE_LISTED, MOST_LISTED, folder_html, legend_html
 from fcw_viz.review_app.panels.map import map_html
 from fcw_viz.review_app.panels.remarks import RemarksPanel
 from fcw_viz.review_app.panels.take import TakePanel
@@ -112,8 +111,8 @@ class Panels:
             set_html(self._runs, text_block(listed))
 
     def show_more(self) -> None:
-        """List all drives."""
-        self._most = sys.maxsize
+        """List more rows."""
+        self._most += MORE_LISTED
         self._show_folder()
 
     def show_filter(self) -> None:
