@@ -4,7 +4,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
+from running.made_once import made_once
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
@@ -135,7 +137,17 @@ def write_drive(path: Path, duration_s: float = DURATION_S, finished: bool = Tru
     writing = DriveWriting(path)
     writing.write(range(round(duration_s * RATE_HZ)))
     writing.close()
-    if not finished:
-        data = path.read_bytes()
-        path.write_bytes(data[: len(data) * 2 // 3])
+    return path if finished else tear(path, path)
+
+
+def tear(log: Path, path: Path) -> Path:
+    """Write what a killed program would have left of a log."""
+    data = log.read_bytes()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data[: len(data) * 2 // 3])
     return path
+
+
+def whole_drive(factory: pytest.TempPathFactory) -> Path:
+    """The log of the whole drive, written once for all test processes; not to be written beside."""
+    return made_once(factory, "made", lambda folder: write_drive(folder / "drive.mcap")) / "drive.mcap"

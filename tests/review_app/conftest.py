@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from review_drives import write_drive
+from review_drives import whole_drive
 
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.place import Place
@@ -15,7 +15,7 @@ from fcw_viz.review_app.session import ReviewSession
 @pytest.fixture(scope="session")
 def drive_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The log of the made drive; not to be written beside."""
-    return write_drive(tmp_path_factory.mktemp("made") / "drive.mcap")
+    return whole_drive(tmp_path_factory)
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from review_drives import QUIET_S, DriveWriting, write_drive
+from review_drives import QUIET_S, DriveWriting, tear, write_drive
 
 from fcw.annotation.records import Judgement, Note, Verdict
 from fcw.annotation.review import reference_to
@@ -35,7 +35,7 @@ def test_the_folder_is_listed_worst_first_with_what_cannot_be_read_last(log: Pat
     no_log = tmp_path / "no.mcap"
     no_log.write_bytes(b"something")
     quiet = write_drive(tmp_path / "quiet" / "drive.mcap", QUIET_S)
-    torn = write_drive(tmp_path / "torn" / "drive.mcap", finished=False)
+    torn = tear(log, tmp_path / "torn" / "drive.mcap")
     session = ReviewSession({"no": no_log, "quiet": quiet, "torn": torn, "made": log}, "anna")
     told = threading.Event()
 

@@ -4,12 +4,12 @@ import shutil
 from pathlib import Path
 
 import pytest
-from review_drives import write_drive
+from review_drives import whole_drive
 
 
 @pytest.fixture(scope="session")
 def made_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_drive(tmp_path_factory.mktemp("made") / "drive.mcap")
+    return whole_drive(tmp_path_factory)
 
 
 @pytest.fixture

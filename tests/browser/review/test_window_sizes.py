@@ -1,9 +1,9 @@
 """In a window of any size nothing covers or cuts off another part of the page."""
 
+import shutil
 from pathlib import Path
 
 import pytest
-from review_drives import write_drive
 from review_helpers import OpenPage, Review, Reviewer, WaitFor
 
 WINDOWS_PX = ((1400, 900), (1000, 700), (768, 1024), (390, 844))
@@ -27,9 +27,9 @@ Rectangle = tuple[float, float, float, float]
 
 
 @pytest.fixture(scope="module")
-def drives(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("sizes")
-    return {name: write_drive(folder / name / "drive.mcap") for name in ("first", "second")}
+def drives(made_log: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    names = ("first", "second")
+    return {name: Path(shutil.copy(made_log, tmp_path_factory.mktemp(name))) for name in names}
 
 
 def overlap_px(one: Rectangle, other: Rectangle) -> float:

@@ -63,15 +63,20 @@ class Person:
         assert self.found.wait(60)
 
 
+@pytest.fixture(scope="module")
+def other_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("runs")
+    other_log(folder / "again" / "drive.mcap")
+    other_log(folder / "part" / "drive.mcap", 100, 400)
+    other_log(folder / "beginning" / "drive.mcap", 0, round(QUIET_S * RATE_HZ))
+    return folder
+
+
 @pytest.fixture
-def person(drive_log: Path, tmp_path: Path) -> Iterator[Person]:
-    drives = {
-        "made": Path(shutil.copy(drive_log, tmp_path)),
-        "again": other_log(tmp_path / "again" / "drive.mcap"),
-        "part": other_log(tmp_path / "part" / "drive.mcap", 100, 400),
-        "beginning": other_log(tmp_path / "beginning" / "drive.mcap", 0, round(QUIET_S * RATE_HZ)),
-    }
-    session = ReviewSession(drives, "anna")
+def person(drive_log: Path, other_runs: Path, tmp_path: Path) -> Iterator[Person]:
+    shutil.copytree(other_runs, tmp_path, dirs_exist_ok=True)
+    drives = {name: tmp_path / name / "drive.mcap" for name in ("again", "part", "beginning")}
+    session = ReviewSession({"made": Path(shutil.copy(drive_log, tmp_path)), **drives}, "anna")
     yield Person(session)
     session.close()
 

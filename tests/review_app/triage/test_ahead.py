@@ -1,5 +1,6 @@
 """What the next unjudged event shows is there before somebody goes to it."""
 
+import shutil
 import threading
 import time
 from pathlib import Path
@@ -22,11 +23,11 @@ def wait_until_read() -> None:
 
 
 def test_the_picture_of_the_next_unjudged_event_is_decoded_before_it_is_asked_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    drive_log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     drives = {
         "quiet": write_drive(tmp_path / "quiet" / "drive.mcap", QUIET_S),
-        "made": write_drive(tmp_path / "made" / "drive.mcap", 14.0),
+        "made": Path(shutil.copy(drive_log, tmp_path)),
     }
     session = ReviewSession(drives, "anna")
     session.folder.start()
