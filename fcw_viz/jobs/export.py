@@ -21,9 +21,9 @@ from fcw.logs.export.replay import replay, with_its_keyframe
 from fcw.logs.export.table import write_csv, write_parquet
 from fcw.logs.export.tracks import write_kitti, write_mot
 from fcw.logs.mcap.writer import McapSink
+from fcw.logs.records import Sink
 from fcw_viz.console import note, progress
 from fcw_viz.overlay import OverlayPainter
-from fcw_viz.rerun.log import RerunSink
 
 SUFFIXES = {
     "csv": ".csv",
@@ -280,12 +280,16 @@ def _write_one(
 
 def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable[[], None]) -> int:
     """A log by a sink, which leaves what it has where it fails: in a folder that goes away."""
-    sink = McapSink if job.format == "mcap" else RerunSink
+    make: Callable[[Path], Sink] = McapSink
+    if job.format == "rrd":
+        from fcw_viz.rerun.log import RerunSink  # it takes a second to load, and other formats need it not
+
+        make = RerunSink
     try:
         with TemporaryDirectory(prefix=".fcw-export-", dir=target.parent) as folder:
             written = Path(folder) / target.name
             try:
-                count = replay(clip, sink(written), on_frame)
+                count = replay(clip, make(written), on_frame)
             except UserError as error:
                 if folder not in str(error):  # it is about the drive
                     raise

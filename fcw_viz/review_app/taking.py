@@ -14,7 +14,6 @@ from fcw.logs.pictures import LogPictures
 from fcw.logs.records import Sink
 from fcw_viz.console import SILENT
 from fcw_viz.jobs.export import ExportJob, run_export_job
-from fcw_viz.rerun.log import RerunSink
 from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer
 
 AROUND_S = 5.0
@@ -103,6 +102,8 @@ class RerunViewers:
         Raises:
             UserError: the drive cannot be read, or the viewer does not start.
         """
+        from fcw_viz.rerun.log import RerunSink  # it takes a second to load, and few reviews need it
+
         with ExitStack() as stack:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
             recording = folder / "drive.rrd"
