@@ -1,6 +1,8 @@
 """Verdicts as the labels by which warnings are measured."""
 
 import json
+import shutil
+from pathlib import Path
 
 import pytest
 from annotation_helpers import frame_result, write_log
@@ -11,6 +13,7 @@ from fcw.annotation.store import ReviewStore
 from fcw.annotation.warning_labels import warning_labels
 from fcw.evaluation.warning.events import Event, compare_with_events
 from fcw.logs.events import find_events
+from fcw.logs.mcap.reader import DriveLog
 from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main
 
@@ -36,13 +39,20 @@ def write_drive(folder, shown=SHOWN):
 
 
 @pytest.fixture(scope="module")
-def events(tmp_path_factory):
-    return find_events(write_drive(tmp_path_factory.mktemp("drive")).series())
+def unjudged(tmp_path_factory):
+    return write_drive(tmp_path_factory.mktemp("drive"))
+
+
+@pytest.fixture(scope="module")
+def events(unjudged):
+    return find_events(unjudged.series())
 
 
 @pytest.fixture
-def drive(tmp_path):
-    return write_drive(tmp_path / "first")
+def drive(unjudged, tmp_path):
+    folder = tmp_path / "first"
+    folder.mkdir()
+    return DriveLog(Path(shutil.copy(unjudged.path, folder)))
 
 
 def judge(log, *judged, missed=()):

@@ -15,7 +15,7 @@ from fcw.logs.records import DriveHeader
 from fcw_viz.rerun.log import RerunSink
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def entries() -> list[Any]:
     encoder = VideoEncoder(SIZE, RATE_HZ)
     drive = []
@@ -26,7 +26,7 @@ def entries() -> list[Any]:
     return drive
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def header() -> DriveHeader:
     camera = GroundPlaneCamera(0.03, 1000.0, 350.0, 1.4, 640.0)
     calibration = Calibration.from_camera(camera, SIZE, reference_offset_m=1.7)

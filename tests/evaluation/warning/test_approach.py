@@ -1,5 +1,6 @@
 """An approach made of one picture: its geometry is the camera's, and what is found in time is warned of."""
 
+from functools import cache
 from itertools import pairwise
 
 import cv2
@@ -10,7 +11,13 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
-from fcw.evaluation.warning.approach import END_GAP_M, approach, closing_speed_mps, run_approach
+from fcw.evaluation.warning.approach import (
+    END_GAP_M,
+    ApproachFrame,
+    approach,
+    closing_speed_mps,
+    run_approach,
+)
 from fcw.frame import ImageSize
 from fcw.warning.driver import EXPECTED_DRIVER
 from fcw.warning.policies import make_policy
@@ -41,8 +48,13 @@ class FindsBright:
         return (Detection(Box(x - 0.5, y - 0.5, w, h), 10.0),) if w else ()
 
 
+@cache
+def approaching() -> tuple[ApproachFrame, ...]:
+    return tuple(approach(picture(), VEHICLE, CALIBRATION))
+
+
 def test_every_picture_shows_the_vehicle_where_the_camera_sees_it_at_that_distance():
-    frames = list(approach(picture(), VEHICLE, CALIBRATION))
+    frames = approaching()
     gaps_m = [frame.gap_m for frame in frames]
     assert gaps_m[0] == pytest.approx(FIRST_GAP_M)
     assert gaps_m == sorted(gaps_m, reverse=True)
@@ -60,7 +72,7 @@ def test_every_picture_shows_the_vehicle_where_the_camera_sees_it_at_that_distan
 
 
 def test_the_distance_falls_as_fast_as_is_said():
-    frames = list(approach(picture(), VEHICLE, CALIBRATION))
+    frames = approaching()
     for before, after in pairwise(frames):
         passed_s = (after.time_ns - before.time_ns) / 1e9
         assert (before.gap_m - after.gap_m) / passed_s == pytest.approx(after.closing_mps, abs=0.3)
@@ -73,7 +85,7 @@ def test_the_closing_speed_is_that_which_needs_the_gap(needed_m: float):
 
 @pytest.mark.slow
 def test_a_vehicle_that_is_found_is_warned_of_in_time():
-    trial = run_approach(approach(picture(), VEHICLE, CALIBRATION), CALIBRATION, FindsBright(), make_policy())
+    trial = run_approach(iter(approaching()), CALIBRATION, FindsBright(), make_policy())
     assert trial.in_time
     assert trial.found_part > 0.95
     assert trial.others == 0
@@ -85,10 +97,10 @@ def test_a_vehicle_that_is_not_found_is_not_warned_of_and_that_is_said():
         def detect(self, image: np.ndarray) -> tuple[Detection, ...]:
             return ()
 
-    trial = run_approach(approach(picture(), VEHICLE, CALIBRATION), CALIBRATION, Blind(), make_policy())
+    trial = run_approach(iter(approaching()), CALIBRATION, Blind(), make_policy())
     assert trial.found_part == trial.tracked_part == 0
     assert trial.warned_s is None
     assert not trial.in_time
     needed_m = EXPECTED_DRIVER.needed_distance_m(closing_speed_mps(0.6 * FIRST_GAP_M))
-    due = next(f for f in approach(picture(), VEHICLE, CALIBRATION) if f.gap_m <= needed_m)
+    due = next(f for f in approaching() if f.gap_m <= needed_m)
     assert trial.due_s == pytest.approx(due.time_ns / 1e9)

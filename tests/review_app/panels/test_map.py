@@ -57,10 +57,14 @@ def test_a_clock_that_counts_from_1970_says_it_too(tmp_path: Path):
     assert utc_text(recorded.zero_utc_ns, True) == "2026-11-20 23:59:50 UTC"
 
 
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory: pytest.TempPathFactory) -> Drive:
+    return drive(tmp_path_factory.mktemp("tracked"), gpx(40))
+
+
 @pytest.mark.parametrize("time_s", [0.0, 10.5, 20.0])
-def test_the_map_shows_where_one_is_and_where_events_were(tmp_path: Path, time_s: float):
-    made = drive(tmp_path, gpx(40))
-    html = map_html(made, time_s)
+def test_the_map_shows_where_one_is_and_where_events_were(tracked: Drive, time_s: float):
+    html = map_html(tracked, time_s)
     svg = ET.fromstring(html[html.index("<svg") : html.index("</svg>") + len("</svg>")])
     circles = {circle.get("r"): circle for circle in svg.iter(f"{SVG}circle")}
     here, caution = float(circles["6"].get("cy", "")), svg.find(f"{SVG}g[@data-fcw='event:0']/{SVG}circle")
@@ -70,8 +74,8 @@ def test_the_map_shows_where_one_is_and_where_events_were(tmp_path: Path, time_s
     # North is up, and a way at one speed is as long as its time.
     bottom, top = ends[0], ends[-1]
     assert top < bottom
-    assert here == pytest.approx(bottom + (top - bottom) * time_s / math.floor(made.duration_s), abs=0.3)
-    expected = bottom + (top - bottom) * CAUTION_S / math.floor(made.duration_s)
+    assert here == pytest.approx(bottom + (top - bottom) * time_s / math.floor(tracked.duration_s), abs=0.3)
+    expected = bottom + (top - bottom) * CAUTION_S / math.floor(tracked.duration_s)
     assert float(caution.get("cy", "")) == pytest.approx(expected, abs=0.3)
 
 
