@@ -45,12 +45,17 @@ def modules() -> dict[str, Path]:
 def imported(path: Path) -> tuple[str, ...]:
     """The names a module imports, each with its module's."""
     names: list[str] = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    nodes: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while nodes:
+        node = nodes.pop()
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: a relative import"
             names += [f"{node.module}.{alias.name}" for alias in node.names]
+        # Imports stand in blocks, never in expressions, which are most of a file.
+        for block in ("body", "orelse", "handlers", "finalbody", "cases"):
+            nodes += [inner for inner in getattr(node, block, ()) if not isinstance(inner, ast.Expr)]
     return tuple(names)
 
 
