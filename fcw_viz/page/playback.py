@@ -71,8 +71,8 @@ class PlayingThread:
         raise NotImplementedError
 
     def _end(self) -> None:
-        thread, self._thread = self._thread, None
         self._stop.set()
+        thread, self._thread = self._thread, None
         if thread is not None and thread is not threading.current_thread():
             thread.join()
 

@@ -164,6 +164,8 @@ def test_after_stop_returns_nothing_is_shown():
     assert playback.playing
     stopping = threading.Thread(target=playback.stop)
     stopping.start()
+    while playback.playing:  # until the other thread has said so, which takes a busy machine a while
+        stopping.join(0.001)
     go_on.set()
     stopping.join(WAIT_S)
     assert not stopping.is_alive()
