@@ -10,7 +10,7 @@ from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
 from fcw.camera.file import CALIBRATION_SUFFIX, default_path
 from fcw.errors import UserError
-from fcw.logs.names import MCAP_NAME
+from fcw.logs.names import MCAP_NAME, TRUTH_LOG_NAME
 from fcw.sources import MCAP_SUFFIX
 from fcw.sources.images import VIDEO_SUFFIXES
 
@@ -95,7 +95,7 @@ def _pure(place: Place) -> PurePath:
 def _is_drive(path: PurePath) -> bool:
     return (
         path.suffix.lower() in VIDEO_SUFFIXES | {MCAP_SUFFIX}
-        and path.name != MCAP_NAME  # what `fcw run` wrote
+        and path.name not in (MCAP_NAME, TRUTH_LOG_NAME)  # what `fcw run` and `fcw simulate` wrote
         and not path.name.startswith(".")
     )
 

@@ -17,11 +17,11 @@ MOMENTS_NAME = "moments"
 WORST_NAME = "worst.jpg"
 MOST_THUMBNAIL_BYTES = 1 << 20
 MOST_MOMENTS = 20
-"""Warnings of a drive that get a thumbnail, the most severe ones."""
+"""Events of a drive that get a thumbnail, the most severe ones."""
 
 
 def write_moments(folder: Path) -> int:
-    """Write `worst.jpg`, the drive's worst moment or its middle, and `<start in ms>.jpg` for each warning.
+    """Write `worst.jpg`, the drive's worst moment or its middle, and `<start in ms>.jpg` for each event.
 
     Args:
         folder: of the drive's log. A picture that is missing there is left out.
@@ -36,8 +36,8 @@ def write_moments(folder: Path) -> int:
     log = DriveLog(folder / MCAP_NAME)
     series = log.series()
     events = sorted(find_events(series), key=lambda event: -event.severity)
-    warnings = [event for event in events if event.kind == "warning"][:MOST_MOMENTS]
-    moments_s = {moment_name(event): event.peak_s for event in warnings}
+    worst = [event for event in events if event.severity > 0][:MOST_MOMENTS]
+    moments_s = {moment_name(event): event.peak_s for event in reversed(worst)}
     moments_s[WORST_NAME] = events[0].peak_s if events else series.duration_s / 2
     (folder / MOMENTS_NAME).mkdir(exist_ok=True)
     pictures = LogPictures(log)

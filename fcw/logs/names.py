@@ -7,6 +7,8 @@ MCAP_NAME = "drive.mcap"
 RRD_NAME = "drive.rrd"
 """The same for the rerun viewer, which the application writes."""
 SUMMARY_NAME = "summary.json"
+TRUTH_LOG_NAME = "truth.mcap"
+"""The truth of a simulated drive, as a log with the same pictures."""
 
 
 def mcap_path(drive: Path) -> Path:

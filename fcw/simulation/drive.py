@@ -18,6 +18,7 @@ from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.files import is_same_file, whole_file, write_whole
 from fcw.frame import Frame
+from fcw.logs.names import TRUTH_LOG_NAME
 from fcw.simulation.picture.renderer import Renderer
 from fcw.simulation.truth.file import read_truth, write_truth
 from fcw.simulation.truth.log import write_truth_log
@@ -29,7 +30,6 @@ VIDEO_NAME = "drive.mp4"
 CALIBRATION_NAME = "drive.calibration.yaml"
 SPEED_NAME = "drive.speed.csv"
 TRUTH_NAME = "truth.csv"
-TRUTH_LOG_NAME = "truth.mcap"
 NAMES = (VIDEO_NAME, CALIBRATION_NAME, SPEED_NAME, TRUTH_NAME, TRUTH_LOG_NAME)
 VIDEO_OPTIONS = {"preset": "medium", "crf": "28", "bf": "0", "g": str(FRAMES_PER_SECOND), "threads": "1"}
 """No B frames and a keyframe a second, so that a log can relay the packets; one thread, so that the same

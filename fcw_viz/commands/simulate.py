@@ -28,7 +28,8 @@ def run_simulate(command: SimulateCommand) -> int:
     if command.seed < 0:
         raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
     scenario = load_scenario(command.scenario)
-    from fcw.simulation.drive import CALIBRATION_NAME, SPEED_NAME, TRUTH_LOG_NAME, VIDEO_NAME, write_drive
+    from fcw.logs.names import TRUTH_LOG_NAME
+    from fcw.simulation.drive import CALIBRATION_NAME, SPEED_NAME, VIDEO_NAME, write_drive
     from fcw_viz.console import RESULTS, progress
 
     with progress(command.scenario, scenario.frame_count) as bar:

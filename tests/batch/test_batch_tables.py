@@ -31,6 +31,7 @@ from fcw.logs.mcap.format import RESULT_TOPIC
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
 from fcw.logs.thumbnail import THUMBNAIL_PX
+from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.review_app.drive_card import listed_card, read_card
 
 UTC_NS = 1_795_132_800 * 10**9
@@ -139,6 +140,18 @@ def test_a_picture_that_is_no_thumbnail_is_neither_replaced_nor_shown(tmp_path: 
         with pytest.raises(UserError, match="is no thumbnail of a drive"):
             write_moments(tmp_path)
         assert path.read_bytes() == foreign
+
+
+def test_advice_that_is_among_the_worst_moments_has_its_thumbnail(tmp_path: Path):
+    advice = WarningState(WarningLevel.ADVISORY, 3, "headway", 20 / 6, 2.1, 0.9)
+    drive = [
+        (replace(result, warning=advice) if result.warning.level is WarningLevel.WARNING else result, packets)
+        for result, packets in marked_drive(75)
+    ]
+    events = find_events(write_log(tmp_path / MCAP_NAME, drive, drive_header()).series())
+    write_moments(tmp_path)
+    assert {event.kind for event in events} == {"advisory"}
+    assert all(read_moment(tmp_path, moment_name(event)) for event in events)
 
 
 def test_the_fleet_has_the_worst_moments_and_four_charts(batch):
