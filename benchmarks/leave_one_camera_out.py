@@ -94,7 +94,8 @@ def parsed() -> argparse.Namespace:
         nargs="+",
         default=[],
         metavar="DIR",
-        help="training folders to learn from as well; cameras that are left out are left out of them too",
+        help="training folders to learn from as well, of the net the looks alone; cameras left out are left "
+        "out here too",
     )
     parser.add_argument(
         "--detections", type=Path, help="folder where what was found is kept, a file a detector"
@@ -183,7 +184,7 @@ def with_left_out(
         others = tuple(each for each in more_images if camera_of(each.labelled.clip) not in group)
         learnt = len(part.learnt) + len(others)
         say_progress(f"{number} of {len(parts)}, without {part.name}: {learnt} pictures to learn from")
-        fit = with_others(trainer(arguments, part.name), others)
+        fit = trainer(arguments, part.name, others)
         for name, more in detect_left_out(cameras, part, fit, makers).items():
             together[name] = together[name].with_more(more)
             keep(arguments.detections, name, together[name])
@@ -209,8 +210,11 @@ def with_trained_elsewhere(
     return together
 
 
-def trainer(arguments: argparse.Namespace, fold: str) -> Fit[Any]:
-    """The project's trainer; with --models a fold's finished model is taken again, a stopped one goes on."""
+def trainer(arguments: argparse.Namespace, fold: str, others: Sequence[TrainingImage]) -> Fit[Any]:
+    """The project's trainer, learning from other pictures too.
+
+    With --models a fold's finished model is taken again, a stopped one goes on.
+    """
 
     def fit_the_net(images: Sequence[TrainingImage], /) -> NetModel:
         path = arguments.models and arguments.models / f"{arguments.name}-without-{fold}.npz"
@@ -218,7 +222,7 @@ def trainer(arguments: argparse.Namespace, fold: str) -> Fit[Any]:
             return NetModel.load(path)
         from fcw.detection.net.training.fitting import NetTrainingSettings, fit_net  # needs PyTorch
 
-        model = fit_net(images, NetTrainingSettings().seeded(arguments.seed), Notes(), 0.0)
+        model = fit_net(images, NetTrainingSettings().seeded(arguments.seed), Notes(), 0.0, others)
         if path:
             path.parent.mkdir(parents=True, exist_ok=True)
             model.save(path)
@@ -227,21 +231,16 @@ def trainer(arguments: argparse.Namespace, fold: str) -> Fit[Any]:
     def fit(images: Sequence[TrainingImage], /) -> Model:
         settings = TrainingSettings(seed=arguments.seed)
         if arguments.models is None:
-            return train(images, settings, Notes()).model
+            return train((*images, *others), settings, Notes()).model
         arguments.models.mkdir(parents=True, exist_ok=True)
         path: Path = arguments.models / f"{arguments.name}-without-{fold}.npz"
         if not path.is_file():
             stages = path.with_suffix(PARTS)
-            train(images, settings, Notes(), stages).model.save(path)
+            train((*images, *others), settings, Notes(), stages).model.save(path)
             shutil.rmtree(stages)
         return Model.load(path)
 
     return fit_the_net if arguments.detector == "net" else fit
-
-
-def with_others(fit: Fit[Any], others: Sequence[TrainingImage]) -> Fit[Any]:
-    """The trainer, learning from other pictures too."""
-    return lambda images, /: fit((*images, *others))
 
 
 class Notes:

@@ -1,7 +1,7 @@
-"""Training folders from public datasets, which the net learns from beside the project's own data.
+"""Training folders from public datasets, which the net's looks learn from beside the project's own data.
 
     python benchmarks/more_vehicles/build.py CLONES OUT
-    fcw train --data $FCW_DATA OUT/kitti OUT/bdd OUT/caltech --detector net --out net.npz
+    fcw train --data $FCW_DATA --looks-data OUT/kitti OUT/bdd OUT/caltech --detector net --out net.npz
 
 CLONES is a folder for clones of the repositories below; those that are missing are cloned (bare, about
 1 GB in all). `choice.json` beside this file says which pictures are taken, and what was judged by eye: of

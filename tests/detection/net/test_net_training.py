@@ -168,7 +168,17 @@ def test_without_pytorch_training_the_net_says_what_to_install(monkeypatch):
         importlib.import_module("fcw.detection.net.training.network")
 
 
-def test_the_other_detector_takes_no_threshold(tmp_path, capsys):
+@pytest.mark.parametrize("option", [("--score-threshold", "1.0"), ("--looks-data", ".")])
+def test_the_other_detector_takes_no_options_of_the_net(option, tmp_path, capsys):
     command = ["train", "--data", str(tmp_path), "--out", str(tmp_path / "model.npz")]
-    assert main([*command, "--score-threshold", "1.0"]) == 2
+    assert main([*command, *option]) == 2
     assert "--detector net" in capsys.readouterr().err
+
+
+def test_a_missing_folder_for_the_looks_is_named_with_its_option(tmp_path, capsys):
+    missing = str(tmp_path / "absent")
+    command = ["train", "--data", str(tmp_path), "--out", str(tmp_path / "model.npz")]
+    assert main([*command, "--detector", "net", "--looks-data", missing]) == 2
+    error = capsys.readouterr().err
+    assert "--looks-data" in error
+    assert missing in "".join(error.split("\n"))

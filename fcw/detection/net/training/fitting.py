@@ -86,6 +86,7 @@ def fit_net(
     settings: NetTrainingSettings,
     progress: Progress,
     score_threshold: float,
+    looks_only: Sequence[TrainingImage] = (),
 ) -> NetModel:
     """Train the detector.
 
@@ -94,13 +95,14 @@ def fit_net(
         settings: how.
         progress: who is told.
         score_threshold: that the model shall have.
+        looks_only: what the looks alone learn from as well. Of more kinds of vehicles the looks learn, while
+            the cascade, which is small, ranks all of them lower.
 
     Raises:
         UserError: PyTorch is not installed.
     """
-    # Pictures of one clip stand together, so that each camera is planned for once.
-    images = sorted(images, key=lambda image: (image.labelled.clip, str(image.labelled.path)))
-    cascade = _cascade(images, settings, progress)
+    cascade = _cascade(_by_clip(images), settings, progress)
+    images = _by_clip([*images, *looks_only])
     progress.stage("cutting vehicles for the looks", len(images))
     vehicles = Vehicles(images, settings.circumstances, progress.advance)
     progress.stage("proposing background", len(images))
@@ -112,6 +114,11 @@ def fit_net(
     others = hard.with_more(easy, settings.easy_part)
     second = _look("second", vehicles, others, settings.second, settings.second_batches, progress)
     return NetModel(cascade, first, second, score_threshold)
+
+
+def _by_clip(images: Sequence[TrainingImage]) -> list[TrainingImage]:
+    """Pictures of one clip together, so that each camera is planned for once."""
+    return sorted(images, key=lambda image: (image.labelled.clip, str(image.labelled.path)))
 
 
 def _look(
@@ -153,6 +160,7 @@ def train_net(
     settings: NetTrainingSettings,
     progress: Progress,
     score_threshold: float | None = None,
+    looks_only: Sequence[TrainingImage] = (),
 ) -> NetModel:
     """Train the detector, and choose its threshold on clips that a first training leaves out.
 
@@ -162,15 +170,17 @@ def train_net(
         progress: who is told.
         score_threshold: of the model; None: the lowest with no more than `cascade.fppi` detections of mere
             background for each picture left out.
+        looks_only: what the looks alone learn from as well; none of it is left out.
 
     Raises:
         UserError: PyTorch is not installed, or there are too few clips to leave one out.
     """
     if score_threshold is None:
         left_out = _some_clips(images, settings.cascade.seed)
-        first = fit_net([image for image in images if image not in left_out], settings, progress, 0.0)
+        learnt = [image for image in images if image not in left_out]
+        first = fit_net(learnt, settings, progress, 0.0, looks_only)
         score_threshold = _threshold(first, left_out, settings, progress)
-    return fit_net(images, settings, progress, score_threshold)
+    return fit_net(images, settings, progress, score_threshold, looks_only)
 
 
 def _some_clips(images: Sequence[TrainingImage], seed: int) -> list[TrainingImage]:
