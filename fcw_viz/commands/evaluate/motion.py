@@ -56,19 +56,31 @@ def run_evaluate_motion(command: EvaluateMotionCommand) -> int:
     if command.json:
         print_json(asdict(result))
         return 0
+
+    def degrees(angle_rad: float, pattern: str) -> str:
+        return _said(math.degrees(angle_rad), pattern)
+
     RESULTS.print(
         f"{result.frames} pictures, speed known in {result.known_part:.1%}\n"
-        f"speed above 2 m/s: median error {result.speed_median:.1%}, 9 of 10 within {result.speed_p90:.1%}, "
-        f"bias {result.speed_bias:+.1%}, inside the 1-sigma interval {result.speed_coverage:.0%}\n"
-        f"yaw rate: median error {math.degrees(result.yaw_rate_median_radps):.2f} deg/s\n"
-        f"camera below the direction of travel: {math.degrees(result.camera_pitch_rad):+.2f} degrees "
-        f"(by the poses {math.degrees(result.true_pitch_rad):+.2f})\n"
-        f"camera to the left of it: {math.degrees(result.camera_yaw_rad):+.2f} degrees "
-        f"(by the poses {math.degrees(result.true_yaw_rad):+.2f})\n"
-        f"{result.ms_per_frame:.2f} ms a picture",
+        f"speed above 2 m/s: median error {_said(result.speed_median, '.1%')}, "
+        f"9 of 10 within {_said(result.speed_p90, '.1%')}, bias {_said(result.speed_bias, '+.1%')}, "
+        f"inside the 1-sigma interval {_said(result.speed_coverage, '.0%')}\n"
+        f"yaw rate in deg/s: median error {degrees(result.yaw_rate_median_radps, '.2f')}\n"
+        f"camera below the direction of travel, degrees: {degrees(result.camera_pitch_rad, '+.2f')} "
+        f"(by the poses {degrees(result.true_pitch_rad, '+.2f')})\n"
+        f"camera to the left of it, degrees: {degrees(result.camera_yaw_rad, '+.2f')} "
+        f"(by the poses {degrees(result.true_yaw_rad, '+.2f')})\n"
+        f"time a picture after the first second, ms: {_said(result.ms_per_frame, '.2f')}",
         highlight=False,
     )
     return 0
+
+
+def _said(value: float, pattern: str) -> str:
+    """A figure in words; a clip of a second has not all of them."""
+    import math
+
+    return "unknown" if math.isnan(value) else format(value, pattern)
 
 
 def _bends(as_json: bool) -> int:

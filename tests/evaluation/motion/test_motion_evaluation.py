@@ -4,16 +4,19 @@ import math
 import os
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.errors import UserError
 from fcw.evaluation.motion.motion import evaluate_motion
 from fcw.evaluation.motion.poses import read_poses, true_motion
 from fcw.frame import ImageSize
 from fcw.sources import open_source
+from fcw_viz.cli import main
 
 DATA = os.environ.get("FCW_DATA")
 
@@ -45,6 +48,21 @@ def test_a_wrong_file_of_poses_is_named_with_its_line(tmp_path, text, said):
     path.write_text(text)
     with pytest.raises(UserError, match=said):
         read_poses(path)
+
+
+def test_what_a_short_clip_does_not_tell_is_said_to_be_unknown(tmp_path, capsys):
+    pictures, poses, camera = tmp_path / "pictures", tmp_path / "poses.txt", tmp_path / "camera.yaml"
+    pictures.mkdir()
+    for number in range(4):
+        cv2.imwrite(str(pictures / f"{number}.png"), np.full((180, 320, 3), 90, np.uint8))
+    np.savetxt(poses, [pose(0, 1.2 * number, 0.0).ravel() for number in range(4)])
+    ground = GroundPlaneCamera(0.0, 300.0, 90.0, 1.3, 160.0)
+    write_calibration(Calibration.from_camera(ground, ImageSize(320, 180)), camera)
+    command = ["evaluate", "motion", str(pictures), "--poses", str(poses), "--calibration", str(camera)]
+    assert main([*command, "--frame-rate", "10"]) == 0
+    said = capsys.readouterr().out
+    assert "median error unknown" in said
+    assert "nan" not in said
 
 
 @pytest.mark.slow
