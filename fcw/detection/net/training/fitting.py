@@ -44,8 +44,8 @@ class NetTrainingSettings:
 
     Attributes:
         cascade: the trees that propose; their second stage and regressor are not trained.
-        proposals: what they propose.
-        picked: what of it is looked at twice.
+        proposals: what they propose; fewer windows than in use, the likeliest.
+        picked: what of it is looked at twice; fewer as well.
         circumstances: what happens to vehicles.
         first: the first look's net.
         first_batches: what it learns from.
@@ -64,8 +64,8 @@ class NetTrainingSettings:
         augmentation=Augmentation(looks=LOOKS),
         mined_looks=LOOKS,
     )
-    proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
-    picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
+    proposals: ProposalSettings = ProposalSettings(counts=(48, 32))  # noqa: RUF009 - frozen
+    picked: PickSettings = PickSettings(counts=(10, 8, 8))  # noqa: RUF009 - frozen
     circumstances: Circumstances = Circumstances()  # noqa: RUF009 - frozen
     first: NetworkSettings = FIRST_LOOK
     first_batches: BatchSettings = BatchSettings(  # noqa: RUF009 - frozen
@@ -202,7 +202,7 @@ def _some_clips(images: Sequence[TrainingImage], seed: int) -> list[TrainingImag
 def _threshold(
     model: NetModel, images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress
 ) -> float:
-    every = NetSettings(settings.proposals, settings.picked, score_threshold=-np.inf)
+    every = NetSettings(score_threshold=-np.inf)
     scores: list[float] = []
     progress.stage("choosing the threshold", len(images))
     for image in images:
