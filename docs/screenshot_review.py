@@ -3,7 +3,7 @@
     python docs/screenshot_review.py DRIVES [--out docs/images] [--only review-event]
 
 Needs a Chromium and playwright, of the `dev` group. DRIVES is a folder with the logs of some drives, the
-shipped one among them under the name `demo`, and as `demo-acf` by the other detector: what is on the pictures
+shipped one among them under the name `demo`, and as `demo-ttc` by another policy: what is on the pictures
 is said of copies of them.
 """
 
@@ -26,7 +26,7 @@ from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.server import ReviewPage
 
 ROOT = Path(__file__).parents[1]
-SHIPPED, OTHER_RUN = "demo", "demo-acf"
+SHIPPED, OTHER_RUN = "demo", "demo-ttc"
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ def say_something(drives: dict[str, Path]) -> None:
         store = ReviewStore(log)
         if name == SHIPPED:
             store.add("bert", Note(16.0, "the lead pulls away"))
-        elif events:
+        elif name == OTHER_RUN and events:
             verdict = Verdict(reference_to(events[0]), Judgement.FALSE, Reason.OTHER_LANE)
             store.add("bert", verdict)
         store.close()

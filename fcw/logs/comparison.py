@@ -1,7 +1,8 @@
 """Where two runs over one source differ: two detectors, two policies, two calibrations.
 
-What differs is found in the two runs' columns: a warning that only one of them shows, a lead that only one of
-them has, or another one, and a distance that is another by more than either of them allows for.
+What differs is found in the two runs' columns: a warning that only one of them shows, or shows sooner, a lead
+that only one of them has, or another one, and a distance that is another by more than either of them allows
+for.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,7 +22,7 @@ SHORTEST_S = 0.2
 JOINED_S = 0.5
 """Differences of one kind so near to each other are one."""
 SAME_WARNING_S = 0.5
-"""A warning that the other run gives so soon before or after is the same one, earlier or later."""
+"""A warning that the other run gives so soon before or after begins at the same time."""
 LEAST_OVERLAP = 0.3
 """Intersection over union of two runs' boxes of one vehicle: detectors draw them differently."""
 
@@ -36,7 +37,7 @@ class DifferenceKind(StrEnum):
     """What differs."""
 
     WARNING = "warning"
-    """One of them showed a warning, the other one none as urgent."""
+    """One of them showed a warning, the other one none as urgent, or not yet."""
     LEAD = "lead"
     """One of them has a lead, the other one none, or another vehicle."""
     DISTANCE = "distance"
@@ -167,7 +168,7 @@ class _Pair:
 
 
 def _warnings(pair: _Pair, of_first: bool) -> Iterator[Difference]:
-    """Warnings of one run for which the other one shows nothing as urgent."""
+    """Warnings of one run for which the other one shows nothing as urgent, until it does."""
     own, other = (pair.first, pair.second) if of_first else (pair.second, pair.first)
     own_rows, other_rows = (pair.rows, pair.others) if of_first else (pair.others, pair.rows)
     times_ns = own.time_ns[own_rows]
@@ -179,10 +180,16 @@ def _warnings(pair: _Pair, of_first: bool) -> Iterator[Difference]:
             int(own.time_ns[0]) + round(time_s * 1e9) for time_s in (event.start_s, event.end_s, event.peak_s)
         )
         near_ns = round(SAME_WARNING_S * 1e9)
-        near = slice(*np.searchsorted(times_ns, (start_ns - near_ns, end_ns + near_ns + 1)))
+        near = slice(*map(int, np.searchsorted(times_ns, (start_ns - near_ns, end_ns + near_ns + 1))))
         span = slice(*map(int, np.searchsorted(times_ns, (start_ns, end_ns + 1))))
-        if span.start == span.stop or other.level[other_rows[near]].max() >= level:
+        if span.start == span.stop:
             continue
+        theirs = near.start + np.flatnonzero(other.level[other_rows[near]] >= level)
+        if len(theirs):  # both warn: does this run begin sooner?
+            began = span.start + int(np.argmax(own.level[own_rows[span]] >= level))
+            if times_ns[theirs[0]] - times_ns[began] <= near_ns:
+                continue
+            span = slice(began, min(int(theirs[0]), span.stop))
         peak = min(max(int(np.searchsorted(times_ns, peak_ns)), span.start), span.stop - 1)
         yield pair.difference(DifferenceKind.WARNING, span, peak, of_first)
 

@@ -12,6 +12,8 @@ REASONS = {
     "rss": "closer than the safe distance",
 }
 """Words for the rules by their names."""
+MOST_BRAKING_G = 2
+"""Twice what a car can do."""
 
 
 def describe(state: WarningState, imperial: bool = False) -> str:
@@ -36,7 +38,7 @@ def describe(state: WarningState, imperial: bool = False) -> str:
             figures.append(f"closing at {speed_text(state.closing_speed_mps, imperial)}")
         figures.append(f"collision in {state.ttc_s:.1f} s")
     if state.required_deceleration_mps2 is not None:
-        figures.append(f"needs {state.required_deceleration_mps2 / STANDARD_GRAVITY_MPS2:.2f} g")
+        figures.append(f"needs {braking_text(state.required_deceleration_mps2)}")
     if state.headway_s is not None:
         figures.append(f"headway {state.headway_s:.1f} s")
     return f"{parts[0]}; {', '.join(figures)}"
@@ -63,3 +65,9 @@ def reason(state: WarningState, imperial: bool = False) -> str:
         return f"{text} of {distance_text(needed_m, imperial)}, {assumes}"
     limit = "more than" if state.rule == "required_deceleration" else "less than"
     return f"{text}, {limit} {assumes}"
+
+
+def braking_text(deceleration_mps2: float) -> str:
+    """A deceleration in g; one that no car reaches, infinite at contact, as such."""
+    braking_g = deceleration_mps2 / STANDARD_GRAVITY_MPS2
+    return f"over {MOST_BRAKING_G} g" if braking_g > MOST_BRAKING_G else f"{braking_g:.2f} g"

@@ -247,7 +247,7 @@ class Screen:
         if lead is None:
             return []
         text = f"{other.name}: {distance_text(lead.distance_m, other.header.imperial)}"
-        return [box_line(lead.box, OTHER_RUN_COLOR, text)]
+        return [box_line(lead.box, OTHER_RUN_COLOR, text, above=False)]  # the shown run's words are above
 
     def show_bar(self) -> None:
         """The buttons of playback."""

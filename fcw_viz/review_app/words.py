@@ -10,8 +10,8 @@ from fcw.logs.events import DriveEvent
 from fcw.logs.overlay import own_speed_text
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
-from fcw.units import STANDARD_GRAVITY_MPS2, distance_text, speed_text
-from fcw.warning.describe import reason
+from fcw.units import distance_text, speed_text
+from fcw.warning.describe import braking_text, reason
 from fcw.warning.types import WarningLevel, WarningState
 
 NEAR_MISS, MOUNT_MOVED = "near miss", "mount moved"
@@ -66,7 +66,7 @@ def event_line(event: DriveEvent, imperial: bool) -> str:
     if event.min_ttc_s is not None:
         parts.append(f"TTC {event.min_ttc_s:.1f} s")
     if event.max_required_deceleration_mps2:
-        parts.append(_g_text(event.max_required_deceleration_mps2))
+        parts.append(braking_text(event.max_required_deceleration_mps2))
     return " · ".join(parts)
 
 
@@ -85,7 +85,7 @@ def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
     else:
         rows += _vehicle_rows(track, track.track_id == result.lead_id, imperial)
     if warning.required_deceleration_mps2 is not None:
-        rows.append(("Braking needed", f"{_g_text(warning.required_deceleration_mps2)}"))
+        rows.append(("Braking needed", braking_text(warning.required_deceleration_mps2)))
     if warning.collision_probability is not None and warning.overlap_m is not None:
         rows.append(("Overlap", _overlap_words(warning.overlap_m, imperial)))
         rows.append(("Collision", f"{warning.collision_probability:.0%} likely if nobody reacts"))
@@ -165,7 +165,3 @@ def when_words(time: str) -> str:
     """The date and time of an entry, in local time."""
     moment = datetime.strptime(time, "%Y-%m-%dT%H:%M:%S.%fZ").replace(tzinfo=UTC).astimezone()
     return moment.strftime("%Y-%m-%d %H:%M")
-
-
-def _g_text(deceleration_mps2: float) -> str:
-    return f"{deceleration_mps2 / STANDARD_GRAVITY_MPS2:.2f} g"

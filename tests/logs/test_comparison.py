@@ -96,6 +96,20 @@ def test_the_same_warning_a_little_later_is_no_difference():
     assert differences(series(), series(during(CAUTION_S, CAUTION_S + 0.4, silent))) == ()
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_warning_that_comes_later_differs_until_it_comes(swapped: bool):
+    def milder(one: FrameResult) -> FrameResult:
+        return replace(one, warning=replace(one.warning, level=WarningLevel.CAUTION))
+
+    late_s = WARNING_S + 0.6
+    runs = series(), series(during(WARNING_S, late_s, milder))
+    (one,) = differences(*(runs[::-1] if swapped else runs))
+    assert (one.kind, one.first_has) == (DifferenceKind.WARNING, not swapped)
+    assert (one.start_s, one.end_s) == pytest.approx((WARNING_S, late_s - 1 / RATE_HZ))
+    levels = (one.first_level, one.second_level)
+    assert levels == ((WarningLevel.WARNING, WarningLevel.CAUTION)[:: -1 if swapped else 1])
+
+
 def test_a_lead_that_only_one_run_has():
     (one,) = differences(series(during(NEAR_MISS_S, NEAR_MISS_END_S, without_lead)), series())
     assert (one.kind, one.first_has) == (DifferenceKind.LEAD, False)

@@ -3,7 +3,7 @@
 import pytest
 from leads.warning_leads import make_lead, threats_of_lead
 
-from fcw.warning.describe import REASONS, describe
+from fcw.warning.describe import REASONS, braking_text, describe
 from fcw.warning.policies import POLICIES, make_policy
 from fcw.warning.types import WarningLevel, WarningState
 
@@ -23,6 +23,13 @@ def test_description_gives_level_reason_vehicle_interval_and_figures():
     )
     assert "59 ft (56 ft to 62 ft), closing at 22 mph" in describe(state, imperial=True)
     assert describe(WarningState(WarningLevel.NONE)) == "no warning"
+
+
+@pytest.mark.parametrize(
+    ("deceleration_mps2", "text"), [(4.0, "0.41 g"), (25.0, "over 2 g"), (float("inf"), "over 2 g")]
+)
+def test_braking_that_no_car_can_do_is_not_told_by_its_figure(deceleration_mps2, text):
+    assert braking_text(deceleration_mps2) == text
 
 
 def test_what_is_left_behind_the_vehicle_is_said_where_there_is_some():

@@ -89,7 +89,7 @@ class Place(NamedTuple):
     down: float
 
 
-def box_line(box: Box, color: Rgb, text: str, handles: bool = False) -> LabelledLine:
+def box_line(box: Box, color: Rgb, text: str, handles: bool = False, above: bool = True) -> LabelledLine:
     """A box with its words: above it, else below, else beside it.
 
     Args:
@@ -97,6 +97,7 @@ def box_line(box: Box, color: Rgb, text: str, handles: bool = False) -> Labelled
         color: of the box.
         text: its words.
         handles: whether it has handles, which the words leave free.
+        above: whether its words belong above it; else that is their last place.
     """
     corners = (
         (box.x, box.y),
@@ -117,6 +118,8 @@ def box_line(box: Box, color: Rgb, text: str, handles: bool = False) -> Labelled
     )
     if handles:
         places = (*places[-2:], *places[:-2])
+    if not above:
+        places = tuple(sorted(places, key=lambda place: place.row_px == box.y))
     return LabelledLine(corners, color, text, places)
 
 
