@@ -103,7 +103,8 @@ def test_a_warning_that_comes_later_differs_until_it_comes(swapped: bool):
 
     late_s = WARNING_S + 0.6
     runs = series(), series(during(WARNING_S, late_s, milder))
-    (one,) = differences(*(runs[::-1] if swapped else runs))
+    first, second = runs[::-1] if swapped else runs
+    (one,) = differences(first, second)
     assert (one.kind, one.first_has) == (DifferenceKind.WARNING, not swapped)
     assert (one.start_s, one.end_s) == pytest.approx((WARNING_S, late_s - 1 / RATE_HZ))
     levels = (one.first_level, one.second_level)

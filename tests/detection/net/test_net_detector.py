@@ -146,9 +146,10 @@ def test_a_higher_threshold_leaves_the_surest(model, calibration, picture):
 def test_what_is_faint_is_apart_from_the_vehicles_and_leaves_them_as_they_are(model, calibration, picture):
     every = NetDetector(model, calibration, NetSettings(score_threshold=-9.0)).detect(picture)
     higher, lower = sorted((vehicle.score for vehicle in every), reverse=True)[:2]
-    settings = NetSettings(score_threshold=(higher + lower) / 2)
+    threshold, margin = (higher + lower) / 2, higher - lower
+    settings = NetSettings(score_threshold=threshold)
     sure = NetDetector(model, calibration, settings).detect(picture)
-    found = NetDetector(model, calibration, replace(settings, faint_margin=higher - lower)).detect(picture)
+    found = NetDetector(model, calibration, replace(settings, faint_margin=margin)).detect(picture)
     assert sure
     assert not any(vehicle.faint for vehicle in sure)
     clear = [vehicle for vehicle in found if not vehicle.faint]
@@ -157,8 +158,7 @@ def test_what_is_faint_is_apart_from_the_vehicles_and_leaves_them_as_they_are(mo
         assert astuple(one.box) == pytest.approx(astuple(other.box), abs=1e-9)
     faint = [vehicle for vehicle in found if vehicle.faint]
     assert faint
-    lowest = settings.score_threshold - (higher - lower)
-    assert all(lowest <= vehicle.score < settings.score_threshold for vehicle in faint)
+    assert all(threshold - margin <= vehicle.score < threshold for vehicle in faint)
     boxes = np.array([astuple(vehicle.box) for vehicle in found])
     overlaps = intersection_over_union(boxes, boxes)[~np.eye(len(boxes), dtype=bool)]
     assert overlaps.max() <= settings.largest_overlap
