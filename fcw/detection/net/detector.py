@@ -17,6 +17,9 @@ from fcw.detection.net.model import NetModel
 from fcw.detection.net.proposals import ProposalSettings, Proposer
 from fcw.detection.net.windows import Pyramid, placements_on
 
+LOOKED_AGAIN = 0.88, 1.12
+"""Sizes of the vehicle that the second look expects where it looks again, beside the one that it found."""
+
 
 @dataclass(frozen=True, slots=True)
 class NetSettings:
@@ -27,8 +30,8 @@ class NetSettings:
         picked: which of them are looked at twice.
         mirrored_part: size of a vehicle, as a part of the picture's height, from which the first look looks
             at its window's mirror image as well.
-        mirrored_from: logit from which the second look does. On cameras left out it does not matter whether
-            those below are looked at too.
+        again_from: logit from which the second look looks again. On cameras left out it does not matter
+            whether it does below.
         sizes_m: sqrt(w h) that a vehicle may have where its box stands on the road: motorcycle to bus.
             On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
             would lose lorries.
@@ -38,7 +41,11 @@ class NetSettings:
         near_bonus: added to the logit for each doubling of the height between. The net does not know how
             large a window is; windows of near vehicles are few, and so are false ones among them: on cameras
             left out a fifth to a tenth as many at the same logit. Chosen there, of 1.0, 1.2 and 1.3.
-        agreeing_iou: windows whose boxes are this near to the best one's have a say in where it is.
+        agreeing_iou: windows whose boxes are this near to the best one's have a say in where it is, and bear
+            it out.
+        borne_out: added to the logit for each e-fold of the number of windows that bear it out, each counted
+            by how sure it is. A vehicle lights up several, chance few: on cameras left out this finds more
+            at the same false boxes; chosen there, of 0.5, 1.0 and 2.0.
         score_threshold: logit from which a window counts as a vehicle; None: the model's.
         faint_margin: windows up to so much below it are handed on as faint.
     """
@@ -46,13 +53,14 @@ class NetSettings:
     proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
     picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
     mirrored_part: float = 0.12
-    mirrored_from: float = 0.0
+    again_from: float = 0.0
     sizes_m: tuple[float, float] = (1.0, 4.0)
     largest_overlap: float = 0.5
     near_part: float = 0.1
     nearest_part: float = 0.4
     near_bonus: float = 1.2
     agreeing_iou: float = 0.6
+    borne_out: float = 0.5
     score_threshold: float | None = None
     faint_margin: float = 0.0
 
@@ -138,28 +146,33 @@ class NetDetector:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(M, 4) boxes of the vehicles that would stand at (M, 3) placements, and (M,) logits of it.
 
-        What may be one is looked at mirrored too, from where it was found to stand: the net errs otherwise
-        there, and the mean of both errs less.
+        What may be one is looked at twice more, at mirror images, from where it was found to stand, a little
+        nearer and further away: the net errs otherwise there, and the mean of all errs less.
         """
         boxes, logits = self._second.at(pyramid, placements)
-        maybe = np.flatnonzero(logits >= self._settings.mirrored_from)
-        nearer = placements_on(boxes[maybe])
-        mirrored_boxes, mirrored_logits = self._second.at(pyramid, nearer, mirrored=True)
-        boxes[maybe] = (boxes[maybe] + mirrored_boxes) / 2
-        logits[maybe] = (logits[maybe] + mirrored_logits) / 2
+        maybe = np.flatnonzero(logits >= self._settings.again_from)
+        found = placements_on(boxes[maybe])
+        again = np.concatenate([found * (1.0, 1.0, part) for part in LOOKED_AGAIN])
+        more_boxes, more_logits = self._second.at(pyramid, again, mirrored=True)
+        boxes[maybe] = np.mean([boxes[maybe], *more_boxes.reshape(len(LOOKED_AGAIN), -1, 4)], axis=0)
+        logits[maybe] = np.mean([logits[maybe], *more_logits.reshape(len(LOOKED_AGAIN), -1)], axis=0)
         return boxes, logits
 
     def decide(self, boxes: NDArray[np.float64], logits: NDArray[np.float64]) -> tuple[Detection, ...]:
         """Vehicles, best score first, of the (M, 4) boxes and (M,) logits of the second look."""
         settings, boxes = self._settings, self._inside(boxes)
+        possible = np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
+        boxes, scores = boxes[possible], logits[possible]
         parts = boxes[:, 3] / (settings.near_part * self._size.height)
         doublings = np.log2(np.clip(parts, 1.0, settings.nearest_part / settings.near_part))
-        scores = logits + settings.near_bonus * doublings
-        possible = np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
-        possible &= scores >= self._threshold - settings.faint_margin
+        scores = scores + settings.near_bonus * doublings
+        agreeing = intersection_over_union(boxes, boxes) >= settings.agreeing_iou
+        np.fill_diagonal(agreeing, True)  # else one may miss it by a hair
+        scores += settings.borne_out * np.log(agreeing @ _probability(scores))
+        found = scores >= self._threshold - settings.faint_margin
         return tuple(
             Detection(Box(*box), score, faint=score < self._threshold)
-            for box, score in zip(*self._agreed(boxes[possible], scores[possible]), strict=True)
+            for box, score in zip(*self._agreed(boxes[found], scores[found]), strict=True)
         )
 
     def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -191,7 +204,11 @@ class NetDetector:
         kept = suppress(boxes, scores, self._settings.largest_overlap)
         faint = scores < self._threshold
         agreeing = intersection_over_union(boxes[kept], boxes) >= self._settings.agreeing_iou
-        weights = (agreeing & (faint[kept, None] | ~faint)) / (1.0 + np.exp(-scores))
+        weights = (agreeing & (faint[kept, None] | ~faint)) * _probability(scores)
         weights[np.arange(len(kept)), kept] += 1e-9
         merged = weights @ boxes / weights.sum(axis=1, keepdims=True)
         return merged.tolist(), scores[kept].tolist()
+
+
+def _probability(logits: NDArray[np.float64]) -> NDArray[np.float64]:
+    return 1.0 / (1.0 + np.exp(-logits))

@@ -108,13 +108,13 @@ class PickSettings:
     """Which of the windows that were looked at once are worth a closer look.
 
     Attributes:
-        lowest_logit: of the first look.
+        lowest_logit: of the first look. On cameras left out -4 finds no more, and takes longer.
         size_parts: as of `ProposalSettings`.
         counts: likewise.
         largest_iou: boxes that overlap more show the same.
     """
 
-    lowest_logit: float = -4.0
+    lowest_logit: float = -2.5
     size_parts: tuple[float, ...] = (0.12, 0.3)
     counts: tuple[int, ...] = (14, 12, 12)
     largest_iou: float = 0.75

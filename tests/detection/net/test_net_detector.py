@@ -13,7 +13,7 @@ from fcw.camera.file import read_calibration
 from fcw.detection.acf import AcfSettings
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.choice import load_model, make_detector
-from fcw.detection.detector import Aim, Detection
+from fcw.detection.detector import Aim
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.looks import SECOND_PX, Look
@@ -115,26 +115,41 @@ def test_a_mirrored_look_says_what_a_look_at_the_mirrored_picture_would(model, p
     assert boxes == pytest.approx(np.column_stack([width - 1 - x - w, y, w, h]), abs=0.5)
 
 
-def test_what_has_another_size_than_vehicles_by_the_calibration_is_none(model, calibration, picture):
+def test_windows_that_agree_bear_each_other_out(model, calibration):
+    camera = calibration.camera
+    px_per_m = camera.focal_y_px / 20.0
+    bottom = calibration.horizon_row_px + camera.height_m * px_per_m
+    box = np.array([[500.0, bottom - 1.4 * px_per_m, 1.8 * px_per_m, 1.4 * px_per_m]])
+    detector = NetDetector(model, calibration, NetSettings(score_threshold=-9.0, near_bonus=0.0))
+    (alone,) = detector.decide(box, np.array([2.0]))
+    (together,) = detector.decide(np.repeat(box, 3, axis=0), np.full(3, 2.0))
+    assert astuple(together.box) == pytest.approx(astuple(alone.box))
+    # ln(n p) / 2 of n windows that show a vehicle with probability p, here 1 / (1 + exp(-2)).
+    assert alone.score == pytest.approx(2.0 - math.log(1.0 + math.exp(-2.0)) / 2)
+    assert together.score - alone.score == pytest.approx(math.log(3.0) / 2)
+
+
+def test_what_has_another_size_than_vehicles_by_the_calibration_is_none(model, calibration):
     camera, (low_m, high_m) = calibration.camera, (1.5, 1.8)
+    rows = 100.0
+    sides_px = np.geomspace(20.0, 500.0, 100)
+
+    def found_px(sizes_m: tuple[float, float]) -> list[float]:
+        settings = NetSettings(score_threshold=-9.0, sizes_m=sizes_m)
+        detector = NetDetector(model, calibration, settings)
+        bottom = calibration.horizon_row_px + rows
+        boxes = [np.array([[100.0, bottom - side, side, side]]) for side in sides_px]
+        return [found.box.h for box in boxes for found in detector.decide(box, np.array([2.0]))]
+
+    assert len(found_px((0.0, math.inf))) == len(sides_px)
+    # A square of s px that stands r rows below the horizon is s h / r large; the horizon may be a bit off.
     tolerance_px = camera.focal_y_px * math.tan(ProposalSettings().search.pitch_tolerance_rad)
-
-    def stretch(vehicle: Detection) -> float:
-        """By how much it is too large, or too small, for the pitch that makes it least so."""
-        rows = vehicle.box.bottom - calibration.horizon_row_px
-        size_px = math.sqrt(vehicle.box.w * vehicle.box.h)
-        smallest_m, largest_m = (
-            size_px * camera.height_m / max(rows + by, 1e-9) for by in (tolerance_px, -tolerance_px)
-        )
-        return max(smallest_m / high_m, low_m / largest_m)
-
-    def found(sizes_m: tuple[float, float]) -> list[Detection]:
-        settings = NetSettings(score_threshold=-4.0, sizes_m=sizes_m, agreeing_iou=1.0)
-        seen = NetDetector(model, calibration, settings).detect(picture)
-        return [vehicle for vehicle in seen if vehicle.box.bottom < 0.95 * len(picture)]
-
-    assert max(map(stretch, found((0.0, math.inf)))) > 1.1
-    assert max(map(stretch, found((low_m, high_m)))) <= 1.0 + 1e-9
+    assert tolerance_px < rows
+    nearest_m = sides_px * camera.height_m / (rows + tolerance_px)
+    farthest_m = sides_px * camera.height_m / (rows - tolerance_px)
+    right = (nearest_m <= high_m) & (farthest_m >= low_m)
+    assert 0 < right.sum() < len(sides_px)
+    assert found_px((low_m, high_m)) == pytest.approx(sides_px[right])
 
 
 def test_a_higher_threshold_leaves_the_surest(model, calibration, picture):

@@ -65,7 +65,7 @@ class NetTrainingSettings:
         mined_looks=LOOKS,
     )
     proposals: ProposalSettings = ProposalSettings(counts=(48, 32))  # noqa: RUF009 - frozen
-    picked: PickSettings = PickSettings(counts=(10, 8, 8))  # noqa: RUF009 - frozen
+    picked: PickSettings = PickSettings(lowest_logit=-4.0, counts=(10, 8, 8))  # noqa: RUF009 - frozen
     circumstances: Circumstances = Circumstances()  # noqa: RUF009 - frozen
     first: NetworkSettings = FIRST_LOOK
     first_batches: BatchSettings = BatchSettings(  # noqa: RUF009 - frozen

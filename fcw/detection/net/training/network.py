@@ -59,7 +59,7 @@ class NetworkSettings:
     seed: int = 0
 
 
-FIRST_LOOK = NetworkSettings(side_px=FIRST_PX, channels=(16, 32), strides=(2, 2), hidden=32, steps=1500)
+FIRST_LOOK = NetworkSettings(side_px=FIRST_PX, channels=(16, 32), strides=(2, 2), hidden=32, steps=6000)
 
 
 def build(settings: NetworkSettings) -> Any:  # noqa: ANN401 - a torch module
