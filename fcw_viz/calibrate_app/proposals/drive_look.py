@@ -1,8 +1,8 @@
-"""What a drive shows of its camera without any calibration: where the horizon is.
+"""What a drive shows of its camera without any calibration: where the horizon is, and where it looks.
 
-While a car drives, everything that stands streams out of one point of the picture, which lies on the horizon
-of a flat road (`fcw.motion` finds it together with speed and turning). That row hardly depends on the height
-and the lens that are taken for granted here.
+While a car drives straight, everything that stands streams out of one point of the picture, which lies on the
+horizon of a flat road (`fcw.motion` finds it together with speed and turning). That row hardly depends on the
+height and the lens that are taken for granted here; the yaw that follows from the column does, on the lens.
 """
 
 import logging
@@ -21,6 +21,7 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
+from fcw.motion.state import Mount
 from fcw.self_calibration.clip import vehicles_of
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
@@ -52,6 +53,12 @@ ROAD_SIGMA_HEIGHTS = 0.004
 """In picture heights: root mean square of what the drives of `test_drive_look.py` missed, with the error of
 their own truth; roads are not level with the travel."""
 
+LARGEST_YAW_SIGMA_RAD = math.radians(1.0)
+YAW_SIGMA_RAD = math.radians(0.5)
+"""What drives miss of the yaw that their lane lines tell as well, root mean square: roads bend, and slope."""
+LENS_PART = 0.2
+"""Other lenses have so much more or less focal length than the one assumed, and the yaw less or more."""
+
 
 @dataclass(frozen=True, slots=True)
 class Look:
@@ -63,6 +70,7 @@ class Look:
         scale_per_mps: focal length times height, in px m, for each m/s of the mean speed; None where unknown.
         vehicles: seen on the way.
         times_ns: of the pictures whose speed that mean is of.
+        yaw_rad: of the camera, to the left of the direction of travel; None where the drive does not show it.
     """
 
     horizon: Gaussian | None
@@ -70,6 +78,7 @@ class Look:
     scale_per_mps: float | None = None
     vehicles: tuple[Ruler, ...] = ()
     times_ns: tuple[int, ...] = ()
+    yaw_rad: Gaussian | None = None
 
     def mean_speed_mps(self, own_speed: EgoSpeed, name: str) -> float:
         """The mean over the same pictures by a file of speeds.
@@ -130,10 +139,25 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
         return Look(None, "The drive does not show it (too dark, too short, or it stands): drag the horizon.")
     row_px = camera.principal_row_px - camera.focal_y_px * math.tan(mount.pitch_rad)
     sigma_px = math.hypot(sigma_px, ROAD_SIGMA_HEIGHTS * size.height)
-    words = f"Over {known_s:.0f} s of driving the horizon is at row {row_px:.0f} ± {sigma_px:.0f}."
+    yaw_rad = _yaw(mount)
+    words = f"Over {known_s:.0f} s of driving the horizon is at row {row_px:.0f} ± {sigma_px:.0f}"
+    words += "." if yaw_rad is None else f", and the camera looks {_turn_words(yaw_rad)}."
     # The road flows by as fast as lens and height together make it: what was assumed for both cancels.
     scale = camera.focal_y_px * camera.height_m / float(np.mean(speeds_mps))
-    return Look(Gaussian(row_px, sigma_px), words, scale, times_ns=tuple(times_ns))
+    return Look(Gaussian(row_px, sigma_px), words, scale, times_ns=tuple(times_ns), yaw_rad=yaw_rad)
+
+
+def _yaw(mount: Mount) -> Gaussian | None:
+    """Of the assumed lens, with what another one and the road may add."""
+    if mount.yaw_sigma_rad > LARGEST_YAW_SIGMA_RAD:
+        return None
+    sigma_rad = math.hypot(mount.yaw_sigma_rad, YAW_SIGMA_RAD, LENS_PART * mount.yaw_rad)
+    return Gaussian(mount.yaw_rad, sigma_rad)
+
+
+def _turn_words(yaw_rad: Gaussian) -> str:
+    side = "left" if yaw_rad.value >= 0 else "right"
+    return f"{math.degrees(abs(yaw_rad.value)):.1f} ± {math.degrees(yaw_rad.sigma):.1f}° to the {side}"
 
 
 def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:

@@ -1,5 +1,6 @@
 """Somebody with a recorded clip and no tape measure, on any window, and what they type on the way."""
 
+import math
 import shutil
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,7 @@ def test_a_clip_without_a_tape_measure_is_calibrated_in_ten_actions(
     saved, true = read_calibration(default_path(source)), page.session.state
     assert true.saved
     assert abs(saved.horizon_row_px - TRUE_HORIZON_ROW_PX) < 4
+    assert abs(saved.orientation.yaw_rad) < saved.orientation.yaw_sigma_rad < math.radians(0.6)
     for (_, row_px), true_m in zip(DEMO_MARKS_PX, (7.6, 16.6, 31.6), strict=True):
         low_m, high_m = saved.distance_interval(row_px)
         assert low_m < true_m < high_m

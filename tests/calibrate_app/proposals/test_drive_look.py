@@ -1,6 +1,9 @@
-"""The horizon that a drive shows is the true one, within its own interval, whatever the camera."""
+"""The horizon and yaw that a drive shows are the true ones, within their intervals, whatever the camera."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import cv2
 import numpy as np
@@ -10,6 +13,7 @@ from fcw.camera.calibration import GroundPoint
 from fcw.camera.file import default_path, read_calibration
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
+from fcw.frame import Frame, ImageSize
 from fcw.sources import open_source
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, Look, look_at
@@ -37,6 +41,34 @@ def test_the_shipped_drive_shows_its_horizon_to_half_a_percent_of_the_height():
     assert look.horizon is not None
     assert abs(look.horizon.value - true_row_px) < min(2 * look.horizon.sigma, 0.005 * 720)
     assert f"row {look.horizon.value:.0f}" in look.words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cut_px", [100, -100])
+def test_a_drive_seen_aside_shows_the_yaw(cut_px: int):
+    # Without its first or last columns the picture is that of a camera whose axis lies elsewhere; the shipped
+    # drive's looks straight ahead.
+    look = look_at(cast(Pictures, Cropped(Pictures(open_source(DEMO)), cut_px)))
+    assert look.yaw_rad is not None
+    camera = read_calibration(default_path(DEMO)).camera
+    true_rad = -np.arctan(cut_px / 2 / camera.focal_y_px)
+    assert abs(true_rad) > np.radians(2.5)
+    assert abs(look.yaw_rad.value - true_rad) < look.yaw_rad.sigma < np.radians(1.0)
+    assert f"to the {'right' if cut_px > 0 else 'left'}" in look.words
+
+
+class Cropped:
+    """Pictures without so many of their first columns; below 0, of their last."""
+
+    def __init__(self, pictures: Pictures, cut_px: int) -> None:
+        self._pictures, self._cut_px, self.source, self.count = pictures, cut_px, self, pictures.count
+        size = pictures.image_size
+        self.image_size = ImageSize(size.width - abs(cut_px), size.height)
+
+    def frames(self) -> Iterator[Frame]:
+        columns = slice(self._cut_px, None) if self._cut_px > 0 else slice(None, self._cut_px)
+        for frame in self._pictures.source.frames():
+            yield replace(frame, image=np.ascontiguousarray(frame.image[:, columns]))
 
 
 def test_kitti_shows_its_horizon_though_the_lens_is_another_than_assumed(data_dir: Path):

@@ -10,19 +10,21 @@ from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
 from fcw.frame import ImageSize
 from fcw.self_calibration.lane_lines import propose_lane_lines
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.besides.knowledge import SetYaw
 from fcw_viz.calibrate_app.document.document import Belief, Line
 from fcw_viz.calibrate_app.document.edits import EnableLaneLines, SetHorizon, SetLaneLine
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
 from fcw_viz.calibrate_app.drawing.drawing import HORIZON_COLOR
 from fcw_viz.calibrate_app.panels.camera.belief import effect_words
-from fcw_viz.calibrate_app.proposals.drive_look import assumed_camera
+from fcw_viz.calibrate_app.proposals.drive_look import Look, assumed_camera
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.controls import on_button, on_choice, on_press
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, Place
 from fcw_viz.page.style import set_html, text_block
 
-LOOK, TAKE = "Find the horizon in the drive", "Take this horizon"
+LOOK = "Find the horizon in the drive"
+TAKE, TAKE_BOTH = "Take this horizon", "Take this horizon and yaw"
 LOOKING_WORDS = "Looking at the drive; some seconds."
 DRAG_HORIZON = "Drag the horizon"
 FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove them"
@@ -83,7 +85,7 @@ class HorizonPanel:
             self._desk.pictures.count > 1 and not taken and (look is None or bool(look.horizon))
         )
         self._look.disabled = self._desk.look.running
-        self._look.label = LOOK if look is None else TAKE
+        self._look.label = LOOK if look is None else TAKE if self._yaw(look) is None else TAKE_BOTH
         proposed = None if look is None or belief is not None else look.horizon
         size = self._desk.pictures.image_size
         self._proposed.show(() if proposed is None else proposal_lines(proposed, size))
@@ -102,7 +104,14 @@ class HorizonPanel:
         if look is None:
             self._desk.look.start()
         elif look.horizon is not None:
-            self._desk.apply(SetHorizon(Belief(look.horizon)))
+            yaw = self._yaw(look)
+            turned = () if yaw is None else (SetYaw(yaw),)
+            self._desk.apply(SetHorizon(Belief(look.horizon)), *turned)
+
+    def _yaw(self, look: Look) -> Belief | None:
+        """What to take of it: nobody is corrected who said it."""
+        stated = self._desk.state.document.yaw is not None
+        return None if stated or look.yaw_rad is None else Belief(look.yaw_rad)
 
     def _horizon_clicked(self, _: float, row_px: float) -> None:
         self._desk.apply(SetHorizon(Belief(Gaussian(row_px, HORIZON_ROW_SIGMA_PX))))
