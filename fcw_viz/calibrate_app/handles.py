@@ -1,13 +1,22 @@
-"""What can be dragged on the picture: points, the horizon and the ends of the lane lines."""
+"""What can be dragged on the picture: points, the horizon, the camera's turn, the ends of the lane lines."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from fcw.camera.calibration import Gaussian
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.joint.plates import PLACES
 from fcw.camera.prior_sigmas import HORIZON_ROW_SIGMA_PX
-from fcw.logs.overlay import Rgb
+from fcw.logs.overlay import ROW_COLOR, Rgb
 from fcw_viz.calibrate_app.desk import Desk, mark_handle
+from fcw_viz.calibrate_app.document.besides.knowledge import (
+    SEEN_ROLL_SIGMA_RAD,
+    SEEN_YAW_SIGMA_RAD,
+    SetRoll,
+    SetYaw,
+)
 from fcw_viz.calibrate_app.document.besides.plates import MovePlatePlace
 from fcw_viz.calibrate_app.document.besides.rectangles import MoveCorner
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line
@@ -17,7 +26,11 @@ from fcw_viz.calibrate_app.drawing.drawing import FAINT_COLOR, HORIZON_COLOR, MA
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.picture.handle import Handle, Phase
 
-HORIZON = "horizon"
+HORIZON, ROLL, YAW = "horizon", "roll", "yaw"
+ROLL_GRIP_PART = 0.8
+"""Of the window's width: where the horizon is tilted by its end."""
+YAW_GRIP_PART = 0.5
+"""Of the way from the horizon down to the window's edge: where the path is turned by its middle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +102,8 @@ class PictureHandles:
         wishes = [(mark_handle(mark.id), self._mark_wish(document, mark.id)) for mark in document.marks]
         if self.horizon_grip(document):
             wishes.append((HORIZON, self._horizon_wish(state)))
+        if self._desk.tool is Tool.HORIZON and state.shown is not None:
+            wishes += self._turn_wishes(state.shown.calibration)
         for index, rectangle in enumerate(document.rectangles):
             wishes += [
                 (f"rectangle_{index}_{corner}", self._corner_wish(index, corner, place))
@@ -148,6 +163,32 @@ class PictureHandles:
         if state.shown is not None:
             return state.shown.calibration.horizon_row_px
         return (state.document.image_size.height - 1) / 2
+
+    def _turn_wishes(self, calibration: Calibration) -> list[tuple[str, _Wish]]:
+        """The horizon's end, which tilts the camera, and the middle of the path, which turns it."""
+        size, (left_px, _, right_px, bottom_px) = calibration.image_size, self._desk.view.window_px
+        left_px, right_px = max(left_px, 0.0), min(right_px, size.width - 1.0)
+        bottom_px = min(bottom_px, size.height - 1.0)
+        camera, turned, horizon_px = calibration.camera, calibration.orientation, calibration.horizon_row_px
+        aside_px = left_px + ROLL_GRIP_PART * (right_px - left_px)
+        on_path_px = horizon_px + YAW_GRIP_PART * (bottom_px - horizon_px)
+        ahead_px = camera.principal_column_px
+        places = np.array(((ahead_px, horizon_px), (aside_px, horizon_px), (ahead_px, on_path_px)))
+        way = calibration.straightening
+        middle, end, path = places if way is None else way.to_picture(places)
+
+        def tilt(_: float, row_px: float) -> Edit:
+            more_rad = math.atan2(end[1] - row_px, end[0] - middle[0])
+            return SetRoll(Belief(Gaussian(turned.roll_rad + more_rad, SEEN_ROLL_SIGMA_RAD)))
+
+        def turn(column_px: float, _: float) -> Edit:
+            more_rad = math.atan((column_px - path[0]) / camera.focal_y_px)
+            return SetYaw(Belief(Gaussian(turned.yaw_rad + more_rad, SEEN_YAW_SIGMA_RAD)))
+
+        return [
+            (ROLL, _Wish(float(end[0]), float(end[1]), HORIZON_COLOR, tilt, lambda: None)),
+            (YAW, _Wish(float(path[0]), float(path[1]), ROW_COLOR, turn, lambda: None)),
+        ]
 
     def _line_wish(self, index: int, line: Line, end: int) -> _Wish:
         column_px, row_px = line.end_px if end else line.start_px

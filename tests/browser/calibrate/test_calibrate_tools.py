@@ -15,11 +15,13 @@ from fcw.camera.export import camera_info_text, kalibr_text
 from fcw.camera.file import calibration_text, default_path, write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
+from fcw.camera.straight import Orientation
 from fcw.camera.vanishing import vanishing_row
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.document import Document
 from fcw_viz.calibrate_app.document.edits import AddMark, SetHeight
 from fcw_viz.calibrate_app.document.state import Result
+from fcw_viz.calibrate_app.handles import ROLL_GRIP_PART, YAW_GRIP_PART
 from fcw_viz.calibrate_app.session import Person as SessionPerson
 
 SIZE = ImageSize(1280, 720)
@@ -226,6 +228,57 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
     checkbox(person, "Use it").click()
     expect(None)
     assert dragged() == 308.5
+
+
+def test_the_end_of_the_horizon_tilts_the_camera_and_the_path_turns_it(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(road(tmp_path))
+    page.session.apply(SOMEBODY, *(AddMark(*seen(d), 0, d) for d in TAPE_M), SetHeight(HEIGHT_M))
+    person = Person(open_page(page.url))
+    checkbox(person, "Say more").click()
+    person.button("Drag the horizon").click()
+    middle_px, aside_px = (SIZE.width - 1) / 2, ROLL_GRIP_PART * (SIZE.width - 1)
+    path_row_px = CAMERA.horizon_row_px + YAW_GRIP_PART * (SIZE.height - 1 - CAMERA.horizon_row_px)
+
+    def drag(name: str, grip: tuple[float, float], right_px: float, down_px: float) -> None:
+        wait_for(lambda: handle_segments(person, name) > 0)
+        person.browser.wait_until_still()
+        mouse = person.browser.page.mouse
+        mouse.move(*person.browser.mouse_position(*grip))
+        mouse.down()
+        mouse.move(*person.browser.mouse_position(grip[0] + right_px, grip[1] + down_px), steps=4)
+        mouse.up()
+        person.browser.wait_until_still()
+
+    def orientation() -> Orientation:
+        shown = page.session.state.shown
+        assert shown is not None
+        return shown.calibration.orientation
+
+    # Up at its right end: the picture's horizon falls to the left, the camera is tilted to the right.
+    drag("roll", (aside_px, CAMERA.horizon_row_px), 0.0, -12.0)
+    roll_rad = math.atan2(12.0, aside_px - middle_px)
+    wait_for(lambda: page.session.state.document.roll is not None)
+    belief = page.session.state.document.roll
+    assert belief is not None
+    assert belief.prior.value == pytest.approx(roll_rad, abs=MOUSE_PX / (aside_px - middle_px))
+    dragged_rad = belief.prior.value
+    wait_for(lambda: orientation().roll_rad == pytest.approx(dragged_rad, abs=math.radians(0.1)))
+    person.press("Control+z")
+    wait_for(lambda: page.session.state.document.roll is None)
+
+    # The road leads to the right of where the camera looks: it looks to the left.
+    drag("yaw", (middle_px, path_row_px), 40.0, 0.0)
+    wait_for(lambda: page.session.state.document.yaw is not None)
+    belief = page.session.state.document.yaw
+    assert belief is not None
+    expected_rad = math.atan(40.0 / CAMERA.focal_y_px)
+    assert belief.prior.value == pytest.approx(expected_rad, abs=2 * MOUSE_PX / CAMERA.focal_y_px)
+    turned_rad = belief.prior.value
+    wait_for(lambda: orientation().yaw_rad == pytest.approx(turned_rad, abs=math.radians(0.1)))
+    assert page.session.state.document.roll is None
+    assert page.session.state.document.horizon is None
 
 
 def test_an_old_calibration_is_shown_again_and_handed_out(

@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 from fcw.camera.joint.evidence import Ruler
 from fcw.camera.lens.model import Lens
 from fcw.camera.points import LARGEST_TAPE_ERROR
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief, Document
 
 STEEPEST_TURN_RAD = math.radians(45.0)
+SEEN_YAW_SIGMA_RAD, SEEN_ROLL_SIGMA_RAD = YAW_SIGMA_RAD / 5, ROLL_SIGMA_RAD / 3
+"""How well somebody knows them who types or drags them and says no more."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,13 +13,14 @@ from fcw.camera.calibration import Gaussian
 from fcw.camera.joint.bent import FEWEST_PLACES
 from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
-from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
 from fcw.errors import UserError
 from fcw.units import FEET_PER_METRE
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.besides.knowledge import (
+    SEEN_ROLL_SIGMA_RAD,
+    SEEN_YAW_SIGMA_RAD,
     SetBent,
     SetEdges,
     SetLaneWidth,
@@ -125,7 +126,7 @@ class BesidesPanel:
                     TURN,
                     ANGLE_ERROR,
                     math.radians(1),
-                    YAW_SIGMA_RAD / 5,
+                    SEEN_YAW_SIGMA_RAD,
                     SetYaw,
                 ),
                 BeliefKind(
@@ -135,7 +136,7 @@ class BesidesPanel:
                     TURN,
                     ANGLE_ERROR,
                     math.radians(1),
-                    ROLL_SIGMA_RAD / 3,
+                    SEEN_ROLL_SIGMA_RAD,
                     SetRoll,
                 ),
             )

@@ -28,7 +28,10 @@ TAKE, TAKE_BOTH = "Take this horizon", "Take this horizon and yaw"
 LOOKING_WORDS = "Looking at the drive; some seconds."
 DRAG_HORIZON = "Drag the horizon"
 FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove them"
-HORIZON_WORDS = "Drag the horizon to where a flat, straight road would end, or click there. Esc when done."
+HORIZON_WORDS = (
+    "Drag the horizon to where a flat, straight road would end, or click there. "
+    "Its right end tilts the camera, the middle of the path turns it. Esc when done."
+)
 LINE_WORDS = (
     "Click a point of the left lane marking, near the bottom of the picture.",
     "Click the left marking again, far away.",
