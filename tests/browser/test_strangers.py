@@ -110,7 +110,7 @@ def test_a_browser_that_is_started_shows_its_ticket_and_goes_on_to_the_page(
     tab = chromium.new_page()
     try:
         tab.goto(opened[0])
-        assert tab.url == f"{page.url}/"
+        assert tab.url.split("?")[0] == f"{page.url}/"  # viser adds where its socket is, sooner or later
     finally:
         tab.close()
 
