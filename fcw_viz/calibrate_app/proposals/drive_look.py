@@ -54,8 +54,9 @@ ROAD_SIGMA_HEIGHTS = 0.004
 their own truth; roads are not level with the travel."""
 
 LARGEST_YAW_SIGMA_RAD = math.radians(1.0)
-YAW_SIGMA_RAD = math.radians(0.5)
-"""What drives miss of the yaw that their lane lines tell as well, root mean square: roads bend, and slope."""
+ROAD_YAW_SIGMA_RAD = math.radians(0.5)
+"""Roads bend. Twice what nine drives missed (root mean square) of the yaw by `--from-clip`, which is not
+independent: it sees the same motion, and lane lines besides."""
 LENS_PART = 0.2
 """Other lenses have so much more or less focal length than the one assumed, and the yaw less or more."""
 
@@ -151,7 +152,7 @@ def _yaw(mount: Mount) -> Gaussian | None:
     """Of the assumed lens, with what another one and the road may add."""
     if mount.yaw_sigma_rad > LARGEST_YAW_SIGMA_RAD:
         return None
-    sigma_rad = math.hypot(mount.yaw_sigma_rad, YAW_SIGMA_RAD, LENS_PART * mount.yaw_rad)
+    sigma_rad = math.hypot(mount.yaw_sigma_rad, ROAD_YAW_SIGMA_RAD, LENS_PART * mount.yaw_rad)
     return Gaussian(mount.yaw_rad, sigma_rad)
 
 
