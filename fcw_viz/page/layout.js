@@ -1,5 +1,5 @@
 // Runs in each tab: tells the styles how much of the window viser's docked panel takes, wherever somebody drags its
-// edge, folds it or lets it float.
+// edge, folds it or lets it float; and sees to it that the picture is drawn as large as its place is.
 if (!window.fcwLayout) {
   window.fcwLayout = true;
   const root = document.documentElement.style;
@@ -21,7 +21,33 @@ if (!window.fcwLayout) {
       docked ||= region !== null;
     }
   };
-  new MutationObserver(look).observe(document.body, { childList: true, subtree: true });
-  look();
+  // While React Three Fiber starts, it can miss a change of its canvas's place, and stay with the size before until
+  // the next change. So there is one, that lasts until it is drawn.
+  const SETTLED_MS = 250;
+  let canvas = null, waiting = 0;
+  const fill = () => {
+    const place = canvas.parentElement;
+    const isOff = (side) => Math.abs(canvas[side] - (place?.[side] ?? canvas[side])) > 1;
+    if (!isOff("clientWidth") && !isOff("clientHeight")) return;
+    place.style.height = "calc(100% - 1px)";
+    setTimeout(() => (place.style.height = "100%"), SETTLED_MS);
+  };
+  const drawn = new ResizeObserver(() => {
+    clearTimeout(waiting);
+    waiting = setTimeout(fill, SETTLED_MS);
+  });
+  const lookForCanvas = () => {
+    const found = document.querySelector("canvas[data-engine]");
+    if (!found || found === canvas) return;
+    drawn.disconnect();
+    canvas = found;
+    for (const sized of [canvas, canvas.parentElement]) drawn.observe(sized);
+  };
+  const lookAgain = () => {
+    look();
+    lookForCanvas();
+  };
+  new MutationObserver(lookAgain).observe(document.body, { childList: true, subtree: true });
+  lookAgain();
   measure();
 }
