@@ -30,6 +30,11 @@ OFF_SIGMAS = 4.0
 """An edge is not where it was expected that is off by more than both: this part of the box's extent, and so
 many sigmas of its noise."""
 
+TOUCHING = 0.1
+NEARER = 0.05
+"""A box touches another one whose edge is closer than this part of its width. Of two vehicles the one that
+stands lower by more than this part of the other one's height is the nearer one."""
+
 
 class Edges(NamedTuple):
     """Which edges of a box are the vehicle's own."""
@@ -38,6 +43,10 @@ class Edges(NamedTuple):
     top: bool = True
     right: bool = True
     bottom: bool = True
+
+    def both(self, other: "Edges") -> "Edges":
+        """Those that are here and there."""
+        return Edges(*(here and there for here, there in zip(self, other, strict=True)))
 
     @property
     def across(self) -> bool:
@@ -96,6 +105,25 @@ def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> E
     left |= found.x < predicted.x
     right |= found.right > predicted.right
     return Edges(left or not across, top or not down, right or not across, bottom or not down)
+
+
+def free_edges(box: Box, others: Sequence[Box]) -> Edges:
+    """Which edges of a box are free of nearer vehicles, behind which more of this one may come out.
+
+    Where a side is not, the height is not either: what is seen of a hidden vehicle begins anywhere.
+
+    Args:
+        box: of the vehicle.
+        others: that were found in the same picture; the box itself may be among them.
+    """
+    left = right = True
+    apart_px, lower_px = TOUCHING * box.w, box.bottom + NEARER * box.h
+    for other in others:
+        if other.bottom <= lower_px or other.y >= box.bottom:
+            continue
+        left = left and not other.x < box.x - apart_px < other.right
+        right = right and not other.x < box.right + apart_px < other.right
+    return Edges(left, left and right, right)
 
 
 def completed(found: Box, predicted: Box, edges: Edges) -> Box:

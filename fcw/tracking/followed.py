@@ -135,11 +135,16 @@ class Followed:
         self.looks.forget()
         self.seen_by = SeenBy.COASTING
 
-    def view_of(self, time_ns: int, found: Box) -> tuple[Box, Edges]:
+    def view_of(self, time_ns: int, found: Box, free: Edges) -> tuple[Box, Edges]:
         """Its box where it was found in this frame, and which edges of that were seen.
 
         A vehicle that was well seen a moment ago and of which a part is boxed now is as wide and tall as
         before; for no longer than `part_s`, then it is believed to be what is boxed.
+
+        Args:
+            time_ns: of the frame.
+            found: its box there.
+            free: its edges behind which it does not go on, see `free_edges`.
         """
         settings, edges = self._settings, WHOLE
         if self._hits >= settings.part_hits and time_ns - self.detected_ns <= settings.part_s * 1e9:
@@ -150,7 +155,7 @@ class Followed:
             self._part_ns = time_ns
         elif time_ns - self._part_ns > settings.part_s * 1e9:
             edges = WHOLE
-        return completed(found, self.box, edges), edges
+        return completed(found, self.box, edges), edges.both(free)
 
     def correct(self, time_ns: int, found: Box, score: float, faint: bool = False) -> None:
         """Take the box of this frame, see `view_of`, and its score.

@@ -12,7 +12,7 @@ from fcw.detection.detector import Detection
 from fcw.motion.bend.turn import Turn
 from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount, OwnPath
-from fcw.tracking.association import WHOLE, associate
+from fcw.tracking.association import WHOLE, associate, free_edges
 from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
@@ -131,14 +131,24 @@ class Tracker:
         moved = {} if image is None else self._carry(time_ns, image, before)
         pairs = self._associate(detections)
         unused = {index for index, detection in enumerate(detections) if not detection.faint}
-        views = {slot: self._followed[slot].view_of(time_ns, detections[index].box) for slot, index in pairs}
+        certain = [detection.box for detection in detections if not detection.faint]
+        free = {slot: free_edges(detections[index].box, certain) for slot, index in pairs}
+        views = {
+            slot: self._followed[slot].view_of(time_ns, detections[index].box, free[slot])
+            for slot, index in pairs
+        }
         step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update(
             [(slot, box) for slot, (box, _) in views.items()],
             step_s,
             {slot: edges for slot, (_, edges) in views.items()},
         )
-        grown = [(slot, *one[1:]) for slot, one in moved.items() if math.isfinite(one.sigma)]
+        # The looks of what comes out from behind another vehicle seem to grow.
+        grown = [
+            (slot, *one[1:])
+            for slot, one in moved.items()
+            if math.isfinite(one.sigma) and free.get(slot, WHOLE) == WHOLE
+        ]
         self._range.take_growths(grown, step_s)
         whole = [(slot, box) for slot, (box, edges) in views.items() if edges == WHOLE]
         self._mount.update(self._rulers(whole), dt_s)
@@ -154,7 +164,7 @@ class Tracker:
             followed.place_across(self._range.focal_px, path)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
-            self._start(time_ns, detections[index], ego_speed_mps, path)
+            self._start(time_ns, detections[index], certain, ego_speed_mps, path)
         self._doubts.update(time_ns, self._followed, image)
         tracks = tuple(
             followed.track(time_ns, path, turn) for followed in self._followed if followed.confirmed
@@ -246,9 +256,16 @@ class Tracker:
             return without_own_speed(state, prior)
         return with_own_speed(state, self._own.speed_mps, prior, self._own.sigma_mps)
 
-    def _start(self, time_ns: int, detection: Detection, ego_speed_mps: float | None, path: OwnPath) -> None:
+    def _start(
+        self,
+        time_ns: int,
+        detection: Detection,
+        others: Sequence[Box],
+        ego_speed_mps: float | None,
+        path: OwnPath,
+    ) -> None:
         """Begin a track, where the box gives a first distance."""
-        if self._range.add(detection.box, ego_speed_mps):
+        if self._range.add(detection.box, ego_speed_mps, free_edges(detection.box, others)):
             state = self._state(self._range.count - 1)
             self._followed.append(
                 Followed(

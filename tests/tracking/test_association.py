@@ -7,7 +7,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
-from fcw.tracking.association import WHOLE, Edges, associate, completed, own_edges
+from fcw.tracking.association import WHOLE, Edges, associate, completed, free_edges, own_edges
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.tracker import Tracker
@@ -37,6 +37,24 @@ def test_the_edge_that_is_not_where_it_was_expected_is_the_end_of_a_part(found, 
 def test_the_border_of_the_picture_is_no_edge_that_was_expected():
     leaving = Box(1150, 320, 129.5, 100)
     assert own_edges(Box(1190, 320, 89.5, 100), leaving, SIZE, NOISE) == WHOLE
+
+
+@pytest.mark.parametrize(
+    ("other", "free"),
+    [
+        (Box(660, 330, 120, 110), Edges(right=False, top=False)),
+        (Box(520, 330, 85, 110), Edges(left=False, top=False)),
+        (Box(705, 330, 120, 110), Edges(right=False, top=False)),  # beside it, closer than a tenth of it
+        (Box(715, 330, 120, 110), WHOLE),  # apart
+        (Box(660, 300, 120, 100), WHOLE),  # as far away
+        (Box(660, 310, 60, 70), WHOLE),  # farther away
+        (Box(620, 360, 60, 80), WHOLE),  # a part of it
+        (Box(660, 405, 120, 110), WHOLE),  # below it
+    ],
+)
+def test_edges_that_a_nearer_vehicle_touches_are_not_free(other, free):
+    assert free_edges(CAR, [other, CAR]) == free
+    assert free_edges(CAR, [CAR]) == WHOLE
 
 
 def test_a_part_is_completed_by_what_was_expected():

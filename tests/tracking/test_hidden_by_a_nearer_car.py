@@ -1,8 +1,9 @@
-"""A vehicle behind a nearer one that passes in front is not carried off by that one's picture."""
+"""A vehicle behind a nearer one is not carried off by it, nor seems to come nearer as it comes out."""
 
 import numpy as np
 import pytest
 
+from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
@@ -53,3 +54,29 @@ def test_a_hidden_car_stays_where_it_is_while_a_nearer_one_passes_in_front(seed)
     assert all(track.seen_by is SeenBy.COASTING for track in hidden)
     for _, track in carried:
         assert track.box.center_x == pytest.approx(far.center_x, abs=0.25 * far.w)
+
+
+@pytest.mark.parametrize("with_picture", [False, True])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_car_that_comes_out_from_behind_a_nearer_one_does_not_seem_to_come_nearer(seed, with_picture):
+    # It stays 40 m ahead. What is seen of it grows from less than half to the whole within half a second.
+    rng = np.random.default_rng(seed)
+    far_looks, near_looks = looks_like_a_car(rng, 4), looks_like_a_car(rng, 16)
+    far = CALIBRATION.ground_box(40.0, 0.0, 1.8, 1.5)
+    tracker, closing_mps = Tracker(CALIBRATION), []
+    for frame in range(60):
+        time_s = frame / 30
+        image = np.full((SIZE.height, SIZE.width, 3), 120, np.uint8)
+        paint(image, far, far_looks)
+        near = CALIBRATION.ground_box(20.0, 1.0 + max(time_s - 0.1, 0.0), 1.8, 1.5)
+        paint(image, near, near_looks)
+        left = max(far.x, near.right)
+        # Its roof comes out with its side.
+        out = (far.right - left) / far.w
+        height = far.h * (0.75 + 0.25 * out)
+        found = Box(left, far.bottom - height, far.right - left, height)
+        detections = [Detection(near, 9.0), Detection(found, 9.0)]
+        tracks = tracker.update(round(time_s * 1e9), detections, image=image if with_picture else None)
+        closing_mps += [track.closing_speed_mps for track in tracks if track.distance_m > 30]
+    assert len(closing_mps) > 45
+    assert max(closing_mps) < 3.0

@@ -139,12 +139,13 @@ class RangeFilter:
             pitch_sigma_rad=math.sqrt(max(float(self._p[HORIZON, HORIZON]), 0.0)) / self._focal_px,
         )
 
-    def add(self, box: Box, ego_speed_mps: float | None) -> bool:
+    def add(self, box: Box, ego_speed_mps: float | None, edges: Edges = WHOLE) -> bool:
         """Begin with a vehicle; False where its box gives no distance.
 
         Args:
             box: the first of it.
             ego_speed_mps: own speed, None when unknown.
+            edges: which of the box are the vehicle's own.
         """
         first = self._geometry.first_sight(box, self._x, self._p)
         if first is None:
@@ -180,7 +181,7 @@ class RangeFilter:
         self._p = covariance
         self._kinds.append(kind)
         self._views.append(view)
-        self.update([(self.count - 1, box)], math.inf)
+        self.update([(self.count - 1, box)], math.inf, {self.count - 1: edges})
         return True
 
     def keep(self, slots: Sequence[int]) -> None:
