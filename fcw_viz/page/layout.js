@@ -2,6 +2,8 @@
 // edge, folds it or lets it float; and sees to it that the picture is drawn as large as its place is.
 if (!window.fcwLayout) {
   window.fcwLayout = true;
+  // Else a phone makes the page as wide as a list that reaches beyond the window while it opens, which closes it.
+  document.querySelector("meta[name=viewport]").content += ", minimum-scale=1";
   const root = document.documentElement.style;
   let region = null, docked = false;
   const measure = () => {

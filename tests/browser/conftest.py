@@ -48,7 +48,12 @@ class OpenPage(Protocol):
     """What the fixture `open_page` is."""
 
     def __call__(
-        self, url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True, sharp: bool = False
+        self,
+        url: str,
+        window_px: tuple[int, int] = WINDOW_PX,
+        picture: bool = True,
+        sharp: bool = False,
+        phone: bool = False,
     ) -> BrowserPage: ...
 
 
@@ -73,17 +78,23 @@ def chromium() -> Generator[Browser]:
 def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
     """Opens a URL of the program and waits for its picture, if it begins with one; several calls are several
     people. Unless it has to be sharp, the scene is drawn in half the screen's resolution and with rough
-    edges: software draws it.
+    edges: software draws it. A phone is touched, and lays pages out as phones do.
 
     At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
     """
     pages: list[BrowserPage] = []
 
     def open_one(
-        url: str, window_px: tuple[int, int] = WINDOW_PX, picture: bool = True, sharp: bool = False
+        url: str,
+        window_px: tuple[int, int] = WINDOW_PX,
+        picture: bool = True,
+        sharp: bool = False,
+        phone: bool = False,
     ) -> BrowserPage:
         width, height = window_px
-        context = chromium.new_context(viewport=ViewportSize(width=width, height=height))
+        context = chromium.new_context(
+            viewport=ViewportSize(width=width, height=height), has_touch=phone, is_mobile=phone
+        )
         context.set_default_timeout(PATIENCE_S * 1000)
         context.add_init_script(_HIDE_SOFTWARE_RENDERING)
         if not sharp:

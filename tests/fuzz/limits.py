@@ -1,4 +1,4 @@
-"""Disks that are full or read-only, folders that go away, too few handles and too little memory."""
+"""Full and read-only disks, folders that go away, too few handles, too little memory, and too small files."""
 
 import os
 import resource
@@ -135,7 +135,7 @@ def try_folders(made: Path, report: Report) -> None:
 
 
 def try_limits(made: Path, report: Report) -> None:
-    """Few handles and little memory: one message, or the work done; never a command that spins."""
+    """Few handles, little memory, small files: one message, or the work done; no command that spins."""
     limits: dict[str, Callable[[], object]] = {
         f"ulimit -n {count}": lambda count=count: resource.setrlimit(resource.RLIMIT_NOFILE, (count, count))
         for count in (8, 12, 64)
@@ -143,6 +143,10 @@ def try_limits(made: Path, report: Report) -> None:
     limits |= {
         f"ulimit -v {mb} MB": lambda mb=mb: resource.setrlimit(resource.RLIMIT_AS, (mb << 20, mb << 20))
         for mb in (100, 400, 1600, 3000)
+    }
+    limits |= {
+        f"ulimit -f {kb} kB": lambda kb=kb: resource.setrlimit(resource.RLIMIT_FSIZE, (kb << 10, kb << 10))
+        for kb in (1, 100)
     }
     for fault, limit in limits.items():
         for kind in ("run", "export csv", "export mp4", "review"):

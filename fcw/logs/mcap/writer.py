@@ -1,5 +1,6 @@
 """The drive log as MCAP, for Foxglove, for this program's own review, and for whatever else reads it."""
 
+import errno
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -149,9 +150,11 @@ class McapSink:
         try:
             yield
         except OSError as error:
+            too_large = error.errno == errno.EFBIG
+            mend = "allow larger files (ulimit -f)" if too_large else "make room on the disk"
             raise UserError(
-                f"{self._path}: the log could not be written whole ({error.strerror}); make room on the disk "
-                "and run again; what was written before can be read"
+                f"{self._path}: the log could not be written whole ({error.strerror}); {mend} and run again; "
+                "what was written before can be read"
             ) from error
 
     def _end_signals(self) -> None:

@@ -201,6 +201,18 @@ def test_on_every_window_the_picture_is_whole_and_the_panel_beside_or_below_it(
         assert canvas[2] - canvas[0] == width_px
 
 
+def test_on_a_phone_a_list_opens_within_the_window(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(copy_of_demo_drive(tmp_path))
+    page.session.apply(SOMEBODY, ChooseWay("clip"), SetHeight(1.3))
+    person = Person(open_page(page.url, window_px=(390, 844), phone=True))
+    person.field("Kind of camera").tap()
+    person.browser.page.get_by_role("option", name="Phone, main camera").tap()
+    wait_for(lambda: person.field("Kind of camera").input_value() == "Phone, main camera")
+    assert person.browser.page.evaluate("innerWidth") == 390
+
+
 def test_every_choice_of_dashes_is_read_whole(
     tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
 ):
