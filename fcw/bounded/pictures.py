@@ -20,6 +20,7 @@ MOST_PIXELS = 48 << 20
 MOST_DRIVE_PIXELS = 16 << 20
 """Of each of a drive's, of which several are under way at once; action cameras have 5312x2988."""
 LONGEST_SIDE_PX = 16384
+_PNG = b"\x89PNG\r\n\x1a\n"
 DECODER_OPTIONS = {"max_pixels": str(MOST_DRIVE_PIXELS)}
 """With these FFmpeg's decoders refuse a larger picture before they make room for it."""
 
@@ -39,7 +40,7 @@ def decode_picture(data: bytes) -> NDArray[np.uint8] | None:
     None where it is damaged, of no format that is known here, or larger than any camera's.
     """
     size = picture_size(data)
-    if size is None or not within_bounds(*size):
+    if size is None or not within_bounds(*size) or (data.startswith(_PNG) and not _png_chunks_end(data)):
         return None
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
@@ -78,7 +79,7 @@ def picture_size(data: bytes) -> tuple[int, int] | None:
     PNG (ISO 15948), JPEG (ITU-T T.81, B.2.2), BMP, WebP (RFC 9649).
     """
     try:
-        if data.startswith(b"\x89PNG\r\n\x1a\n") and data[12:16] == b"IHDR":
+        if data.startswith(_PNG) and data[12:16] == b"IHDR":
             return struct.unpack_from(">II", data, 16)
         if data.startswith(b"\xff\xd8"):
             return _jpeg_size(data)
@@ -90,6 +91,15 @@ def picture_size(data: bytes) -> tuple[int, int] | None:
     except (struct.error, IndexError):
         return None
     return None
+
+
+def _png_chunks_end(data: bytes) -> bool:
+    """Whether all chunks end within the data: OpenCV makes room for whatever a chunk says it holds."""
+    at, kind = len(_PNG), b""
+    while at + 8 <= len(data) and kind != b"IEND":
+        kind = data[at + 4 : at + 8]
+        at += 12 + int.from_bytes(data[at : at + 4], "big")  # length, kind and check sum
+    return at <= len(data)
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int] | None:

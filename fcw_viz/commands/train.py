@@ -61,6 +61,8 @@ def run_train(command: TrainCommand) -> int:
                 raise UserError(
                     f"{option} {folder}: no such folder; expected one with labels.json and images/"
                 )
+    if not command.out.name:
+        raise UserError(f"--out {command.out}: expected the name of a file, such as model.npz")
     if not command.out.parent.is_dir():
         raise UserError(
             f"--out {command.out}: the folder {command.out.parent} does not exist; create it first"

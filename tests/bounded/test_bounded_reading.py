@@ -178,6 +178,14 @@ def test_a_picture_states_its_size_and_one_that_states_another_is_not_decoded(su
         decode_picture(data[:end])
 
 
+def test_a_png_whose_part_states_more_than_there_is_is_not_decoded():
+    png = cv2.imencode(".png", np.zeros((48, 64, 3), np.uint8))[1].tobytes()
+    at = png.index(b"IDAT") - 4
+    longer = png[:at] + struct.pack(">I", 0xAC002000) + png[at + 4 :]
+    assert decode_picture(longer) is None
+    assert decode_picture(png + b"what a camera adds") is not None
+
+
 def test_a_picture_that_states_a_huge_size_is_not_decoded():
     png = bytearray(cv2.imencode(".png", np.zeros((4, 4, 3), np.uint8))[1].tobytes())
     png[16:24] = struct.pack(">II", 100_000, 100_000)

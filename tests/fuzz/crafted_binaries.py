@@ -37,6 +37,7 @@ def _png(good: bytes) -> list[bytes]:
         good[:40],
         good.replace(b"IDAT", b"IDAX"),
         good[:8] + struct.pack(">I", 2**31 - 1) + good[12:],
+        good.replace(good[33:37], struct.pack(">I", 0xAC002000), 1),
     ]
 
 
@@ -223,6 +224,8 @@ def _log(good: bytes) -> list[bytes]:
         good.replace(b"rgb8", b"\x00\x00\x00\x00"),
         good.replace(b"rgb8", b"32FC"),
         good.replace(b"jpeg", b"tiff"),
+        good.replace(b"encoding", b"encoded."),
+        good.replace(b"nanos", b"names"),
         good.replace(b"/camera", b"/\xff\xfe\xfd\xfc\xfb\xfa"),
     ]
 

@@ -160,7 +160,7 @@ def formats(drive_log: bytes) -> list[Format]:
                 b"clip %sx%s 1.3 6:640 15:520 30:480 x\n" % (LONG, LONG),
             ),
         ),
-        Format("truth.csv", truth, read_truth, (truth + b"x" * 140_000,)),
+        Format("truth.csv", truth, read_truth, (truth + b"x" * 140_000, b"x" * 140_000)),
         Format(
             "timestamps.txt",
             b"0.0\n0.1\n",

@@ -73,7 +73,11 @@ def read_truth(path: Path) -> list[FrameTruth]:
     except (OSError, MalformedError) as error:
         raise UserError(f"{path}: cannot read the truth ({error}); make it with `fcw simulate`") from None
     reader = csv.DictReader(text.splitlines())
-    if tuple(reader.fieldnames or ()) != COLUMNS:
+    try:
+        columns = tuple(reader.fieldnames or ())
+    except csv.Error:  # a field beyond all bounds
+        columns = ()
+    if columns != COLUMNS:
         raise UserError(f"{path}: not a truth file: the first line must be {','.join(COLUMNS)}")
     frames = []
     try:

@@ -104,10 +104,11 @@ def _speeds(file: McapFile, topic: str, speed_of: Callable[[Any], float], stamps
     times_s: list[float] = []
     speeds_mps: list[float] = []
     for message in file.messages([topic]):
-        if message.content is None:
+        speed_mps = message.read(lambda content: float(speed_of(content)))
+        if speed_mps is None or not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
             continue
-        time_s, speed_mps = clock.time_ns(message) / 1e9, speed_of(message.content)
-        if 0 <= speed_mps <= HIGHEST_SPEED_MPS and (not times_s or time_s > times_s[-1]):
+        time_s = clock.time_ns(message) / 1e9
+        if not times_s or time_s > times_s[-1]:
             times_s.append(time_s)
             speeds_mps.append(speed_mps)
     return EgoSpeed(tuple(times_s), tuple(speeds_mps)) if times_s else None
@@ -118,8 +119,14 @@ def _field_of_view(file: McapFile) -> tuple[float | None, str]:
     for topic in file.topics:
         if topic.type in _CAMERA_TYPES and topic.readable:
             message = next(file.messages([topic.name]), None)
-            content = None if message is None else message.content
-            matrix = getattr(content, "K", None) or getattr(content, "k", None) or ()
-            if content is not None and len(matrix) == 9 and matrix[0] > 0:
-                return 2 * math.atan(content.width / (2 * matrix[0])), topic.name
+            found_rad = None if message is None else message.read(_angle_of_view_rad)
+            if found_rad is not None:
+                return found_rad, topic.name
     return None, ""
+
+
+def _angle_of_view_rad(content: Any) -> float | None:  # noqa: ANN401 - of any schema
+    matrix = getattr(content, "K", None) or getattr(content, "k", None) or ()
+    if len(matrix) != 9 or not matrix[0] > 0:
+        return None
+    return 2 * math.atan(content.width / (2 * matrix[0]))

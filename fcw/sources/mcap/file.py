@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
@@ -27,10 +27,13 @@ DAMAGED = (
 """What mcap's reader and its decompressors raise where a file ends early or holds other bytes."""
 UNDECODABLE = (DecodeError, *DAMAGED, IndexError, TypeError, NotImplementedError)
 """What the decoders of messages raise where a message is not of its schema."""
+NOT_AS_NAMED = (AttributeError, TypeError, ValueError, IndexError, ArithmeticError)
+"""What reading a field raises where a schema, which is the file's own, is not what its name says."""
 
 LATEST_NS = 2**63 - 1
 """In the year 2262; MCAP counts twice as far."""
 Decoder = Callable[[bytes], object]
+Read = TypeVar("Read")
 DELAY_MARGIN_NS = 2_000_000_000
 """How much sooner than the first message, counted from its stamp, another may have been logged."""
 
@@ -69,19 +72,20 @@ class Logged:
     log_ns: int
     content: Any
 
+    def read(self, fields: Callable[[Any], Read]) -> Read | None:
+        """What a function makes of the fields; None without them, or where they are not what it needs."""
+        if self.content is None:
+            return None
+        try:
+            return fields(self.content)
+        except NOT_AS_NAMED:
+            return None
+
     @property
     def stamp_ns(self) -> int | None:
         """The message's own time stamp; None where it has none, one out of range, or 0, that of no clock."""
-        header = getattr(self.content, "header", None)
-        stamp = getattr(self.content, "timestamp", None) if header is None else getattr(header, "stamp", None)
-        if stamp is None:
-            return None
-        seconds = getattr(stamp, "seconds", None)
-        if seconds is None:
-            stamp_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
-        else:
-            stamp_ns = seconds * 1_000_000_000 + stamp.nanos
-        return stamp_ns if 0 < abs(stamp_ns) <= LATEST_NS else None
+        stamp_ns = self.read(_stamp_ns)
+        return stamp_ns if stamp_ns is not None and 0 < abs(stamp_ns) <= LATEST_NS else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +235,17 @@ class McapFile:
         except DAMAGED:
             self.torn = True
         return channels, schemas, counts
+
+
+def _stamp_ns(content: Any) -> int | None:  # noqa: ANN401 - of any schema
+    header = getattr(content, "header", None)
+    stamp = getattr(content, "timestamp", None) if header is None else getattr(header, "stamp", None)
+    if stamp is None:
+        return None
+    seconds = getattr(stamp, "seconds", None)
+    if seconds is None:
+        return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+    return int(seconds) * 1_000_000_000 + int(stamp.nanos)
 
 
 def _decoders() -> tuple[ProtobufDecoders, Ros2Decoders]:

@@ -112,10 +112,8 @@ class McapImageSource:
             self._notes += (f"{self._label}: {counted(late)} with a time not after the one before, left out",)
 
     def _image(self, message: Logged) -> Image | None:
-        if message.content is None:
-            return None
         try:
-            return self._read(message.content)
+            return message.read(self._read)
         except UnknownPictureError as error:
             raise UserError(f"{self._label}: {error}") from None
 

@@ -45,7 +45,7 @@ class RawMessage(Protocol):
     data: bytes
 
 
-class UnknownPictureError(ValueError):
+class UnknownPictureError(Exception):
     """A picture in a form that is not read here; the text names it and those that are."""
 
 

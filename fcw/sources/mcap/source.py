@@ -81,7 +81,7 @@ def picture_topic(file: McapFile, name: str | None) -> Topic:
 def _codec(file: McapFile, topic: Topic) -> str:
     """FFmpeg's name of a topic's codec."""
     first = next(file.messages([topic.name]), None)
-    stated = "" if first is None or first.content is None else str(first.content.format)
+    stated = (None if first is None else first.read(lambda content: str(content.format))) or ""
     codec = VIDEO_CODECS.get(stated.lower())
     if codec is None:
         raise UserError(
@@ -98,9 +98,11 @@ def _foreign_packets(file: McapFile, topic: Topic, codec: str) -> PacketStream:
         search_ns = None if key_ns is None else clock.search_ns(key_ns)
         for message in file.messages([topic.name], search_ns):
             time_ns = clock.time_ns(message)
-            if message.content is None or (key_ns is not None and time_ns < key_ns):
+            if key_ns is not None and time_ns < key_ns:
                 continue
-            data = bytes(message.content.data)
+            data = message.read(lambda content: bytes(memoryview(content.data)))
+            if data is None:
+                continue
             unit = h264.inspect(data) if codec == "h264" else None
             keyframe = unit is not None and unit.idr and unit.parameter_sets
             started |= keyframe

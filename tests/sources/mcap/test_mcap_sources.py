@@ -14,6 +14,7 @@ from mcap.writer import Writer
 from mcap_files import (
     DELAY_NS,
     DEMO,
+    ROS_SCHEMAS,
     START_NS,
     demo_frames,
     foxglove_images,
@@ -339,6 +340,43 @@ def test_own_speed_is_found_at_the_stamps_of_the_pictures(frames: list[Frame], t
     speeds = [facts.ego_speed.at(stamp_ns(frame)) for frame in frames[:4]]
     assert speeds == pytest.approx([20, 21, 22, 23], abs=1e-3)
     assert facts.notes == ("drive.mcap: own speed from /vehicle/twist (geometry_msgs/TwistStamped)",)
+
+
+@pytest.mark.parametrize(
+    ("kind", "field"),
+    [(COMPRESSED, "string format"), (COMPRESSED, "uint8[] data"), (IMAGE, "string encoding")],
+)
+def test_pictures_whose_schema_lacks_a_field_of_its_name_cannot_be_decoded(
+    kind: str, field: str, frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    picture = ros_jpeg(frames[0]) if kind == COMPRESSED else ros_image(small(), "bgr8", START_NS)
+    name = field.split()[1]
+    monkeypatch.setitem(ROS_SCHEMAS, kind, ROS_SCHEMAS[kind].replace(field, f"{field}_of_theirs"))
+    setattr(picture, f"{name}_of_theirs", getattr(picture, name))
+    path = ros_file(tmp_path / "drive.mcap", [("/camera", kind, START_NS, picture)])
+    with pytest.raises(UserError, match="none of its first 32 pictures can be decoded"):
+        open_source(path)
+
+
+@pytest.mark.parametrize("theirs", ["uint32 nanoseconds", "string nanosec"])
+def test_stamps_and_speeds_that_are_not_what_their_names_say_are_not_used(
+    theirs: str, frames: list[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    twist = "geometry_msgs/msg/TwistStamped"
+    speed = ROS_SCHEMAS[twist].replace("Vector3 linear", "Vector3 forwards")
+    stamp = ROS_SCHEMAS[COMPRESSED].replace("uint32 nanosec", theirs)
+    for kind, schema in ((twist, speed), (COMPRESSED, stamp)):
+        monkeypatch.setitem(ROS_SCHEMAS, kind, schema)
+    picture, motion = ros_jpeg(frames[0]), ros_twist(START_NS, 5.0)
+    motion.twist.forwards = motion.twist.linear
+    picture.header.stamp.nanoseconds, picture.header.stamp.nanosec = 5, "five" if "string" in theirs else 5
+    messages = [
+        ("/camera", COMPRESSED, START_NS + DELAY_NS, picture),
+        ("/twist", twist, START_NS, motion),
+    ]
+    path = ros_file(tmp_path / "drive.mcap", messages)
+    assert [frame.time_ns for frame in open_source(path).frames()] == [START_NS + DELAY_NS]
+    assert mcap_facts(path).ego_speed is None
 
 
 def test_two_speeds_of_one_kind_are_told_and_none_is_used(frames: list[Frame], tmp_path: Path) -> None:
