@@ -9,6 +9,9 @@ from fcw.kernels.jit import kernel
 def inner_kernel(*, no_alias: bool = False, from_python: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Decorator: as `kernel`, for what other kernels call.
 
+    It is always put into its callers. Otherwise a process that compiles them calls the callee's own code, and
+    one that loads them the copy in the caller, which was optimised twice and rounds otherwise.
+
     Args:
         no_alias: no two arrays given to it overlap, as C's `restrict` says. Otherwise compiled loops ask
             before they start whether what is written may be read again, which before loops over 32 elements
@@ -19,7 +22,7 @@ def inner_kernel(*, no_alias: bool = False, from_python: bool = False) -> Callab
 
     def compiled(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's own type
         def with_flags(flags: Any) -> Any:  # noqa: ANN401
-            flags.noalias = no_alias
+            flags.noalias, flags.forceinline = no_alias, True
             flags.no_cpython_wrapper = flags.no_cfunc_wrapper = not from_python
             return flags
 

@@ -64,6 +64,22 @@ def test_in_a_read_only_install_without_a_home_kernels_are_kept_for_the_next_pro
 
 
 @pytest.mark.slow
+def test_kernels_that_were_compiled_here_give_what_loaded_ones_do(tmp_path: Path) -> None:
+    program = (
+        "import hashlib, numpy as np\n"
+        "from fcw.detection.channels.aggregated import compute_channels\n"
+        "picture = np.random.default_rng(0).integers(0, 256, (480, 854, 3), np.uint8)\n"
+        "print(hashlib.sha256(compute_channels(picture).tobytes()).hexdigest())"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    compiled, loaded = (
+        subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True)
+        for _ in range(2)
+    )
+    assert compiled.stdout == loaded.stdout
+
+
+@pytest.mark.slow
 def test_a_kernel_is_compiled_anew_when_a_constant_in_another_file_changes(tmp_path: Path) -> None:
     install = tmp_path / "install"
     install.mkdir()
