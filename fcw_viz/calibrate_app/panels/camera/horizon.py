@@ -11,7 +11,7 @@ from fcw.frame import ImageSize
 from fcw.self_calibration.lane_lines import propose_lane_lines
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.knowledge import SetYaw
-from fcw_viz.calibrate_app.document.document import Belief, Line
+from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edits import EnableLaneLines, SetHorizon, SetLaneLine
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.document.ways.ways import Part, chosen_way
@@ -47,6 +47,11 @@ def proposal_lines(horizon: Gaussian, size: ImageSize) -> tuple[LabelledLine, ..
     words = f"the drive's horizon  ±{horizon.sigma:.0f} px"
     places = tuple(Place(size.width * part, row_px, 0.0, -0.7) for part in (0.02, 0.3, 0.7))
     return (LabelledLine(ends, HORIZON_COLOR, words, places),)
+
+
+def yaw_to_take(look: Look, document: Document) -> Belief | None:
+    """The yaw that a look shows; None where it shows none, or somebody said it: nobody is corrected."""
+    return None if document.yaw is not None or look.yaw_rad is None else Belief(look.yaw_rad)
 
 
 class HorizonPanel:
@@ -88,7 +93,8 @@ class HorizonPanel:
             self._desk.pictures.count > 1 and not taken and (look is None or bool(look.horizon))
         )
         self._look.disabled = self._desk.look.running
-        self._look.label = LOOK if look is None else TAKE if self._yaw(look) is None else TAKE_BOTH
+        take = TAKE if look is None or yaw_to_take(look, state.document) is None else TAKE_BOTH
+        self._look.label = LOOK if look is None else take
         proposed = None if look is None or belief is not None else look.horizon
         size = self._desk.pictures.image_size
         self._proposed.show(() if proposed is None else proposal_lines(proposed, size))
@@ -107,14 +113,9 @@ class HorizonPanel:
         if look is None:
             self._desk.look.start()
         elif look.horizon is not None:
-            yaw = self._yaw(look)
+            yaw = yaw_to_take(look, self._desk.state.document)
             turned = () if yaw is None else (SetYaw(yaw),)
             self._desk.apply(SetHorizon(Belief(look.horizon)), *turned)
-
-    def _yaw(self, look: Look) -> Belief | None:
-        """What to take of it: nobody is corrected who said it."""
-        stated = self._desk.state.document.yaw is not None
-        return None if stated or look.yaw_rad is None else Belief(look.yaw_rad)
 
     def _horizon_clicked(self, _: float, row_px: float) -> None:
         self._desk.apply(SetHorizon(Belief(Gaussian(row_px, HORIZON_ROW_SIGMA_PX))))
