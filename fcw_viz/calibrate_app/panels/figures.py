@@ -11,6 +11,7 @@ from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.drawing.birds_eye import birds_eye
 from fcw_viz.calibrate_app.drawing.figures import interval_plot
 from fcw_viz.calibrate_app.drawing.warped import warped_scale, warped_svg
+from fcw_viz.page.channel import says_size
 from fcw_viz.page.style import set_html, text_block
 
 FIRST_WORDS = '<p class="dim">Comes with the first result.</p>'
@@ -22,6 +23,7 @@ WARPED_WORDS = (
     "parallel and of their true width. The bar is a usual lane; a wrong width is a wrong height, lines that "
     "close or open ahead are a wrong horizon.</p>"
 )
+SIZE_NAME = "above"
 WARP_PAUSE_S = 0.4
 """While somebody drags, the warped picture follows in such steps."""
 
@@ -43,7 +45,10 @@ class IntervalPanel:
 
 
 class AbovePanel:
-    """The ground from above, drawn and warped."""
+    """The ground from above, drawn and warped.
+
+    Warping takes longer than all else that follows a drag: it begins when somebody turns to it.
+    """
 
     def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._desk = desk
@@ -52,6 +57,8 @@ class AbovePanel:
         self._warped_of: tuple[int, Calibration, bool] | None = None
         self._warped_s = 0.0
         self._later: threading.Timer | None = None
+        self._seen = False
+        desk.channel.on("size", self._shown)
 
     def show(self, state: SessionState) -> None:
         """Draw the result of a moment of the session."""
@@ -61,9 +68,15 @@ class AbovePanel:
         document = state.document
         marks = document.marks if state.current else ()
         drawn = birds_eye(state.shown, marks, document.imperial, state.current)
-        self._warp(state)
-        figures = f'<div class="fcw-above">{self._warped}{drawn}</div>'
+        if self._seen:
+            self._warp(state)
+        figures = f'<div class="fcw-above" {says_size(SIZE_NAME)}>{self._warped}{drawn}</div>'
         set_html(self._picture, text_block(f"{WARPED_WORDS}{figures}"))
+
+    def _shown(self, _: str) -> None:
+        if not self._seen:
+            self._seen = True
+            self._desk.refresh()
 
     def close(self) -> None:
         """The tab is gone."""
