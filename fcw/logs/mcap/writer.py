@@ -69,7 +69,7 @@ class McapSink:
         """Start the file with all that is known before the first frame.
 
         Raises:
-            UserError: the file cannot be written there.
+            UserError: the file cannot be written there, or not whole.
         """
         try:
             self._file = self._path.open("wb")
@@ -78,6 +78,10 @@ class McapSink:
                 f"{self._path}: cannot write the log ({error.strerror}); "
                 "name a folder that exists and can be written"
             ) from error
+        with self._telling():
+            self._begin(self._file, header)
+
+    def _begin(self, file: BufferedWriter, header: DriveHeader) -> None:
         self._header = header
         self._rows = overlay_rows(header.calibration, header.imperial)
         self._last_ns: int | None = None
@@ -87,8 +91,8 @@ class McapSink:
         self._pictures: list[_Picture] = []
         self._sequences: defaultdict[str, int] = defaultdict(int)
         self._series = SeriesBuilder()
-        self._disk = DiskSync(self._file)
-        self._writer = Writer(self._file, chunk_size=mcap.CHUNK_BYTES)
+        self._disk = DiskSync(file)
+        self._writer = Writer(file, chunk_size=mcap.CHUNK_BYTES)
         self._writer.start(library=f"fcw {__version__}")
         self._writer.add_metadata(mcap.DRIVE_METADATA, mcap.drive_metadata(header))
         self._writer.add_metadata(mcap.VERSIONS_METADATA, dict(header.versions))
@@ -100,7 +104,7 @@ class McapSink:
             topic: self._writer.register_channel(topic, "protobuf", register_schema(self._writer, message))
             for topic, message in _TOPICS.items()
         }
-        self._file.flush()
+        file.flush()
 
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         """Add a frame; indices and times must rise.

@@ -175,9 +175,10 @@ PLAY = """async () => {
   document.body.append(video);
   await event("loadeddata");
   const pixel = async (time_s, x, y) => {
-    const seeked = event("seeked");
+    // A picture may be drawn after its place was found.
+    const drawn = new Promise((resolve) => video.requestVideoFrameCallback(resolve));
     video.currentTime = time_s;
-    await seeked;
+    await drawn;
     const canvas = document.createElement("canvas");
     canvas.width = video.videoWidth;
     canvas.height = video.videoHeight;

@@ -370,10 +370,7 @@ def test_stamps_and_speeds_that_are_not_what_their_names_say_are_not_used(
     picture, motion = ros_jpeg(frames[0]), ros_twist(START_NS, 5.0)
     motion.twist.forwards = motion.twist.linear
     picture.header.stamp.nanoseconds, picture.header.stamp.nanosec = 5, "five" if "string" in theirs else 5
-    messages = [
-        ("/camera", COMPRESSED, START_NS + DELAY_NS, picture),
-        ("/twist", twist, START_NS, motion),
-    ]
+    messages = [("/camera", COMPRESSED, START_NS + DELAY_NS, picture), ("/twist", twist, START_NS, motion)]
     path = ros_file(tmp_path / "drive.mcap", messages)
     assert [frame.time_ns for frame in open_source(path).frames()] == [START_NS + DELAY_NS]
     assert mcap_facts(path).ego_speed is None
