@@ -123,8 +123,9 @@ def main() -> None:
     lines = (
         f"{datetime.now(UTC):%Y-%m-%d}, {machine()}, viser {version('viser')}",
         f"Chromium with software rendering, {WINDOW['width']}x{WINDOW['height']}, {options.events} events",
-        f"mouse event to the end of the frame with the moved rows: {median_and_p95(rest_ms)} from rest",
-        f"the same in motion: {median_and_p95(motion_ms)}",
+        f"mouse event to the end of the frame with the moved rows: {median_and_p95(rest_ms)} from rest, "
+        f"{len(rest_ms)} measured",
+        f"the same in motion: {median_and_p95(motion_ms)}, {len(motion_ms)} measured",
         f"of it a frame of software rendering: {median_and_p95(frames_ms)}; a graphics card takes a few",
         f"of it the server: median {statistics.median(server_ms):.1f} ms, mean "
         f"{statistics.mean(server_ms):.1f} ms of processor time an event",

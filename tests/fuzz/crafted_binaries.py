@@ -37,7 +37,7 @@ def _png(good: bytes) -> list[bytes]:
         good[:40],
         good.replace(b"IDAT", b"IDAX"),
         good[:8] + struct.pack(">I", 2**31 - 1) + good[12:],
-        good.replace(good[33:37], struct.pack(">I", 0xAC002000), 1),
+        good[:33] + struct.pack(">I", 0xAC002000) + good[37:],
     ]
 
 

@@ -135,9 +135,8 @@ def test_a_tape_measure_over_two_pictures_needs_no_typing(
     wait_for(lambda: not page.session.state.document.marks[1].enabled)
     wait_for(lambda: handle_segments(person, "mark_2") == CIRCLE_SEGMENTS)
     side_tab(person, "From above")
-    wait_for(
-        lambda: person.browser.page.locator(".fcw-above image").count() == 1
-    )  # the picture on the ground
+    on_the_ground = person.browser.page.locator(".fcw-above image")
+    wait_for(lambda: on_the_ground.count() == 1)
     above = person.browser.page.locator(".fcw-above circle[data-mark='2']")
     wait_for(lambda: above.count() == 0)  # two points alone give no current result
     person.press("o")
