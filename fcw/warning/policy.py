@@ -166,7 +166,7 @@ class RulePolicy:
             seen
             and (
                 _lasts(memory.lead_ns, time_ns, evidence.lead_evidence_s(threat))
-                or _lasts(memory.course_ns, time_ns, evidence.minimum_course_s)
+                or _lasts(memory.course_ns, time_ns, evidence.course_evidence_s(threat))
             )
             and evidence.surely_closes(threat)
         )

@@ -116,10 +116,16 @@ def _evaluate_sights(
                 if result.danger:
                     dangers += len(result.trials)
                     dangers_in_time += result.trials_passed
-    table = Table("scenario", "danger", *(sight.name for sight in sights), box=None)
-    for name, scenario in scenarios:
-        cells = (f"{found[name][sight.name]} of {len(seeds)}" for sight in sights)
-        table.add_row(name, scenario.danger or "-", *cells)
+    table = Table("boxes", "dangers in time", "harmless and silent", "failed", box=None)
+    for sight in sights:
+        failed = {name: len(seeds) - found[name][sight.name] for name, _ in scenarios}
+        cells = []
+        for with_danger in (True, False):
+            of_kind = [name for name, scenario in scenarios if bool(scenario.danger) == with_danger]
+            passed = sum(found[name][sight.name] for name in of_kind)
+            cells.append(f"{passed} of {len(seeds) * len(of_kind)}" if of_kind else "-")
+        named = ", ".join(f"{count} {name}" for name, count in failed.items() if count)
+        table.add_row(sight.name, *cells, named or "-")
     console.print(table)
     total = len(seeds) * len(scenarios) * len(sights)
     console.print(f"{in_time} of {total} as required", highlight=False)

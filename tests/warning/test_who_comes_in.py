@@ -1,0 +1,60 @@
+"""Who comes in from beside our path: how likely and for how long, before there is a warning."""
+
+from dataclasses import replace
+
+import pytest
+from leads.warning_leads import make_lead, threats_of_lead
+
+from fcw.threat.threat import Threat
+from fcw.warning.policies import make_policy
+from fcw.warning.types import WarningLevel
+
+CLOSING_MPS = 10.0
+FRAMES_PER_SECOND = 20
+
+
+def coming_in(reach_s: float, probability: float, turn_known: bool, beside_m: float) -> Threat:
+    """A vehicle that is surely on its way into our path, with so much room left between it and that."""
+    (threat,) = threats_of_lead(make_lead(reach_s * CLOSING_MPS, CLOSING_MPS), is_lead=False)
+    return replace(
+        threat,
+        comes_in=True,
+        turn_known=turn_known,
+        overlap_now_m=-beside_m,
+        overlap_probability=probability,
+    )
+
+
+def warned_after_s(threat: Threat) -> float | None:
+    """Time from when it is first seen on this course to `warning`; None where there is none in a second."""
+    policy = make_policy()
+    for frame in range(FRAMES_PER_SECOND + 1):
+        time_s = frame / FRAMES_PER_SECOND
+        if policy.update(round(time_s * 1e9), (threat,), None).level == WarningLevel.WARNING:
+            return time_s
+    return None
+
+
+@pytest.mark.parametrize(
+    ("reach_s", "probability", "after_s"), [(1.0, 0.95, 0.2), (1.0, 0.85, 0.3), (2.3, 0.95, 0.3)]
+)
+def test_who_surely_hits_us_soon_needs_a_fifth_of_a_second_of_evidence(reach_s, probability, after_s):
+    for turn_known, beside_m in ((True, 1.0), (False, 0.0)):
+        assert warned_after_s(coming_in(reach_s, probability, turn_known, beside_m)) == pytest.approx(after_s)
+
+
+@pytest.mark.parametrize(
+    ("reach_s", "probability", "turn_known", "warned"),
+    [
+        (1.0, 0.95, False, True),
+        (1.0, 0.85, False, False),
+        (2.3, 0.95, False, False),
+        (2.3, 0.85, True, True),
+        (1.0, 0.75, True, False),
+    ],
+)
+def test_from_beside_our_path_our_turning_is_known_or_it_surely_hits_us_soon(
+    reach_s, probability, turn_known, warned
+):
+    threat = coming_in(reach_s, probability, turn_known, beside_m=1.0)
+    assert (warned_after_s(threat) is not None) == warned
