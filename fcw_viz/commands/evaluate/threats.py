@@ -124,7 +124,9 @@ def _evaluate_sights(
             of_kind = [name for name, scenario in scenarios if bool(scenario.danger) == with_danger]
             passed = sum(found[name][sight.name] for name in of_kind)
             cells.append(f"{passed} of {len(seeds) * len(of_kind)}" if of_kind else "-")
-        named = ", ".join(f"{count} {name}" for name, count in failed.items() if count)
+        named = ", ".join(
+            name if count == 1 else f"{name} x{count}" for name, count in failed.items() if count
+        )
         table.add_row(sight.name, *cells, named or "-")
     console.print(table)
     total = len(seeds) * len(scenarios) * len(sights)
