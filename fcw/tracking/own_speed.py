@@ -12,6 +12,12 @@ ACCELERATION_S = 2.0
 """Own acceleration and how long it lasts (Singer 1970)."""
 ERRORS_LAST_S = 0.5
 """Correlation time of the picture's errors: a third is left after half a second on `kitti-odometry-03`."""
+JUMP_MPS = 3.0
+"""About what the filter lags behind in the hardest braking (10 m/s^2),"""
+JUMP_SIGMAS = 3.0
+"""and so many sigmas: what is farther off is another speed, and the old one or the new one is wrong."""
+JUMPED_S = 0.5
+"""For so long a new one must be told before it is believed."""
 
 
 class OwnSpeed:
@@ -27,11 +33,16 @@ class OwnSpeed:
         self.speed_mps: float | None = None
         self.sigma_mps = self.gain_sigma_mps = 0.0
         self._acceleration_mps2 = 0.0
+        self._jumped_s = 0.0
+        """For how long another speed has been told."""
         self._vv = self._va = 0.0
         self._aa = ACCELERATION_SIGMA_MPS2**2
 
     def update(self, dt_s: float, speed_mps: float | None, sigma_mps: float) -> float:
         """Take the own speed at a frame.
+
+        A picture that is misread tells another speed at once. As a gain it would pass into the closing speeds
+        of all vehicles; it is left out until it has lasted, and then begun with anew.
 
         Args:
             dt_s: since the frame before.
@@ -46,18 +57,20 @@ class OwnSpeed:
             self.speed_mps = None
             return 0.0
         if before_mps is None:
-            self.speed_mps, self.sigma_mps = speed_mps, sigma_mps
-            self._acceleration_mps2 = self._va = 0.0
-            self._vv, self._aa = sigma_mps**2, ACCELERATION_SIGMA_MPS2**2
-            return 0.0
+            return self._begin(speed_mps, sigma_mps)
         lasting = math.exp(-dt_s / ACCELERATION_S)
         predicted_mps = before_mps + self._acceleration_mps2 * dt_s
+        off_mps = speed_mps - predicted_mps
+        near_mps = JUMP_MPS + JUMP_SIGMAS * math.hypot(self.sigma_mps, sigma_mps)
+        jumped = sigma_mps > 0 and abs(off_mps) > near_mps
+        self._jumped_s = self._jumped_s + dt_s if jumped else 0.0
+        if self._jumped_s > JUMPED_S:
+            return self._begin(speed_mps, sigma_mps)
         vv = self._vv + 2 * dt_s * self._va + dt_s**2 * self._aa
         va = lasting * (self._va + dt_s * self._aa)
         aa = lasting**2 * self._aa + ACCELERATION_SIGMA_MPS2**2 * (1 - lasting**2)
-        noise = sigma_mps**2 * max(1.0, 2 * ERRORS_LAST_S / max(dt_s, 1e-6))
+        noise = math.inf if jumped else sigma_mps**2 * max(1.0, 2 * ERRORS_LAST_S / max(dt_s, 1e-6))
         gain, acceleration_gain = (vv / (vv + noise), va / (vv + noise)) if vv + noise > 0 else (1.0, 0.0)
-        off_mps = speed_mps - predicted_mps
         self.speed_mps = predicted_mps + gain * off_mps
         self._acceleration_mps2 = lasting * self._acceleration_mps2 + acceleration_gain * off_mps
         self._vv, self._va, self._aa = (1 - gain) * vv, (1 - gain) * va, aa - acceleration_gain * va
@@ -66,3 +79,10 @@ class OwnSpeed:
             # By as much as the estimate was mended in this step its error changed.
             self.gain_sigma_mps = math.sqrt(max(vv - self._vv, 0.0))
         return self.speed_mps - before_mps
+
+    def _begin(self, speed_mps: float, sigma_mps: float) -> float:
+        """Know this and nothing of before; we became no faster by it."""
+        self.speed_mps, self.sigma_mps = speed_mps, sigma_mps
+        self._acceleration_mps2 = self._va = self._jumped_s = 0.0
+        self._vv, self._aa = sigma_mps**2, ACCELERATION_SIGMA_MPS2**2
+        return 0.0

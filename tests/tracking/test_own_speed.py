@@ -46,3 +46,34 @@ def test_an_unknown_speed_is_forgotten():
     assert own.speed_mps is None
     assert own.update(DT_S, 10.0, 0.5) == 0.0
     assert own.speed_mps == 10.0
+
+
+def test_another_speed_at_once_is_no_gain_and_is_believed_when_it_lasts():
+    own = OwnSpeed()
+    for _ in range(30):
+        own.update(DT_S, 12.0, 0.3)
+    gained_mps = [own.update(DT_S, 4.0, 0.3) for _ in range(14)]
+    assert own.speed_mps == pytest.approx(12.0, abs=0.1)
+    gained_mps += [own.update(DT_S, 4.0, 0.3) for _ in range(4)]
+    assert own.speed_mps == pytest.approx(4.0, abs=0.1)
+    assert sum(map(abs, gained_mps)) < 0.1
+
+
+def test_a_misread_picture_now_and_then_changes_nothing():
+    own = OwnSpeed()
+    own.update(0.0, 12.0, 0.3)
+    for frame in range(60):
+        own.update(DT_S, 24.0 if frame % 7 == 3 else 12.0, 0.3)
+        assert own.speed_mps == pytest.approx(12.0, abs=0.1)
+
+
+@pytest.mark.parametrize("sigma_mps", [0.2, 0.6])
+def test_the_hardest_braking_is_no_jump(sigma_mps):
+    own, speed_mps = OwnSpeed(), 25.0
+    gained_mps = own.update(0.0, speed_mps, sigma_mps)
+    for _ in range(60):
+        speed_mps -= 10.0 * DT_S
+        gained_mps += own.update(DT_S, speed_mps, sigma_mps)
+        # It lags, and no more than what would count as a jump.
+        assert own.speed_mps == pytest.approx(speed_mps, abs=3.5)
+    assert gained_mps == pytest.approx(-20.0, abs=3.5)
