@@ -38,7 +38,8 @@ class Evidence:
             likely, and as near, as what is imminent.
         minimum_course_s: and would have been for so long,
         imminent_course_s: or so long where it comes in with `imminent_probability` and is reached within
-            `imminent_s`. 0.1 s was tried: false episodes on KITTI's drives that these 0.2 s do not bring.
+            `imminent_s`. Chosen on strangers' clips that were warned of late (docs/figures.md, "A fresh
+            set"); 0.1 s brought false episodes on KITTI's drives, 0.2 s none.
         held_probability: a raised level is held while that is at least so likely.
         oncoming_probability: what comes towards us is warned of where that is so likely: in a bend
             every oncoming vehicle is ahead of us for a moment.
