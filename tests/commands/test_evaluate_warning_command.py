@@ -9,9 +9,12 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.evaluation.warning.ncap import euro_ncap_scenarios, nhtsa_scenarios
 from fcw.evaluation.warning.scenarios import BoxLevel, run_scenarios
+from fcw.evaluation.warning.sights import SIGHTS
+from fcw.evaluation.warning.threats import ThreatResult, ThreatTrial, Window
 from fcw.frame import ImageSize
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import DriveHeader, FrameResult
+from fcw.simulation.world.scenario import load_scenario
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.cli import main
@@ -69,6 +72,29 @@ def test_more_events_than_a_drive_has_are_refused(drive, capsys):
     (drive / "events.csv").write_text("start_s,end_s\n" + "1,2\n" * 100_001)
     assert main(["evaluate", "warning", "--events", str(drive / "events.csv"), "--log", str(drive)]) == 2
     assert "100001 events; expected those of one drive, at most 100000" in capsys.readouterr().err
+
+
+def test_what_failed_is_named_for_each_kind_of_boxes(capsys, monkeypatch):
+    window = Window(1.0, 2.0, 3.0)
+    in_time, late = (ThreatTrial(window, warned_s, None, ()) for warned_s in (1.5, 2.5))
+    silent, false = ThreatTrial(None, None, None, ()), ThreatTrial(None, 1.0, None, (1.0,))
+    trials = {
+        SIGHTS[0]: {"crossing": (in_time, in_time), "near-pass": (silent, false)},
+        SIGHTS[1]: {"crossing": (late, late), "near-pass": (silent, silent)},
+    }
+
+    def results(scenarios, make_policy, seeds, on_trial, sight):
+        return [ThreatResult(name, one.danger, trials[sight][name]) for name, one in scenarios]
+
+    scenarios = [(name, load_scenario(name)) for name in ("crossing", "near-pass")]
+    monkeypatch.setattr("fcw.evaluation.warning.variants.half_in_the_way", lambda: iter(scenarios))
+    monkeypatch.setattr("fcw.evaluation.warning.sights.SIGHTS", tuple(trials))
+    monkeypatch.setattr("fcw.evaluation.warning.threats.run_threats", results)
+    assert main(["evaluate", "warning", "--threats", "--variants", "--seeds", "2"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["as", "usual", "2", "of", "2", "1", "of", "2", "near-pass"] in rows
+    assert ["4", "px", "of", "noise", "0", "of", "2", "2", "of", "2", "crossing", "x2"] in rows
+    assert ["5", "of", "8", "as", "required"] in rows
 
 
 @pytest.mark.parametrize(
