@@ -68,6 +68,10 @@ class _Attempt:
                 return
         if self.points[0] < settings.fewest_points or inlying.mean() < settings.fewest_inlying:
             return
+        shift_m = abs(float(solution.unknowns[TRAVEL] - mean[TRAVEL]))
+        sigma_m = math.sqrt(covariance[TRAVEL, TRAVEL])
+        if shift_m > settings.jump_sigmas * sigma_m + settings.jump_mps * dt_s:
+            return
         self.evidence, self.solution = solution.evidence, solution
         expectation.correct(solution, mean, covariance, by_state)
 
@@ -89,6 +93,8 @@ class MotionEstimator:
         self._last: SmallPicture | None = None
         self._known = False
         self._known_s = self._directed_s = self._since_direction_s = 0.0
+        self._found_s = self._doubtful_s = 0.0
+        """For how long pictures have told the speed that was found last, and for how long they doubt it."""
         self._mount = self._filter.mount()
         self._turn = self._filter.yaw_rate()
         """Mean and variance of the yaw rate. The filter does not take it where no speed is known: on one of
@@ -147,7 +153,8 @@ class MotionEstimator:
         """What is believed now."""
         filtered, settings = self._filter, self._settings
         speed_mps, sigma_mps = max(float(filtered.x[SPEED]), 0.0), filtered.sigma(SPEED)
-        known = self._known and sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
+        is_sure = sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
+        known = self._known and is_sure and self._found_s >= settings.confirmed_s
         turn_radps, turn_sigma_radps = self._turn[0], math.sqrt(self._turn[1])
         turn_known = known or turn_sigma_radps < settings.known_turn_radps
         return OwnMotion(
@@ -194,8 +201,12 @@ class MotionEstimator:
         if self._known:
             best = self._attempt(pictures, dt_s, self._filter.copy())
             needed = best.evidence + settings.other_evidence
-        if (best is None or best.solution is None or best.doubtful) and (
-            self._since_search_s >= (settings.search_s if self._known else settings.lost_search_s)
+            doubtful = best.solution is None or best.doubtful
+            self._doubtful_s = self._doubtful_s + dt_s if doubtful else 0.0
+        if (
+            self._doubtful_s >= settings.confirmed_s and self._since_search_s >= settings.search_s
+            if self._known
+            else self._since_search_s >= settings.lost_search_s
         ):
             self._since_search_s = 0.0
             if self._known_s < settings.mount_after_s:
@@ -206,11 +217,13 @@ class MotionEstimator:
                 supposed.predict(dt_s)
                 other = self._attempt(pictures, dt_s, supposed)
                 if other.solution is not None and not other.doubtful and other.evidence > needed:
-                    best, needed, self._known_s = other, other.evidence, 0.0
+                    best, needed = other, other.evidence
+                    self._known_s, self._found_s, self._doubtful_s = 0.0, -dt_s, 0.0
         if best is None or best.solution is None:
             self._take_turn(pictures, dt_s)
             return
         self._filter, self._known = best.filter, True
+        self._found_s += dt_s
         self._turn = self._filter.yaw_rate()
         self.points = best.points
         if float(self._filter.x[SPEED]) > settings.learns_above_mps:

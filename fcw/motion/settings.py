@@ -84,6 +84,9 @@ class MotionSettings:
         supposed_sigma_mps: and the 1-sigma of each.
         first_evidence: a speed is believed that is likelier than chance by this logarithm of odds.
         other_evidence: and another than the present one that is likelier by this.
+        jump_sigmas: what would move the speed by more of its sigmas than this,
+        jump_mps: and this, is misread: a few points of a plain road, or of a shadow, agree by chance.
+        confirmed_s: a speed that was found anew is known once pictures have told it for so long.
         grey_sigma: of a grey value, by noise, compression and what the window sees from elsewhere: it says
             how well a place is known, along an edge and across it.
         first_trust: in a cell of the picture of which nothing is known: part of the time that its points keep
@@ -159,6 +162,9 @@ class MotionSettings:
     supposed_sigma_mps: float = 2.0
     first_evidence: float = 60.0
     other_evidence: float = 50.0
+    jump_sigmas: float = 3.0
+    jump_mps: float = 0.3
+    confirmed_s: float = 0.14
     grey_sigma: float = 5.0
     first_trust: float = 0.7
     least_trust: float = 0.2

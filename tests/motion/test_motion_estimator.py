@@ -128,6 +128,30 @@ def test_a_vehicle_that_stays_ahead_does_not_stop_us():
     assert last.speed_mps == pytest.approx(10.0, rel=0.05)
 
 
+@pytest.mark.parametrize("rate_hz", [10, 15])
+def test_a_picture_that_was_lost_does_not_make_us_fast(rate_hz):
+    """At its place stands the next one: for a step we seem to go twice as far."""
+    own, road, speeds = estimator(), Road(), []
+    for frame in range(24):
+        taken = frame if frame < 14 else frame + 1
+        picture = road.picture(Pose(10.0 * taken / rate_hz))
+        speeds.append(own.update(round(frame / rate_hz * 1e9), picture).speed_mps)
+    assert speeds[13:] == pytest.approx([10.0] * 11, rel=0.05)
+
+
+def test_two_pictures_alone_tell_no_speed():
+    def snow(frame, picture):
+        if frame not in seen:
+            picture[:] = np.random.default_rng(frame).integers(0, 255, picture.shape, dtype=np.uint8)
+
+    seen = {4, 5}  # when a speed is looked for
+    assert {state.speed_mps for state in drive(estimator(), 10.0, 8, change=snow)} == {None}
+    seen = {4, 5, 6, 7}
+    speeds = [state.speed_mps for state in drive(estimator(), 10.0, 8, change=snow)]
+    assert speeds[:7] == [None] * 7
+    assert speeds[7] == pytest.approx(10.0, rel=0.05)
+
+
 @pytest.mark.slow
 def test_pictures_faster_than_needed_are_left_out():
     own, road = estimator(), Road()
