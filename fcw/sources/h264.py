@@ -41,7 +41,7 @@ def inspect(annex_b: bytes) -> AccessUnit | None:
 
 def _slice_type(slice_header: bytes) -> int:
     """`slice_type` modulo 5 (table 7-6), the second number after first_mb_in_slice."""
-    bits = "".join(f"{byte:08b}" for byte in slice_header)
+    bits = f"{int.from_bytes(slice_header):0{8 * len(slice_header)}b}"
     number, position = 0, 0
     for _ in range(2):
         zeros = bits.find("1", position) - position
