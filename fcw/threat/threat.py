@@ -56,8 +56,8 @@ class Threat:
         comes_in: whether it surely moves towards our path's middle.
         crosses: whether it surely moves across faster than anyone changes lane.
         turn_known: whether our turning is known: else what stands beside a bend may seem to come in.
-        bend_changes: whether we are known to steer into a bend, or out of one: where the path will be is
-            known less well then, and who stands in its way now will mostly not.
+        bend_changes: whether we are known to steer into a bend, or out of one, or turn at an unknown speed:
+            where the path will be is known less well then, and who stands in its way now will mostly not.
         overlap_now_m: of its width and ours where it is now; negative is the room between.
         overlap_m: of them then.
         overlap_probability: that the two widths overlap then.
@@ -183,7 +183,7 @@ def _assess_one(
         comes_in=place.comes_in,
         crosses=place.crosses,
         turn_known=turn is not None,
-        bend_changes=turn is not None and own_mps is not None and _bend_changes(path, own_mps, x_m),
+        bend_changes=turn is not None and _bend_changes(path, turn.own_mps, x_m),
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
         overlap_m=overlap_m,
         overlap_probability=in_the_way,

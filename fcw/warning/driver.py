@@ -52,8 +52,9 @@ def needed_distance_m(approach: Approach, driver: Driver) -> float:
     """Gap that the driver needs behind a lead that goes on as it does now.
 
     During the reaction the closing speed goes on growing, or shrinking, as it does. Then the driver brakes,
-    and a lead that brakes goes on until it stands. For a constant closing speed, and where the own speed is
-    unknown and with it the lead's, it is `Driver.needed_distance_m`.
+    and a lead that brakes goes on until it stands. Where the own speed is unknown, and with it when the lead
+    stands, it goes on during the reaction alone. For a constant closing speed it is
+    `Driver.needed_distance_m`.
     """
     closing_mps, used_m = max(approach.closing_mps, 0.0), 0.0
     for duration_s, growth_mps2 in _phases(approach, driver):
@@ -66,10 +67,8 @@ def needed_distance_m(approach: Approach, driver: Driver) -> float:
 
 def _phases(approach: Approach, driver: Driver) -> tuple[tuple[float, float], ...]:
     """How long the closing speed grows and how fast; the last phase, of braking, lasts for ever."""
-    if approach.own_mps is None:
-        return (driver.reaction_s, 0.0), (math.inf, -driver.braking_mps2)
     growth_mps2 = max(-HARDEST_BRAKING_MPS2, min(approach.acceleration_mps2, HARDEST_BRAKING_MPS2))
-    if growth_mps2 <= 0:
+    if growth_mps2 <= 0 or approach.own_mps is None:
         return (driver.reaction_s, growth_mps2), (math.inf, -driver.braking_mps2)
     # The lead brakes and will stand.
     moving_s = max(approach.own_mps - approach.closing_mps, 0.0) / growth_mps2

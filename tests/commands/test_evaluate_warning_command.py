@@ -105,6 +105,7 @@ def test_what_failed_is_named_for_each_kind_of_boxes(capsys, monkeypatch):
         (["--ncap", "--sight", "0"], "--sight 0: expected metres"),
         (["--ncap", "--box-noise", "-1"], "--box-noise -1: expected pixels"),
         (["--ncap", "--pixels"], "--pixels needs --threats"),
+        (["--threats", "--no-own-speed"], "--no-own-speed needs --ncap"),
         (["--threats", "--seeds", "0"], "--seeds 0: expected a whole number"),
         (["--ncap", "--seed", "-1"], "--seed -1: expected"),
         (["--following-hours", "nan"], "--following-hours nan: expected hours"),

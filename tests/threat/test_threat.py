@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from leads.warning_leads import make_lead
 
-from fcw.motion.bend.turn import Turn
-from fcw.motion.state import STRAIGHT, OwnPath
+from fcw.motion.bend.turn import turn_of
+from fcw.motion.state import STRAIGHT, OwnMotion, OwnPath
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import assess, reach_s, required_deceleration_mps2
 
@@ -79,13 +79,14 @@ def test_the_probability_is_that_of_samples():
         (20.0, 10.0, 3e-3, True),  # 0.6 m at 20 m
         (10.0, 10.0, 3e-3, False),  # 0.15 m at 10 m
         (40.0, 10.0, 1e-3, False),  # a steady bend
-        (20.0, None, 3e-3, False),
+        (20.0, None, 3e-3, True),  # at the usual speed
     ],
 )
 def test_a_bend_that_changes_counts_where_it_moves_the_path(
     distance_m, own_mps, curvature_sigma_per_m, changes
 ):
-    path, turn = OwnPath(curvature_sigma_per_m=curvature_sigma_per_m), Turn(own_mps=12.0, yaw_rate_radps=0.1)
+    path = OwnPath(curvature_sigma_per_m=curvature_sigma_per_m)
+    turn = turn_of(OwnMotion(speed_mps=own_mps, yaw_rate_radps=0.1))
     (found,) = assess((make_lead(distance_m, 5.0),), 1, path, own_mps, turn=turn)
     assert found.bend_changes is changes
 

@@ -13,9 +13,7 @@ from fcw.errors import UserError
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import assess
 from fcw.tracking.types import SeenBy
-from fcw.warning.driver import EXPECTED_DRIVER, Driver, needed_distance_m
 from fcw.warning.policies import DEFAULT_POLICY, POLICIES, make_policy, without_own_speed
-from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel, WarningState
 
 FRAME_NS = 33_333_333
@@ -69,44 +67,6 @@ def test_nhtsa_lead_braking_at_0_3_g_from_30_m_is_warned_of_at_2_4_s():
     frames = brake(make_policy(), 30, 0.3 * G_MPS2, 20.1, 4)
     ttc_s = next(d / v for d, v, state in frames if state.level == WarningLevel.WARNING)
     assert ttc_s >= 2.4
-
-
-@given(
-    own_mps=st.floats(5, 40),
-    lead_part=st.floats(0, 1),
-    braking_mps2=st.floats(0.6, 7.9),
-    gap_m=st.floats(1, 120),
-)
-def test_the_gap_needed_behind_a_braking_lead_is_that_of_the_motion_itself(
-    own_mps, lead_part, braking_mps2, gap_m
-):
-    lead_mps = own_mps * lead_part
-    approach = Approach(closing_mps=own_mps - lead_mps, acceleration_mps2=braking_mps2, own_mps=own_mps)
-    needed_m = needed_distance_m(approach, EXPECTED_DRIVER)
-    # The same motion in steps of a millisecond.
-    used_m, most_m, step_s, time_s = 0.0, 0.0, 0.001, 0.0
-    while own_mps > 0:
-        braking = EXPECTED_DRIVER.braking_mps2 if time_s > EXPECTED_DRIVER.reaction_s else 0.0
-        used_m += (own_mps - lead_mps) * step_s
-        most_m = max(most_m, used_m)
-        own_mps -= braking * step_s
-        lead_mps = max(lead_mps - braking_mps2 * step_s, 0.0)
-        time_s += step_s
-    assert needed_m == pytest.approx(most_m, abs=0.05 + 0.001 * most_m)
-
-
-@given(st.floats(0, 50), st.floats(0.5, 50), st.floats(-8, 0))
-def test_for_a_lead_that_keeps_its_speed_the_gap_is_that_of_the_driver_model_and_less_if_we_brake(
-    closing_mps, own_mps, braking_mps2
-):
-    driver = Driver(reaction_s=1.2, braking_mps2=4.0)
-    expected_m = closing_mps * 1.2 + closing_mps**2 / 8
-    constant = Approach(closing_mps=closing_mps, own_mps=own_mps)
-    assert needed_distance_m(constant, driver) == pytest.approx(expected_m)
-    easing = Approach(closing_mps=closing_mps, acceleration_mps2=braking_mps2, own_mps=own_mps)
-    assert needed_distance_m(easing, driver) <= expected_m + 1e-9
-    unknown = Approach(closing_mps=closing_mps, acceleration_mps2=5.0)
-    assert needed_distance_m(unknown, driver) == pytest.approx(expected_m)
 
 
 @pytest.mark.parametrize("policy", ["ttc", "euro-ncap-driver", "required-deceleration", DEFAULT_POLICY])

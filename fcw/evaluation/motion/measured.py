@@ -7,7 +7,7 @@ after half a second. Lane lines are left out: there may be none.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class MotionErrors:
         yaw_rate_radps: of the yaw rate.
         lasts_s: correlation time of both.
         mount_rad: of the mount's angles, constant in a drive.
+        speed_known: whether it tells the speed at all.
         said_speed_part: what own motion believes of its speed,
         said_yaw_rate_radps: of its yaw rate,
         said_mount_rad: and of the mount.
@@ -36,6 +37,7 @@ class MotionErrors:
     yaw_rate_radps: float = math.radians(0.14)
     lasts_s: float = 0.5
     mount_rad: float = math.radians(0.3)
+    speed_known: bool = True
     said_speed_part: float = 0.035
     said_yaw_rate_radps: float = math.radians(0.18)
     said_mount_rad: float = math.radians(0.1)
@@ -90,4 +92,6 @@ class MeasuredMotion:
             yaw_rate_sigma_radps=errors.said_yaw_rate_radps,
             mount=self._mount,
         )
+        if not errors.speed_known:
+            motion = replace(motion, speed_mps=None, speed_sigma_mps=None, speed_source=SpeedSource.UNKNOWN)
         return Ego(motion, self._path.update(time_ns, motion, None))

@@ -17,7 +17,7 @@ from fcw.evaluation.distance.kitti_tracking import (
     read_sequence,
     time_ns,
 )
-from fcw.evaluation.motion.measured import MeasuredMotion
+from fcw.evaluation.motion.measured import MeasuredMotion, MotionErrors
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel, PolicyMaker, warning_states
 from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego
@@ -84,6 +84,7 @@ def kitti_episodes(
     seed: int,
     level: WarningLevel = WarningLevel.WARNING,
     with_own_motion: bool = True,
+    own_speed_known: bool = True,
 ) -> tuple[tuple[Episode, ...], float]:
     """Run tracker and policy over sequences of KITTI tracking, as `fcw evaluate distance` does.
 
@@ -96,6 +97,7 @@ def kitti_episodes(
         level: that counts.
         with_own_motion: whether own motion is measured as by the picture, with its errors; without, the own
             speed is that of the poses, and nothing is known of our turning.
+        own_speed_known: whether the own speed is known.
 
     Returns:
         The episodes that showed the level or a higher one, and how many hours were driven.
@@ -106,7 +108,8 @@ def kitti_episodes(
     episodes: list[Episode] = []
     frames = 0
     for name in names:
-        moments = list(kitti_threats(folder, name, box_noise_px, seed, with_own_motion))
+        threats = kitti_threats(folder, name, box_noise_px, seed, with_own_motion, own_speed_known)
+        moments = list(threats)
         episodes += _episodes(read_sequence(folder, name), moments, make_policy(), level)
         frames += len(moments)
     return tuple(episodes), time_ns(frames) / 3.6e12
@@ -123,19 +126,25 @@ class KittiMoment(NamedTuple):
 
 
 def kitti_threats(
-    folder: Path, name: str, box_noise_px: float, seed: int, with_own_motion: bool = True
+    folder: Path,
+    name: str,
+    box_noise_px: float,
+    seed: int,
+    with_own_motion: bool = True,
+    own_speed_known: bool = True,
 ) -> Iterator[KittiMoment]:
     """Follow the labelled vehicles of a sequence; see `kitti_episodes`."""
     sequence, rng = read_sequence(folder, name), np.random.default_rng([seed, *name.encode()])
     calibration = sequence.calibration(rng)
-    measured = _measured(sequence, calibration, seed) if with_own_motion else None
+    measured = _measured(sequence, calibration, seed, own_speed_known) if with_own_motion else None
     tracker = Tracker(calibration, tracker_settings(box_noise_px))
     speeds_mps, yaw_rates_radps = (values.tolist() for values in read_own_motion(folder, name))
     for frame, vehicles in enumerate(sequence.frames):
         ego, speed_mps = Ego(OwnMotion(), assumed_path(None)), 0.0
         if frame < len(speeds_mps):
             speed_mps = speeds_mps[frame]
-            ego = Ego(OwnMotion(speed_mps=speed_mps), assumed_path(speed_mps))
+            known_mps = speed_mps if own_speed_known else None
+            ego = Ego(OwnMotion(speed_mps=known_mps), assumed_path(known_mps))
             if measured is not None:
                 ego = measured.at(time_ns(frame), speed_mps, yaw_rates_radps[frame])
         own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
@@ -171,7 +180,9 @@ def _episodes(
     return episodes
 
 
-def _measured(sequence: KittiSequence, calibration: Calibration, seed: int) -> MeasuredMotion:
+def _measured(
+    sequence: KittiSequence, calibration: Calibration, seed: int, own_speed_known: bool
+) -> MeasuredMotion:
     """Own motion as the picture tells it to one who has this calibration of the camera."""
     focal_px, axis_column_px, horizon_px = (float(sequence.projection[at]) for at in ((0, 0), (0, 2), (1, 2)))
     camera = calibration.camera
@@ -180,6 +191,7 @@ def _measured(sequence: KittiSequence, calibration: Calibration, seed: int) -> M
         # The axis is taken to be in the middle of the picture, where it is not.
         (axis_column_px - camera.principal_column_px) / focal_px,
         np.random.default_rng([seed, 1, *sequence.name.encode()]),
+        MotionErrors(speed_known=own_speed_known),
     )
 
 

@@ -55,11 +55,13 @@ class BoxLevel:
         box_noise_px: 1-sigma of the sides and the upper edge, 1.5 times that of the lower one.
         sight_m: the farthest vehicle that is detected, from the camera.
         frame_rate_hz: pictures a second.
+        own_speed_known: whether the own speed is known.
     """
 
     box_noise_px: float = 2.0
     sight_m: float = SIGHT_M
     frame_rate_hz: float = FRAME_RATE_HZ
+    own_speed_known: bool = True
 
     def calibration(self, rng: np.random.Generator) -> Calibration:
         """What a person makes of the camera with three clicks, measured from the bumper."""
@@ -103,6 +105,7 @@ def warning_states(
     lateral_m: float = 0.0,
 ) -> Iterator[tuple[float, WarningState]]:
     """Time and the warning shown, for pairs of time and gap of one vehicle ahead, `lateral_m` to the left."""
+    own_mps = own_mps if view.own_speed_known else None
     for time_s, gap_m in gaps:
         time_ns = round(time_s * 1e9)
         tracks = tracker.update(time_ns, view.see(gap_m, width_m, rng, lateral_m), own_mps)

@@ -18,6 +18,7 @@ def evaluate_real_drives(
     box_noise_px: float,
     seeds: range,
     with_own_motion: bool,
+    own_speed_known: bool,
     console: "Console",
 ) -> dict[str, Any]:
     """Print and return the episodes of `warning` on the drives of KITTI tracking, seed by seed."""
@@ -32,7 +33,13 @@ def evaluate_real_drives(
         for seed in seeds:
             for name in names:
                 episodes, driven_h = kitti_episodes(
-                    folder, [name], make_policy, box_noise_px, seed, with_own_motion=with_own_motion
+                    folder,
+                    [name],
+                    make_policy,
+                    box_noise_px,
+                    seed,
+                    with_own_motion=with_own_motion,
+                    own_speed_known=own_speed_known,
                 )
                 found += [(seed, episode) for episode in episodes]
                 hours += driven_h

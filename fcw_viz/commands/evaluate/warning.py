@@ -44,6 +44,9 @@ class EvaluateWarningCommand:
     """List every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
     no_own_motion: bool = False
     """On these drives, do without our yaw rate, as with `fcw run --no-own-motion`."""
+    no_own_speed: bool = False
+    """With --ncap, --kitti-tracking or --following-hours: the own speed is unknown, as pictures often leave
+    it."""
     mount_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
     """Turn the camera by half a degree in 24 simulated drives, and simulate this many hours without."""
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
@@ -131,7 +134,13 @@ def _check(command: EvaluateWarningCommand) -> None:
     parts = {command.kitti_tracking, command.following_hours, command.mount_hours, command.log}
     if command.pixels and not command.threats:
         raise UserError("--pixels needs --threats; add it, or leave out --pixels")
-    if command.nuisance and command.kitti_tracking is None and command.following_hours is None:
+    driven = command.kitti_tracking is not None or command.following_hours is not None
+    if command.no_own_speed and (command.nuisance or not (command.ncap or driven)):
+        raise UserError(
+            "--no-own-speed needs --ncap, --kitti-tracking FOLDER or --following-hours HOURS, and cannot be "
+            "combined with --nuisance"
+        )
+    if command.nuisance and not driven:
         raise UserError("--nuisance needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
     for option, chosen in (("--variants", command.variants), ("--worse", command.worse)):
         if chosen and (command.pixels or not command.threats):
@@ -189,7 +198,9 @@ def _scenarios(command: EvaluateWarningCommand, console: "Console") -> dict[str,
     from fcw_viz.console import progress
 
     scenarios = (*nhtsa_scenarios(), *euro_ncap_scenarios())
-    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight)
+    view = BoxLevel(
+        box_noise_px=command.box_noise, sight_m=command.sight, own_speed_known=not command.no_own_speed
+    )
     with progress("trials", len(scenarios) * TRIALS) as bar:
         results = run_scenarios(
             scenarios,
@@ -273,6 +284,7 @@ def _real_drives(command: EvaluateWarningCommand, console: "Console") -> dict[st
         command.box_noise,
         command.seeds_of(KITTI_SEEDS),
         not command.no_own_motion,
+        not command.no_own_speed,
         console,
     )
 
@@ -284,7 +296,12 @@ def _following(command: EvaluateWarningCommand, console: "Console") -> dict[str,
     from fcw_viz.console import progress
 
     hours = command.following_hours or 0.0
-    view = BoxLevel(box_noise_px=command.box_noise, sight_m=command.sight, frame_rate_hz=FOLLOWING_RATE_HZ)
+    view = BoxLevel(
+        box_noise_px=command.box_noise,
+        sight_m=command.sight,
+        frame_rate_hz=FOLLOWING_RATE_HZ,
+        own_speed_known=not command.no_own_speed,
+    )
     with progress("hours", float(hours)) as bar:
         results = run_following(
             lambda: make_policy(command.warning_policy, command.warning_timing),
