@@ -106,6 +106,7 @@ def test_what_failed_is_named_for_each_kind_of_boxes(capsys, monkeypatch):
         (["--ncap", "--box-noise", "-1"], "--box-noise -1: expected pixels"),
         (["--ncap", "--pixels"], "--pixels needs --threats"),
         (["--threats", "--no-own-speed"], "--no-own-speed needs --ncap"),
+        (["--ncap", "--no-own-motion"], "--no-own-motion needs --kitti-tracking"),
         (["--threats", "--seeds", "0"], "--seeds 0: expected a whole number"),
         (["--ncap", "--seed", "-1"], "--seed -1: expected"),
         (["--following-hours", "nan"], "--following-hours nan: expected hours"),

@@ -140,6 +140,10 @@ def _check(command: EvaluateWarningCommand) -> None:
             "--no-own-speed needs --ncap, --kitti-tracking FOLDER or --following-hours HOURS, and cannot be "
             "combined with --nuisance"
         )
+    if command.no_own_motion and (command.nuisance or command.kitti_tracking is None):
+        raise UserError(
+            "--no-own-motion needs --kitti-tracking FOLDER, and cannot be combined with --nuisance"
+        )
     if command.nuisance and not driven:
         raise UserError("--nuisance needs --kitti-tracking FOLDER or --following-hours HOURS, or both")
     for option, chosen in (("--variants", command.variants), ("--worse", command.worse)):
