@@ -18,7 +18,7 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: $(VENV)/.runtime-installed
 	$(BIN)/fcw demo $(ARGS)
 
-# The tests run beside Pyright, of which each of two threads checks a part of the files.
+# The tests run beside Pyright. More threads of it would each infer the same types again: twice the processor time.
 check: $(VENV)/.dev-installed $(KERNELS)
 	@$(MAKE) --no-print-directory --jobs 2 lint unit
 
@@ -44,7 +44,7 @@ $(KERNELS): $(shell find fcw/kernels fcw/detection fcw/simulation -name '*.py') 
 lint: $(VENV)/.dev-installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/pyright --threads 2
+	$(BIN)/pyright
 
 # The tests of the pages drive a real Chromium; on a new machine root gets Debian's, others are told.
 chromium:
