@@ -132,7 +132,7 @@ def test_windows_on_vehicles_or_on_what_may_be_one_are_no_background(tmp_path):
 
 def test_background_of_two_kinds_is_drawn_in_the_parts_asked_for():
     dark, bright = (
-        Background(np.full((n, 63, 63, 3), v, np.uint8), np.ones(n)) for n, v in ((50, 0), (2, 255))
+        Background([*np.full((n, 63, 63, 3), v, np.uint8)], np.ones(n)) for n, v in ((50, 0), (2, 255))
     )
     both, random = dark.with_more(bright, 0.25), np.random.default_rng(0)
     assert len(both) == 52
@@ -143,7 +143,7 @@ def test_background_of_two_kinds_is_drawn_in_the_parts_asked_for():
 
 def test_a_batch_has_vehicles_in_place_first_with_their_offsets(tmp_path):
     vehicles = Vehicles([labelled(tmp_path, "one", 3)], Circumstances())
-    background = Background(np.zeros((4, 63, 63, 3), np.uint8), np.ones(4))
+    background = Background([*np.zeros((4, 63, 63, 3), np.uint8)], np.ones(4))
     settings = BatchSettings(count=40, vehicle_part=0.5, side_px=24)
     batch = draw_batch(vehicles, background, settings, np.random.default_rng(0))
     assert batch.windows.shape == (40, 24, 24, 3)

@@ -28,11 +28,11 @@ class Background:
     """Windows that show no vehicle in place, kept with a weight each.
 
     Args:
-        stored: (N, 63, 63, 3) uint8, windows with their surroundings.
+        stored: N windows with their surroundings, (63, 63, 3) uint8 each. They are many: none is copied.
         weights: (N,) how often each is drawn beside the others.
     """
 
-    def __init__(self, stored: NDArray[np.uint8], weights: NDArray[np.float64]) -> None:
+    def __init__(self, stored: Sequence[NDArray[np.uint8]], weights: NDArray[np.float64]) -> None:
         self._stored, self._weights = stored, weights
         self._any = Lottery(weights)
 
@@ -42,9 +42,8 @@ class Background:
     def with_more(self, other: "Background", part: float) -> "Background":
         """Together with another, from which this part is drawn."""
         mine, others = (each._weights / each._weights.sum() for each in (self, other))
-        return Background(
-            np.concatenate([self._stored, other._stored]), np.concatenate([(1 - part) * mine, part * others])
-        )
+        weights = np.concatenate([(1 - part) * mine, part * others])
+        return Background([*self._stored, *other._stored], weights)
 
     def draw(self, random: np.random.Generator) -> NDArray[np.uint8]:
         """A window of background, perhaps with a light in it: a lone lamp is no vehicle."""
@@ -76,9 +75,9 @@ def proposed(
         placements, found = proposer.propose(picture)
         square = boxes_of(placements, np.tile([0.0, 0.0, 0.1, -0.1], (len(placements), 1)))
         without = without_vehicle(square, image)
-        stored.append(Pyramid(picture).windows(placements[without], STORED_PX, STORED_UNITS))
+        stored += Pyramid(picture).windows(placements[without], STORED_PX, STORED_UNITS)
         scores.append(found[without])
-    return Background(np.concatenate(stored), np.exp(np.clip(np.concatenate(scores), -4.0, 12.0) / 12.0))
+    return Background(stored, np.exp(np.clip(np.concatenate(scores), -4.0, 12.0) / 12.0))
 
 
 def picked(
@@ -98,9 +97,8 @@ def picked(
             boxes, logits = look.at(pyramid, proposer.propose(seen)[0])
             without = without_vehicle(boxes, image)
             placements = pick(boxes[without], logits[without], len(picture), settings[1])
-            stored.append(pyramid.windows(placements, STORED_PX, STORED_UNITS))
-    windows = np.concatenate(stored)
-    return Background(windows, np.ones(len(windows)))
+            stored += pyramid.windows(placements, STORED_PX, STORED_UNITS)
+    return Background(stored, np.ones(len(stored)))
 
 
 def _pictures(
