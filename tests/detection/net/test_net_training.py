@@ -1,17 +1,24 @@
 """Vehicles as the net learns them, and background that is none."""
 
 import importlib
+import itertools
 import sys
 
+import cv2
 import numpy as np
 import pytest
+from calibrate_helpers import DEMO_DRIVE
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
+from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.net.looks import SECOND_PX
-from fcw.detection.net.training.background import Background, without_vehicle
+from fcw.detection.net.looks import SECOND_PX, PickSettings
+from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
+from fcw.detection.net.proposals import ProposalSettings
+from fcw.detection.net.training.background import Background, picked, proposed, without_vehicle
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
 from fcw.detection.net.training.framing import ROUGH, Framing, misplaced, well_framed
 from fcw.detection.net.training.lottery import Lottery
@@ -34,6 +41,7 @@ from fcw.detection.training.dataset import NO_BOX, LabelledImage, TrainingImage
 from fcw.detection.training.looks import BRIGHTNESS, Looks, vary_looks
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.sources import open_source
 from fcw_viz.cli import main
 
 
@@ -93,8 +101,6 @@ def test_misplaced_windows_are_windows(seed):
 
 
 def labelled(tmp_path, clip: str, boxes: int) -> TrainingImage:
-    import cv2
-
     path = tmp_path / f"{clip}.png"
     cv2.imwrite(str(path), np.full((120, 200, 3), 90, np.uint8))
     image = LabelledImage(
@@ -128,6 +134,28 @@ def test_windows_on_vehicles_or_on_what_may_be_one_are_no_background(tmp_path):
     image = labelled(tmp_path, "one", 1).labelled
     boxes = np.array([[62.0, 42.0, 40.0, 40.0], [130.0, 42.0, 40.0, 40.0]])
     assert without_vehicle(boxes, image).tolist() == [False, True]
+
+
+def test_what_is_proposed_beside_vehicles_is_background_and_nothing_where_all_may_be_one(tmp_path):
+    (frame,) = itertools.islice(open_source(DEMO_DRIVE).frames(31_000_000_000), 1)
+    calibration = read_calibration(DEMO_DRIVE.with_name("drive.calibration.yaml"))
+    cv2.imwrite(str(tmp_path / "picture.png"), frame.image)
+    size, model = calibration.image_size, NetModel.load(SHIPPED_NET_PATH)
+    few = ProposalSettings(counts=(6, 6))
+
+    def counts(ignored: NDArray[np.float64]) -> tuple[int, int]:
+        nothing = np.tile(NO_BOX, (len(ignored), 1))
+        image = LabelledImage(
+            tmp_path / "picture.png", "demo", size, ignored, np.ones(len(ignored), bool), nothing
+        )
+        twice = [TrainingImage(image, calibration)] * 2
+        easy = proposed(twice, model.cascade, few)
+        return len(easy), len(picked(twice, model.cascade, model.first, (few, PickSettings()), Looks()))
+
+    easy, hard = counts(np.zeros((0, 4)))
+    assert 2 <= easy <= 24
+    assert hard >= 2
+    assert counts(np.array([[0.0, 0.0, size.width, size.height]])) == (0, 0)
 
 
 def test_background_of_two_kinds_is_drawn_in_the_parts_asked_for():

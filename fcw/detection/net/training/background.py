@@ -75,7 +75,7 @@ def proposed(
         placements, found = proposer.propose(picture)
         square = boxes_of(placements, np.tile([0.0, 0.0, 0.1, -0.1], (len(placements), 1)))
         without = without_vehicle(square, image)
-        stored += Pyramid(picture).windows(placements[without], STORED_PX, STORED_UNITS)
+        stored.extend(Pyramid(picture).windows(placements[without], STORED_PX, STORED_UNITS))
         scores.append(found[without])
     return Background(stored, np.exp(np.clip(np.concatenate(scores), -4.0, 12.0) / 12.0))
 
@@ -97,7 +97,7 @@ def picked(
             boxes, logits = look.at(pyramid, proposer.propose(seen)[0])
             without = without_vehicle(boxes, image)
             placements = pick(boxes[without], logits[without], len(picture), settings[1])
-            stored += pyramid.windows(placements, STORED_PX, STORED_UNITS)
+            stored.extend(pyramid.windows(placements, STORED_PX, STORED_UNITS))
     return Background(stored, np.ones(len(stored)))
 
 
