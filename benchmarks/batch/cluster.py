@@ -5,18 +5,22 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 import av
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
 from fcw.sources import open_source
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 FCW = (sys.executable, "-m", "fcw_viz.cli")
 DASK = (sys.executable, "-m", "dask")
-SIZE = 640, 360
+SIZE, DEMO_RATE_HZ = (640, 360), 30
 
 
 def write_drives(folder: Path, count: int, frames: int) -> None:
@@ -28,15 +32,26 @@ def write_drives(folder: Path, count: int, frames: int) -> None:
         if len(pictures) == frames + count:
             break
     for number in range(count):
-        with av.open(str(folder / f"d{number:03d}.mp4"), "w") as container:
-            stream = container.add_stream("libx264", rate=30)
-            stream.width, stream.height = SIZE
-            stream.pix_fmt, stream.gop_size = "yuv420p", 30
-            stream.options = {"preset": "ultrafast", "bf": "0"}
-            for picture in pictures[number : number + frames]:
-                container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
-            container.mux(stream.encode(None))
+        _encode(folder / f"d{number:03d}.mp4", pictures[number : number + frames], DEMO_RATE_HZ)
     (folder / "calibration.yaml").write_bytes((DEMO / "drive.calibration.yaml").read_bytes())
+
+
+def write_slower(path: Path, every: int) -> None:
+    """The demo drive with one of so many pictures, as a camera of a lower rate would have taken it."""
+    frames = open_source(DEMO / "drive.mp4").frames()
+    _encode(path, (frame.image for frame in islice(frames, 0, None, every)), DEMO_RATE_HZ // every)
+
+
+def _encode(path: Path, pictures: Iterable[NDArray[np.uint8]], rate_hz: int) -> None:
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=rate_hz)
+        stream.pix_fmt, stream.gop_size = "yuv420p", rate_hz
+        stream.options = {"preset": "ultrafast", "bf": "0"}
+        for number, picture in enumerate(pictures):
+            if number == 0:
+                stream.height, stream.width = picture.shape[:2]
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
+        container.mux(stream.encode(None))
 
 
 @dataclass

@@ -1,6 +1,7 @@
 """How much faster a batch is with two workers, than `fcw run` in a loop, and with a long drive in pieces.
 
-    python benchmarks/batch/rates.py [--drives 20] [--frames 150] [--rounds 3] [--long-s 60] [--detector acf]
+    python benchmarks/batch/rates.py [--drives 20] [--frames 150] [--rounds 3] [--long-s 60] [--long-every 1]
+        [--detector acf]
 
 Rounds are interleaved, and medians printed: on a machine that others use, wall time lies. So the processor
 time of each is printed too; where one drive costs as much with two workers as with one, two idle cores
@@ -15,7 +16,7 @@ import tempfile
 from collections import defaultdict
 from pathlib import Path
 
-from cluster import DEMO, FCW, timed, write_drives
+from cluster import DEMO, FCW, timed, write_drives, write_slower
 from rich import print  # noqa: A004
 
 from fcw.versions import machine
@@ -28,6 +29,8 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=150)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--long-s", type=float, default=60.0)
+    parser.add_argument("--long-every", type=int, default=1, help="of 30 pictures a second, one of so many")
+    parser.add_argument("--piece-minutes", help="of the long drive; by default an eighth of it")
     parser.add_argument("--detector", default="acf")
     arguments = parser.parse_args()
     print(machine())
@@ -37,7 +40,11 @@ def main() -> None:
         drives, long = folder / "drives", folder / "long" / "long.mp4"
         write_drives(drives, arguments.drives, arguments.frames)
         long.parent.mkdir()
-        repeat_packets(DEMO / "drive.mp4", long, arguments.long_s)
+        demo = DEMO / "drive.mp4"
+        if arguments.long_every > 1:
+            demo = folder / "slower.mp4"
+            write_slower(demo, arguments.long_every)
+        repeat_packets(demo, long, arguments.long_s)
         shutil.copy(DEMO / "drive.calibration.yaml", long.with_name("calibration.yaml"))
         common = ["--detector", arguments.detector]
 
@@ -57,15 +64,15 @@ def main() -> None:
             ]  # fmt: skip
             taken["fcw run in a loop"].append((sum(wall for wall, _ in loop), sum(cpu for _, cpu in loop)))
             batch("long, whole, 1 worker", long, "--workers", "1", "--piece-minutes", "0")
-            minutes = str(arguments.long_s / 60 / 8)
-            batch("long, in 8 pieces, 2 workers", long, "--workers", "2", "--piece-minutes", minutes)
+            minutes = arguments.piece_minutes or str(arguments.long_s / 60 / 8)
+            batch("long, in pieces, 2 workers", long, "--workers", "2", "--piece-minutes", minutes)
 
         def same(one: str, other: str, *files: str) -> bool:
             return all(filecmp.cmp(folder / one / f, folder / other / f, shallow=False) for f in files)
 
         tables = "events.parquet", "drives.parquet"
         print("tables of 1 and 2 workers byte-equal:", same("1 worker", "2 workers", *tables))
-        of_long = "long, whole, 1 worker", "long, in 8 pieces, 2 workers"
+        of_long = "long, whole, 1 worker", "long, in pieces, 2 workers"
         print("log and tables of the long drive byte-equal:", same(*of_long, "long/drive.mcap", *tables))
     median = {
         label: (statistics.median(wall for wall, _ in times), statistics.median(cpu for _, cpu in times))
