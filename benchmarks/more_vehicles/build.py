@@ -1,17 +1,22 @@
 """Training folders from public datasets, which the net's looks learn from beside the project's own data.
 
     python benchmarks/more_vehicles/build.py CLONES OUT
-    fcw train --data $FCW_DATA --looks-data OUT/kitti OUT/bdd OUT/caltech --detector net --out net.npz
+    fcw train --data $FCW_DATA --looks-data OUT/{kitti,bdd,caltech,gathered} --detector net --out net.npz
+    fcw evaluate detection OUT/judge/labels.json --images OUT/judge/images --calibration OUT/judge/calibration
 
 CLONES is a folder for clones of the repositories below; those that are missing are cloned (bare, about
-1 GB in all). `choice.json` beside this file says which pictures are taken, and what was judged by eye: of
-BDD100K which vehicles are seen from behind, of the Caltech cars the boxes. Other boxes are the datasets' own.
+4 GB in all). `choice.json` and `gathered.json` beside this file say which pictures are taken, and what was
+judged by eye: of BDD100K which vehicles are seen from behind, of the Caltech cars the boxes. The boxes of
+what was gathered were proposed by a net (YOLOX-nano), or are a dataset's own, and each was judged by eye.
+Other boxes are the datasets' own.
 
 | folder | pictures | terms |
 | --- | --- | --- |
 | kitti | KITTI object detection, 66 drives, at most one picture a second | CC BY-NC-SA 3.0 |
 | bdd | BDD100K, the first 200 of its validation split | education, research, not-for-profit |
 | caltech | Caltech cars 1999 and 2001, a rear each | no licence in the repository: research |
+| gathered | more of BDD100K, German traffic signs, dash cameras, photographs | research: many state none |
+| judge | the same of other drives, a quarter of those on the road: nothing learns from them | as above |
 
 Cameras are rough: height and field of view are assumed, the horizon lies where the vehicles' sizes put it.
 """
@@ -19,22 +24,16 @@ Cameras are rough: height and field of view are assumed, the horizon lies where 
 import argparse
 import json
 import math
-import subprocess
-import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
+from folders import LEAST_WIDTH_PX, Folder, Rough
+from gathered import build_gathered
 from numpy.typing import NDArray
+from repositories import Files, Repository
 
-from fcw.camera.calibration import Calibration
-from fcw.camera.file import write_calibration
-from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.files import write_whole
 from fcw.frame import ImageSize
 
 CHOICE = Path(__file__).with_name("choice.json")
@@ -50,138 +49,14 @@ BDD_CLASSES = {1: "bus", 2: "car", 3: "motorcycle", 8: "truck", 9: "train"}
 """The alphabetical order of BDD100K's classes, of which these have boxes here."""
 REAR_RAD, QUARTER_RAD = 0.35, 0.9
 """So far from seen straight from behind a vehicle still counts as rear, and as rear-quarter."""
-LEAST_WIDTH_PX = 24
 MOST_TRUNCATION = 0.35
 SAME_PX = 2
-JPEG_QUALITY = 90
-
-
-@dataclass(frozen=True, slots=True)
-class Rough:
-    """A camera of which little is known: its height, and its focal length beside the picture's width."""
-
-    height_m: float
-    focal_widths: float
-
-    def calibration(self, size: ImageSize, horizon_row_px: float) -> Calibration:
-        """Of pictures of this size, level."""
-        middle = size.width / 2
-        camera = GroundPlaneCamera(0.0, self.focal_widths * size.width, horizon_row_px, self.height_m, middle)
-        return Calibration.from_camera(camera, size)
-
 
 KITTI_CAMERA = Rough(1.65, 721.5 / 1242)
 BDD_CAMERA = Rough(1.4, 0.5 / math.tan(math.radians(63) / 2))
 CALTECH_CAMERA = Rough(1.3, 0.5 / math.tan(math.radians(42) / 2))
 KITTI_HORIZON = 172.9 / 1242
 """Beside the width."""
-
-
-@dataclass(slots=True)
-class Folder:
-    """A training folder that is being filled, as `fcw train` takes it."""
-
-    path: Path
-    images: list[dict[str, Any]] = field(default_factory=list)
-    annotations: list[dict[str, Any]] = field(default_factory=list)
-
-    def add(
-        self,
-        name: str,
-        clip: str,
-        picture: NDArray[np.uint8],
-        calibration: Calibration,
-        boxes: Sequence[Mapping[str, Any]],
-        complete: bool,
-    ) -> None:
-        """A picture with its boxes."""
-        number = len(self.images) + 1
-        height, width = picture.shape[:2]
-        for folder in ("images", "calibration"):
-            (self.path / folder).mkdir(parents=True, exist_ok=True)
-        file_name = f"{name}.jpg"
-        cv2.imwrite(str(self.path / "images" / file_name), picture, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
-        write_calibration(calibration, self.path / "calibration" / f"{clip}.yaml")
-        self.images.append(
-            {
-                "id": number,
-                "file_name": file_name,
-                "width": width,
-                "height": height,
-                "clip": clip,
-                "complete": complete,
-            }
-        )
-        for box in boxes:
-            self.annotations.append(
-                {"id": len(self.annotations) + 1, "image_id": number, "category_id": 1, **box}
-            )
-
-    def write(self) -> None:
-        """The labels, once all pictures are in."""
-        labels = {
-            "images": self.images,
-            "annotations": self.annotations,
-            "categories": [{"id": 1, "name": "vehicle"}],
-        }
-        write_whole(self.path / "labels.json", json.dumps(labels))
-        counting = sum(not box["ignore"] for box in self.annotations)
-        sys.stderr.write(f"{self.path}: {len(self.images)} pictures, {counting} vehicles that count\n")
-
-
-class Repository:
-    """Reads files out of a bare clone, without a work tree."""
-
-    def __init__(self, clones: Path, name: str) -> None:
-        self.git = clones / name.replace("/", "+")
-        if not self.git.exists():
-            command = ["git", "clone", "--bare", f"https://github.com/{name}", str(self.git)]
-            subprocess.run(command, check=True)
-
-    @contextmanager
-    def files(self, commit: str = "HEAD") -> Iterator["Files"]:
-        """Those of a commit."""
-        command = ["git", "--git-dir", str(self.git), "cat-file", "--batch"]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-            yield Files(process, commit)
-            if process.stdin is not None:
-                process.stdin.close()
-
-
-@dataclass(frozen=True, slots=True)
-class Files:
-    """Files of a commit, one after the other."""
-
-    process: "subprocess.Popen[bytes]"
-    commit: str
-
-    def content(self, path: str) -> bytes:
-        """Of a file.
-
-        Raises:
-            FileNotFoundError: there is none of that path.
-        """
-        asked, answered = self.process.stdin, self.process.stdout
-        assert asked is not None
-        assert answered is not None
-        asked.write(f"{self.commit}:{path}\n".encode())
-        asked.flush()
-        head = answered.readline().split()
-        if head[-1] == b"missing":
-            raise FileNotFoundError(path)
-        content = answered.read(int(head[2]))
-        answered.read(1)
-        return content
-
-    def text(self, path: str) -> str:
-        """Of a file of text."""
-        return self.content(path).decode()
-
-    def picture(self, path: str) -> NDArray[np.uint8]:
-        """Of a picture, (height, width, 3) BGR."""
-        picture = cv2.imdecode(np.frombuffer(self.content(path), np.uint8), cv2.IMREAD_COLOR)
-        assert picture is not None, path
-        return np.asarray(picture, np.uint8)
 
 
 def build_kitti(clones: Path, folder: Folder, drives: Mapping[str, Sequence[int]]) -> None:
@@ -288,6 +163,10 @@ def main() -> None:
     for name, source, build in builders:
         folder = Folder(arguments.out / name)
         build(arguments.clones, folder, choice[source])
+        folder.write()
+    learn, judge = Folder(arguments.out / "gathered"), Folder(arguments.out / "judge")
+    build_gathered(arguments.clones, learn, judge)
+    for folder in (learn, judge):
         folder.write()
 
 
