@@ -1,8 +1,9 @@
-"""The shipped drive over and over in one process: memory, handles and threads stay as they are.
+"""A drive over and over in one process: memory, handles and threads stay as they are.
 
-    python tests/fuzz/driving.py [--hours 10]
+    python tests/fuzz/driving.py [--hours 10] [--source VIDEO]
 
-Prints a line for each round, and JSON at the end; the exit code is 1 where something grew by over 5 %.
+The drive is the shipped one, or a video with its calibration beside it: one of a slower camera takes less
+time. Prints a line for each round, and JSON at the end; the exit code is 1 where something grew by over 5 %.
 """
 
 import argparse
@@ -42,13 +43,15 @@ class Held:
     threads: int
 
 
-def drive_for(hours: float, say: Callable[[str], object] = lambda text: None) -> dict[str, object]:
+def drive_for(
+    hours: float, say: Callable[[str], object] = lambda text: None, source: Path = DRIVE
+) -> dict[str, object]:
     """Drive so long; `grown` in the result names what grew."""
     rounds: list[Held] = []
     driven_s = 0.0
     with tempfile.TemporaryDirectory() as folder:
         while driven_s < hours * 3600:
-            job = DriveJob(DRIVE, Path(folder) / "out")
+            job = DriveJob(source, Path(folder) / "out")
             driven_s += run_on_console(job, SILENT).summary["duration_s"]
             gc.collect()
             rounds.append(held())
@@ -92,7 +95,13 @@ def main() -> int:
     """The command line."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--hours", type=float, default=10.0)
-    result = drive_for(parser.parse_args().hours, lambda text: print(text, file=sys.stderr, flush=True))  # noqa: T201
+    parser.add_argument("--source", type=Path, default=DRIVE)
+    arguments = parser.parse_args()
+    result = drive_for(
+        arguments.hours,
+        lambda text: print(text, file=sys.stderr, flush=True),  # noqa: T201
+        arguments.source,
+    )
     sys.stdout.write(json.dumps(result, indent=1) + "\n")
     return 1 if result["grown"] else 0
 
