@@ -1,7 +1,7 @@
 """Pictures of dash cameras out of many repositories, with vehicles judged by eye.
 
 `gathered.json` names each picture, its camera, and its boxes: of vehicles that are seen from behind, with
-kind and view, and of all others. A fifth of the cameras is for judging, the rest is for learning.
+kind and view, and of all others. A quarter of the drives on the road is for judging, the rest for learning.
 """
 
 import io
@@ -23,7 +23,7 @@ from fcw.frame import ImageSize
 
 CHOICE = Path(__file__).with_name("gathered.json")
 CAMERA = Rough(1.35, 0.8)
-"""Of nobody knows whom: a field of view of 64 degrees."""
+"""Of an unknown maker: a field of view of 64 degrees."""
 HEIGHTS_M = {"car": 1.5, "suv": 1.75, "van": 2.1, "truck": 3.2, "bus": 3.1}
 """Of vehicles, to tell where the horizon lies."""
 HORIZON_PARTS = 0.25, 0.7
@@ -104,17 +104,17 @@ def read_gathered(path: Path = CHOICE) -> tuple[Gathered, ...]:
 def build_gathered(clones: Path, learn: Folder, judge: Folder) -> None:
     """Both folders: to learn from, and to judge by."""
     of_clip: dict[str, list[Gathered]] = defaultdict(list)
-    of_repository: dict[tuple[str, str], list[Gathered]] = defaultdict(list)
-    for each in read_gathered():
+    of_repository: dict[tuple[str, str], list[tuple[int, Gathered]]] = defaultdict(list)
+    for number, each in enumerate(read_gathered()):
         of_clip[each.clip].append(each)
-        of_repository[each.repository, each.commit].append(each)
+        of_repository[each.repository, each.commit].append((number, each))
     cameras = {
         clip: CAMERA.calibration(pictures[0].size, horizon_row_px(pictures))
         for clip, pictures in of_clip.items()
     }
-    for (repository, commit), pictures in of_repository.items():
+    for (repository, commit), numbered in of_repository.items():
         with Repository(clones, repository).files(commit) as files:
-            for number, each in enumerate(pictures):
+            for number, each in numbered:
                 name, picture = f"{repository.replace('/', '_')}_{number:04d}", picture_of(files, each)
                 folder = judge if each.judge else learn
                 folder.add(name, each.clip, picture, cameras[each.clip], list(each.boxes()), complete=True)
