@@ -39,9 +39,9 @@ class StreamServer:
                     return
                 self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
                 self.end_headers()
-                server.taken = threading.Semaphore(AHEAD)
+                taken = server.taken = threading.Semaphore(AHEAD)  # of this connection alone
                 for jpeg in jpegs:
-                    if not server.taken.acquire(timeout=WAIT_S):
+                    if not taken.acquire(timeout=WAIT_S):
                         return
                     head = f"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
                     if not self._send(head.encode() + jpeg + b"\r\n"):
