@@ -5,7 +5,7 @@
     fcw evaluate detection OUT/judge/labels.json --images OUT/judge/images --calibration OUT/judge/calibration
 
 CLONES is a folder for clones of the repositories below; those that are missing are cloned (bare, about
-4 GB in all). `choice.json` and `gathered.json` beside this file say which pictures are taken, and what was
+5 GB in all). `choice.json` and `gathered.json` beside this file say which pictures are taken, and what was
 judged by eye: of BDD100K which vehicles are seen from behind, of the Caltech cars the boxes. The boxes of
 what was gathered were proposed by a net (YOLOX-nano), or are a dataset's own, and each was judged by eye.
 Other boxes are the datasets' own.

@@ -97,11 +97,7 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=10.0)
     parser.add_argument("--source", type=Path, default=DRIVE)
     arguments = parser.parse_args()
-    result = drive_for(
-        arguments.hours,
-        lambda text: print(text, file=sys.stderr, flush=True),  # noqa: T201
-        arguments.source,
-    )
+    result = drive_for(arguments.hours, lambda text: sys.stderr.write(f"{text}\n"), arguments.source)
     sys.stdout.write(json.dumps(result, indent=1) + "\n")
     return 1 if result["grown"] else 0
 
