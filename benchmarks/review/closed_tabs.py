@@ -2,7 +2,8 @@
 
     python benchmarks/review/closed_tabs.py DRIVE.mcap [--tabs 40] [--rounds 5]
 
-In each round so many tabs come at once, each shows the drive's picture and its road from above, and all go.
+First one tab comes and goes: what it loads stays. Then, in each round, so many tabs come at once, each
+shows the drive's picture and its road from above, and all go.
 A tab is a web socket that takes what it is sent: no browser is needed to see what the server keeps.
 """
 
@@ -39,6 +40,11 @@ def memory_mb() -> float:
     """What this process has of the machine's memory."""
     status = Path("/proc/self/status").read_text()
     return next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS")) / 1000
+
+
+def os_threads() -> int:
+    """Of this process."""
+    return len(list(Path("/proc/self/task").iterdir()))
 
 
 async def one_tab(page: ReviewPage, closing: asyncio.Event) -> None:
@@ -88,13 +94,14 @@ def main() -> None:
     options = parser.parse_args()
     page = ReviewPage({"drive": options.log}, "benchmark", "anna", PORT)
     try:
-        sys.stdout.write(f"before: {memory_mb():.0f} MB\n")
-        for number in range(1, options.rounds + 1):
-            open_mb = asyncio.run(come_and_go(page, options.tabs))
+        sys.stdout.write(f"before: {memory_mb():.0f} MB, {os_threads()} threads\n")
+        come = 0
+        for tabs in (1, *[options.tabs] * options.rounds):
+            open_mb = asyncio.run(come_and_go(page, tabs))
             time.sleep(2 * (PAUSE_S + LATER_S))
-            sys.stdout.write(
-                f"after {number * options.tabs} tabs: {memory_mb():.0f} MB ({open_mb:.0f} while open)\n"
-            )
+            come += tabs
+            held = f"{memory_mb():.0f} MB ({open_mb:.0f} while open), {os_threads()} threads"
+            sys.stdout.write(f"after {come} tabs: {held}\n")
             sys.stdout.flush()
     finally:
         page.stop()

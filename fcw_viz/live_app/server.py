@@ -18,6 +18,8 @@ FOR_FIRST_PICTURE = "waiting for the first picture"
 class LivePage(PageServer):
     """A running page."""
 
+    runs_drive = True
+
     def __init__(self, feed: LiveFeed, title: str, port: int = DEFAULT_PORT, dark: bool = False) -> None:
         """Serve a drive that begins, or has begun.
 
@@ -59,6 +61,7 @@ class LivePage(PageServer):
         session = ReviewSession({self._title: log}, reviewer)
         session.start()
         self._session = session
+        self._tidying.give_pictures_back()
         for tab in self.tabs:
             if isinstance(tab, LiveTab):
                 run_script(tab.client, "location.reload();")

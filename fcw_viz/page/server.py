@@ -32,9 +32,11 @@ class PageServer(ABC):
         url: where it is, with the secret that lets a browser in (see `fcw_viz.page.guard`).
         port: the one it got.
         goodbye: what every page says when this has ended.
+        runs_drive: whether a drive is run beside the page, so that its pictures should come and go quickly.
     """
 
     goodbye = GOODBYE
+    runs_drive = False
 
     def __init__(self, port: int, label: str, dark: bool) -> None:
         """Serve from now on: all that `open_tab` needs is there already.
@@ -54,6 +56,8 @@ class PageServer(ABC):
         # A tab that is closed while it plays or draws is nothing to tell anybody.
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
         self._tidying = Tidying()
+        if not self.runs_drive:
+            self._tidying.give_pictures_back()
         self._guard = Guard()
         self._server = guarded_viser_server(_free_port(port), self._guard, self.first_html)
         self._server.gui.set_panel_label(label)

@@ -15,8 +15,7 @@ PAUSE_S = 1.0
 LATER_S = 5.0
 """And once more after this: threads of a closed tab may still have ended something."""
 LARGE_BYTES = 1 << 18
-"""Pieces of memory from this on go back to the system as soon as they are free. By default GNU's C library
-soon keeps pieces as large as a picture among small ones, between which they cannot go back."""
+"""Pieces of memory from this on go back to the system as soon as they are free, see `give_pictures_back`."""
 _M_MMAP_THRESHOLD = -3
 """Of `mallopt`, in GNU's malloc.h."""
 
@@ -26,9 +25,16 @@ class Tidying:
 
     def __init__(self) -> None:
         self._told, self._stop = threading.Event(), threading.Event()
-        _call("mallopt", _M_MMAP_THRESHOLD, LARGE_BYTES)
         self._thread = threading.Thread(target=self._run, name="tidy", daemon=True)
         self._thread.start()
+
+    def give_pictures_back(self) -> None:
+        """Have the memory of each picture go back to the system when it is free.
+
+        By default GNU's C library soon keeps pieces as large as a picture among small ones, between which
+        they cannot go back. It takes 2 ms of each frame where a drive is run, so not there.
+        """
+        _call("mallopt", _M_MMAP_THRESHOLD, LARGE_BYTES)
 
     def tell(self) -> None:
         """A tab has closed."""

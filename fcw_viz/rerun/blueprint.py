@@ -18,6 +18,7 @@ Entities (all paths below the root, without a leading slash):
 ====================================  ========================================================
 """
 
+import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint import encodings
 from rerun.blueprint.components import AbsoluteTimeRange
@@ -48,7 +49,24 @@ TTC_AXIS_S = (0.0, 10.0)
 """Beyond ten seconds nobody is warned: the plot keeps its room for what matters."""
 
 
-def drive_blueprint(imperial: bool = False, played_ns: tuple[int, int] | None = None) -> rrb.Blueprint:
+class EndingBlueprint(rrb.Blueprint):
+    """A blueprint whose own recording can be ended. rerun 0.41 makes one in memory to send a blueprint, and
+    keeps it, with its threads, until the process ends."""
+
+    _sent_by: rr.RecordingStream | None = None
+
+    def _log_to_stream(self, stream: rr.RecordingStream) -> None:
+        super()._log_to_stream(stream)
+        self._sent_by = stream
+
+    def end(self) -> None:
+        """Called once it was sent."""
+        if self._sent_by is not None:
+            self._sent_by.disconnect()
+            self._sent_by = None
+
+
+def drive_blueprint(imperial: bool = False, played_ns: tuple[int, int] | None = None) -> EndingBlueprint:
     """Camera, ground view, plots and the warnings' log at once; the rest is folded away.
 
     Every property here costs 3 kB in each file, so only what a person would miss is set.
@@ -99,7 +117,7 @@ def drive_blueprint(imperial: bool = False, played_ns: tuple[int, int] | None = 
         ),
     )
     drive = rrb.TextDocumentView(origin=DRIVE, name="Drive")
-    return rrb.Blueprint(
+    return EndingBlueprint(
         rrb.Horizontal(
             rrb.Vertical(
                 rrb.Horizontal(camera, ground, column_shares=[11, 4]),

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pyarrow as pa
 import rerun as rr
+import rerun_bindings
 from rerun.chunk import RrdReader
 
 import fcw_viz.rerun.blueprint as scene
@@ -46,6 +47,7 @@ WRITE_TIMEOUT_S = 20.0
 FOOTER_MAGIC = b"RRF2FOOT"
 FOOTER_SEARCH_BYTES = 32
 """The magic stands 12 bytes before the end of a complete file."""
+_writer_has_failed = threading.Event()
 
 
 class RerunSink:
@@ -77,6 +79,7 @@ class RerunSink:
         try:
             blueprint = scene.drive_blueprint(header.imperial, self._played_ns)
             recording.save(self._partial_path, default_blueprint=blueprint)
+            blueprint.end()
         except RuntimeError as error:
             raise UserError(
                 f"{self._path}: cannot write the recording ({error}); "
@@ -114,6 +117,7 @@ class RerunSink:
                 self._disconnect(self._recording)
         finally:
             self._recording = None
+            _end_threads()
         try:
             if self._failed or not _has_footer(self._partial_path):
                 raise self._unwritten("its end is missing")
@@ -215,8 +219,16 @@ def _abandon(recording: rr.RecordingStream) -> None:
     rerun 0.41 waits for ever for that writer when the recording is disconnected, when it is freed, and in its
     clean-up at the end of the process: so it is never freed, and there is no clean-up.
     """
+    _writer_has_failed.set()
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(recording.inner))
     atexit.unregister(rr.rerun_shutdown)
+
+
+def _end_threads() -> None:
+    """Those of all recordings that are closed. rerun 0.41 else keeps two for each until the process ends
+    (https://github.com/rerun-io/rerun/issues/2116)."""
+    if not _writer_has_failed.is_set():  # it would wait for that writer for ever
+        rerun_bindings.flush_and_cleanup_orphaned_recordings()
 
 
 def _has_footer(path: Path) -> bool:

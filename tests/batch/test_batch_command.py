@@ -25,6 +25,7 @@ from video_making import write_short_drive
 
 from fcw.annotation.records import EventReference, Judgement, Verdict
 from fcw.annotation.store import ReviewStore
+from fcw.batch.cluster import connected
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME
 from fcw.batch.review_list import REVIEW_LIST_NAME
 from fcw.locked_file import LockedFile
@@ -107,6 +108,11 @@ def batch(*arguments: object) -> tuple[int, dict[str, dict[str, object]]]:
     with contextlib.redirect_stdout(io.StringIO()) as told:
         code = main(["batch", *map(str, arguments), *ARGUMENTS])
     return code, {record["name"]: record for record in json.loads(told.getvalue())}
+
+
+def test_a_worker_keeps_the_memory_of_a_picture_for_the_next_one():
+    with connected(workers=1) as client:
+        assert client.submit(os.environ.get, "MALLOC_TRIM_THRESHOLD_").result() is None
 
 
 def test_the_dashboard_answers_no_other_web_page(dashboard):

@@ -13,7 +13,6 @@ import resource
 import statistics
 import sys
 import tempfile
-import threading
 from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -35,7 +34,7 @@ class Held:
     Attributes:
         memory_mb: resident.
         handles: open files.
-        threads: of Python.
+        threads: of Python and of every library.
     """
 
     memory_mb: int
@@ -71,7 +70,8 @@ def held() -> Held:
     """What this process holds now."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     handles = len(list(Path("/proc/self/fd").iterdir()))
-    return Held(pages * resource.getpagesize() >> 20, handles, threading.active_count())
+    threads = len(list(Path("/proc/self/task").iterdir()))
+    return Held(pages * resource.getpagesize() >> 20, handles, threads)
 
 
 def growth(rounds: list[Held]) -> dict[str, tuple[float, float]]:

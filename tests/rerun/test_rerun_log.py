@@ -183,6 +183,26 @@ def test_a_folder_that_is_not_there_is_the_users_mistake(tmp_path):
         RerunSink(tmp_path / "nowhere" / "drive.rrd").open(HEADER)
 
 
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads as Linux tells them")
+def test_a_recording_that_is_closed_leaves_no_thread(tmp_path):
+    script = f"""
+import sys, time
+sys.path[:0] = {sys.path!r}
+from pathlib import Path
+from rerun_drives import result, write_drive
+
+def threads_after_a_drive():
+    write_drive(Path({str(tmp_path)!r}) / "drive.rrd", [result(0)])
+    return len(list(Path("/proc/self/task").iterdir()))
+
+most = threads_after_a_drive()
+for _ in range(3):
+    while threads_after_a_drive() > most:  # one more may just be ending
+        time.sleep(0.01)
+"""
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+
+
 def write_batch(sink: RerunSink) -> None:
     for index in range(FRAMES_PER_BATCH):
         sink.write(result(index), [packet(index)])
