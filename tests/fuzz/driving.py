@@ -13,6 +13,7 @@ import resource
 import statistics
 import sys
 import tempfile
+import threading
 from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -48,10 +49,11 @@ def drive_for(
     """Drive so long; `grown` in the result names what grew."""
     rounds: list[Held] = []
     driven_s = 0.0
+    stop = threading.Event()  # by Ctrl-C, or a request to end
     with tempfile.TemporaryDirectory() as folder:
-        while driven_s < hours * 3600:
+        while driven_s < hours * 3600 and not stop.is_set():
             job = DriveJob(source, Path(folder) / "out")
-            driven_s += run_on_console(job, SILENT).summary["duration_s"]
+            driven_s += run_on_console(job, SILENT, stop=stop).summary["duration_s"]
             gc.collect()
             rounds.append(held())
             say(f"{driven_s / 3600:.2f} h: {rounds[-1]}")
