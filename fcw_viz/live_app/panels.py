@@ -109,7 +109,8 @@ class LivePanels:
         self, result: FrameResult, header: DriveHeader, time_s: float, dropped: int, latency: LatencyFigures
     ) -> None:
         """What was found in a frame, and how old it is."""
-        left_out = f" · {dropped} pictures skipped" if dropped else ""
+        pictures = "1 picture" if dropped == 1 else f"{dropped} pictures"
+        left_out = f" · {pictures} skipped" if dropped else ""
         self.show_head(
             f"{time_text(time_s)} · {header.image_size} · {escape(header.detector)}{left_out}", False
         )
