@@ -57,7 +57,8 @@ def test_there_and_back_the_picture_is_exactly_as_before(
     person.press("b")
     wait_for(lambda: browser.page.evaluate(SEEN) == [])
     wait_for(lambda: person.sees(WORST_ROW + 1))
-    wait_for(lambda: browser.camera() == pytest.approx(before, abs=1e-6))
+    browser.wait_until_still()
+    assert browser.camera() == pytest.approx(before, abs=1e-6)
     assert browser.screen_position(300.0, 200.0) == pytest.approx(place, abs=1e-6)
 
 
