@@ -77,13 +77,17 @@ def _shrink(
     rows: NDArray[np.uint8], factor: int, small: NDArray[np.uint8]
 ) -> None:  # pragma: no cover - compiled
     height, width = small.shape
+    sums = np.empty(width * factor, np.uint16)  # of the pixels of a column that come together
     for y in range(height):
+        sums[:] = 0
+        for row in range(y * factor, (y + 1) * factor):
+            for column in range(len(sums)):
+                sums[column] += np.uint16(rows[row, 3 * column + 1])
         for x in range(width):
-            total = 0
-            for row in range(y * factor, (y + 1) * factor):
-                for column in range(3 * x * factor + 1, 3 * (x + 1) * factor, 3):
-                    total += rows[row, column]
-            small[y, x] = total // (factor * factor)
+            total = np.uint32(0)
+            for column in range(x * factor, (x + 1) * factor):
+                total += sums[column]
+            small[y, x] = total // np.uint32(factor * factor)
 
 
 @kernel()
