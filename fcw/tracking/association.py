@@ -107,6 +107,22 @@ def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> E
     return Edges(left or not across, top or not down, right or not across, bottom or not down)
 
 
+def cut_as_expected(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> Box:
+    """The box found, to the picture's border where the vehicle was expected to go on beyond it.
+
+    A detector that sees part of a near vehicle may end its box a little inside the picture. Taken for the
+    vehicle's own edge, that would make it narrower, or have it move towards our path.
+    """
+    least_px, inside = OFF_SIGMAS * noise.edge_sigma_px(found), in_picture(predicted, size)
+    off_px, border = max(least_px, OFF_PART * inside.w), size.width - 0.5
+    left, right = found.x, found.right
+    if predicted.x < -0.5 - least_px and left <= -0.5 + off_px:
+        left = -0.5
+    if predicted.right > border + least_px and right >= border - off_px:
+        right = border
+    return Box(left, found.y, right - left, found.h)
+
+
 def free_edges(box: Box, others: Sequence[Box]) -> Edges:
     """Which edges of a box are free of nearer vehicles, behind which more of this one may come out.
 

@@ -8,7 +8,7 @@ from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
-from fcw.tracking.association import WHOLE, Edges, completed, own_edges
+from fcw.tracking.association import WHOLE, Edges, completed, cut_as_expected, own_edges
 from fcw.tracking.box_measurement import road_slope
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
@@ -148,7 +148,9 @@ class Followed:
         """
         settings, edges = self._settings, WHOLE
         if self._hits >= settings.part_hits and time_ns - self.detected_ns <= settings.part_s * 1e9:
-            edges = own_edges(found, self.box, self._calibration.image_size, settings.box_noise)
+            size = self._calibration.image_size
+            found = cut_as_expected(found, self.box, size, settings.box_noise)
+            edges = own_edges(found, self.box, size, settings.box_noise)
         if edges == WHOLE:
             self._part_ns = None
         elif self._part_ns is None:
@@ -193,9 +195,14 @@ class Followed:
         return max(1 - math.exp(-dt_s / self._settings.box_smoothing_s), 1 / self._hits)
 
     def _drift(self, seen: Box, dt_s: float) -> None:
-        """The column drifts when the vehicle moves across the road."""
-        alpha = self._gain(dt_s)
+        """The column drifts when the vehicle moves across the road.
+
+        Of one that the picture's border cuts its own side says so, not the middle of what is left.
+        """
+        alpha, size = self._gain(dt_s), self._calibration.image_size
         shift_px = seen.center_x - self.box.center_x
+        if (inner_px := inner_edge_px(seen, size, self._settings.box_noise)) is not None:
+            shift_px = inner_px - (self.box.x if inner_px == seen.x else self.box.right)
         self._drift_pxps += alpha**2 / (2 - alpha) * shift_px / max(dt_s, SHORTEST_STEP_S)
 
     def _feet_of(self, box: Box) -> float:
@@ -205,7 +212,7 @@ class Followed:
     def is_worth_keeping(self) -> bool:
         """Whether it is still ahead and in the picture, and until confirmed seen often, or a moment ago."""
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
-        inside = 0 <= self.box.center_x < width and self.box.y < height
+        inside = (0 <= self.box.center_x < width or self.seen_by == SeenBy.DETECTOR) and self.box.y < height
         recent = (self._time_ns - self.detected_ns) / 1e9 <= self._settings.unconfirmed_s
         may_be = self.confirmed or (recent and self._is_clear()) or self._is_seen_often()
         return inside and self.state.distance_m > NEAREST_M and may_be

@@ -29,6 +29,7 @@ from fcw_viz.rerun.log import RerunSink
 DECODING = "decoding, to BGR"
 PROPOSING = "detection: the cascade proposes"
 HALVING = "detection: halves for the windows"
+GLANCE = "detection: glance"
 FIRST_LOOK = "detection: first look"
 SECOND_LOOK = "detection: second look"
 DETECTION_REST = "detection: the rest"
@@ -43,6 +44,7 @@ STAGES = (
     DECODING,
     PROPOSING,
     HALVING,
+    GLANCE,
     FIRST_LOOK,
     SECOND_LOOK,
     DETECTION_REST,
@@ -129,12 +131,14 @@ def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
                 proposed = detector.propose(frame.image)
             with clock.stage(HALVING):
                 pyramid = Pyramid(frame.image)
+            with clock.stage(GLANCE):
+                seen = detector.glance(pyramid)
             with clock.stage(FIRST_LOOK):
-                placements = detector.first_look(pyramid, proposed)
+                placements = detector.first_look(pyramid, proposed, seen)
             with clock.stage(SECOND_LOOK):
                 boxes, logits = detector.second_look(pyramid, placements)
             with clock.stage(DETECTION_REST):
-                detections = detector.decide(boxes, logits)
+                detections = detector.decide(boxes, detector.with_glance(seen, boxes, logits))
             with clock.stage(OWN_MOTION):
                 moving = ego.update(frame.time_ns, frame.image, [found.box for found in detections])
             with clock.stage(_FOLLOWING):

@@ -48,6 +48,7 @@ from fcw_viz.benchmark.stages import (
     DETECTION_REST,
     ENCODING,
     FIRST_LOOK,
+    GLANCE,
     LOGGING,
     PROPOSING,
     RERUN_LOGGING,
@@ -249,7 +250,7 @@ def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[st
 def test_every_stage_of_a_frame_has_its_part_of_the_bar(bench: dict[str, Any]) -> None:
     assert tuple(bench["stages_ms"]) == tuple(stage for stage in STAGES if stage != ENCODING)  # it is relayed
     assert all(len(values) == 2 and min(values) >= 0 for values in bench["stages_ms"].values())
-    looks = (PROPOSING, FIRST_LOOK, SECOND_LOOK, DETECTION_REST)
+    looks = (PROPOSING, GLANCE, FIRST_LOOK, SECOND_LOOK, DETECTION_REST)
     for stage in (DECODING, *looks, TRACKING, LOGGING, RERUN_LOGGING):
         assert min(bench["stages_ms"][stage]) > 0
     bars = ElementTree.parse(bench["folder"] / "speed-stages.svg").findall(".//{*}rect")

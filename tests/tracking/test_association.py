@@ -7,7 +7,15 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
-from fcw.tracking.association import WHOLE, Edges, associate, completed, free_edges, own_edges
+from fcw.tracking.association import (
+    WHOLE,
+    Edges,
+    associate,
+    completed,
+    cut_as_expected,
+    free_edges,
+    own_edges,
+)
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.tracker import Tracker
@@ -37,6 +45,22 @@ def test_the_edge_that_is_not_where_it_was_expected_is_the_end_of_a_part(found, 
 def test_the_border_of_the_picture_is_no_edge_that_was_expected():
     leaving = Box(1150, 320, 129.5, 100)
     assert own_edges(Box(1190, 320, 89.5, 100), leaving, SIZE, NOISE) == WHOLE
+
+
+@pytest.mark.parametrize(
+    ("predicted", "found", "right"),
+    [
+        (Box(1150, 320, 400, 300), Box(1160, 320, 95, 300), 1279.5),  # 24 px short, and goes on beyond
+        (Box(1150, 320, 129.5, 300), Box(1160, 320, 95, 300), 1255.0),  # ends at the border
+        (Box(1000, 320, 400, 300), Box(1010, 320, 140, 300), 1150.0),  # far from the border
+    ],
+)
+def test_a_vehicle_that_goes_on_beyond_the_picture_is_cut_by_its_border(predicted, found, right):
+    cut = cut_as_expected(found, predicted, SIZE, NOISE)
+    assert (cut.x, cut.y, cut.right, cut.h) == pytest.approx((found.x, found.y, right, found.h))
+    # And the same on the other side.
+    across, mirrored = (Box(1279 - box.right, box.y, box.w, box.h) for box in (found, predicted))
+    assert cut_as_expected(across, mirrored, SIZE, NOISE).x == pytest.approx(1279 - right)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The detector: the cascade proposes, two looks decide and place."""
+"""The detector: cascade and glance propose, two looks and the glance decide, and the second look places."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,6 +12,7 @@ from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.plausible import CUT_MARGIN
 from fcw.detection.boxes.suppression import suppress
 from fcw.detection.detector import Aim, Detection
+from fcw.detection.net.glance import Glance, Glanced
 from fcw.detection.net.looks import FIRST_PX, SECOND_PX, Look, PickSettings, pick
 from fcw.detection.net.model import NetModel
 from fcw.detection.net.proposals import ProposalSettings, Proposer
@@ -19,6 +20,9 @@ from fcw.detection.net.windows import Pyramid, placements_on
 
 LOOKED_AGAIN = 0.88, 1.12
 """Sizes of the vehicle that the second look expects where it looks again, beside the one that it found."""
+
+GLANCE_AGREES = 0.5
+"""IoU from which a box of the glance shows the vehicle that a box of the second look shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,13 @@ class NetSettings:
     Attributes:
         proposals: which windows are looked at.
         picked: which of them are looked at twice.
+        glance_from: logit from which a cell of the glance says something; where none agrees with a box it
+            counts as this.
+        glanced: most of what the glance sees that is looked at as well, without a first look.
+        glanced_iou: boxes of the glance that overlap more show the same.
+        glance_share: what the glance counts for near vehicles, beside the second look.
+        glance_parts: height of a box, as a part of the picture's, up to which the glance has no say, and
+            from which it has its share.
         mirrored_part: size of a vehicle, as a part of the picture's height, from which the first look looks
             at its window's mirror image as well.
         again_from: logit from which the second look looks again. On cameras left out it does not matter
@@ -52,6 +63,11 @@ class NetSettings:
 
     proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
     picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
+    glance_from: float = -3.0
+    glanced: int = 8
+    glanced_iou: float = 0.6
+    glance_share: float = 0.5
+    glance_parts: tuple[float, float] = (0.13, 0.22)
     mirrored_part: float = 0.12
     again_from: float = 0.0
     sizes_m: tuple[float, float] = (1.0, 4.0)
@@ -82,6 +98,7 @@ class NetDetector:
         self._height_m = calibration.camera.height_m
         self._aim: Aim | None = None
         self.aim(Aim(calibration.camera.pitch_rad, settings.proposals.search.pitch_tolerance_rad))
+        self._glance = Glance(model.glance, self._size, settings.glance_from)
         self._first, self._second = Look(model.first, FIRST_PX), Look(model.second, SECOND_PX)
         given = settings.score_threshold
         self._threshold = model.score_threshold if given is None else given
@@ -117,7 +134,9 @@ class NetDetector:
             ValueError: the picture has another size than the calibration.
         """
         proposed, pyramid = self.propose(image), Pyramid(image)
-        return self.decide(*self.second_look(pyramid, self.first_look(pyramid, proposed)))
+        seen = self.glance(pyramid)
+        boxes, logits = self.second_look(pyramid, self.first_look(pyramid, proposed, seen))
+        return self.decide(boxes, self.with_glance(seen, boxes, logits))
 
     def propose(self, image: NDArray[np.uint8]) -> NDArray[np.float64]:
         """(N, 3) placements in a (height, width, 3) BGR picture that the cascade thinks worth a look.
@@ -132,14 +151,37 @@ class NetDetector:
             )
         return self._proposer.propose(image)[0]
 
-    def first_look(self, pyramid: Pyramid, proposed: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(M, 3) placements that are worth a closer look, of (N, 3) that the cascade proposes."""
+    def glance(self, pyramid: Pyramid) -> Glanced:
+        """What the net that sees the whole picture takes for near vehicles."""
+        return self._glance.at(pyramid)
+
+    def first_look(
+        self, pyramid: Pyramid, proposed: NDArray[np.float64], seen: Glanced
+    ) -> NDArray[np.float64]:
+        """(M, 3) placements that are worth a closer look.
+
+        Args:
+            pyramid: of the picture.
+            proposed: (N, 3) that the cascade proposes, and the first look looks at.
+            seen: what a glance saw; the best of it is worth a closer look anyway.
+        """
         settings, height = self._settings, self._size.height
 
         def near(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
             return boxes[:, 2] * boxes[:, 3] >= (settings.mirrored_part * height) ** 2
 
-        return pick(*self._first.both_ways(pyramid, proposed, near), height, settings.picked)
+        picked = pick(*self._first.both_ways(pyramid, proposed, near), height, settings.picked)
+        best = seen.best(settings.glanced, settings.glanced_iou)
+        return np.concatenate([picked, placements_on(best.boxes)])
+
+    def with_glance(
+        self, seen: Glanced, boxes: NDArray[np.float64], logits: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(M,) logits of (M, 4) boxes by the second look, those of near ones in part by a glance."""
+        settings, (low, high) = self._settings, self._settings.glance_parts
+        near = np.clip((boxes[:, 3] / self._size.height - low) / (high - low), 0.0, 1.0)
+        share = settings.glance_share * near
+        return (1.0 - share) * logits + share * seen.logits_of(boxes, GLANCE_AGREES, settings.glance_from)
 
     def second_look(
         self, pyramid: Pyramid, placements: NDArray[np.float64]

@@ -116,7 +116,7 @@ class PickSettings:
 
     lowest_logit: float = -2.5
     size_parts: tuple[float, ...] = (0.12, 0.3)
-    counts: tuple[int, ...] = (14, 12, 12)
+    counts: tuple[int, ...] = (14, 8, 6)
     largest_iou: float = 0.75
 
 

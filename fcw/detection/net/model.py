@@ -1,6 +1,7 @@
-"""What the detector learnt: the cascade that proposes, the nets of both looks, and their file."""
+"""What the detector learnt: the cascade that proposes, the nets of glance and looks, and their file."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,12 @@ from numpy.typing import NDArray
 from fcw.bounded.arrays import npz_arrays
 from fcw.bounded.formats import json_value
 from fcw.detection.model import Model, VehicleStatistics, Window, check_parts, tree_arrays, trees_of
-from fcw.detection.net.onnx_layers import read_layers
+from fcw.detection.net.glance import SHAPES, STRIDES
+from fcw.detection.net.onnx_layers import Convolution, read_layers
 from fcw.errors import UserError
 from fcw.files import whole_file
 
-FORMAT = "fcw-net-2"
+FORMAT = "fcw-net-3"
 SHIPPED_NET_PATH = Path(__file__).parents[1] / "weights" / "net.npz"
 
 
@@ -27,12 +29,14 @@ class NetModel:
         cascade: proposes windows; its second stage and regressor are not used.
         first: the net of the first look, an ONNX file's bytes (`fcw.detection.net.looks.Look`).
         second: that of the second, which decides.
+        glance: of the net that sees the whole picture (`fcw.detection.net.glance.SHAPES`).
         score_threshold: logit from which a window counts as a vehicle by default.
     """
 
     cascade: Model
     first: bytes
     second: bytes
+    glance: tuple[Convolution, ...]
     score_threshold: float
 
     def save(self, path: Path) -> None:
@@ -51,6 +55,8 @@ class NetModel:
         arrays: dict[str, NDArray[Any]] = tree_arrays(self.cascade.trees, "first")
         arrays["first_look"] = np.frombuffer(self.first, np.uint8)
         arrays["second_look"] = np.frombuffer(self.second, np.uint8)
+        for number, each in enumerate(self.glance):
+            arrays[f"glance_{number}_weights"], arrays[f"glance_{number}_biases"] = each.weights, each.biases
         arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
         with whole_file(path) as partial, partial.open("wb") as file:
             np.savez_compressed(file, allow_pickle=False, **arrays)
@@ -84,6 +90,7 @@ class NetModel:
                 ),
                 arrays["first_look"].tobytes(),
                 arrays["second_look"].tobytes(),
+                tuple(_convolution(arrays, number) for number in range(len(SHAPES))),
                 header["score_threshold"],
             )
             check_parts(model.cascade)
@@ -99,3 +106,16 @@ class NetModel:
                 f"{path}: not a model of the net ({error}); expected a file written by "
                 "`fcw train --detector net`"
             ) from error
+
+
+def _convolution(arrays: Mapping[str, NDArray[Any]], number: int) -> Convolution:
+    """One of the glance's.
+
+    Raises:
+        ValueError: it is missing, or none of this net.
+    """
+    weights, biases = (arrays.get(f"glance_{number}_{name}") for name in ("weights", "biases"))
+    shape = SHAPES[number]
+    if weights is None or biases is None or weights.shape != shape or biases.shape != shape[:1]:
+        raise ValueError(f"no convolution of {shape} as the glance's number {number}")
+    return Convolution(weights.astype(np.float32), biases.astype(np.float32), STRIDES[number])

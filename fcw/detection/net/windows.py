@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.channels.halving import halve_rows
+from fcw.frame import ImageSize
 from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel, rows_of_bytes
 
@@ -26,7 +27,15 @@ class Pyramid:
         levels = [np.ascontiguousarray(picture)]
         for _ in range(LEVELS - 1):
             levels.append(_half(levels[-1]))
+        self._pictures = tuple(levels)
         self._levels = tuple(rows_of_bytes(level) for level in levels)
+
+    def shown_as(self, size: ImageSize) -> NDArray[np.uint8]:
+        """The whole picture, (height, width, 3), as large as asked for."""
+        enough = [picture for picture in self._pictures if _holds(picture, size)]
+        picture = enough[-1] if enough else self._pictures[0]
+        how = cv2.INTER_AREA if enough else cv2.INTER_LINEAR
+        return np.asarray(cv2.resize(picture, (size.width, size.height), interpolation=how), np.uint8)
 
     def windows(
         self, placements: NDArray[np.float64], side_px: int, side_units: float = WINDOW_UNITS
@@ -51,6 +60,12 @@ class Pyramid:
         squares = np.ascontiguousarray(np.column_stack([lefts, tops, sides]))
         _cut(self._levels, squares, cut.reshape(-1, 3 * side_px))
         return cut
+
+
+def _holds(picture: NDArray[np.uint8], size: ImageSize) -> bool:
+    """Whether a picture is as large as a size, or larger."""
+    height, width = picture.shape[:2]
+    return width >= size.width and height >= size.height
 
 
 def _half(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -16,6 +16,7 @@ from fcw.detection.choice import load_model, make_detector
 from fcw.detection.detector import Aim
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
+from fcw.detection.net.glance import Glanced
 from fcw.detection.net.looks import SECOND_PX, Look
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.detection.net.proposals import ProposalSettings, Proposer
@@ -47,6 +48,9 @@ def test_a_model_comes_back_from_its_file(model, tmp_path):
     model.save(tmp_path / "net.npz")
     loaded = NetModel.load(tmp_path / "net.npz")
     assert (loaded.first, loaded.second) == (model.first, model.second)
+    for one, other in zip(loaded.glance, model.glance, strict=True):
+        assert np.array_equal(one.weights, other.weights)
+        assert np.array_equal(one.biases, other.biases)
     assert loaded.score_threshold == model.score_threshold
     assert loaded.cascade.statistics == model.cascade.statistics
     assert np.array_equal(loaded.cascade.trees.leaf, model.cascade.trees.leaf)
@@ -127,6 +131,29 @@ def test_windows_that_agree_bear_each_other_out(model, calibration):
     # ln(n p) / 2 of n windows that show a vehicle with probability p, here 1 / (1 + exp(-2)).
     assert alone.score == pytest.approx(2.0 - math.log(1.0 + math.exp(-2.0)) / 2)
     assert together.score - alone.score == pytest.approx(math.log(3.0) / 2)
+
+
+def test_the_glance_has_half_a_say_of_near_vehicles_and_none_of_far_ones(model, calibration):
+    height = calibration.image_size.height
+    boxes = np.array([[300.0, 100.0, part * height, part * height] for part in (0.1, 0.175, 0.3)])
+    logits, settings = np.array([1.0, 2.0, 3.0]), NetSettings()
+    detector = NetDetector(model, calibration, settings)
+    assert settings.glance_share == 0.5
+    assert settings.glance_parts == (0.13, 0.22)
+    seen = Glanced(boxes, np.array([5.0, 5.0, 5.0]))
+    # At 0.175, half way from where it begins, it has half of its share.
+    assert detector.with_glance(seen, boxes, logits) == pytest.approx([1.0, 2.0 + 0.25 * 3.0, 4.0])
+    nothing = Glanced(np.empty((0, 4)), np.empty(0))
+    assert detector.with_glance(nothing, boxes, logits)[2] == pytest.approx((3.0 + settings.glance_from) / 2)
+
+
+def test_what_the_glance_sees_is_looked_at_though_the_cascade_does_not_propose_it(model, calibration):
+    size = calibration.image_size
+    pyramid = Pyramid(np.zeros((size.height, size.width, 3), np.uint8))
+    boxes = np.array([[300.0, 200.0, 200.0, 150.0], [305.0, 200.0, 200.0, 150.0]])
+    seen, nothing_proposed = Glanced(boxes, np.array([4.0, 3.0])), np.empty((0, 3))
+    placements = NetDetector(model, calibration).first_look(pyramid, nothing_proposed, seen)
+    assert placements == pytest.approx(np.array([[400.0, 350.0, math.sqrt(200.0 * 150.0)]]))
 
 
 def test_what_has_another_size_than_vehicles_by_the_calibration_is_none(model, calibration):

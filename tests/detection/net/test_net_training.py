@@ -191,7 +191,8 @@ def test_brightness_alone_leaves_grey_grey():
 
 def test_without_pytorch_training_the_net_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
-    monkeypatch.delitem(sys.modules, "fcw.detection.net.training.network", raising=False)
+    for name in ("pytorch", "network"):
+        monkeypatch.delitem(sys.modules, f"fcw.detection.net.training.{name}", raising=False)
     with pytest.raises(UserError, match=r"pip install 'fcw\[train\]'"):
         importlib.import_module("fcw.detection.net.training.network")
 

@@ -1,6 +1,7 @@
-"""Training all of the detector: the cascade that proposes, then each look on what those before it leave."""
+"""Training all of the detector: the cascade that proposes, the glance, each look on what is left for it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,11 +10,14 @@ from fcw.detection.model import Model
 from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.looks import FIRST_PX, PickSettings
 from fcw.detection.net.model import NetModel
+from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.proposals import ProposalSettings
 from fcw.detection.net.training.background import Background, picked, proposed
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
 from fcw.detection.net.training.framing import ROUGH
+from fcw.detection.net.training.glancing import GlanceSettings, learn_glance
 from fcw.detection.net.training.network import FIRST_LOOK, NetworkSettings, learn
+from fcw.detection.net.training.scenes import Scenes, SceneSettings
 from fcw.detection.net.training.vehicles import Circumstances, Vehicles
 from fcw.detection.training.checkpoints import Checkpoints
 from fcw.detection.training.dataset import TrainingImage
@@ -51,6 +55,8 @@ class NetTrainingSettings:
         first_batches: what it learns from.
         second: the second look's net.
         second_batches: what it learns from.
+        scenes: what the glance learns from.
+        glance: its net.
         easy_part: of the second look's background, what the cascade proposes, whatever the first look says.
     """
 
@@ -73,11 +79,15 @@ class NetTrainingSettings:
     )
     second: NetworkSettings = NetworkSettings()  # noqa: RUF009 - frozen
     second_batches: BatchSettings = BatchSettings(misplaced_part=0.2, looks=NET_LOOKS)  # noqa: RUF009 - frozen
+    scenes: SceneSettings = SceneSettings(looks=NET_LOOKS)  # noqa: RUF009 - frozen
+    glance: GlanceSettings = GlanceSettings()  # noqa: RUF009 - frozen
     easy_part: float = 0.3
 
     def seeded(self, seed: int) -> "NetTrainingSettings":
         """The same with another seed."""
-        seeded = {name: replace(getattr(self, name), seed=seed) for name in ("cascade", "first", "second")}
+        seeded = {
+            name: replace(getattr(self, name), seed=seed) for name in ("cascade", "first", "second", "glance")
+        }
         return replace(self, **seeded)
 
 
@@ -103,6 +113,7 @@ def fit_net(
     """
     cascade = _cascade(_by_clip(images), settings, progress)
     images = _by_clip([*images, *looks_only])
+    glance = _glance(images, settings, progress)  # its pictures are given back before the looks need memory
     progress.stage("cutting vehicles for the looks", len(images))
     vehicles = Vehicles(images, settings.circumstances, progress.advance)
     progress.stage("proposing background", len(images))
@@ -113,12 +124,37 @@ def fit_net(
     hard = picked(images, cascade, first, (settings.proposals, settings.picked), NET_LOOKS, progress.advance)
     others = hard.with_more(easy, settings.easy_part)
     second = _look("second", vehicles, others, settings.second, settings.second_batches, progress)
-    return NetModel(cascade, first, second, score_threshold)
+    return NetModel(cascade, first, second, glance, score_threshold)
 
 
 def _by_clip(images: Sequence[TrainingImage]) -> list[TrainingImage]:
     """Pictures of one clip together, so that each camera is planned for once."""
     return sorted(images, key=lambda image: (image.labelled.clip, str(image.labelled.path)))
+
+
+def _glance(
+    images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress
+) -> tuple[Convolution, ...]:
+    progress.stage("reading pictures for the glance", len(images))
+    scenes = Scenes(images, settings.scenes, progress.advance)
+    progress.note(f"the glance learns from {len(scenes)} vehicles", vehicles=len(scenes))
+    with _counted_steps("the glance", settings.glance.steps, progress) as on_step:
+        return learn_glance(scenes.draw, settings.glance, on_step)
+
+
+@contextmanager
+def _counted_steps(name: str, steps: int, progress: Progress) -> Iterator[Callable[[float], None]]:
+    """Shows how far a net has learnt; to be told the loss after each step."""
+    progress.stage(f"{name} learns", steps)
+    losses: list[float] = []
+
+    def on_step(loss: float) -> None:
+        losses.append(loss)
+        progress.advance()
+
+    yield on_step
+    last = float(np.mean(losses[-100:]))
+    progress.note(f"its loss over the last steps: {last:.3f}", loss=last)
 
 
 def _look(
@@ -134,17 +170,8 @@ def _look(
         vehicles=len(vehicles),
         background=len(background),
     )
-    progress.stage(f"the {name} look learns", settings.steps)
-    losses: list[float] = []
-
-    def on_step(loss: float) -> None:
-        losses.append(loss)
-        progress.advance()
-
-    network = learn(lambda random: draw_batch(vehicles, background, batches, random), settings, on_step)
-    last = float(np.mean(losses[-100:]))
-    progress.note(f"its loss over the last steps: {last:.3f}", loss=last)
-    return network
+    with _counted_steps(f"the {name} look", settings.steps, progress) as on_step:
+        return learn(lambda random: draw_batch(vehicles, background, batches, random), settings, on_step)
 
 
 def _cascade(images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress) -> Model:

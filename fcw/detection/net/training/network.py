@@ -1,28 +1,17 @@
-"""The net itself, and how its weights are learnt; the one module that needs PyTorch."""
+"""The nets of both looks, and how their weights are learnt; needs PyTorch."""
 
 import io
 import math
-import queue
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fcw.detection.net.looks import FIRST_PX, SECOND_PX, normalised
+from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.batches import Batch
-from fcw.errors import UserError
-
-try:
-    import torch  # pyright: ignore[reportMissingImports]
-    from torch import nn  # pyright: ignore[reportMissingImports]
-    from torch.nn import functional  # pyright: ignore[reportMissingImports]
-except ImportError as error:
-    raise UserError(
-        "training the net needs PyTorch and onnx; install them with: pip install 'fcw[train]'"
-    ) from error
+from fcw.detection.net.training.pytorch import functional, nn, torch
 
 OUTPUTS = 5
 """The logit of a vehicle, and its four offsets."""
@@ -105,7 +94,7 @@ def learn(
         optimiser, settings.learning_rate, total_steps=settings.steps
     )
     net.train()
-    with _drawn_ahead(draw, settings) as batches:
+    with drawn_ahead(draw, settings.steps, settings.seed) as batches:
         for batch in batches:
             loss = _loss(net, batch, settings)
             optimiser.zero_grad()
@@ -126,46 +115,6 @@ def _loss(net: Any, batch: Batch, settings: NetworkSettings) -> Any:  # noqa: AN
         out[inside, 1:], torch.from_numpy(batch.offsets)[inside], beta=settings.offset_precision
     )
     return loss + settings.offset_weight * offsets
-
-
-@contextmanager
-def _drawn_ahead(
-    draw: Callable[[np.random.Generator], Batch], settings: NetworkSettings
-) -> Iterator[Iterator[Batch]]:
-    """Batches drawn while the net learns from those before; the same for the same seed."""
-    ready: queue.Queue[Batch | BaseException] = queue.Queue(4)
-    stop = threading.Event()
-
-    def work() -> None:
-        random = np.random.default_rng(settings.seed)
-        try:
-            for _ in range(settings.steps):
-                batch = draw(random)
-                while not stop.is_set():
-                    try:
-                        ready.put(batch, timeout=0.2)
-                        break
-                    except queue.Full:
-                        continue
-                if stop.is_set():
-                    return
-        except BaseException as error:
-            ready.put(error)
-
-    def taken() -> Iterator[Batch]:
-        for _ in range(settings.steps):
-            item = ready.get()
-            if isinstance(item, BaseException):
-                raise item
-            yield item
-
-    thread = threading.Thread(target=work, name="draw batches", daemon=True)
-    thread.start()
-    try:
-        yield taken()
-    finally:
-        stop.set()
-        thread.join()
 
 
 def _as_onnx(net: Any, side_px: int) -> bytes:  # noqa: ANN401

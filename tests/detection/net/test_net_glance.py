@@ -1,0 +1,161 @@
+"""A glance at the whole picture: its convolutions, its geometry, and what it has to say of near vehicles."""
+
+import itertools
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fcw.detection.net.glance import (
+    CELL_PX,
+    SHAPES,
+    SHOWN,
+    STRIDES,
+    Glance,
+    Glanced,
+    GlanceNet,
+    shown_as,
+)
+from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
+from fcw.detection.net.onnx_layers import Convolution
+from fcw.detection.net.planes import PlaneConvolution
+from fcw.detection.net.windows import Pyramid
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+
+@pytest.fixture(scope="module")
+def model() -> NetModel:
+    return NetModel.load(SHIPPED_NET_PATH)
+
+
+def convolved(planes: np.ndarray, convolution: Convolution) -> np.ndarray:
+    """By the definition."""
+    padded = np.pad(planes, ((0, 0), (1, 1), (1, 1)))
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(1, 2))
+    windows = windows[:, :: convolution.stride, :: convolution.stride]
+    return np.einsum("cyxij,ocij->oyx", windows, convolution.weights) + convolution.biases[:, None, None]
+
+
+@given(
+    st.integers(1, 5),
+    st.sampled_from([1, 3, 8, 11]),
+    st.sampled_from([1, 2]),
+    st.integers(1, 9),
+    st.integers(1, 30),
+    st.integers(0, 1000),
+)
+@settings(deadline=None)
+def test_planes_are_convolved_as_by_the_definition(inputs, outputs, stride, half_height, half_width, seed):
+    random = np.random.default_rng(seed)
+    planes = random.normal(size=(inputs, 2 * half_height, 2 * half_width)).astype(np.float32)
+    convolution = Convolution(
+        random.normal(size=(outputs, inputs, 3, 3)).astype(np.float32),
+        random.normal(size=outputs).astype(np.float32),
+        stride,
+    )
+    layer, expected = PlaneConvolution(convolution, *planes.shape[1:]), convolved(planes, convolution)
+    assert layer(planes) == pytest.approx(np.maximum(expected, 0.0), abs=1e-4)
+    assert layer(planes, least=-np.inf) == pytest.approx(expected, abs=1e-4)
+
+
+def test_planes_that_cannot_be_halved_are_refused():
+    convolution = Convolution(np.zeros((1, 1, 3, 3), np.float32), np.zeros(1, np.float32), 2)
+    with pytest.raises(ValueError, match="7x4, which cannot be halved"):
+        PlaneConvolution(convolution, 4, 7)
+
+
+def test_what_the_net_sees_is_what_its_layers_and_sums_give(model):
+    picture = np.random.default_rng(0).integers(0, 256, (SHOWN.height, SHOWN.width, 3)).astype(np.uint8)
+    planes = picture.transpose(2, 0, 1).astype(np.float64)
+    layers = iter(model.glance)
+
+    def after(planes: np.ndarray, count: int) -> np.ndarray:
+        for layer in itertools.islice(layers, count):
+            planes = np.maximum(convolved(planes, layer), 0.0)
+        return planes
+
+    def doubled(planes: np.ndarray) -> np.ndarray:
+        return np.kron(planes, np.ones((1, 2, 2)))
+
+    fine = after((planes - planes.mean()) / (planes.std() + 8.0), 4)
+    middle = after(fine, 2)
+    middle = after(middle + doubled(after(middle, 3)), 1)
+    expected = convolved(after(fine + doubled(middle), 1), next(layers))
+    assert GlanceNet(model.glance, SHOWN)(picture) == pytest.approx(expected, abs=2e-4)
+
+
+@given(st.integers(160, 4000), st.integers(120, 2200))
+def test_pictures_are_shown_in_nearly_their_shape_with_about_as_many_pixels(width, height):
+    if not 1 / 2 <= width / height <= 4:
+        return
+    shown = shown_as(ImageSize(width, height))
+    assert shown.width % 32 == shown.height % 32 == 0
+    assert 0.6 <= shown.width * shown.height / (SHOWN.width * SHOWN.height) <= 1.6
+    assert 0.75 <= shown.width / shown.height / (width / height) <= 1.34
+
+
+def constant_net(outputs: list[float]) -> tuple[Convolution, ...]:
+    """A net whose cells all say the same."""
+    layers = [
+        Convolution(np.zeros(shape, np.float32), np.zeros(shape[0], np.float32), stride)
+        for shape, stride in zip(SHAPES, STRIDES, strict=True)
+    ]
+    layers[-1] = replace(layers[-1], biases=np.array(outputs, np.float32))
+    return tuple(layers)
+
+
+@pytest.mark.parametrize("size", [ImageSize(1792, 1024), ImageSize(224, 128), ImageSize(640, 480)])
+def test_boxes_reach_from_the_cells_middles_as_far_as_the_net_says(size):
+    logit, reaches = 1.5, np.array([1.0, 2.0, 3.0, 0.5])
+    net = constant_net([logit, *np.log(reaches)])
+    seen = Glance(net, size, -6.0).at(Pyramid(np.zeros((size.height, size.width, 3), np.uint8)))
+    shown = shown_as(size)
+    assert len(seen.logits) == shown.width // CELL_PX * (shown.height // CELL_PX)
+    cell_width, cell_height = size.width * CELL_PX / shown.width, size.height * CELL_PX / shown.height
+    # The first cell's middle is half a cell from the picture's edge, which is half a pixel before its origin.
+    left, top = -0.5 * cell_width, -1.5 * cell_height
+    expected = [left - 0.5, top - 0.5, 4 * cell_width, 2.5 * cell_height]
+    assert seen.boxes[0] == pytest.approx(expected, rel=1e-5)
+    assert seen.logits == pytest.approx(logit)
+
+
+def test_cells_below_the_least_logit_say_nothing():
+    net = constant_net([-6.5, 0.0, 0.0, 0.0, 0.0])
+    seen = Glance(net, SHOWN, -6.0).at(Pyramid(np.zeros((SHOWN.height, SHOWN.width, 3), np.uint8)))
+    assert not len(seen.logits)
+    assert not len(seen.best(8, 0.6).logits)
+    assert seen.logits_of(np.array([[10.0, 10.0, 30.0, 20.0]]), 0.5, -6.0).tolist() == [-6.0]
+
+
+def test_of_boxes_that_show_the_same_the_best_is_kept_and_every_box_has_the_best_logit_that_agrees():
+    boxes = np.array([[10.0, 10.0, 40.0, 40.0], [12.0, 10.0, 40.0, 40.0], [100.0, 10.0, 40.0, 40.0]])
+    seen = Glanced(boxes, np.array([3.0, 2.0, -1.0]))
+    assert seen.best(8, 0.6).logits.tolist() == [3.0, -1.0]
+    assert seen.best(1, 0.6).logits.tolist() == [3.0]
+    asked = np.array([[14.0, 10.0, 40.0, 40.0], [100.0, 20.0, 40.0, 40.0], [300.0, 10.0, 40.0, 40.0]])
+    assert seen.logits_of(asked, 0.5, -6.0).tolist() == [3.0, -1.0, -6.0]
+
+
+def test_a_vehicle_is_seen_where_it_stands(model, data_dir):
+    # The lead of the SFND drive, 4.1 m away by lidar, its tyres below the picture. The box was set by eye.
+    image = cv2.imread(str(data_dir / "kitti-sfnd" / "images" / "0000000070.jpg"))
+    assert image is not None
+    picture = np.asarray(image, np.uint8)
+    seen = Glance(model.glance, ImageSize(picture.shape[1], picture.shape[0]), -3.0).at(Pyramid(picture))
+    lead = np.array([[531.0, 194.0, 257.0, 180.0]])
+    assert seen.logits_of(lead, 0.5, -3.0)[0] > 0.0
+    assert seen.logits_of(lead + np.array([300.0, -150.0, 0.0, 0.0]), 0.5, -3.0)[0] == -3.0
+
+
+def test_a_file_without_a_whole_glance_is_refused(model, tmp_path):
+    first, *others = model.glance
+    cut = replace(first, weights=first.weights[:-1], biases=first.biases[:-1])
+    replace(model, glance=(cut, *others)).save(tmp_path / "net.npz")
+    with pytest.raises(
+        UserError, match=r"net\.npz: not a model of the net \(no convolution of \(16, 3, 3, 3\)"
+    ):
+        NetModel.load(tmp_path / "net.npz")
