@@ -17,8 +17,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import FloatArray
 from fcw.charts.chart import Chart, Series
-from fcw.detection.acf import AcfDetector
-from fcw.detection.model import SHIPPED_MODEL_PATH, Model
+from fcw.detection.choice import NET, load_model, make_detector
 from fcw.sources import open_source
 from fcw.tracking.tracker import Tracker
 
@@ -54,7 +53,8 @@ def main(calibration_path: Path, out: Path) -> None:
 
 def followed(folder: Path, calibration: Calibration, count: int) -> tuple[FloatArray, FloatArray]:
     """Distance from the camera and TTC of the lead at every frame; nan where there is none."""
-    detector, tracker = AcfDetector(Model.load(SHIPPED_MODEL_PATH), calibration), Tracker(calibration)
+    detector = make_detector(NET, load_model(NET), calibration, for_tracker=True)
+    tracker = Tracker(calibration)
     rows = np.full((count, 2), math.nan)
     for index, frame in zip(range(count), open_source(folder / "images").frames(), strict=False):
         time_ns, found = round(index / FRAME_RATE_HZ * 1e9), detector.detect(frame.image)

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fcw.box import Box, iou
+from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
@@ -123,22 +124,30 @@ def cut_as_expected(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise
     return Box(left, found.y, right - left, found.h)
 
 
-def free_edges(box: Box, others: Sequence[Box]) -> Edges:
+def free_edges(box: Box, others: Sequence[Box], camera: GroundPlaneCamera, length_m: float) -> Edges:
     """Which edges of a box are free of nearer vehicles, behind which more of this one may come out.
 
-    Where a side is not, the height is not either: what is seen of a hidden vehicle begins anywhere.
+    Where a side is not, the height is not either: what is seen of a hidden vehicle begins anywhere. Of a
+    vehicle beside us we see the inner side: its edge there is that side's far end, and hides only what is
+    farther still.
 
     Args:
         box: of the vehicle.
         others: that were found in the same picture; the box itself may be among them.
+        camera: as calibrated.
+        length_m: of vehicles.
     """
     left = right = True
     apart_px, lower_px = TOUCHING * box.w, box.bottom + NEARER * box.h
+    axis_px, distance_m = camera.principal_column_px, camera.distance_at(box.bottom)
     for other in others:
         if other.bottom <= lower_px or other.y >= box.bottom:
             continue
-        left = left and not other.x < box.x - apart_px < other.right
-        right = right and not other.x < box.right + apart_px < other.right
+        ends_beyond = camera.distance_at(other.bottom) + length_m > distance_m
+        if not (ends_beyond and other.right < axis_px):
+            left = left and not other.x < box.x - apart_px < other.right
+        if not (ends_beyond and other.x > axis_px):
+            right = right and not other.x < box.right + apart_px < other.right
     return Edges(left, left and right, right)
 
 

@@ -12,7 +12,7 @@ from fcw.detection.detector import Detection
 from fcw.motion.bend.turn import Turn
 from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount, OwnPath
-from fcw.tracking.association import WHOLE, associate, free_edges
+from fcw.tracking.association import WHOLE, Edges, associate, free_edges
 from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
@@ -132,7 +132,7 @@ class Tracker:
         pairs = self._associate(detections)
         unused = {index for index, detection in enumerate(detections) if not detection.faint}
         certain = [detection.box for detection in detections if not detection.faint]
-        free = {slot: free_edges(detections[index].box, certain) for slot, index in pairs}
+        free = {slot: self._free_edges(detections[index].box, certain) for slot, index in pairs}
         views = {
             slot: self._followed[slot].view_of(time_ns, detections[index].box, free[slot])
             for slot, index in pairs
@@ -256,6 +256,9 @@ class Tracker:
             return without_own_speed(state, prior)
         return with_own_speed(state, self._own.speed_mps, prior, self._own.sigma_mps)
 
+    def _free_edges(self, box: Box, others: Sequence[Box]) -> Edges:
+        return free_edges(box, others, self._calibration.camera, self._settings.model.vehicle_length_m)
+
     def _start(
         self,
         time_ns: int,
@@ -265,7 +268,7 @@ class Tracker:
         path: OwnPath,
     ) -> None:
         """Begin a track, where the box gives a first distance."""
-        if self._range.add(detection.box, ego_speed_mps, free_edges(detection.box, others)):
+        if self._range.add(detection.box, ego_speed_mps, self._free_edges(detection.box, others)):
             state = self._state(self._range.count - 1)
             self._followed.append(
                 Followed(

@@ -23,6 +23,9 @@ from fcw.tracking.tracker import Tracker
 SIZE = ImageSize(1280, 720)
 CAR = Box(600, 320, 100, 80)
 NOISE = BoxNoise()
+CAMERA = GroundPlaneCamera(
+    height_m=1.3, pitch_rad=0.0, focal_y_px=1000.0, principal_row_px=300.0, principal_column_px=640.0
+)
 
 
 @pytest.mark.parametrize(
@@ -77,8 +80,20 @@ def test_a_vehicle_that_goes_on_beyond_the_picture_is_cut_by_its_border(predicte
     ],
 )
 def test_edges_that_a_nearer_vehicle_touches_are_not_free(other, free):
-    assert free_edges(CAR, [other, CAR]) == free
-    assert free_edges(CAR, [CAR]) == WHOLE
+    assert free_edges(CAR, [other, CAR], CAMERA, length_m=0.0) == free
+    assert free_edges(CAR, [CAR], CAMERA, length_m=0.0) == WHOLE
+
+
+def test_the_far_end_of_a_vehicle_beside_us_hides_nothing_that_is_nearer():
+    lead = CAMERA.row_at(6.0)
+    car = Box(560, lead - 200, 160, 200)
+    beside = Box(715, 0, 500, CAMERA.row_at(4.0))  # a lorry that ends 4 m ahead of us, right of the axis
+    assert free_edges(car, [beside], CAMERA, length_m=4.2) == WHOLE
+    assert free_edges(car, [beside], CAMERA, length_m=1.5) == Edges(right=False, top=False)
+    behind = Box(700, CAMERA.row_at(30.0) - 40, 60, 40)
+    assert free_edges(behind, [beside], CAMERA, length_m=4.2) == Edges(right=False, top=False)
+    # Who stands across the axis shows its rear: its edges are as far away as that.
+    assert free_edges(car, [Box(610, 200, 500, 500)], CAMERA, length_m=4.2) == Edges(right=False, top=False)
 
 
 def test_a_part_is_completed_by_what_was_expected():
