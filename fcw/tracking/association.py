@@ -114,12 +114,11 @@ def cut_as_expected(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise
     A detector that sees part of a near vehicle may end its box a little inside the picture. Taken for the
     vehicle's own edge, that would make it narrower, or have it move towards our path.
     """
-    least_px, inside = OFF_SIGMAS * noise.edge_sigma_px(found), in_picture(predicted, size)
-    off_px, border = max(least_px, OFF_PART * inside.w), size.width - 0.5
+    off_px, border = OFF_SIGMAS * noise.edge_sigma_px(found), size.width - 0.5
     left, right = found.x, found.right
-    if predicted.x < -0.5 - least_px and left <= -0.5 + off_px:
+    if predicted.x < -0.5 - off_px and left <= -0.5 + off_px:
         left = -0.5
-    if predicted.right > border + least_px and right >= border - off_px:
+    if predicted.right > border + off_px and right >= border - off_px:
         right = border
     return Box(left, found.y, right - left, found.h)
 
@@ -128,8 +127,8 @@ def free_edges(box: Box, others: Sequence[Box], camera: GroundPlaneCamera, lengt
     """Which edges of a box are free of nearer vehicles, behind which more of this one may come out.
 
     Where a side is not, the height is not either: what is seen of a hidden vehicle begins anywhere. Of a
-    vehicle beside us we see the inner side: its edge there is that side's far end, and hides only what is
-    farther still.
+    vehicle beside us we see the inner side: its edge there is that side's far end, and of a vehicle straight
+    ahead it hides nothing that is nearer.
 
     Args:
         box: of the vehicle.
@@ -140,13 +139,14 @@ def free_edges(box: Box, others: Sequence[Box], camera: GroundPlaneCamera, lengt
     left = right = True
     apart_px, lower_px = TOUCHING * box.w, box.bottom + NEARER * box.h
     axis_px, distance_m = camera.principal_column_px, camera.distance_at(box.bottom)
+    ahead = box.x < axis_px < box.right
     for other in others:
         if other.bottom <= lower_px or other.y >= box.bottom:
             continue
-        ends_beyond = camera.distance_at(other.bottom) + length_m > distance_m
-        if not (ends_beyond and other.right < axis_px):
+        beside = ahead and camera.distance_at(other.bottom) + length_m > distance_m
+        if not (beside and other.right < axis_px):
             left = left and not other.x < box.x - apart_px < other.right
-        if not (ends_beyond and other.x > axis_px):
+        if not (beside and other.x > axis_px):
             right = right and not other.x < box.right + apart_px < other.right
     return Edges(left, left and right, right)
 

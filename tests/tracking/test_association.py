@@ -92,6 +92,8 @@ def test_the_far_end_of_a_vehicle_beside_us_hides_nothing_that_is_nearer():
     assert free_edges(car, [beside], CAMERA, length_m=1.5) == Edges(right=False, top=False)
     behind = Box(700, CAMERA.row_at(30.0) - 40, 60, 40)
     assert free_edges(behind, [beside], CAMERA, length_m=4.2) == Edges(right=False, top=False)
+    aside = Box(645, lead - 200, 75, 200)  # parked beside the road: the next one before it may hide it
+    assert free_edges(aside, [beside], CAMERA, length_m=4.2) == Edges(right=False, top=False)
     # Who stands across the axis shows its rear: its edges are as far away as that.
     assert free_edges(car, [Box(610, 200, 500, 500)], CAMERA, length_m=4.2) == Edges(right=False, top=False)
 
