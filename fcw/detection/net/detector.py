@@ -43,6 +43,8 @@ class NetSettings:
             at its window's mirror image as well.
         again_from: logit from which the second look looks again. On cameras left out it does not matter
             whether it does below.
+        again_below: and below which: it is sure of the others. On cameras left out 3, 4 and no limit find as
+            many.
         sizes_m: sqrt(w h) that a vehicle may have where its box stands on the road: motorcycle to bus.
             On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
             would lose lorries.
@@ -70,6 +72,7 @@ class NetSettings:
     glance_parts: tuple[float, float] = (0.13, 0.22)
     mirrored_part: float = 0.12
     again_from: float = 0.0
+    again_below: float = 4.0
     sizes_m: tuple[float, float] = (1.0, 4.0)
     largest_overlap: float = 0.5
     near_part: float = 0.1
@@ -188,11 +191,11 @@ class NetDetector:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(M, 4) boxes of the vehicles that would stand at (M, 3) placements, and (M,) logits of it.
 
-        What may be one is looked at twice more, at mirror images, from where it was found to stand, a little
-        nearer and further away: the net errs otherwise there, and the mean of all errs less.
+        What may be one, but not surely, is looked at twice more, at mirror images, from where it was found to
+        stand, a little nearer and further away: the net errs otherwise there, and the mean of all errs less.
         """
         boxes, logits = self._second.at(pyramid, placements)
-        maybe = np.flatnonzero(logits >= self._settings.again_from)
+        maybe = np.flatnonzero((logits >= self._settings.again_from) & (logits < self._settings.again_below))
         found = placements_on(boxes[maybe])
         again = np.concatenate([found * (1.0, 1.0, part) for part in LOOKED_AGAIN])
         more_boxes, more_logits = self._second.at(pyramid, again, mirrored=True)

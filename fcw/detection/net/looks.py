@@ -116,7 +116,7 @@ class PickSettings:
 
     lowest_logit: float = -2.5
     size_parts: tuple[float, ...] = (0.12, 0.3)
-    counts: tuple[int, ...] = (14, 8, 6)
+    counts: tuple[int, ...] = (14, 6, 4)
     largest_iou: float = 0.75
 
 

@@ -31,7 +31,7 @@ class ProposalSettings:
 
     search: AcfSettings = AcfSettings(nearest_m=3.0)  # noqa: RUF009 - frozen
     size_parts: tuple[float, ...] = (0.12,)
-    counts: tuple[int, ...] = (64, 48)
+    counts: tuple[int, ...] = (64, 24)
     lowest_scores: tuple[float, ...] = (-0.5, -1.5)
     largest_iou: float = 0.6
 

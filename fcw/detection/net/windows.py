@@ -33,9 +33,8 @@ class Pyramid:
     def shown_as(self, size: ImageSize) -> NDArray[np.uint8]:
         """The whole picture, (height, width, 3), as large as asked for."""
         enough = [picture for picture in self._pictures if _holds(picture, size)]
-        picture = enough[-1] if enough else self._pictures[0]
-        how = cv2.INTER_AREA if enough else cv2.INTER_LINEAR
-        return np.asarray(cv2.resize(picture, (size.width, size.height), interpolation=how), np.uint8)
+        picture = enough[-1] if enough else self._pictures[0]  # less than twice as large, or smaller
+        return np.asarray(cv2.resize(picture, (size.width, size.height)), np.uint8)
 
     def windows(
         self, placements: NDArray[np.float64], side_px: int, side_units: float = WINDOW_UNITS
