@@ -13,6 +13,7 @@ from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.pytorch import functional, nn, torch
 from fcw.detection.net.training.scenes import IGNORED, Scene
+from fcw.detection.net.training.steps import learn_from
 
 DROPPED = 0.1
 """Part of the coarse planes that is left out at a step, before their last convolution."""
@@ -112,23 +113,10 @@ def learn_glance(
 
     torch.manual_seed(settings.seed)
     net = _Net().to(memory_format=torch.channels_last)
-    optimiser = torch.optim.AdamW(
-        net.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
-    )
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimiser, settings.learning_rate, total_steps=settings.steps
-    )
-    net.train()
     with drawn_ahead(draw_batch, settings.steps, settings.seed) as batches:
-        for batch in batches:
-            loss = _loss(net, batch, settings)
-            optimiser.zero_grad()
-            loss.backward()
-            nn.utils.clip_grad_norm_(net.parameters(), LARGEST_GRADIENT)
-            optimiser.step()
-            schedule.step()
-            on_step(float(loss.detach()))
-    net.eval()
+        learn_from(
+            net, batches, lambda batch: _loss(net, batch, settings), settings, on_step, LARGEST_GRADIENT
+        )
     return tuple(_convolutions(net))
 
 

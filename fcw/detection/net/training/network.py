@@ -12,6 +12,7 @@ from fcw.detection.net.looks import FIRST_PX, SECOND_PX, normalised
 from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.batches import Batch
 from fcw.detection.net.training.pytorch import functional, nn, torch
+from fcw.detection.net.training.steps import learn_from
 
 OUTPUTS = 5
 """The logit of a vehicle, and its four offsets."""
@@ -87,21 +88,8 @@ def learn(
     """
     torch.manual_seed(settings.seed)
     net = build(settings)
-    optimiser = torch.optim.AdamW(
-        net.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
-    )
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimiser, settings.learning_rate, total_steps=settings.steps
-    )
-    net.train()
     with drawn_ahead(draw, settings.steps, settings.seed) as batches:
-        for batch in batches:
-            loss = _loss(net, batch, settings)
-            optimiser.zero_grad()
-            loss.backward()
-            optimiser.step()
-            schedule.step()
-            on_step(float(loss.detach()))
+        learn_from(net, batches, lambda batch: _loss(net, batch, settings), settings, on_step)
     return _as_onnx(net, settings.side_px)
 
 

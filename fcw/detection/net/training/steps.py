@@ -1,0 +1,62 @@
+"""Steps of a net's learning: AdamW with one cycle of the learning rate (Smith 2018)."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol, TypeVar
+
+from fcw.detection.net.training.pytorch import nn, torch
+
+B = TypeVar("B")
+
+
+class Schedule(Protocol):
+    """How long, and how fast, a net learns."""
+
+    @property
+    def steps(self) -> int:
+        """Batches learnt from."""
+        ...
+
+    @property
+    def learning_rate(self) -> float:
+        """The largest."""
+        ...
+
+    @property
+    def weight_decay(self) -> float:
+        """Of AdamW."""
+        ...
+
+
+def learn_from(
+    net: Any,  # noqa: ANN401 - a torch module
+    batches: Iterator[B],
+    loss_of: Callable[[B], Any],
+    schedule: Schedule,
+    on_step: Callable[[float], None],
+    largest_gradient: float | None = None,
+) -> None:
+    """Change a net's weights, batch by batch, and leave it as it is used.
+
+    Args:
+        net: the net.
+        batches: as many as the schedule has steps.
+        loss_of: what is to become small, of a batch.
+        schedule: how long and how fast.
+        on_step: told the loss after each step.
+        largest_gradient: norm to which a step's gradient is cut; None: it is not.
+    """
+    optimiser = torch.optim.AdamW(
+        net.parameters(), lr=schedule.learning_rate, weight_decay=schedule.weight_decay
+    )
+    rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, schedule.learning_rate, total_steps=schedule.steps)
+    net.train()
+    for batch in batches:
+        loss = loss_of(batch)
+        optimiser.zero_grad()
+        loss.backward()
+        if largest_gradient is not None:
+            nn.utils.clip_grad_norm_(net.parameters(), largest_gradient)
+        optimiser.step()
+        rate.step()
+        on_step(float(loss.detach()))
+    net.eval()
