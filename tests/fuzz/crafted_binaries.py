@@ -5,7 +5,7 @@ import struct
 import warnings
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -98,7 +98,8 @@ def _webp(good: bytes) -> list[bytes]:
     ]
 
 
-def _archive(good: bytes) -> list[bytes]:
+def _archive(good: bytes) -> Iterator[bytes]:
+    """Each when it is asked for: of a model with many arrays they are half a gigabyte."""
     with np.load(io.BytesIO(good)) as archive:
         arrays = {name: archive[name] for name in archive.files}
 
@@ -139,21 +140,21 @@ def _archive(good: bytes) -> list[bytes]:
         np.full(array.shape, np.nan).astype(array.dtype) if array.dtype.kind == "f" else array[:0]
         for array in arrays.values()
     ]
-    return [
-        *(saved(**{name: value}) for name, value in zip(arrays, wrong, strict=True)),
-        *(saved(**{name: np.array(["text"])}) for name in arrays),
-        *(
-            saved(**{name: array.astype(np.complex128)})
-            for name, array in arrays.items()
-            if array.dtype.kind == "f"
-        ),
-        *(
-            saved(**{name: np.full(array.shape, np.iinfo(array.dtype).max)})
-            for name, array in arrays.items()
-            if array.dtype.kind in "iu"
-        ),
-        *(saved(**{name: array[..., None]}) for name, array in arrays.items()),
-        *(zipped({f"{first}.npy": npy(header)}) for header in headers),
+    yield from (saved(**{name: value}) for name, value in zip(arrays, wrong, strict=True))
+    yield from (saved(**{name: np.array(["text"])}) for name in arrays)
+    yield from (
+        saved(**{name: array.astype(np.complex128)})
+        for name, array in arrays.items()
+        if array.dtype.kind == "f"
+    )
+    yield from (
+        saved(**{name: np.full(array.shape, np.iinfo(array.dtype).max)})
+        for name, array in arrays.items()
+        if array.dtype.kind in "iu"
+    )
+    yield from (saved(**{name: array[..., None]}) for name, array in arrays.items())
+    yield from (zipped({f"{first}.npy": npy(header)}) for header in headers)
+    yield from (
         zipped({f"{first}.npy": npy(headers[0], b"\x03\x00")}),
         zipped({f"{first}.npy": npy(b"", b"\x09\x00")}),
         zipped({"../../../x.npy": b"\x93NUMPY"}),
@@ -164,7 +165,7 @@ def _archive(good: bytes) -> list[bytes]:
         good[:100] + good,
         good.replace(b"PK\x03\x04\x14\x00\x00\x00", b"PK\x03\x04\x14\x00\x01\x00"),
         good.replace(b"PK\x01\x02", b"PK\x01\x03", 1),
-    ]
+    )
 
 
 def _log(good: bytes) -> list[bytes]:
@@ -270,7 +271,7 @@ def _video(good: bytes) -> list[bytes]:
     ]
 
 
-BY_NAME: dict[str, Callable[[bytes], list[bytes]]] = {
+BY_NAME: dict[str, Callable[[bytes], Iterable[bytes]]] = {
     "1.png": _png,
     "1.jpg": _jpeg,
     "1.bmp": _bmp,

@@ -1,7 +1,7 @@
 """Crafted labels, truth and people's words by the name of their format in `readers.py`."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 
 def _labels(good: bytes) -> list[bytes]:
@@ -222,7 +222,7 @@ def _journal(good: bytes) -> list[bytes]:
     ]
 
 
-BY_NAME: dict[str, Callable[[bytes], list[bytes]]] = {
+BY_NAME: dict[str, Callable[[bytes], Iterable[bytes]]] = {
     "labels.json": _labels,
     "0000.txt": _kitti,
     "poses.txt": _poses,

@@ -1,7 +1,7 @@
 """Crafted calibrations, scenarios, speeds and events, by the name of their format in `readers.py`."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 
 def _yaml(good: bytes) -> list[bytes]:
@@ -205,7 +205,7 @@ def _events_csv(_good: bytes) -> list[bytes]:
     ]
 
 
-BY_NAME: dict[str, Callable[[bytes], list[bytes]]] = {
+BY_NAME: dict[str, Callable[[bytes], Iterable[bytes]]] = {
     "c.calibration.yaml": _yaml,
     "s.yaml": _scenario,
     "speed.csv": _speed,

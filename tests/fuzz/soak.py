@@ -11,6 +11,7 @@ The inputs of a seed are always the same.
 import argparse
 import contextlib
 import io
+import itertools
 import json
 import os
 import random
@@ -21,7 +22,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -111,7 +112,7 @@ def peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def more_crafted(form: Format) -> list[bytes]:
+def more_crafted(form: Format) -> Iterable[bytes]:
     """What a second person thought of."""
     makers = crafted_texts.BY_NAME | crafted_labels.BY_NAME | crafted_binaries.BY_NAME
     return makers[form.name](form.good) if form.name in makers else []
@@ -161,8 +162,8 @@ def soak(
         known = formats(log.read_bytes())
         chosen = [form for form in known if only in form.name]
         for form in chosen:
-            good, crafted = form.good, [*form.crafted, *more_crafted(form)]
-            for number, data in enumerate((good, b"", b"\0" * 1000, *crafted)):
+            first = (form.good, b"", b"\0" * 1000, *form.crafted)
+            for number, data in enumerate(itertools.chain(first, more_crafted(form))):
                 outcome.run(
                     f"{form.name} crafted {number}", lambda form=form, data=data: read(form, data, folder)
                 )
