@@ -46,6 +46,9 @@ class PlaneConvolution:
         convolution: its weights.
         height: of the planes; even where the convolution goes two rows a step.
         width: likewise.
+
+    Raises:
+        ValueError: planes of this size cannot be halved.
     """
 
     def __init__(self, convolution: Convolution, height: int, width: int) -> None:
