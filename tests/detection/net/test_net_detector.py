@@ -147,6 +147,25 @@ def test_the_glance_has_half_a_say_of_near_vehicles_and_none_of_far_ones(model, 
     assert detector.with_glance(nothing, boxes, logits)[2] == pytest.approx((3.0 + settings.glance_from) / 2)
 
 
+def test_only_what_may_be_a_vehicle_and_is_not_sure_is_looked_at_again(
+    model, calibration, picture, monkeypatch
+):
+    detector, settings = NetDetector(model, calibration), NetSettings()
+    unsure = (settings.again_from + settings.again_below) / 2
+    logits = np.array([settings.again_from - 0.1, unsure, settings.again_below])
+    shown: list[int] = []
+
+    def at(pyramid, placements, mirrored=False):
+        shown.append(len(placements))
+        boxes = np.tile([100.0, 100.0, 50.0, 50.0], (len(placements), 1))
+        return boxes, np.full(len(placements), unsure - 3.0) if mirrored else logits.copy()
+
+    monkeypatch.setattr(detector._second, "at", at)
+    _, said = detector.second_look(Pyramid(picture), np.tile([125.0, 150.0, 50.0], (3, 1)))
+    assert shown == [3, 2]  # the unsure one, nearer and further away
+    assert said == pytest.approx([logits[0], unsure - 2.0, logits[2]])
+
+
 def test_what_the_glance_sees_is_looked_at_though_the_cascade_does_not_propose_it(model, calibration):
     size = calibration.image_size
     pyramid = Pyramid(np.zeros((size.height, size.width, 3), np.uint8))
