@@ -23,7 +23,9 @@ SIZE = fcw.ImageSize(320, 192)
 CAMERA = GroundPlaneCamera(0.0, 300.0, 96.0, 1.5, 160.0)
 CALIBRATION = fcw.Calibration.from_camera(CAMERA, SIZE)
 FRAMES, FRAME_NS = 20, 40_000_000
-BOX = CAMERA.ground_box(15.0, 0.0, 1.8, 1.4)
+_REAR = CAMERA.ground_box(15.0, 0.0, 1.8, 1.4)
+BOX = fcw.Box(_REAR.x, _REAR.y, _REAR.w, CAMERA.row_at(15.75) - _REAR.y)
+"""Down to the tyres, 0.75 m ahead of the rear."""
 
 
 class GreySource:

@@ -101,7 +101,7 @@ class BoxGeometry:
     def __init__(
         self, camera: GroundPlaneCamera, image_size: ImageSize, noise: BoxNoise, model: RangeModel
     ) -> None:
-        self.prior = SizePrior(model, noise.free_height)
+        self.prior = SizePrior(model, noise.free_height, noise.at_tyres)
         self.path = STRAIGHT
         self._noise, self._model, self._image_size = noise, model, image_size
         self.height_m, self._focal_px = camera.height_m, camera.focal_y_px
@@ -129,7 +129,7 @@ class BoxGeometry:
         if by_width is None and by_height is None:
             if row is None or row[0] <= row[1]:
                 return None
-            kind, depth_m = 0, scale / row[0]
+            kind, depth_m = 0, scale / row[0] - self.prior.overhangs_m[0]
         else:
             kind, depth_m = self.prior.first_sight(by_width, by_height, row, scale)
         return kind, max(depth_m - pole_m, NEAREST_START_M)
@@ -183,7 +183,7 @@ class BoxGeometry:
         if kind < self.prior.rear_count and noise.shows_side:
             shown_m += self._side_m(box, distance_m, width_m)
         focal_px = camera.row_scale_m_px / math.hypot(self.height_m, camera.pole_m)
-        below_px = camera.row_scale_m_px * box.w / (focal_px * shown_m)
+        below_px = camera.row_scale_m_px / (focal_px * shown_m / box.w + self.prior.overhangs_m[kind])
         noise_px = math.hypot(noise.bottom_sigma_px(box), below_px * noise.log_width_sigma(box))
         return (
             (camera.horizon_row_px + below_px - box.bottom) / self._focal_px,
@@ -217,10 +217,12 @@ class BoxGeometry:
             before = len(residuals)
             if edges.bottom and measures_row(box, size, noise):
                 row = rows[len(residuals)]
+                tyres_m = depth_m + self.prior.overhangs_m[kind]
+                foot_px = scale / tyres_m
                 row[HORIZON] = row[SLOW] = row[FAST] = row[at + BUMP] = 1.0
-                row[SCALE], row[POLE] = below_px, -below_px / depth_m
-                row[at + DISTANCE] = -below_px * distance_m / depth_m
-                residuals.append(box.bottom - pitched_px - bump_px - below_px)
+                row[SCALE], row[POLE] = foot_px, -foot_px / tyres_m
+                row[at + DISTANCE] = -foot_px * distance_m / tyres_m
+                residuals.append(box.bottom - pitched_px - bump_px - foot_px)
                 variances.append(noise.bottom_sigma_px(box) ** 2 * white)
             if edges.top and measures_height(box, size, noise):
                 ratio = math.exp(log_height) / height_m

@@ -36,13 +36,15 @@ class SizePrior:
     Args:
         model: with the kinds.
         with_height: whether the detector measures heights; otherwise widths alone tell the kind.
+        at_tyres: whether a lower edge is an overhang farther away than what is measured.
     """
 
-    def __init__(self, model: RangeModel, with_height: bool) -> None:
+    def __init__(self, model: RangeModel, with_height: bool, at_tyres: bool) -> None:
         kinds: Sequence[VehicleKind] = model.rears + (model.turned if with_height else ())
         self.rear_count = len(model.rears)
         self.log_sizes: list[Vector2] = [(math.log(k.width_m), math.log(k.height_m)) for k in kinds]
         self.sigmas: list[Vector2] = [(k.width_sigma, k.height_sigma) for k in kinds]
+        self.overhangs_m = [k.overhang_m if at_tyres else 0.0 for k in kinds]
         self._log_shares = [math.log(kind.share) for kind in kinds]
         self._with_height = with_height
         self._precisions: list[Vector2] = [(w**-2, h**-2) for w, h in self.sigmas]
@@ -66,8 +68,8 @@ class SizePrior:
             ValueError: neither width nor height is given.
         """
         best: tuple[float, int, float] | None = None
-        for kind, (share, sizes, sigmas) in enumerate(
-            zip(self._log_shares, self.log_sizes, self.sigmas, strict=True)
+        for kind, (share, sizes, sigmas, overhang_m) in enumerate(
+            zip(self._log_shares, self.log_sizes, self.sigmas, self.overhangs_m, strict=True)
         ):
             estimates = [
                 (one_metre[0] + size, math.hypot(one_metre[1], sigma))
@@ -83,7 +85,7 @@ class SizePrior:
                 apart = estimates[0][0] - estimates[1][0]
                 log_probability += _log_normal(apart, estimates[0][1] ** 2 + estimates[1][1] ** 2)
             if row_px is not None:
-                expected_px = scale_m_px * math.exp(-log_depth)
+                expected_px = scale_m_px / (math.exp(log_depth) + overhang_m)
                 log_probability += _log_normal(
                     row_px[0] - expected_px, row_px[1] ** 2 + expected_px**2 / precision
                 )

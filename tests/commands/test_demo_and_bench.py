@@ -118,7 +118,7 @@ def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
 
 
 @pytest.mark.slow
-def test_the_trees_measure_the_shipped_drive_still_better(demo: Demo, tmp_path: Path) -> None:
+def test_the_trees_whose_boxes_are_wider_measure_the_shipped_drive_too(demo: Demo, tmp_path: Path) -> None:
     folder = demo_folder()
     run_drive(
         DriveJob(
@@ -130,8 +130,8 @@ def test_the_trees_measure_the_shipped_drive_still_better(demo: Demo, tmp_path: 
     )
     results = list(DriveLog(tmp_path / "out" / "drive.mcap").results())
     comparison = compare_with_truth(results, demo.truth)
-    assert statistics.median(map(abs, comparison.lead_errors)) < 0.035
-    assert statistics.median(map(abs, comparison.track_errors)) < 0.04
+    assert statistics.median(map(abs, comparison.lead_errors)) < 0.05
+    assert statistics.median(map(abs, comparison.track_errors)) < 0.05
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """A vehicle the detector no longer finds is carried by the picture: rendered, real, and by boxes painted."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,16 +17,20 @@ from fcw.simulation.drive import true_calibration
 from fcw.simulation.picture.renderer import Renderer
 from fcw.simulation.truth.truth import frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario
+from fcw.simulation.world.state import VEHICLE_SIZES, VehicleKind
 from fcw.simulation.world.world import World
 from fcw.sources import open_source
 from fcw.tracking.picture.follower import FollowingSettings
-from fcw.tracking.range.model import RangeModel
+from fcw.tracking.range.model import REARS, RangeModel
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import SeenBy
 
 pytestmark = pytest.mark.slow
 
+_SALOON = replace(REARS[0], overhang_m=VEHICLE_SIZES[VehicleKind.SALOON].overhang_m)
+RENDERED = RangeModel(rears=(_SALOON, *REARS[1:]))
+"""Knows where the rendered lead's tyres meet the road."""
 SFND_FRAME_NS = round(1e9 / 9.65)
 SFND_LEAD = {
     5: (556, 191, 706, 321),
@@ -68,7 +73,8 @@ def braking():
 def test_a_lead_that_fills_the_picture_is_carried_where_the_detector_sees_nothing(braking):
     calibration, frames = braking
     # The rendered camera is calibrated exactly: this is about carrying, not about wrong calibrations.
-    tracker = Tracker(calibration, TrackerSettings(model=RangeModel(calibration_pitch_sigma_rad=0.0)))
+    exact = replace(RENDERED, calibration_pitch_sigma_rad=0.0)
+    tracker = Tracker(calibration, TrackerSettings(model=exact))
     for time_ns, image, truth in frames:
         found = truth.distance_m > 8.0
         tracks = tracker.update(time_ns, [Detection(truth.box, 9.0)] if found else [], image=image)
@@ -91,7 +97,8 @@ def test_growth_in_the_picture_tells_the_closing_speed_better_than_boxes(braking
     calibration, frames = braking
     errors = {}
     for with_picture in (False, True):
-        tracker, rng = Tracker(calibration), np.random.default_rng(3)
+        tracker = Tracker(calibration, TrackerSettings(model=RENDERED))
+        rng = np.random.default_rng(3)
         for time_ns, image, truth in frames:
             x, y, right, bottom = (
                 np.array([truth.box.x, truth.box.y, truth.box.right, truth.box.bottom])
@@ -105,7 +112,7 @@ def test_growth_in_the_picture_tells_the_closing_speed_better_than_boxes(braking
                 )
     by_boxes, by_picture = (math.sqrt(np.mean(np.square(errors[key]))) for key in (False, True))
     assert by_picture < by_boxes / 2
-    assert by_picture < 0.7
+    assert by_picture < 0.75
 
 
 def test_without_pictures_it_coasts_and_ends(braking):

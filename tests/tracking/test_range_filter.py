@@ -20,13 +20,15 @@ from fcw.tracking.ranging import BoxNoise
 CAMERA_MODEL = GroundPlaneCamera(0.02, 740.0, 359.5, 1.4, 639.5)
 SIZE = ImageSize(1280, 720)
 EXACT = Calibration.from_camera(CAMERA_MODEL, SIZE)
-NOISE = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, width_bias_sigma=0.0)
-WIDTH_ONLY = BoxNoise(
-    edge_floor_px=1.0, edge_fraction=0.0, free_height=False, shows_side=False, width_bias_sigma=0.0
-)
+NOISE = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, width_bias_sigma=0.0, at_tyres=False)
+WIDTH_ONLY = replace(NOISE, free_height=False, shows_side=False)
 
 
-def seen(distance_m, lateral_m=0.0, width_m=1.7, height_m=1.5, lower_px=0.0):
+CAR = RangeModel().rears[0]
+
+
+def seen(distance_m, lateral_m=0.0, width_m=CAR.width_m, height_m=CAR.height_m, lower_px=0.0):
+    """The box of a rear, by default as large as most."""
     box = CAMERA_MODEL.ground_box(distance_m, lateral_m, width_m, height_m)
     return Box(box.x, box.y + lower_px, box.w, box.h)
 
@@ -48,6 +50,42 @@ def test_exact_boxes_of_constant_closing_speed_are_followed(dt_s, noise):
     state = followed([seen(d) for d in distances_m], dt_s, noise).state(0)
     assert state.distance_m == pytest.approx(distances_m[-1], rel=0.01)
     assert state.closing_speed_mps == pytest.approx(12.0, rel=0.03)
+
+
+AT_TYRES = replace(NOISE, at_tyres=True)
+OVERHANG_M = CAR.overhang_m
+
+
+def seen_to_tyres(distance_m, overhang_m=OVERHANG_M):
+    """The box of a rear whose tyres meet the road farther away: what a camera sees of a car."""
+    rear, foot_px = seen(distance_m), CAMERA_MODEL.row_at(distance_m + overhang_m)
+    return Box(rear.x, rear.y, rear.w, foot_px - rear.y)
+
+
+def test_a_box_that_ends_at_the_tyres_gives_the_distance_of_the_rear():
+    distances_m = np.arange(30.0, 6.0, -0.5)
+    state = followed([seen_to_tyres(d) for d in distances_m], noise=AT_TYRES).state(0)
+    assert state.distance_m == pytest.approx(distances_m[-1], rel=0.01)
+    assert state.closing_speed_mps == pytest.approx(5.0, rel=0.03)
+    misread = followed([seen_to_tyres(d) for d in distances_m]).state(0)
+    assert misread.distance_m > distances_m[-1] + OVERHANG_M / 2
+
+
+def test_at_first_sight_the_row_alone_gives_the_distance_of_the_rear():
+    # Of a car whose sides and roof are cut by the picture's border.
+    box = seen_to_tyres(8.0)
+    cut = Box(-0.5, -0.5, SIZE.width, box.bottom + 0.5)
+    range_filter = RangeFilter(EXACT, AT_TYRES, RangeModel())
+    assert range_filter.add(cut, None)
+    assert range_filter.state(0).distance_m == pytest.approx(8.0, rel=0.02)
+
+
+@pytest.mark.parametrize("overhang_m", [OVERHANG_M - 0.25, OVERHANG_M + 0.25])
+def test_the_interval_of_a_near_vehicle_holds_the_truth_of_unusual_overhangs(overhang_m):
+    distances_m = np.arange(20.0, 5.0, -0.25)
+    boxes = [seen_to_tyres(d, overhang_m) for d in distances_m]
+    low_m, high_m = followed(boxes, noise=AT_TYRES).state(0).distance_with_interval(0.0)[1:]
+    assert low_m <= distances_m[-1] <= high_m
 
 
 def test_a_braking_lead_is_followed_with_a_lag_of_half_a_second():
@@ -179,7 +217,7 @@ def test_boxes_that_are_all_too_wide_are_learnt_from_a_near_vehicle_and_help_wit
         return Box(exact.center_x - exact.w * too_wide / 2, exact.y, exact.w * too_wide, exact.h)
 
     def error_of_the_far_one(with_near, bias_sigma):
-        noise = BoxNoise(edge_floor_px=1.0, edge_fraction=0.0, shows_side=False, width_bias_sigma=bias_sigma)
+        noise = replace(NOISE, shows_side=False, width_bias_sigma=bias_sigma)
         range_filter = RangeFilter(EXACT, noise, RangeModel(fleet_width_sigma=0.0))
         boxes = [box(45.0), *((box(d, y) for d, y in ((8.0, 1.5), (10.0, -1.5))) if with_near else ())]
         for first in boxes:

@@ -22,7 +22,9 @@ FRAME_NS = 33_333_333
 
 
 def seen(distance_m, lateral_m=0.0, width_m=1.7):
-    return Detection(CALIBRATION.ground_box(distance_m, lateral_m, width_m, 1.5), 10.0)
+    """Of a car whose tyres meet the road 0.75 m ahead of its rear."""
+    rear = CALIBRATION.ground_box(distance_m, lateral_m, width_m, 1.5)
+    return Detection(Box(rear.x, rear.y, rear.w, float(CALIBRATION.row_at(distance_m + 0.75)) - rear.y), 10.0)
 
 
 def follow(tracker, frames, detections_at, ego_speed_mps=None):
@@ -130,7 +132,7 @@ def test_vehicles_that_cross_in_the_picture_keep_their_ids():
 def test_a_box_cut_by_the_lower_border_keeps_its_track_by_its_width():
     # 4 m ahead of the bumper the road is in the picture, 0.5 m ahead it is below it.
     def approach(t):
-        box = CALIBRATION.ground_box(max(4 - 2 * t, 0.5), 0.0, 1.8, 1.5)
+        box = seen(max(4 - 2 * t, 0.5), width_m=1.8).box
         bottom = min(box.bottom, 719.5)
         return [Detection(Box(box.x, box.y, box.w, bottom - box.y), 10.0)]
 

@@ -131,8 +131,14 @@ def detections_of(
     return found
 
 
-def tracker_settings(box_noise_px: float) -> TrackerSettings:
-    """The tracker's own settings, told how good this detector's boxes are."""
+def tracker_settings(box_noise_px: float, at_tyres: bool = False) -> TrackerSettings:
+    """The tracker's own settings, told how good this detector's boxes are.
+
+    Args:
+        box_noise_px: 1-sigma of the edges, 1.5 times that of the lower one.
+        at_tyres: whether boxes end where tyres meet the road. KITTI's show the 3D boxes to a pixel, and so
+            end at the rear.
+    """
     side_px = max(box_noise_px, 0.5)
     return TrackerSettings(
         box_noise=BoxNoise(
@@ -141,6 +147,7 @@ def tracker_settings(box_noise_px: float) -> TrackerSettings:
             bottom_ratio=BOTTOM_NOISE_RATIO,
             correlation_s=0.0,
             width_bias_sigma=0.0,
+            at_tyres=at_tyres,
         )
     )
 

@@ -29,6 +29,8 @@ class SimulatedRoad:
         principal_row_sigma: of the lens's axis about the picture's middle, as a part of its height.
         pitch_rad: of the camera below the horizontal, sigma.
         click_sigma_px: of a clicked row.
+        mount_off_rad: how far the camera looks elsewhere in the drive than when it was calibrated, sigma:
+            people park on ramps, load the boot, bump the mount.
         slow_pitch_rad: pitch by slopes and load, sigma, and for how long.
         fast_pitch_rad: pitch of the body, sigma, and for how long.
         bump_rad: road below the vehicle, sigma, and for how long.
@@ -37,6 +39,7 @@ class SimulatedRoad:
         width_sigma: of its logarithm.
         rear_height_m: median height of it.
         rear_height_sigma: of its logarithm.
+        overhang_m: from the rear to where its tyres meet the road, mean and sigma.
         turned: sigma of the logarithm of the apparent width as vehicles turn, and for how long.
         acceleration_mps2: of the gap, sigma, and for how long.
     """
@@ -46,6 +49,7 @@ class SimulatedRoad:
     principal_row_sigma: float = 0.05
     pitch_rad: float = 0.02
     click_sigma_px: float = 1.0
+    mount_off_rad: float = math.radians(0.5)
     slow_pitch_rad: tuple[float, float] = (math.radians(0.05), 20.0)
     fast_pitch_rad: tuple[float, float] = (math.radians(0.2), 0.5)
     bump_rad: tuple[float, float] = (math.radians(0.1), 0.5)
@@ -54,6 +58,7 @@ class SimulatedRoad:
     width_sigma: float = 0.08
     rear_height_m: float = 1.50
     rear_height_sigma: float = 0.12
+    overhang_m: tuple[float, float] = (0.75, 0.25)
     turned: tuple[float, float] = (0.03, 5.0)
     acceleration_mps2: tuple[float, float] = (1.5, 2.0)
 
@@ -159,6 +164,8 @@ def _follow_one(
     log_width = road.width_sigma * rng.standard_normal() + road.fleet_sigma * rng.standard_normal()
     width_m = road.width_m * math.exp(log_width)
     rear_height_m = road.rear_height_m * math.exp(road.rear_height_sigma * rng.standard_normal())
+    overhang_m = road.overhang_m[0] + road.overhang_m[1] * rng.standard_normal()
+    mount_off_rad = road.mount_off_rad * rng.standard_normal()
     distance_m, closing_mps = rng.uniform(*START_M), CLOSING_SIGMA_MPS * rng.standard_normal()
     tracker, tracks = Tracker(calibration, settings), ()
     for frame in range(round(TRACK_S / FRAME_S) + 1):
@@ -169,7 +176,7 @@ def _follow_one(
             closing_mps += acceleration.value * FRAME_S
         if not NEAREST_M <= distance_m <= FARTHEST_M:
             return None
-        moved_rad = -(slow.value + fast.value + bump.value)
+        moved_rad = mount_off_rad - (slow.value + fast.value + bump.value)
         depth_m = distance_m * math.cos(pitch_rad) + road.height_m * math.sin(pitch_rad)
         half_px = road.focal_px * width_m * math.exp(turned.value) / depth_m / 2
         center_px = (IMAGE_SIZE.width - 1) / 2
@@ -179,7 +186,7 @@ def _follow_one(
                     center_px - half_px,
                     row(distance_m, rear_height_m, moved_rad),
                     center_px + half_px,
-                    row(distance_m, 0.0, moved_rad),
+                    row(distance_m + overhang_m, 0.0, moved_rad),
                 ]
             )
             + box_noise_px * np.array([1.0, 1.0, 1.0, BOTTOM_NOISE_RATIO]) * rng.standard_normal(4)

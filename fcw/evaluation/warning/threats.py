@@ -118,7 +118,7 @@ def run_threat_trial(
     """
     tracker = Tracker(
         sight.calibration(true_calibration(scenario)),
-        None if detector else tracker_settings(sight.noise_px),
+        None if detector else tracker_settings(sight.noise_px, at_tyres=True),
     )
     seen: list[Seen] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []

@@ -1,5 +1,6 @@
 """What is true at an instant: distances, closing speeds, boxes, what hides what, and the horizon."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -32,7 +33,7 @@ class VehicleTruth:
         path_lateral_m: of that face's middle from our own path, along the road.
         closing_speed_mps: rate at which the distance shrinks.
         ttc_s: distance over closing speed; None when the gap is not closing.
-        box: exact, around its near face, not cut to the picture.
+        box: exact, around its near face and down to where its tyres meet the road, not cut to the picture.
         body_box: around its whole body.
         visible_fraction: of the near face: inside the picture and not behind nearer vehicles.
         oncoming: whether the near face is its front.
@@ -98,10 +99,11 @@ def frame_truth(
         seen = _seen(state, vehicle, now)
         if seen is None:
             continue
-        face, outline = seen
+        face, foot_row_px, outline = seen
         if distance_m > 0:
             visible = _visible_fraction(face, image_size, outlines)
-            vehicles.append(_vehicle_truth(state, vehicle, distance_m, _box(face), _box(outline), visible))
+            box, body_box = _box(face, foot_row_px), _box(outline)
+            vehicles.append(_vehicle_truth(state, vehicle, distance_m, box, body_box, visible))
         outlines.append(outline)
     return FrameTruth(
         state.time_ns,
@@ -142,23 +144,29 @@ def _vehicle_truth(
 
 def _seen(
     state: WorldState, vehicle: VehicleState, now: GroundPlaneCamera
-) -> tuple[FloatArray, FloatArray] | None:
-    """Pixels of the near face's corners (4, 2) and of the body's outline (N, 2); None when not ahead."""
+) -> tuple[FloatArray, float, FloatArray] | None:
+    """What is seen of a vehicle; None when it is not ahead.
+
+    Returns:
+        Pixels of the near face's corners (4, 2), from the bumper to the roof and back; the row where the
+        tyres below it meet the road; and pixels of the body's outline (N, 2).
+    """
     size = vehicle.size
-    half_m = size.width_m / 2
-    quad = ((half_m, 0.0), (half_m, size.height_m), (-half_m, size.height_m), (-half_m, 0.0))
-    corners = np.array([(along_m, *corner) for along_m in (0.0, size.length_m) for corner in quad])
-    points = state.vehicle_points(vehicle, corners)
-    if points[:4, 0].min() < NEAREST_DEPTH_M:
+    face, foot = ((0.0, size.clearance_m), (0.0, size.height_m)), (size.overhang_m, 0.0)
+    far = ((size.length_m, size.height_m), (size.length_m, 0.0))
+    left = np.array([(along_m, size.width_m / 2, up_m) for along_m, up_m in (*face, *far, foot)])
+    points = state.vehicle_points(vehicle, np.stack((left, left * (1.0, -1.0, 1.0))))
+    if points[..., 0].min() < NEAREST_DEPTH_M:
         return None
     pixels = np.stack(project(points, now), axis=-1)
-    hull = cv2.convexHull(pixels.astype(np.float32))[:, 0]
-    return pixels[:4], np.asarray(hull, np.float64)
+    hull = cv2.convexHull(pixels.reshape(-1, 2).astype(np.float32))[:, 0]
+    corners = np.concatenate((pixels[0, :2], pixels[1, 1::-1]))
+    return corners, float(pixels[:, -1, 1].max()), np.asarray(hull, np.float64)
 
 
-def _box(pixels: FloatArray) -> Box:
+def _box(pixels: FloatArray, foot_row_px: float = -math.inf) -> Box:
     (left, top), (right, bottom) = pixels.min(axis=0), pixels.max(axis=0)
-    return Box(float(left), float(top), float(right - left), float(bottom - top))
+    return Box(float(left), float(top), float(right - left), max(float(bottom), foot_row_px) - float(top))
 
 
 def _visible_fraction(face: FloatArray, image_size: ImageSize, outlines: list[FloatArray]) -> float:

@@ -35,18 +35,28 @@ class VehicleKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class VehicleSize:
-    """Outer measures of a body, without mirrors."""
+    """Outer measures of a body, without mirrors.
+
+    Attributes:
+        width_m: of the body.
+        height_m: above the road.
+        length_m: of the body.
+        overhang_m: from either end to the axle next to it, below which tyres meet the road.
+        clearance_m: between the road and the lower edge of a bumper.
+    """
 
     width_m: float
     height_m: float
     length_m: float
+    overhang_m: float
+    clearance_m: float
 
 
 VEHICLE_SIZES: dict[VehicleKind, VehicleSize] = {
-    VehicleKind.SALOON: VehicleSize(1.82, 1.45, 4.70),
-    VehicleKind.HATCHBACK: VehicleSize(1.77, 1.50, 4.10),
-    VehicleKind.VAN: VehicleSize(1.98, 2.05, 5.20),
-    VehicleKind.TRUCK: VehicleSize(2.50, 3.60, 9.50),
+    VehicleKind.SALOON: VehicleSize(1.82, 1.45, 4.70, 0.90, 0.27),
+    VehicleKind.HATCHBACK: VehicleSize(1.77, 1.50, 4.10, 0.75, 0.27),
+    VehicleKind.VAN: VehicleSize(1.98, 2.05, 5.20, 0.95, 0.32),
+    VehicleKind.TRUCK: VehicleSize(2.50, 3.60, 9.50, 1.60, 0.50),
 }
 """Typical measures; a vehicle's own may differ by a few per cent."""
 

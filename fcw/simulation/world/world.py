@@ -160,7 +160,13 @@ def _look(plan: VehiclePlan, seed: int) -> _Look:
     kind = plan.kind or chosen
     usual = VEHICLE_SIZES[kind]
     width, height, length = (float(x) for x in 1 + SIZE_SPREAD * generator.uniform(-1, 1, 3))
-    size = VehicleSize(usual.width_m * width, usual.height_m * height, usual.length_m * length)
+    size = VehicleSize(
+        width_m=usual.width_m * width,
+        height_m=usual.height_m * height,
+        length_m=usual.length_m * length,
+        overhang_m=usual.overhang_m * length,
+        clearance_m=usual.clearance_m * height,
+    )
     colors = TRUCK_COLORS if kind is VehicleKind.TRUCK else COLORS
     return _Look(kind, size, colors[int(generator.integers(len(colors)))], int(generator.integers(2**31)))
 

@@ -22,9 +22,10 @@ and that of each vehicle, in modified polar coordinates (Aidala & Hammel 1983; h
     z             log of the distance at which its looks were remembered, plus C
 
 Measured are the rows of the lower edge and, where boxes have a height of their own, of the upper edge,
-and the logarithm of the width, with tan(a) = C / h:
+and the logarithm of the width, with tan(a) = C / h, and O the overhang of its kind, by which its tyres stand
+ahead of its rear:
 
-    v_bottom = B + K / (D + C) + p + q + u
+    v_bottom = B + K / (D + O + C) + p + q + u
     v_top    = B + K / (D + C) (1 - H / h) + p + q + u
     log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e + b
 
@@ -364,7 +365,10 @@ class RangeFilter:
         at = CAMERA + VEHICLE * slot
         index = [SCALE, *range(at, at + 3)]
         width_m = math.exp(float(self._x[at + WIDTH] + self._x[WIDER]))
-        return RangeState.of(self._x[at : at + 3], self._p[np.ix_(index, index)], width_m, self._model)
+        overhang_m = self._prior.overhangs_m[self._kinds[slot]]
+        return RangeState.of(
+            self._x[at : at + 3], self._p[np.ix_(index, index)], width_m, overhang_m, self._model
+        )
 
     def _take(
         self, rows: FloatArray, residuals: FloatArray, variances: FloatArray, learns_camera: bool

@@ -40,13 +40,16 @@ class RangeState:
     across_rate_sigma_per_s: float
 
     @classmethod
-    def of(cls, x: FloatArray, p: FloatArray, width_m: float, model: RangeModel) -> "RangeState":
+    def of(
+        cls, x: FloatArray, p: FloatArray, width_m: float, overhang_m: float, model: RangeModel
+    ) -> "RangeState":
         """As the filter has it.
 
         Args:
             x: (3,) log D, V / D and A / D.
             p: (4, 4) covariance of log K and these.
             width_m: of its rear.
+            overhang_m: by which its lower edge is believed to be farther away.
             model: beliefs.
         """
         log_distance, rate, growth = x.tolist()
@@ -55,7 +58,9 @@ class RangeState:
         across, across_rate = kk - 2 * kl + ll, lr - kr
         return cls(
             distance_m=distance_m,
-            log_distance_sigma=math.hypot(_root(ll), model.unmodelled_sigma),
+            log_distance_sigma=math.hypot(
+                _root(ll), model.unmodelled_sigma, model.overhang_sigma * overhang_m / distance_m
+            ),
             closing_speed_mps=rate * distance_m,
             closing_speed_sigma_mps=distance_m * _root(rr + 2 * rate * lr + rate * rate * ll),
             closing_speed_sigma_at_distance_mps=distance_m * _root(rr),

@@ -93,7 +93,10 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
     )
     simulated = (
         simulate_coverage(
-            command.simulated_tracks, command.seed, tracker_settings(command.box_noise), command.box_noise
+            command.simulated_tracks,
+            command.seed,
+            tracker_settings(command.box_noise, at_tyres=True),
+            command.box_noise,
         )
         if command.simulated_tracks
         else None

@@ -206,7 +206,7 @@ def test_coverage_counts_the_truths_inside() -> None:
 
 @pytest.mark.slow
 def test_intervals_of_simulated_tracks_hold_the_truth_two_times_in_three() -> None:
-    coverage = simulate_coverage(150, 0, tracker_settings(2.0), 2.0)
+    coverage = simulate_coverage(150, 0, tracker_settings(2.0, at_tyres=True), 2.0)
     assert coverage.tracks == 150
     # 68 % for a perfect filter; 150 tracks scatter by 3.8 %.
     assert 0.57 <= coverage.part <= 0.79

@@ -124,10 +124,11 @@ def test_a_rear_is_painted_where_the_camera_puts_its_box(renderer, kind, distanc
     vehicle = dataclasses.replace(vehicle, size=dataclasses.replace(vehicle.size, length_m=0.01))
     left, top, right, bottom = extent(changed(renderer.render(world(vehicle)), renderer.render(world()), 8))
     box = CAMERA.ground_box(distance_m, lateral_m, vehicle.size.width_m, vehicle.size.height_m)
+    foot_px = CAMERA.row_at(distance_m + vehicle.size.overhang_m)
     assert left == pytest.approx(box.x, abs=1.5)
     assert right == pytest.approx(box.right, abs=1.5)
     assert top == pytest.approx(box.y, abs=1.5)
-    assert bottom == pytest.approx(box.bottom, abs=1.5)
+    assert bottom == pytest.approx(foot_px, abs=1.5)
 
 
 @pytest.mark.usefixtures("without_shadows")
@@ -136,12 +137,12 @@ def test_pitch_and_bounce_move_the_rear_as_they_move_its_box(renderer):
     vehicle = car(15.0)
     now = dynamic_camera(CAMERA, ego.pitch_deviation_rad, ego.bounce_m)
     box = now.ground_box(15.0, 0.0, vehicle.size.width_m, vehicle.size.height_m)
-    rest = CAMERA.ground_box(15.0, 0.0, vehicle.size.width_m, vehicle.size.height_m)
-    assert abs(box.bottom - rest.bottom) > 10
+    foot_m = 15.0 + vehicle.size.overhang_m
+    assert abs(now.row_at(foot_m) - CAMERA.row_at(foot_m)) > 10
     empty, full = renderer.render(world(ego=ego)), renderer.render(world(vehicle, ego=ego))
     _, top, _, bottom = extent(changed(full, empty, 8))
     assert top == pytest.approx(box.y, abs=1.5)
-    assert bottom == pytest.approx(box.bottom, abs=1.5)
+    assert bottom == pytest.approx(now.row_at(foot_m), abs=1.5)
 
 
 @pytest.mark.parametrize("kind", VehicleKind)
@@ -173,7 +174,9 @@ def test_a_nearer_vehicle_hides_a_farther_one_in_whatever_order_they_come(render
     both = renderer.render(world(saloon, van))
     np.testing.assert_array_equal(both, renderer.render(world(van, saloon)))
     box = CAMERA.ground_box(40.0, 0.0, saloon.size.width_m, saloon.size.height_m)
-    inside = (slice(int(box.y), int(box.bottom)), slice(int(box.x) + 1, int(box.right)))
+    # Below the bumper both are dark.
+    bumper_px = CAMERA.ground_box(40.0, 0.0, saloon.size.width_m, saloon.size.clearance_m).y
+    inside = (slice(int(box.y), int(bumper_px)), slice(int(box.x) + 1, int(box.right)))
     np.testing.assert_array_equal(both[inside], renderer.render(world(van))[inside])
     assert changed(both, renderer.render(world(saloon)), 20)[inside].mean() > 0.8
 

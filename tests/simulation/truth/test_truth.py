@@ -19,7 +19,7 @@ from fcw.simulation.world.state import EgoState, VehicleKind, VehicleSize, Vehic
 CAMERA = GroundPlaneCamera(0.03, 1000.0, 359.5, 1.3, 639.5)
 OFFSET_M = 1.6
 ROAD = RoadProfile((Lane(0.0, 3.5),), (), -3.0, 3.0)
-SIZE = VehicleSize(1.8, 1.5, 4.5)
+SIZE = VehicleSize(1.8, 1.5, 4.5, overhang_m=0.8, clearance_m=0.3)
 
 
 def vehicle(name: str, distance_m: float, lateral_m: float = 0.0, **more) -> VehicleState:
@@ -43,14 +43,19 @@ def truth_of(*vehicles: VehicleState, **ego) -> FrameTruth:
 @given(
     st.floats(3.0, 100.0), st.floats(-8.0, 8.0), st.floats(-0.02, 0.02), st.floats(-0.05, 0.05)
 )  # fmt: skip
-def test_a_box_is_the_dynamic_cameras_own(distance_m, lateral_m, pitch_rad, bounce_m):
+def test_a_box_is_the_dynamic_cameras_own_down_to_the_tyres_or_the_bumper(
+    distance_m, lateral_m, pitch_rad, bounce_m
+):
     truth = truth_of(vehicle("a", distance_m, lateral_m), pitch_deviation_rad=pitch_rad, bounce_m=bounce_m)
     now = dynamic_camera(CAMERA, pitch_rad, bounce_m)
-    expected = now.ground_box(distance_m + OFFSET_M, lateral_m, SIZE.width_m, SIZE.height_m)
+    rear_m = distance_m + OFFSET_M
+    rear = now.ground_box(rear_m, lateral_m, SIZE.width_m, SIZE.height_m)
+    bumper = now.ground_box(rear_m, lateral_m, SIZE.width_m, SIZE.clearance_m)
+    bottom_px = max(bumper.y, now.row_at(rear_m + SIZE.overhang_m))
     box = truth.vehicles[0].box
-    assert (box.x, box.y, box.w, box.h) == pytest.approx(
-        (expected.x, expected.y, expected.w, expected.h), abs=1e-6
-    )
+    assert (box.y, box.bottom) == pytest.approx((rear.y, bottom_px), abs=1e-6)
+    # By the camera's pitch the bumper is a little farther along its axis than the foot of the same plane.
+    assert (box.x, box.right) == pytest.approx((rear.x, rear.right), abs=0.01 * rear.w)
     assert truth.horizon_row_px == pytest.approx(now.horizon_row_px)
 
 
@@ -88,8 +93,8 @@ def test_what_hides_a_vehicle_is_nearer_and_in_front_of_it():
 def test_half_a_car_covers_half_a_car():
     # Same distance from the camera's axis: at twice the depth an offset is half as wide in the picture.
     depth_m = 10 + OFFSET_M
-    near = vehicle("near", 10, 0.0, size=VehicleSize(1.8, 3.0, 0.01))
-    far = vehicle("far", 2 * depth_m - OFFSET_M, 1.8, size=VehicleSize(1.8, 1.5, 4.5))
+    near = vehicle("near", 10, 0.0, size=VehicleSize(1.8, 3.0, 0.01, 0.0, 0.0))
+    far = vehicle("far", 2 * depth_m - OFFSET_M, 1.8)
     # The near one covers lateral -1.8 to 1.8 at the far one's depth, which reaches from 0.9 to 2.7.
     assert truth_of(near, far).vehicles[1].visible_fraction == pytest.approx(0.5, abs=0.03)
 

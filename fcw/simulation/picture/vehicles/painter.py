@@ -11,19 +11,22 @@ from fcw.simulation.picture.canvas import mixed
 from fcw.simulation.picture.light import Daylight
 from fcw.simulation.picture.quads import Texture
 from fcw.simulation.picture.road.textures import soft_shadow
-from fcw.simulation.picture.vehicles.parts import GREENHOUSES, seen_height_m
+from fcw.simulation.picture.vehicles.parts import GREENHOUSES
 from fcw.simulation.picture.vehicles.rears import rear_texture
 from fcw.simulation.picture.vehicles.sides import front_texture, side_texture
 from fcw.simulation.picture.view import View
 from fcw.simulation.world.state import VEHICLE_SIZES, VehicleKind, VehicleState
 
 FARTHEST_M = 400.0
-CONTACT_MARGIN_M = 0.7
-"""The picture of the contact shadow is larger than the body by so much, its dark part by half of that."""
+CONTACT_MARGIN_M = 1.4
+"""The picture of the contact shadow is larger than the body by so much. Below the bumper's edge half of the
+sky is hidden, and half a metre farther in nine tenths."""
 SHADOW_REACH = 0.5
 """The body's shadow reaches as far as that of a thing of half its height: it is not a sharp wall."""
 SEAM_M = 0.15
 """The panes' plane reaches so far behind the near face, so that nothing shines through where they meet."""
+LAP_M = 0.03
+"""What stands below a bumper reaches so far above its lower edge."""
 LEDGE = 0.01
 """Part of the side's texture below the waist that is shown on the ledge beside the panes."""
 SKY_ON_PAINT, GLOSS = (140.0, 124.0, 108.0), 0.32
@@ -49,7 +52,7 @@ class VehiclePainter:
     def __init__(self, light: Daylight) -> None:
         self._textures: dict[tuple[VehicleKind, tuple[int, int, int], int, bool], _Textures] = {}
         self._rear_light = light.rear_light
-        self._contact = Texture(soft_shadow(96, 48, 6, 0.94))
+        self._contact = Texture(soft_shadow(96, 48, 12, 0.94))
         self._shade = Texture(soft_shadow(96, 48, 8, light.shadow))
 
     def paint_shadows(self, view: View, vehicle: VehicleState) -> None:
@@ -76,7 +79,7 @@ class VehiclePainter:
         size, house = vehicle.size, GREENHOUSES[vehicle.kind]
         textures = self._of(vehicle)
         half_m, length_m, top_m = size.width_m / 2, size.length_m, size.height_m
-        waist = 1 - seen_height_m(house.waist_m) / VEHICLE_SIZES[vehicle.kind].height_m
+        waist = 1 - house.waist_m / VEHICLE_SIZES[vehicle.kind].height_m
         waist_m = (1 - waist) * top_m
         dim = 1 - 0.5 * view.light.shadow if shaded else 1.0
         lowest = view.lowest_row(vehicle.s_m)
@@ -106,8 +109,11 @@ class VehiclePainter:
                 )
                 view.quad(textures.side, corners, lit, part, lowest)
         shown = textures.braking if vehicle.brake_lamps and not vehicle.oncoming else textures.near
-        profile = _front_profile(vehicle) if vehicle.oncoming else ((0.0, 0.0), (0.0, top_m))
-        for (low_x_m, low_m), (high_x_m, high_m) in reversed(list(pairwise(profile))):
+        sill = (0.0, size.clearance_m)
+        profile = _front_profile(vehicle) if vehicle.oncoming else (sill, (0.0, top_m))
+        # What stands below the bumper stands as far ahead of it as the axle, and is painted before it.
+        below = (size.overhang_m, 0.0), (size.overhang_m, size.clearance_m + LAP_M)
+        for (low_x_m, low_m), (high_x_m, high_m) in (below, *reversed(list(pairwise(profile)))):
             corners = _body_points(
                 view,
                 vehicle,
@@ -142,14 +148,15 @@ class VehiclePainter:
 def _front_profile(vehicle: VehicleState) -> tuple[tuple[float, float], ...]:
     """Where an oncoming vehicle's front, bonnet and windscreen meet: metres from the front, and up."""
     nominal, house, size = VEHICLE_SIZES[vehicle.kind], GREENHOUSES[vehicle.kind], vehicle.size
+    sill = (0.0, size.clearance_m)
     if vehicle.kind is VehicleKind.TRUCK:
-        return (0.0, 0.0), (0.0, size.height_m)
+        return sill, (0.0, size.height_m)
     nose_m, waist_m = (
-        seen_height_m(drawn_m) * size.height_m / nominal.height_m for drawn_m in (house.nose_m, house.waist_m)
+        drawn_m * size.height_m / nominal.height_m for drawn_m in (house.nose_m, house.waist_m)
     )
     foot_m = size.length_m * (1 - house.length_m / nominal.length_m)
     roof_m = foot_m + house.lean * (size.height_m - waist_m)
-    return (0.0, 0.0), (0.0, nose_m), (foot_m, waist_m), (roof_m, size.height_m)
+    return sill, (0.0, nose_m), (foot_m, waist_m), (roof_m, size.height_m)
 
 
 def _body_points(

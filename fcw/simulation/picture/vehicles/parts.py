@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from fcw.simulation.picture.canvas import Bgr, Canvas, FloatImage, Point, Shade, mixed
+from fcw.simulation.picture.canvas import Bgr, Canvas, Point, Shade, mixed
 from fcw.simulation.world.state import VehicleKind
 
 RUBBER: Bgr = (20, 19, 18)
@@ -21,10 +20,6 @@ LAMP_CORE: Bgr = (178, 172, 255)
 CLEAR_LENS: Bgr = (176, 178, 186)
 PLATES: tuple[Bgr, ...] = ((226, 228, 230), (214, 222, 224), (150, 208, 222))
 CHROME: Bgr = (182, 184, 186)
-ROOF_M = 0.12
-"""Of the roof above the panes: stretched where everything below is shown lower."""
-BUMPER_M, BUMPER_SEEN_M = 0.30, 0.22
-"""Height of a bumper's lower edge as drawn, and as it is seen against the wheels' foot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,31 +49,6 @@ GREENHOUSES: dict[VehicleKind, Greenhouse] = {
     VehicleKind.VAN: Greenhouse(1.15, 0.97, 0.88, 4.35, 0.62, 1.02),
     VehicleKind.TRUCK: Greenhouse(1.15, 1.0, 1.0, 9.5, 0.0, 1.15),
 }
-
-
-def sunk(image: FloatImage, height_m: float) -> FloatImage:
-    """Show less of the wheels below the bumper.
-
-    In reality they stand a metre ahead of it, so that from a camera's height its lower edge hides a part of
-    them; in a flat picture of the rear what is seen below the bumper has to be drawn lower instead.
-    """
-    rows, columns = image.shape[:2]
-    wanted_m = height_m * (1 - (np.arange(rows) + 0.5) / rows)
-    below_roof_m = height_m - ROOF_M
-    drawn_m = np.interp(
-        wanted_m,
-        (0.0, BUMPER_SEEN_M, seen_height_m(below_roof_m), height_m),
-        (0.0, BUMPER_M, below_roof_m, height_m),
-    )
-    row_map = np.repeat(((1 - drawn_m / height_m) * rows - 0.5).astype(np.float32)[:, None], columns, axis=1)
-    column_map = np.repeat(np.arange(columns, dtype=np.float32)[None, :], rows, axis=0)
-    shown = cv2.remap(image, column_map, row_map, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(shown, np.float32)
-
-
-def seen_height_m(drawn_m: float) -> float:
-    """Where `sunk` shows what is drawn at a height between the bumper's edge and the roof."""
-    return drawn_m - BUMPER_M + BUMPER_SEEN_M
 
 
 def round_off(canvas: Canvas) -> None:

@@ -15,7 +15,6 @@ from fcw.simulation.picture.vehicles.parts import (
     lamp,
     plate,
     round_off,
-    sunk,
     third_lamp,
     wheels_and_underside,
     window,
@@ -36,7 +35,7 @@ def rear_texture(kind: VehicleKind, color: Bgr, seed: int, braking: bool) -> Flo
         VehicleKind.TRUCK: _truck,
     }[kind](canvas, color, generator, braking)
     round_off(canvas)
-    return sunk(canvas.finished(), size.height_m)
+    return canvas.finished()
 
 
 def _saloon(canvas: Canvas, color: Bgr, generator: np.random.Generator, braking: bool) -> None:

@@ -13,7 +13,6 @@ from fcw.simulation.picture.vehicles.parts import (
     SKY_IN_GLASS,
     UNDERSIDE,
     plate,
-    sunk,
     wheels_and_underside,
 )
 from fcw.simulation.world.state import VEHICLE_SIZES, VehicleKind
@@ -38,18 +37,19 @@ def side_texture(kind: VehicleKind, color: Bgr) -> FloatImage:
         _truck_side(canvas, color)
     else:
         _car_side(canvas, kind, color)
-    return sunk(canvas.finished(), size.height_m)
+    return canvas.finished()
 
 
 def _car_side(canvas: Canvas, kind: VehicleKind, color: Bgr) -> None:
     size, house = VEHICLE_SIZES[kind], GREENHOUSES[kind]
     half, waist, top = size.length_m / 2, house.waist_m, size.height_m
     is_van = kind is VehicleKind.VAN
-    radius, rear_axle, front_axle = 0.33 + 0.02 * is_van, -half + 0.85, half - 0.9
+    radius, front_axle = 0.33 + 0.02 * is_van, half - size.overhang_m
+    rear_axle = -front_axle
     windscreen = -half + house.length_m
     slope = house.lean * (top - waist)
     canvas.rectangle(-half + 0.25, 0.14, half - 0.3, 0.4, UNDERSIDE, (), 0.9)
-    canvas.rectangle(-half, 0.02, rear_axle, 0.4, UNDERSIDE)
+    canvas.rectangle(-half, size.clearance_m, rear_axle, 0.4, UNDERSIDE)
     shade: Shade = (
         *((0.2, 0.3), (0.34, 0.42), (0.55, 0.6), (0.7, 0.72), (0.78, 0.9), (0.8, 0.68)),
         *((waist - 0.1, 0.82), (waist, 1.1)),
@@ -91,7 +91,8 @@ def _car_side(canvas: Canvas, kind: VehicleKind, color: Bgr) -> None:
 
 
 def _truck_side(canvas: Canvas, color: Bgr) -> None:
-    half, top, floor = VEHICLE_SIZES[VehicleKind.TRUCK].length_m / 2, 3.60, 1.15
+    size, floor = VEHICLE_SIZES[VehicleKind.TRUCK], 1.15
+    half, top, axle_m = size.length_m / 2, size.height_m, size.length_m / 2 - size.overhang_m
     canvas.rectangle(-half, 0.55, half - 0.3, floor, (26, 26, 27), ((0.5, 0.5), (floor, 1.2)))
     canvas.rectangle(-half + 2.6, 0.42, half - 2.6, floor - 0.1, (88, 88, 90), ((0.4, 0.7), (1.0, 1.0)))
     canvas.rectangle(-half, floor, half - 2.15, top, color, ((floor, 0.62), (3.3, 0.85), (top, 1.0)))
@@ -102,7 +103,7 @@ def _truck_side(canvas: Canvas, color: Bgr) -> None:
         ((0.5, 0.6), (2.0, 0.85), (3.0, 1.05)),
     )
     canvas.fill([(half - 1.2, 1.8), (half - 0.15, 1.8), (half - 0.35, 2.6), (half - 1.2, 2.6)], GLASS)
-    for axle in (-half + 1.6, half - 1.35):
+    for axle in (-axle_m, axle_m):
         _wheel(canvas, axle, 0.5)
 
 
@@ -124,7 +125,7 @@ def front_texture(kind: VehicleKind, color: Bgr, seed: int) -> FloatImage:
         _truck_front(canvas, color, generator)
     else:
         _car_front(canvas, kind, color, generator)
-    return sunk(canvas.finished(), size.height_m)
+    return canvas.finished()
 
 
 def _car_front(canvas: Canvas, kind: VehicleKind, color: Bgr, generator: np.random.Generator) -> None:
