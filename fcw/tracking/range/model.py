@@ -33,7 +33,7 @@ REARS = (
     # Passenger cars: KITTI's labels are 1.63 m wide in the mean, cars sold today 1.75 to 1.85 m, TuSimple's
     # American ones fit best with 1.8 m. Drawings show a rear overhang of 0.6 to 1.1 m; from 2 m on a camera
     # 0.9 m high or higher sees tyres below the bumper.
-    VehicleKind(0.65, 1.76, 0.08, 1.50, 0.12, 0.75),
+    VehicleKind(0.65, 1.74, 0.08, 1.50, 0.12, 0.75),
     # Vans.
     VehicleKind(0.10, 1.90, 0.06, 2.10, 0.12, 0.9),
     # Lorries and buses: 2.55 m is the widest that is allowed in Europe, 2.6 m in the United States.
