@@ -20,14 +20,15 @@ from fcw.sources import open_source
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 FCW = (sys.executable, "-m", "fcw_viz.cli")
 DASK = (sys.executable, "-m", "dask")
-SIZE, DEMO_RATE_HZ = (640, 360), 30
+SIZE, DEMO_RATE_HZ, DEMO_S = (640, 360), 30, 40.0
 
 
 def write_drives(folder: Path, count: int, frames: int) -> None:
-    """Parts of the demo drive at half its size, no two alike, with one calibration for the folder."""
+    """Parts of the demo drive's end at half its size, no two alike, with one calibration for the folder."""
     folder.mkdir(parents=True)
     pictures = []
-    for frame in open_source(DEMO / "drive.mp4").frames(31_000_000_000):
+    start_s = min(31.0, max(DEMO_S - (frames + count) / DEMO_RATE_HZ, 0.0))
+    for frame in open_source(DEMO / "drive.mp4").frames(round(start_s * 1e9)):
         pictures.append(cv2.resize(frame.image, SIZE, interpolation=cv2.INTER_AREA))
         if len(pictures) == frames + count:
             break

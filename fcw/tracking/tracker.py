@@ -176,21 +176,34 @@ class Tracker:
     def _associate(self, detections: Sequence[Detection]) -> list[tuple[int, int]]:
         """Which vehicle, by slot, was found where.
 
-        Faint boxes go to vehicles that are not found otherwise, or to none (ByteTrack, Zhang et al. 2022).
+        Boxes go to vehicles that are believed before those that are not yet: a second box of a vehicle begins
+        a track that would take its first one from it. Faint boxes go to vehicles that are not found
+        otherwise, or to none (both as in ByteTrack, Zhang et al. 2022).
         """
         settings, pairs = self._settings, list[tuple[int, int]]()
-        for faint, least_iou in ((False, 0.0), (True, settings.faint_iou)):
-            taken = {slot for slot, _ in pairs}
-            slots = [slot for slot in range(len(self._followed)) if slot not in taken]
-            found = [index for index, detection in enumerate(detections) if detection.faint == faint]
+        slots = range(len(self._followed))
+        believed = [slot for slot in slots if self._followed[slot].confirmed]
+        new = [slot for slot in slots if not self._followed[slot].confirmed]
+        for wanted, faint, least_iou in (
+            (believed, False, 0.0),
+            (new, False, 0.0),
+            (slots, True, settings.faint_iou),
+        ):
+            taken, used = {slot for slot, _ in pairs}, {index for _, index in pairs}
+            free = [slot for slot in wanted if slot not in taken]
+            found = [
+                index
+                for index, detection in enumerate(detections)
+                if detection.faint == faint and index not in used
+            ]
             matched = associate(
-                [self._followed[slot].box for slot in slots],
+                [self._followed[slot].box for slot in free],
                 [detections[index].box for index in found],
                 self._calibration.image_size,
                 settings,
                 least_iou,
             )
-            pairs += [(slots[row], found[column]) for row, column in matched]
+            pairs += [(free[row], found[column]) for row, column in matched]
         return sorted(pairs)
 
     def _carry(self, time_ns: int, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:

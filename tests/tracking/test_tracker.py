@@ -140,6 +140,18 @@ def test_a_box_cut_by_the_lower_border_keeps_its_track_by_its_width():
     assert track.distance_m == pytest.approx(4 - 2 * 50 * FRAME_NS / 1e9, abs=0.4)
 
 
+def test_a_second_box_of_a_vehicle_does_not_take_it_to_its_side():
+    # Parts of the flank of a car that we pass are boxed once within it, then beside it.
+    vehicle, within, beside = (
+        Detection(Box(x, y, w, h), score)
+        for x, y, w, h, score in ((770, 308, 205, 140, 8), (830, 334, 142, 105, 3), (698, 326, 148, 108, 3))
+    )
+    boxed = {30: [vehicle, within], 31: [vehicle, beside]}
+    tracks = follow(Tracker(CALIBRATION), 32, lambda t: boxed.get(round(t / FRAME_NS * 1e9), [vehicle]))[-1]
+    assert [track.track_id for track in tracks] == [1]
+    assert tracks[0].box.x == pytest.approx(770, abs=2)
+
+
 def test_the_lead_is_the_nearest_in_the_own_path():
     tracker = Tracker(CALIBRATION)
     tracks = follow(tracker, 10, lambda t: [seen(40), seen(25), seen(10, lateral_m=3.5)])[-1]
