@@ -31,8 +31,8 @@ class VehicleKind:
 
 REARS = (
     # Passenger cars: KITTI's labels are 1.63 m wide in the mean, cars sold today 1.75 to 1.85 m, TuSimple's
-    # American ones fit best with 1.8 m. Drawings show a rear overhang of 0.6 to 1.1 m; from 2 m on a camera
-    # 0.9 m high or higher sees tyres below the bumper.
+    # American ones fit best with 1.8 m. Drawings show a rear overhang of 0.6 to 1.1 m; a camera 1.3 m high
+    # sees tyres below the bumper from 3 m on.
     VehicleKind(0.65, 1.74, 0.08, 1.50, 0.12, 0.75),
     # Vans.
     VehicleKind(0.10, 1.90, 0.06, 2.10, 0.12, 0.9),
