@@ -130,8 +130,8 @@ def test_the_trees_whose_boxes_are_wider_measure_the_shipped_drive_too(demo: Dem
     )
     results = list(DriveLog(tmp_path / "out" / "drive.mcap").results())
     comparison = compare_with_truth(results, demo.truth)
-    assert statistics.median(map(abs, comparison.lead_errors)) < 0.05
-    assert statistics.median(map(abs, comparison.track_errors)) < 0.05
+    assert statistics.median(map(abs, comparison.lead_errors)) < 0.035
+    assert statistics.median(map(abs, comparison.track_errors)) < 0.04
 
 
 @pytest.mark.slow
