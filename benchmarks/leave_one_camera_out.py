@@ -222,7 +222,7 @@ def trainer(arguments: argparse.Namespace, fold: str, others: Sequence[TrainingI
             return NetModel.load(path)
         from fcw.detection.net.training.fitting import NetTrainingSettings, fit_net  # needs PyTorch
 
-        model = fit_net(images, NetTrainingSettings().seeded(arguments.seed), Notes(), 0.0, others)
+        model = fit_net((*images, *others), NetTrainingSettings().seeded(arguments.seed), Notes(), 0.0)
         if path:
             path.parent.mkdir(parents=True, exist_ok=True)
             model.save(path)

@@ -1,7 +1,7 @@
 """Training folders from public datasets, which the net's looks learn from beside the project's own data.
 
     python benchmarks/more_vehicles/build.py CLONES OUT
-    fcw train --data $FCW_DATA --looks-data OUT/{kitti,bdd,caltech,gathered} --detector net --out net.npz
+    fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered} --detector net --out net.npz
     fcw evaluate detection OUT/judge/labels.json --images OUT/judge/images --calibration OUT/judge/calibration
 
 CLONES is a folder for clones of the repositories below; those that are missing are cloned (bare, about

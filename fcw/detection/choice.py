@@ -10,7 +10,6 @@ from fcw.detection.detector import Detector
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
-from fcw.detection.net.proposals import ProposalSettings
 from fcw.detection.onnx.detector import OnnxDetector, OnnxModel
 from fcw.errors import UserError
 
@@ -93,14 +92,11 @@ def make_detector(
     if isinstance(model, OnnxModel):
         return OnnxDetector(model, calibration, score_threshold)
     model_path(name)
-    if isinstance(model, NetModel):
-        search = ProposalSettings().search
-        scale = search.largest_scale if largest_scale is None else largest_scale
-        proposals = replace(ProposalSettings(), search=replace(search, largest_scale=scale))
-        margin = FAINT_MARGIN if for_tracker else 0.0
-        settings = NetSettings(proposals, score_threshold=score_threshold, faint_margin=margin)
-        return NetDetector(model, calibration, settings)
     enlarging = {} if largest_scale is None else {"largest_scale": largest_scale}
+    if isinstance(model, NetModel):
+        margin = FAINT_MARGIN if for_tracker else 0.0
+        settings = NetSettings(score_threshold=score_threshold, faint_margin=margin)
+        return NetDetector(model, calibration, replace(settings, **enlarging))
     if name == ACF:
         settings = AcfSettings(score_threshold=score_threshold)
         return AcfDetector(model, calibration, replace(settings, **enlarging))

@@ -102,22 +102,9 @@ class Scanner:
     """
 
     def __init__(
-        self,
-        model: Model,
-        size: ImageSize,
-        levels: tuple[Level, ...],
-        aspect_ratios: AspectRatios,
-        rejection_thresholds: Sequence[float] | None = None,
+        self, model: Model, size: ImageSize, levels: tuple[Level, ...], aspect_ratios: AspectRatios
     ) -> None:
-        """Plan all levels' work.
-
-        Args:
-            model: what scores the windows.
-            size: of the pictures.
-            levels: what windows there are.
-            aspect_ratios: tells them by the vehicles' bottom rows.
-            rejection_thresholds: one for each level; None: the model's for all.
-        """
+        """`aspect_ratios` tells them by the vehicles' bottom rows."""
         self.size = size
         self.windows_per_frame = sum(level.window_count for level in levels)
         self._window, self._two_scores = model.window, model.second is not None
@@ -131,8 +118,7 @@ class Scanner:
         table = self._grids.table
         grids = [(int(rows), int(columns)) for rows, columns in zip(table.rows, table.row_pitch, strict=True)]
         places = (table.end_row - table.first_row - 1) * table.row_pitch + table.columns
-        rejections = rejection_thresholds or [model.rejection_threshold] * len(levels)
-        self._cascade = prepare_cascade(model.trees, rejections, int(places.max(initial=0)))
+        self._cascade = prepare_cascade(model.trees, model.rejection_threshold, int(places.max(initial=0)))
         self._cascade_offsets = _stacked(
             [feature_offsets(model.trees, model.window, rows * pitch, pitch) for rows, pitch in grids]
         )
@@ -246,7 +232,6 @@ def _score_levels(
             table.columns[level],
             cascade_offsets[level],
             cascade,
-            level,
             passed.places,
             passed.scores,
         )

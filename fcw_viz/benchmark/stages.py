@@ -13,7 +13,6 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.choice import NET
 from fcw.detection.net.detector import NetDetector
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
-from fcw.detection.net.windows import Pyramid
 from fcw.job import DriveJob, prepare_drive
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink
@@ -27,11 +26,9 @@ from fcw.tracking.types import Track
 from fcw_viz.rerun.log import RerunSink
 
 DECODING = "decoding, to BGR"
-PROPOSING = "detection: the cascade proposes"
-HALVING = "detection: halves for the windows"
+HALVING = "detection: halves of the picture"
 GLANCE = "detection: glance"
-FIRST_LOOK = "detection: first look"
-SECOND_LOOK = "detection: second look"
+LOOK = "detection: look"
 DETECTION_REST = "detection: the rest"
 OWN_MOTION = "own motion and lane"
 TRACKING = "tracking by boxes"
@@ -42,11 +39,9 @@ LOGGING = "log"
 RERUN_LOGGING = "log for rerun"
 STAGES = (
     DECODING,
-    PROPOSING,
     HALVING,
     GLANCE,
-    FIRST_LOOK,
-    SECOND_LOOK,
+    LOOK,
     DETECTION_REST,
     OWN_MOTION,
     TRACKING,
@@ -127,18 +122,14 @@ def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
                 frame = next(frames, None)
             if frame is None:
                 break
-            with clock.stage(PROPOSING):
-                proposed = detector.propose(frame.image)
             with clock.stage(HALVING):
-                pyramid = Pyramid(frame.image)
+                pyramid = detector.pyramid(frame.image)
             with clock.stage(GLANCE):
                 seen = detector.glance(pyramid)
-            with clock.stage(FIRST_LOOK):
-                placements = detector.first_look(pyramid, proposed, seen)
-            with clock.stage(SECOND_LOOK):
-                boxes, logits = detector.second_look(pyramid, placements)
+            with clock.stage(LOOK):
+                boxes, logits = detector.look(pyramid, seen)
             with clock.stage(DETECTION_REST):
-                detections = detector.decide(boxes, detector.with_glance(seen, boxes, logits))
+                detections = detector.decide(*detector.with_glance(seen, boxes, logits))
             with clock.stage(OWN_MOTION):
                 moving = ego.update(frame.time_ns, frame.image, [found.box for found in detections])
             with clock.stage(_FOLLOWING):

@@ -29,10 +29,6 @@ class TrainCommand:
     """net: score from which a window counts as a vehicle. Default: chosen on clips that a first training
     leaves out."""
 
-    looks_data: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="DIR ...")] = ()
-    """net: more such folders, from which the two nets learn, but not the trees that propose. For many
-    kinds of vehicles: the trees are few, and rank all of them lower."""
-
     seed: int = 0
     """Random seed: the same data and seed give the same model."""
 
@@ -55,12 +51,9 @@ def run_train(command: TrainCommand) -> int:
 
     if not command.data:
         raise UserError("--data: no folder given; expected one with labels.json and images/")
-    for option, folders in (("--data", command.data), ("--looks-data", command.looks_data)):
-        for folder in folders:
-            if not folder.is_dir():
-                raise UserError(
-                    f"{option} {folder}: no such folder; expected one with labels.json and images/"
-                )
+    for folder in command.data:
+        if not folder.is_dir():
+            raise UserError(f"--data {folder}: no such folder; expected one with labels.json and images/")
     if not command.out.name:
         raise UserError(f"--out {command.out}: expected the name of a file, such as model.npz")
     if not command.out.parent.is_dir():
@@ -69,16 +62,11 @@ def run_train(command: TrainCommand) -> int:
         )
     if command.score_threshold is not None and command.detector != "net":
         raise UserError("--score-threshold: acf chooses its own; leave it out, or add --detector net")
-    if command.looks_data and command.detector != "net":
-        raise UserError("--looks-data: acf has no nets; name the folders with --data, or add --detector net")
     parts = command.out.with_name(command.out.name + ".parts")
     log_path = command.out.with_name(command.out.name + ".log.jsonl")
-    check_kind(command.out, "model of this program", (b"first_",))
+    check_kind(command.out, "model of this program", (b"first_", b"glance_"))
     check_kind(log_path, "log of a training", (f'"text": "{LOG_START}'.encode(),))
-    images, looks_only = (
-        load_training_set(*folders, permissive_only=command.permissive_only) if folders else ()
-        for folders in (command.data, command.looks_data)
-    )
+    images = load_training_set(*command.data, permissive_only=command.permissive_only)
     # A training that goes on from kept stages goes on with its log too.
     with (
         _opened(log_path, "a" if parts.is_dir() else "w") as log,
@@ -97,14 +85,13 @@ def run_train(command: TrainCommand) -> int:
                 log.flush()
 
         bar_and_log = _BarAndLog()
-        names = ", ".join(map(str, (*command.data, *command.looks_data)))
-        count = len(images) + len(looks_only)
-        bar_and_log.note(f"{LOG_START}{count} pictures of {names}, seed {command.seed}")
+        names = ", ".join(map(str, command.data))
+        bar_and_log.note(f"{LOG_START}{len(images)} pictures of {names}, seed {command.seed}")
         if command.detector == "net":
             from fcw.detection.net.training.fitting import NetTrainingSettings, train_net
 
             settings = NetTrainingSettings().seeded(command.seed)
-            model = train_net(images, settings, bar_and_log, command.score_threshold, looks_only)
+            model = train_net(images, settings, bar_and_log, command.score_threshold)
         else:
             model = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts).model
     model.save(command.out)

@@ -47,12 +47,10 @@ from fcw_viz.benchmark.stages import (
     DECODING,
     DETECTION_REST,
     ENCODING,
-    FIRST_LOOK,
     GLANCE,
     LOGGING,
-    PROPOSING,
+    LOOK,
     RERUN_LOGGING,
-    SECOND_LOOK,
     STAGES,
     TRACKING,
     stage_times,
@@ -250,7 +248,7 @@ def test_the_report_holds_the_tables_the_figures_and_two_pictures(bench: dict[st
 def test_every_stage_of_a_frame_has_its_part_of_the_bar(bench: dict[str, Any]) -> None:
     assert tuple(bench["stages_ms"]) == tuple(stage for stage in STAGES if stage != ENCODING)  # it is relayed
     assert all(len(values) == 2 and min(values) >= 0 for values in bench["stages_ms"].values())
-    looks = (PROPOSING, GLANCE, FIRST_LOOK, SECOND_LOOK, DETECTION_REST)
+    looks = (GLANCE, LOOK, DETECTION_REST)
     for stage in (DECODING, *looks, TRACKING, LOGGING, RERUN_LOGGING):
         assert min(bench["stages_ms"][stage]) > 0
     bars = ElementTree.parse(bench["folder"] / "speed-stages.svg").findall(".//{*}rect")
@@ -278,7 +276,7 @@ def test_encoding_is_a_stage_of_a_drive_whose_video_cannot_be_relayed(tmp_path: 
 def test_a_run_against_itself_changes_nothing(bench: dict[str, Any]) -> None:
     figures = Figures("", bench["ms_per_frame"], {}, bench["stages_ms"], bench["windows_per_frame"])
     changes = EarlierFigures.load(bench["folder"] / "bench.json").as_json(figures)
-    assert {"detector net / cv2 BGR to Luv", f"{PRIOR} / Luv", f"stage {SECOND_LOOK} / Luv"} < set(changes)
+    assert {"detector net / cv2 BGR to Luv", f"{PRIOR} / Luv", f"stage {LOOK} / Luv"} < set(changes)
     assert all(change["ratio"] == pytest.approx(1.0) for change in changes.values())
     twice = Figures(
         "",

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.kernels.inner import inner_kernel
+from fcw.kernels.jit import kernel
 
 
 def suppress(
@@ -27,6 +28,38 @@ def suppress(
     sort_best_first(np.array(scores, np.float64), order, np.empty_like(order))
     count = keep_apart(np.array(boxes, np.float64, order="C"), order, largest_overlap, kept)
     return kept[:count]
+
+
+def keep_unlike(boxes: NDArray[np.float64], largest_iou: float, most: int) -> NDArray[np.int64]:
+    """Greedy suppression by IoU, of boxes whose best are first: a small one within a large one stays.
+
+    Args:
+        boxes: (N, 4) x, y, w, h.
+        largest_iou: of any two that are kept.
+        most: how many are kept at most.
+
+    Returns:
+        Indices of the boxes kept, in their order.
+    """
+    kept = np.empty(min(most, len(boxes)), np.int64)
+    return kept[: _keep_unlike(np.array(boxes, np.float64, order="C"), largest_iou, kept)]
+
+
+@kernel()
+def _keep_unlike(boxes: NDArray[np.float64], largest_iou: float, kept: NDArray[np.int64]) -> int:
+    count = 0
+    for i in range(len(boxes)):
+        if count == len(kept):
+            break
+        alike = False
+        for k in range(count):
+            if agree(boxes, i, kept[k], largest_iou):
+                alike = True
+                break
+        if not alike:
+            kept[count] = i
+            count += 1
+    return count
 
 
 @inner_kernel(from_python=True)

@@ -1,7 +1,6 @@
-"""The detector in which a small convolutional net has the last word on what the distance prior proposes.
+"""The detector of two small convolutional nets: one glances at the picture, the other looks closer.
 
-A cascade over aggregated channels (ACF) proposes windows where the calibration allows a vehicle. A few of
-them, near ones and far ones, are judged by the net, which also says where in each the vehicle stands: regions
-with convolutional features (Girshick et al., "Rich feature hierarchies", 2014). Here the windows, and so the
-sizes that the net has to know, follow from the camera.
+The first sees the whole picture and, of what is far, bands along the horizon at finer scales. Where these lie
+and how high they are follows from the calibration: a vehicle that looks small stands far away, and so near
+the horizon. The second judges each vehicle that the first proposes, and says where exactly it stands.
 """

@@ -1,4 +1,4 @@
-"""The detector: cascade and glance propose, two looks and the glance decide, and the second look places."""
+"""The detector: a glance at the picture and its bands proposes, a closer look places, both decide."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,17 +12,17 @@ from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.plausible import CUT_MARGIN
 from fcw.detection.boxes.suppression import suppress
 from fcw.detection.detector import Aim, Detection
-from fcw.detection.net.glance import Glance, Glanced
-from fcw.detection.net.looks import FIRST_PX, SECOND_PX, Look, PickSettings, pick
+from fcw.detection.net.bands import bands_of
+from fcw.detection.net.glance import CELL_PX, Glance, Glanced
+from fcw.detection.net.look import Look
 from fcw.detection.net.model import NetModel
-from fcw.detection.net.proposals import ProposalSettings, Proposer
 from fcw.detection.net.windows import Pyramid, placements_on
 
 LOOKED_AGAIN = 0.88, 1.12
-"""Sizes of the vehicle that the second look expects where it looks again, beside the one that it found."""
+"""Sizes of the vehicle that the net expects where it looks again, beside the one that it found."""
 
 GLANCE_AGREES = 0.5
-"""IoU from which a box of the glance shows the vehicle that a box of the second look shows."""
+"""IoU from which a box of the glance shows the vehicle that a box of the look shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,21 +30,20 @@ class NetSettings:
     """What is looked at, and what the detector does with the verdicts.
 
     Attributes:
-        proposals: which windows are looked at.
-        picked: which of them are looked at twice.
+        pitch_tolerance_rad: by how much the calibration's pitch may be off.
+        largest_scale: how far bands may enlarge the picture.
         glance_from: logit from which a cell of the glance says something; where none agrees with a box it
             counts as this.
-        glanced: most of what the glance sees that is looked at as well, without a first look.
-        glanced_iou: boxes of the glance that overlap more show the same.
-        glance_share: what the glance counts for near vehicles, beside the second look.
+        looked_from: logit of the glance from which what it sees is looked at.
+        looked_at: most of that, best first.
+        looked_iou: boxes of the glance that overlap more show the same.
+        looked_size: size of the vehicle that the look expects, beside the glance's: boxes of the look err to
+            what it expects, and with this they are as wide as those that people drew.
+        glance_share: what the glance counts for near vehicles, beside the look: in what they are, and where.
         glance_parts: height of a box, as a part of the picture's, up to which the glance has no say, and
             from which it has its share.
-        mirrored_part: size of a vehicle, as a part of the picture's height, from which the first look looks
-            at its window's mirror image as well.
-        again_from: logit from which the second look looks again. On cameras left out it does not matter
-            whether it does below.
-        again_below: and below which: it is sure of the others. On cameras left out 3, 4 and no limit find as
-            many.
+        again_from: logit from which the look is taken again. On cameras left out it does not matter
+            whether it is below.
         sizes_m: sqrt(w h) that a vehicle may have where its box stands on the road: motorcycle to bus.
             On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
             would lose lorries.
@@ -63,16 +62,16 @@ class NetSettings:
         faint_margin: windows up to so much below it are handed on as faint.
     """
 
-    proposals: ProposalSettings = ProposalSettings()  # noqa: RUF009 - frozen
-    picked: PickSettings = PickSettings()  # noqa: RUF009 - frozen
+    pitch_tolerance_rad: float = math.radians(1.0)
+    largest_scale: float = 2.0
     glance_from: float = -3.0
-    glanced: int = 8
-    glanced_iou: float = 0.6
+    looked_from: float = 0.0
+    looked_at: int = 24
+    looked_iou: float = 0.75
+    looked_size: float = 0.92
     glance_share: float = 0.5
-    glance_parts: tuple[float, float] = (0.13, 0.22)
-    mirrored_part: float = 0.12
+    glance_parts: tuple[float, float] = (0.08, 0.13)
     again_from: float = 0.0
-    again_below: float = 4.0
     sizes_m: tuple[float, float] = (1.0, 4.0)
     largest_overlap: float = 0.5
     near_part: float = 0.1
@@ -97,12 +96,10 @@ class NetDetector:
         self, model: NetModel, calibration: Calibration, settings: NetSettings = NetSettings()
     ) -> None:
         self._settings, self._size = settings, calibration.image_size
-        self._cascade, self._calibrated = model.cascade, calibration.camera
-        self._height_m = calibration.camera.height_m
+        self._calibrated, self._height_m = calibration.camera, calibration.camera.height_m
         self._aim: Aim | None = None
-        self.aim(Aim(calibration.camera.pitch_rad, settings.proposals.search.pitch_tolerance_rad))
-        self._glance = Glance(model.glance, self._size, settings.glance_from)
-        self._first, self._second = Look(model.first, FIRST_PX), Look(model.second, SECOND_PX)
+        self.aim(Aim(calibration.camera.pitch_rad, settings.pitch_tolerance_rad))
+        self._glance, self._look = Glance(model.glance, settings.glance_from), Look(model.look)
         given = settings.score_threshold
         self._threshold = model.score_threshold if given is None else given
 
@@ -115,20 +112,17 @@ class NetDetector:
         """See `fcw.detection.detector.AimedDetector`."""
         if aim == self._aim:
             return
-        settings, camera = self._settings.proposals, replace(self._calibrated, pitch_rad=aim.pitch_rad)
-        tolerance_rad = max(aim.tolerance_rad, settings.search.pitch_tolerance_rad)
-        search = replace(settings.search, pitch_tolerance_rad=tolerance_rad)
-        self._proposer = Proposer(
-            self._cascade, Calibration.from_camera(camera, self._size), replace(settings, search=search)
-        )
+        camera = replace(self._calibrated, pitch_rad=aim.pitch_rad)
+        tolerance_rad = max(aim.tolerance_rad, self._settings.pitch_tolerance_rad)
+        self._bands = bands_of(self._size, camera, tolerance_rad, self._settings.largest_scale)
         self._horizon_row_px = camera.horizon_row_px
         self._tolerance_px = camera.focal_y_px * math.tan(tolerance_rad)
         self._aim = aim
 
     @property
     def windows_per_frame(self) -> int:
-        """Number of windows that the cascade looks at in each picture."""
-        return self._proposer.windows_per_frame
+        """Number of cells in which the glance looks for vehicles."""
+        return sum(band.shown.width * band.shown.height for band in self._bands) // CELL_PX**2
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first.
@@ -136,75 +130,58 @@ class NetDetector:
         Raises:
             ValueError: the picture has another size than the calibration.
         """
-        proposed, pyramid = self.propose(image), Pyramid(image)
+        pyramid = self.pyramid(image)
         seen = self.glance(pyramid)
-        boxes, logits = self.second_look(pyramid, self.first_look(pyramid, proposed, seen))
-        return self.decide(boxes, self.with_glance(seen, boxes, logits))
+        boxes, logits = self.look(pyramid, seen)
+        return self.decide(*self.with_glance(seen, boxes, logits))
 
-    def propose(self, image: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """(N, 3) placements in a (height, width, 3) BGR picture that the cascade thinks worth a look.
+    def pyramid(self, image: NDArray[np.uint8]) -> Pyramid:
+        """A (height, width, 3) BGR picture and its halves.
 
         Raises:
-            ValueError: the picture has another size than the calibration.
+            ValueError: it has another size than the calibration.
         """
         if image.shape != (self._size.height, self._size.width, 3) or image.dtype != np.uint8:
             raise ValueError(
                 f"the detector expects uint8 BGR pictures of {self._size}, got {image.dtype} of shape "
                 f"{image.shape}"
             )
-        return self._proposer.propose(image)[0]
+        return Pyramid(image)
 
     def glance(self, pyramid: Pyramid) -> Glanced:
-        """What the net that sees the whole picture takes for near vehicles."""
-        return self._glance.at(pyramid)
+        """What the net that sees the picture and its bands takes for vehicles."""
+        return self._glance.at(pyramid, self._bands)
 
-    def first_look(
-        self, pyramid: Pyramid, proposed: NDArray[np.float64], seen: Glanced
-    ) -> NDArray[np.float64]:
-        """(M, 3) placements that are worth a closer look.
+    def look(self, pyramid: Pyramid, seen: Glanced) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(M, 4) boxes and (M,) logits of the best of what a glance saw, by the net that sees it alone.
 
-        Args:
-            pyramid: of the picture.
-            proposed: (N, 3) that the cascade proposes, and the first look looks at.
-            seen: what a glance saw; the best of it is worth a closer look anyway.
-        """
-        settings, height = self._settings, self._size.height
-
-        def near(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-            return boxes[:, 2] * boxes[:, 3] >= (settings.mirrored_part * height) ** 2
-
-        picked = pick(*self._first.both_ways(pyramid, proposed, near), height, settings.picked)
-        best = seen.best(settings.glanced, settings.glanced_iou)
-        return np.concatenate([picked, placements_on(best.boxes)])
-
-    def with_glance(
-        self, seen: Glanced, boxes: NDArray[np.float64], logits: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """(M,) logits of (M, 4) boxes by the second look, those of near ones in part by a glance."""
-        settings, (low, high) = self._settings, self._settings.glance_parts
-        near = np.clip((boxes[:, 3] / self._size.height - low) / (high - low), 0.0, 1.0)
-        share = settings.glance_share * near
-        return (1.0 - share) * logits + share * seen.logits_of(boxes, GLANCE_AGREES, settings.glance_from)
-
-    def second_look(
-        self, pyramid: Pyramid, placements: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(M, 4) boxes of the vehicles that would stand at (M, 3) placements, and (M,) logits of it.
-
-        What may be one, but not surely, is looked at twice more, at mirror images, from where it was found to
+        Where it may be a vehicle the net looks twice more, at the mirror images of windows in which it would
         stand, a little nearer and further away: the net errs otherwise there, and the mean of all errs less.
         """
-        boxes, logits = self._second.at(pyramid, placements)
-        maybe = np.flatnonzero((logits >= self._settings.again_from) & (logits < self._settings.again_below))
+        settings = self._settings
+        best = seen.best(settings.looked_at, settings.looked_iou, settings.looked_from)
+        boxes, logits = self._look.at(pyramid, placements_on(best.boxes) * (1.0, 1.0, settings.looked_size))
+        maybe = np.flatnonzero(logits >= settings.again_from)
         found = placements_on(boxes[maybe])
         again = np.concatenate([found * (1.0, 1.0, part) for part in LOOKED_AGAIN])
-        more_boxes, more_logits = self._second.at(pyramid, again, mirrored=True)
+        more_boxes, more_logits = self._look.at(pyramid, again, mirrored=True)
         boxes[maybe] = np.mean([boxes[maybe], *more_boxes.reshape(len(LOOKED_AGAIN), -1, 4)], axis=0)
         logits[maybe] = np.mean([logits[maybe], *more_logits.reshape(len(LOOKED_AGAIN), -1)], axis=0)
         return boxes, logits
 
+    def with_glance(
+        self, seen: Glanced, boxes: NDArray[np.float64], logits: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(M, 4) boxes and (M,) logits by the look, those of near vehicles in part by the glance."""
+        settings, (low, high) = self._settings, self._settings.glance_parts
+        near = np.clip((boxes[:, 3] / self._size.height - low) / (high - low), 0.0, 1.0)
+        share = settings.glance_share * near
+        glanced = seen.logits_of(boxes, GLANCE_AGREES, settings.glance_from)
+        placed = seen.boxes_of(boxes, settings.agreeing_iou)
+        return boxes + share[:, None] * (placed - boxes), logits + share * (glanced - logits)
+
     def decide(self, boxes: NDArray[np.float64], logits: NDArray[np.float64]) -> tuple[Detection, ...]:
-        """Vehicles, best score first, of the (M, 4) boxes and (M,) logits of the second look."""
+        """Vehicles, best score first, of the (M, 4) boxes and (M,) logits of the look."""
         settings, boxes = self._settings, self._inside(boxes)
         possible = np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
         boxes, scores = boxes[possible], logits[possible]

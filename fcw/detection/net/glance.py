@@ -1,11 +1,12 @@
-"""A glance at the whole picture, shown small: near vehicles in their surroundings.
+"""A glance at the picture and its bands, shown small: vehicles in their surroundings.
 
-The looks see a window at a time, and take part of a lorry for a car, or a car that is cut by the picture's
-edge for nothing. A net that sees all of the picture knows better what is near. As in FCOS (Tian et al. 2019)
-each of its cells says whether it is in the middle of a vehicle, and how far that reaches to either side; as
-in feature pyramids (Lin et al. 2017) what is seen of larger surroundings is added to what is seen finely.
+As in FCOS (Tian et al. 2019) each of a net's cells says whether it is in the middle of a vehicle, and how far
+that reaches to either side; as in feature pyramids (Lin et al. 2017) what is seen of larger surroundings is
+added to what is seen finely. The same net sees the whole picture and, of what is far, bands that show it
+larger (`fcw.detection.net.bands`): to it all vehicles are near.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,24 +15,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.boxes.overlap import intersection_over_union
+from fcw.detection.boxes.suppression import keep_unlike
+from fcw.detection.net.bands import Band
 from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.planes import PlaneConvolution
-from fcw.detection.net.proposals import choose
 from fcw.detection.net.windows import Pyramid
 from fcw.frame import ImageSize
+from fcw.kernels.jit import kernel
 
 FloatArray = NDArray[np.float32]
 
 CELL_PX = 8
-"""Side of a cell, in the small picture."""
-SHOWN = ImageSize(224, 128)
-"""The small picture, where pictures are 7 to 4. Others are shown as large, and a little out of shape."""
-SIDES_PX = 32
-"""A multiple of which its sides are: it is halved five times."""
+"""Side of a cell, in what the net is shown."""
 LEAST_CONTRAST = 8.0
-"""Counts added to the picture's standard deviation, as for windows."""
+"""Counts added to the standard deviation of what the net is shown, as for windows."""
 LARGEST_REACH = 4.0
-"""Of the logarithms of reaches, in cells: 50 cells are more than the picture has."""
+"""Of the logarithms of reaches, in cells: 50 cells are more than the whole picture has."""
+CUT_PX = 3.0
+"""What ends so near to where a band was cut out may go on beyond."""
 
 FINE, MIDDLE, COARSE = 4, 2, 3
 """How many convolutions come first, see cells twice as large, and four times."""
@@ -43,14 +44,15 @@ SHAPES = tuple((outputs, inputs, 3, 3) for row in CHANNELS for inputs, outputs i
 
 
 class GlanceNet:
-    """The net for pictures of one shape, in memory it keeps: one for each thread.
+    """The net for pictures of one size, in memory it keeps: one for each thread.
 
     Args:
         convolutions: all of them, of `SHAPES`.
-        shown: size of the small picture.
+        shown: the size.
     """
 
     def __init__(self, convolutions: Sequence[Convolution], shown: ImageSize) -> None:
+        self._planes = np.zeros((3, shown.height, shown.width), np.float32)
         self._layers: list[PlaneConvolution] = []
         halvings = 0
         for number, each in enumerate(convolutions):
@@ -62,10 +64,11 @@ class GlanceNet:
     def __call__(self, picture: NDArray[np.uint8]) -> FloatArray:
         """(5, rows, columns): each cell's logit, and how far the vehicle reaches to left, top, right, bottom.
 
-        The latter from the cell's middle, as logarithms, in cells.
+        The latter from the cell's middle, as logarithms, in cells. They are in memory that the next call
+        overwrites.
         """
-        planes = picture.astype(np.float32).transpose(2, 0, 1)
-        planes = (planes - planes.mean()) / (planes.std() + np.float32(LEAST_CONTRAST))
+        planes = self._planes
+        _normalise(picture, LEAST_CONTRAST, planes)
         layers = iter(self._layers)
 
         def after(planes: FloatArray, count: int) -> FloatArray:
@@ -75,13 +78,42 @@ class GlanceNet:
 
         fine = after(planes, FINE)
         middle = after(fine, MIDDLE)
-        middle = after(middle + _doubled(after(middle, COARSE)), 1)
-        fine = after(fine + _doubled(middle), 1)
+        _add_doubled(middle, after(middle, COARSE))
+        _add_doubled(fine, after(middle, 1))
+        fine = after(fine, 1)
         return next(layers)(fine, least=-np.inf)
 
 
-def _doubled(planes: FloatArray) -> FloatArray:
-    return planes.repeat(2, axis=1).repeat(2, axis=2)
+@kernel()
+def _normalise(picture: NDArray[np.uint8], least_contrast: float, planes: FloatArray) -> None:
+    """The picture's brightness taken away and its contrast divided out, plane by plane."""
+    height, width, _ = picture.shape
+    total, squares = np.int64(0), np.int64(0)
+    for row in range(height):
+        for column in range(width):
+            for channel in range(3):
+                value = np.int64(picture[row, column, channel])
+                total += value
+                squares += value * value
+    count = 3 * height * width
+    mean = total / count
+    deviation = math.sqrt(max(squares / count - mean * mean, 0.0))
+    middle, scale = np.float32(mean), np.float32(1.0 / (deviation + least_contrast))
+    for channel in range(3):
+        for row in range(height):
+            for column in range(width):
+                planes[channel, row, column] = (np.float32(picture[row, column, channel]) - middle) * scale
+
+
+@kernel()
+def _add_doubled(planes: FloatArray, coarse: FloatArray) -> None:
+    """To every element that of coarser planes at its place: each of theirs to four."""
+    for plane in range(len(planes)):
+        for row in range(planes.shape[1]):
+            for column in range(coarse.shape[2]):
+                value = coarse[plane, row // 2, column]
+                planes[plane, row, 2 * column] += value
+                planes[plane, row, 2 * column + 1] += value
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,9 +128,10 @@ class Glanced:
     boxes: NDArray[np.float64]
     logits: NDArray[np.float64]
 
-    def best(self, count: int, largest_iou: float) -> "Glanced":
-        """The best ones of which no two overlap by more."""
-        chosen = choose(self.boxes, np.zeros(len(self.boxes)), (), (count,), largest_iou)
+    def best(self, count: int, largest_iou: float, least_logit: float) -> "Glanced":
+        """The best ones, of no less than a logit, of which no two overlap by more than an IoU."""
+        enough = np.searchsorted(-self.logits, -least_logit, side="right")
+        chosen = keep_unlike(self.boxes[:enough], largest_iou, count)
         return Glanced(self.boxes[chosen], self.logits[chosen])
 
     def logits_of(
@@ -109,38 +142,48 @@ class Glanced:
         logits = np.where(agree, self.logits, least_logit)
         return logits.max(axis=1, initial=least_logit)
 
+    def boxes_of(self, boxes: NDArray[np.float64], least_iou: float) -> NDArray[np.float64]:
+        """(M, 4) the mean of what agrees with each of (M, 4) boxes, by its probability, or the box itself."""
+        agree = intersection_over_union(boxes, self.boxes) >= least_iou
+        weights = agree / (1.0 + np.exp(-self.logits))
+        total = weights.sum(axis=1, keepdims=True)
+        return np.where(total > 0, weights @ self.boxes / np.maximum(total, 1e-9), boxes)
+
 
 class Glance:
     """Glances at pictures of one size; owns memory: use one for each thread.
 
     Args:
         convolutions: of the net.
-        size: of the pictures.
         least_logit: cells below it say nothing.
     """
 
-    def __init__(self, convolutions: Sequence[Convolution], size: ImageSize, least_logit: float) -> None:
-        self._shown = shown_as(size)
-        self._net, self._least_logit = GlanceNet(convolutions, self._shown), least_logit
-        self._scale = np.array([size.width / self._shown.width, size.height / self._shown.height], np.float64)
+    def __init__(self, convolutions: Sequence[Convolution], least_logit: float) -> None:
+        self._convolutions, self._least_logit = convolutions, least_logit
+        self._nets: dict[ImageSize, GlanceNet] = {}
 
-    def at(self, pyramid: Pyramid) -> Glanced:
-        """What may be a near vehicle in a picture."""
-        seen = self._net(pyramid.shown_as(self._shown))
-        rows, columns = np.nonzero(seen[0] >= self._least_logit)
-        logits = seen[0, rows, columns].astype(np.float64)
+    def at(self, pyramid: Pyramid, bands: Sequence[Band]) -> Glanced:
+        """What may be a vehicle in bands of a picture."""
+        seen = [self._in(pyramid, band) for band in bands]
+        logits = np.concatenate([logits for _, logits in seen])
         order = np.argsort(-logits, kind="stable")
-        rows, columns = rows[order], columns[order]
+        return Glanced(np.concatenate([boxes for boxes, _ in seen])[order], logits[order])
+
+    def _in(self, pyramid: Pyramid, band: Band) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(N, 4) boxes and (N,) logits."""
+        if band.shown not in self._nets:
+            self._nets[band.shown] = GlanceNet(self._convolutions, band.shown)
+        shown = pyramid.rows(band.level, band.first_row, band.end_row, band.shown)
+        seen = self._nets[band.shown](shown)
+        rows, columns = np.nonzero(seen[0] >= self._least_logit)
         middles = (np.column_stack([columns, rows]) + 0.5) * CELL_PX
         reaches = np.exp(np.minimum(seen[1:, rows, columns].T.astype(np.float64), LARGEST_REACH)) * CELL_PX
+        corners, far_corners = middles - reaches[:, :2], middles + reaches[:, 2:]
+        above, below = band.is_cut
+        whole = ~((corners[:, 1] < CUT_PX) & above)
+        whole &= ~((far_corners[:, 1] > band.shown.height - CUT_PX) & below)
         # Coordinates have their origin in the middle of the first pixel.
-        corners = (middles - reaches[:, :2]) * self._scale - 0.5
-        sizes = (reaches[:, :2] + reaches[:, 2:]) * self._scale
-        return Glanced(np.hstack([corners, sizes]), logits[order])
-
-
-def shown_as(size: ImageSize) -> ImageSize:
-    """How large a picture is shown: about as many pixels as `SHOWN` has, in nearly the picture's shape."""
-    scale = np.sqrt(SHOWN.width * SHOWN.height / (size.width * size.height))
-    width, height = (max(2, round(side * scale / SIDES_PX)) * SIDES_PX for side in (size.width, size.height))
-    return ImageSize(width, height)
+        corners = corners[whole] * band.scale + (-0.5, band.top_px - 0.5)
+        sizes = (reaches[whole, :2] + reaches[whole, 2:]) * band.scale
+        boxes = np.hstack([corners, sizes]).astype(np.float64)
+        return boxes, seen[0, rows[whole], columns[whole]].astype(np.float64)

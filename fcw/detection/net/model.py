@@ -1,8 +1,8 @@
-"""What the detector learnt: the cascade that proposes, the nets of glance and looks, and their file."""
+"""What the detector learnt: the nets of glance and look, and their file."""
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from fcw.bounded.arrays import npz_arrays
 from fcw.bounded.formats import json_value
-from fcw.detection.model import Model, VehicleStatistics, Window, check_parts, tree_arrays, trees_of
 from fcw.detection.net.glance import SHAPES, STRIDES
 from fcw.detection.net.onnx_layers import Convolution, read_layers
 from fcw.errors import UserError
 from fcw.files import whole_file
 
-FORMAT = "fcw-net-3"
+FORMAT = "fcw-net-4"
 SHIPPED_NET_PATH = Path(__file__).parents[1] / "weights" / "net.npz"
 
 
@@ -26,17 +25,13 @@ class NetModel:
     """Everything the detector needs that was learnt.
 
     Attributes:
-        cascade: proposes windows; its second stage and regressor are not used.
-        first: the net of the first look, an ONNX file's bytes (`fcw.detection.net.looks.Look`).
-        second: that of the second, which decides.
-        glance: of the net that sees the whole picture (`fcw.detection.net.glance.SHAPES`).
+        glance: the convolutions of the net that sees the picture (`fcw.detection.net.glance.SHAPES`).
+        look: the net that looks at what a glance found, an ONNX file's bytes (`fcw.detection.net.look.Look`).
         score_threshold: logit from which a window counts as a vehicle by default.
     """
 
-    cascade: Model
-    first: bytes
-    second: bytes
     glance: tuple[Convolution, ...]
+    look: bytes
     score_threshold: float
 
     def save(self, path: Path) -> None:
@@ -45,16 +40,8 @@ class NetModel:
         Raises:
             UserError: the file cannot be written there.
         """
-        header = {
-            "format": FORMAT,
-            "window": asdict(self.cascade.window),
-            "statistics": asdict(self.cascade.statistics),
-            "rejection_threshold": self.cascade.rejection_threshold,
-            "score_threshold": self.score_threshold,
-        }
-        arrays: dict[str, NDArray[Any]] = tree_arrays(self.cascade.trees, "first")
-        arrays["first_look"] = np.frombuffer(self.first, np.uint8)
-        arrays["second_look"] = np.frombuffer(self.second, np.uint8)
+        header = {"format": FORMAT, "score_threshold": self.score_threshold}
+        arrays: dict[str, NDArray[Any]] = {"look": np.frombuffer(self.look, np.uint8)}
         for number, each in enumerate(self.glance):
             arrays[f"glance_{number}_weights"], arrays[f"glance_{number}_biases"] = each.weights, each.biases
         arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
@@ -73,29 +60,12 @@ class NetModel:
             header = json_value(arrays["header"].tobytes().decode())
             if header["format"] != FORMAT:
                 raise ValueError(f"format {header['format']!r:.40}, expected {FORMAT}")
-            statistics = header["statistics"]
-            for name in ("aspect_distances_m", "aspect_ratios"):
-                statistics[name] = tuple(statistics[name])
-            rejection = header["rejection_threshold"]
             model = cls(
-                Model(
-                    Window(**header["window"]),
-                    trees_of(arrays, "first"),
-                    None,
-                    None,
-                    VehicleStatistics(**statistics),
-                    rejection,
-                    rejection,
-                    rejection,
-                ),
-                arrays["first_look"].tobytes(),
-                arrays["second_look"].tobytes(),
                 tuple(_convolution(arrays, number) for number in range(len(SHAPES))),
+                arrays["look"].tobytes(),
                 header["score_threshold"],
             )
-            check_parts(model.cascade)
-            for look in (model.first, model.second):
-                read_layers(look)
+            read_layers(model.look)
             return model
         except FileNotFoundError:
             raise UserError(

@@ -73,11 +73,14 @@ class PlaneConvolution:
         self._biases = convolution.biases.astype(np.float32)
         in_tiles = -(-self._geometry.to_rows * columns // TILE_COLUMNS) * TILE_COLUMNS
         self._sums = aligned_zeros((TILE_ROWS, in_tiles), np.float32)
+        self._outputs = np.zeros((outputs, height // stride, width // stride), np.float32)
 
     def __call__(self, planes: FloatArray, least: float = 0.0) -> FloatArray:
-        """(outputs, rows, columns) of (inputs, height, width) planes; `least` where they would be less."""
-        geometry = self._geometry
-        outputs = np.empty((geometry.outputs, geometry.to_rows, geometry.to_columns), np.float32)
+        """(outputs, rows, columns) of (inputs, height, width) planes; `least` where they would be less.
+
+        They are in memory that the next call overwrites.
+        """
+        geometry, outputs = self._geometry, self._outputs
         _convolve(
             np.ascontiguousarray(planes, np.float32),
             geometry,

@@ -1,7 +1,7 @@
 """What the nets see: windows of a picture, each at its own scale.
 
 A window is measured in units: a vehicle of sqrt(w h) = `VEHICLE_UNITS` stands in its middle, the bottom edge
-`BOTTOM_UNITS` below its top, as in the cascade's windows (`fcw.detection.model.Window`).
+`BOTTOM_UNITS` below its top.
 """
 
 import cv2
@@ -30,11 +30,10 @@ class Pyramid:
         self._pictures = tuple(levels)
         self._levels = tuple(rows_of_bytes(level) for level in levels)
 
-    def shown_as(self, size: ImageSize) -> NDArray[np.uint8]:
-        """The whole picture, (height, width, 3), as large as asked for."""
-        enough = [picture for picture in self._pictures if _holds(picture, size)]
-        picture = enough[-1] if enough else self._pictures[0]  # less than twice as large, or smaller
-        return np.asarray(cv2.resize(picture, (size.width, size.height)), np.uint8)
+    def rows(self, level: int, first: int, end: int, shown: ImageSize) -> NDArray[np.uint8]:
+        """Rows of a level, as large as they are to be shown."""
+        part = self._pictures[level][first:end]
+        return np.asarray(cv2.resize(part, (shown.width, shown.height)), np.uint8)
 
     def windows(
         self, placements: NDArray[np.float64], side_px: int, side_units: float = WINDOW_UNITS
@@ -61,10 +60,12 @@ class Pyramid:
         return cut
 
 
-def _holds(picture: NDArray[np.uint8], size: ImageSize) -> bool:
-    """Whether a picture is as large as a size, or larger."""
-    height, width = picture.shape[:2]
-    return width >= size.width and height >= size.height
+def level_sizes(size: ImageSize) -> tuple[ImageSize, ...]:
+    """Sizes of the levels of a pyramid."""
+    sizes = [size]
+    for _ in range(LEVELS - 1):
+        sizes.append(ImageSize(-(-sizes[-1].width // 2), -(-sizes[-1].height // 2)))
+    return tuple(sizes)
 
 
 def _half(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -21,7 +21,6 @@ from fcw.detection.model import (
 )
 from fcw.detection.training.checkpoints import Checkpoints
 from fcw.detection.training.dataset import TrainingImage, without_vehicle_in_place
-from fcw.detection.training.looks import vary_looks
 from fcw.detection.training.mining import Detectors, false_positives
 from fcw.detection.training.samples import Augmentation, place, random_boxes, window_features
 from fcw.detection.training.settings import Progress, TrainingSettings
@@ -261,8 +260,6 @@ class Fitter:
             if generator.uniform() < 0.5:
                 picture = np.ascontiguousarray(picture[:, ::-1])
                 boxes, rears = (_mirrored(some, picture.shape[1]) for some in (boxes, rears))
-            if settings.mined_looks and generator.uniform() < settings.mined_varied_part:
-                picture = vary_looks(picture, settings.mined_looks, generator)
             scans = [detectors.prior(image).scan]
             if settings.whole_image_every and number % settings.whole_image_every == 0:
                 scans.append(detectors.full.scan)

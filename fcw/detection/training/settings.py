@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from fcw.detection.acf import AcfSettings
-from fcw.detection.training.looks import Looks
 from fcw.detection.training.samples import Augmentation
 
 PAPERS_FPPI = 0.046
@@ -27,8 +26,6 @@ class TrainingSettings:
         whole_image_every: one picture in so many is also mined without the distance prior, so that the trees
             know what lies off the road as well, where plain ACF looks; 0: none.
         search: where hard negatives are looked for.
-        mined_looks: how pictures that are mined are varied; None: not.
-        mined_varied_part: part of them that are.
         max_negatives: largest number of negatives in a round; the newest go first.
         rejection_threshold: constant soft cascade while mining.
         lowest_rejection_threshold: of the model; vehicles unlike those learnt from pass a lower one.
@@ -49,8 +46,6 @@ class TrainingSettings:
     mined_per_image: int = 40
     whole_image_every: int = 4
     search: AcfSettings = AcfSettings()  # noqa: RUF009 - frozen
-    mined_looks: Looks | None = None
-    mined_varied_part: float = 0.7
     max_negatives: int = 30_000
     rejection_threshold: float = -3.0
     lowest_rejection_threshold: float = -6.0

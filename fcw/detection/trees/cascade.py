@@ -1,8 +1,7 @@
 """The soft cascade: boosted depth-2 trees over all windows of a level.
 
 A window's score is the sum of one leaf of each tree. Bourdev and Brandt's soft cascade with a constant
-threshold (as in ACF): a window is dropped as soon as its running score falls below it. Each level may have
-a threshold of its own: few windows are large, and dropping those late costs little.
+threshold (as in ACF): a window is dropped as soon as its running score falls below it.
 
 No window is scored alone: one tree is evaluated for many neighbouring windows at once, whose features lie
 side by side. Windows are told by their place, the index of their first cell in a channel; a level's places
@@ -20,7 +19,6 @@ dropped that single precision would keep.
 The loops themselves stand in `fcw.detection.trees.loops`.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -62,9 +60,9 @@ class Cascade(NamedTuple):
     Attributes:
         thresholds: (T, 3) uint8.
         leaves: (T, 4) float32.
-        rejection_thresholds: (L,) float32, running scores below which each level's windows are dropped.
+        rejection_threshold: running score below which a window is dropped.
         steps: (T, 4) int16, the leaves in steps.
-        fewest_steps: (L,) int16, the rejection thresholds in steps.
+        fewest_steps: the rejection threshold in steps.
         dropped_steps: what the running score of a dropped window is set to, in steps.
         chunk: (chunk + SEGMENT,) int16, memory for running scores of all places.
         starts: (S,) int64, memory for the first places of segments.
@@ -74,9 +72,9 @@ class Cascade(NamedTuple):
 
     thresholds: NDArray[np.uint8]
     leaves: NDArray[np.float32]
-    rejection_thresholds: NDArray[np.float32]
+    rejection_threshold: np.float32
     steps: NDArray[np.int16]
-    fewest_steps: NDArray[np.int16]
+    fewest_steps: np.int16
     dropped_steps: np.int16
     chunk: NDArray[np.int16]
     starts: NDArray[np.int64]
@@ -84,12 +82,12 @@ class Cascade(NamedTuple):
     running: NDArray[np.float32]
 
 
-def prepare_cascade(trees: BoostedTrees, rejection_thresholds: Sequence[float], most_places: int) -> Cascade:
+def prepare_cascade(trees: BoostedTrees, rejection_threshold: float, most_places: int) -> Cascade:
     """Prepare to score levels of up to so many places.
 
     Args:
         trees: the cascade's.
-        rejection_thresholds: running scores below which each level's windows are dropped; finite.
+        rejection_threshold: running score below which a window is dropped; finite.
         most_places: from a level's first window to its last.
     """
     segments = most_places // SEGMENT + most_places // _CHUNK + 2  # each chunk is cut for itself
@@ -97,8 +95,8 @@ def prepare_cascade(trees: BoostedTrees, rejection_thresholds: Sequence[float], 
     return Cascade(
         np.array(trees.threshold, np.uint8, order="C"),
         leaves,
-        np.array(rejection_thresholds, np.float32),
-        *_in_steps(leaves, np.array(rejection_thresholds, np.float64)),
+        np.float32(rejection_threshold),
+        *_in_steps(leaves, rejection_threshold),
         aligned_zeros((_CHUNK + SEGMENT,), np.int16),
         np.empty(segments, np.int64),
         aligned_zeros((segments, SEGMENT), np.int16),
@@ -107,24 +105,23 @@ def prepare_cascade(trees: BoostedTrees, rejection_thresholds: Sequence[float], 
 
 
 def _in_steps(
-    leaves: NDArray[np.float32], rejection_thresholds: NDArray[np.float64]
-) -> tuple[NDArray[np.int16], NDArray[np.int16], np.int16]:
-    """Leaves in steps, rounded up; the thresholds, rounded down; and a score for dropped windows.
+    leaves: NDArray[np.float32], rejection_threshold: float
+) -> tuple[NDArray[np.int16], np.int16, np.int16]:
+    """Leaves in steps, rounded up; the threshold, rounded down; and a score for dropped windows.
 
     The steps are as fine as no running score leaves 16 bits: neither one not yet dropped nor a dropped one,
     which stays so low that no leaf lifts it to the threshold. One step more is left for the rounding of
     single precision.
     """
     highest, lowest = leaves.max(axis=1, initial=0.0), leaves.min(axis=1, initial=0.0)
-    # Lower ones, and none is dropped.
-    thresholds = np.maximum(rejection_thresholds, 1.001 * float(lowest.sum()) - 1e-3)
+    threshold = max(rejection_threshold, 1.001 * float(lowest.sum()) - 1e-3)  # lower, and none is dropped
     most_steps = _MOST_STEPS - len(leaves)
     if most_steps < _MOST_STEPS // 2:
         raise ValueError(f"a cascade of {len(leaves)} trees: expected up to {_MOST_STEPS // 2}")
     largest, smallest = float(highest.max(initial=0.0)), float(lowest.min(initial=0.0))
-    scale = most_steps / max(float(highest.sum()), largest - smallest - float(thresholds.min(initial=0.0)))
+    scale = most_steps / max(float(highest.sum()), largest - smallest - threshold)
     steps = np.ceil(leaves * scale).astype(np.int16)
-    fewest = np.minimum(np.floor(thresholds * scale) - 1, np.iinfo(np.int16).max).astype(np.int16)
+    fewest = np.int16(min(np.floor(threshold * scale) - 1, np.iinfo(np.int16).max))
     return steps, fewest, np.int16(np.iinfo(np.int16).min - int(steps.min(initial=0)))
 
 
@@ -137,7 +134,6 @@ def run_cascade(
     columns: int,
     offsets: NDArray[np.int32],
     cascade: Cascade,
-    level: int,
     places: NDArray[np.int64],
     scores: NDArray[np.float32],
 ) -> int:
@@ -151,7 +147,6 @@ def run_cascade(
         columns: windows in a row.
         offsets: (T, 3) from `feature_offsets`.
         cascade: from `prepare_cascade`.
-        level: which of its rejection thresholds holds.
         places: receives the places of the windows in the first channel; room for all windows.
         scores: receives their scores.
 
@@ -159,13 +154,12 @@ def run_cascade(
         How many there are.
     """
     thresholds, steps, starts, running = cascade.thresholds, cascade.steps, cascade.starts, cascade.running
-    rejection_threshold, fewest_steps = cascade.rejection_thresholds[level], cascade.fewest_steps[level]
     level_end = (end_row - 1) * row_pitch + columns
     count = np.int64(0)  # a literal 0 would have the next kernels compiled twice
     for first in range(first_row * row_pitch, level_end, _CHUNK):
         end = min(first + _CHUNK, level_end)
-        _run_first_trees(grids, first, end - first, offsets, cascade, fewest_steps)
-        count = _cut_into_segments(first, end - first, count, cascade, fewest_steps)
+        _run_first_trees(grids, first, end - first, offsets, cascade)
+        count = _cut_into_segments(first, end - first, count, cascade)
     for t in range(FIRST_TREES, len(offsets), _DROP_EVERY):
         stop = min(t + _DROP_EVERY, len(offsets))
         add_trees(
@@ -174,11 +168,11 @@ def run_cascade(
             offsets[t:stop],
             thresholds[t:stop],
             steps[t:stop],
-            fewest_steps,
+            cascade.fewest_steps,
             cascade.dropped_steps,
             cascade.step_scores,
         )
-        count = _drop_dead(starts, cascade.step_scores, count, fewest_steps)
+        count = _drop_dead(starts, cascade.step_scores, count, cascade.fewest_steps)
     for i in range(count):
         for x in range(SEGMENT):
             running[i, x] = np.float32(0)
@@ -188,7 +182,7 @@ def run_cascade(
         offsets,
         thresholds,
         cascade.leaves,
-        rejection_threshold,
+        cascade.rejection_threshold,
         DROPPED,
         running,
     )
@@ -196,8 +190,8 @@ def run_cascade(
     for i in range(count):
         for x in range(SEGMENT):
             place = starts[i] + x
-            alive = cascade.step_scores[i, x] >= fewest_steps  # not one that another segment holds
-            if alive and place % row_pitch < columns and running[i, x] >= rejection_threshold:
+            alive = cascade.step_scores[i, x] >= cascade.fewest_steps  # not one that another segment holds
+            if alive and place % row_pitch < columns and running[i, x] >= cascade.rejection_threshold:
                 places[found] = place
                 scores[found] = running[i, x]
                 found += 1
@@ -206,12 +200,7 @@ def run_cascade(
 
 @inner_kernel()
 def _run_first_trees(
-    grids: NDArray[np.uint8],
-    first: int,
-    count: int,
-    offsets: NDArray[np.int32],
-    cascade: Cascade,
-    fewest_steps: np.int16,
+    grids: NDArray[np.uint8], first: int, count: int, offsets: NDArray[np.int32], cascade: Cascade
 ) -> None:
     """Running scores of `count` places, in steps; after them come dropped ones, a segment long."""
     running = cascade.chunk
@@ -227,19 +216,19 @@ def _run_first_trees(
             grids[at2 : at2 + count],
             cascade.thresholds[t],
             cascade.steps[t],
-            fewest_steps,
+            cascade.fewest_steps,
             cascade.dropped_steps,
             running,
         )
 
 
 @inner_kernel()
-def _cut_into_segments(first: int, places: int, count: int, cascade: Cascade, fewest_steps: np.int16) -> int:
+def _cut_into_segments(first: int, places: int, count: int, cascade: Cascade) -> int:
     """Add segments that hold every place of a chunk with a window left; how many there are with them."""
     running, starts, step_scores = cascade.chunk, cascade.starts, cascade.step_scores
     covered = 0
     for x in range(places):
-        if x >= covered and running[x] >= fewest_steps:
+        if x >= covered and running[x] >= cascade.fewest_steps:
             starts[count] = first + x
             for lane in range(SEGMENT):
                 step_scores[count, lane] = running[x + lane]

@@ -1,4 +1,4 @@
-"""The detector whose last word a net has, with the shipped model."""
+"""The detector of two nets, with the shipped model."""
 
 import math
 from dataclasses import astuple, replace
@@ -17,9 +17,8 @@ from fcw.detection.detector import Aim
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.glance import Glanced
-from fcw.detection.net.looks import SECOND_PX, Look
+from fcw.detection.net.look import Look
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
-from fcw.detection.net.proposals import ProposalSettings, Proposer
 from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -47,13 +46,11 @@ def picture():
 def test_a_model_comes_back_from_its_file(model, tmp_path):
     model.save(tmp_path / "net.npz")
     loaded = NetModel.load(tmp_path / "net.npz")
-    assert (loaded.first, loaded.second) == (model.first, model.second)
+    assert loaded.look == model.look
     for one, other in zip(loaded.glance, model.glance, strict=True):
         assert np.array_equal(one.weights, other.weights)
         assert np.array_equal(one.biases, other.biases)
     assert loaded.score_threshold == model.score_threshold
-    assert loaded.cascade.statistics == model.cascade.statistics
-    assert np.array_equal(loaded.cascade.trees.leaf, model.cascade.trees.leaf)
 
 
 @pytest.mark.parametrize("name", ["net", "acf"])
@@ -77,27 +74,6 @@ def test_files_that_are_no_such_model_are_named(tmp_path):
         NetModel.load(tmp_path / "text.npz")
 
 
-def test_near_windows_have_places_of_their_own_and_none_are_alike(model, calibration, picture):
-    settings = ProposalSettings(size_parts=(0.12,), counts=(6, 4))
-    proposer = Proposer(model.cascade, calibration, settings)
-    placements, scores = proposer.propose(picture)
-    near = placements[:, 2] >= 0.12 * len(picture)
-    assert near.sum() <= 4
-    assert (~near).sum() == 6
-    assert np.all(np.diff(scores) <= 0)
-    # Of windows of about one shape, equal middles, bottoms and sizes would be the same box.
-    boxes = np.column_stack(
-        [
-            placements[:, 0] - placements[:, 2] / 2,
-            placements[:, 1] - placements[:, 2],
-            placements[:, 2],
-            placements[:, 2],
-        ]
-    )
-    overlap = intersection_over_union(boxes, boxes) - np.eye(len(boxes))
-    assert overlap.max() <= settings.largest_iou + 0.1  # their shapes follow from the distance
-
-
 def test_vehicles_come_best_first_inside_the_picture_and_apart(model, calibration, picture):
     found = NetDetector(model, calibration, NetSettings(score_threshold=-4.0)).detect(picture)
     assert found
@@ -110,7 +86,7 @@ def test_vehicles_come_best_first_inside_the_picture_and_apart(model, calibratio
 
 
 def test_a_mirrored_look_says_what_a_look_at_the_mirrored_picture_would(model, picture):
-    look, width = Look(model.second, SECOND_PX), picture.shape[1]
+    look, width = Look(model.look), picture.shape[1]
     placements = np.array([[600.0, 420.0, 90.0], [300.0, 450.0, 140.0]])
     boxes, logits = look.at(Pyramid(picture), placements, mirrored=True)
     across = placements * [-1, 1, 1] + [width - 1, 0, 0]
@@ -135,44 +111,59 @@ def test_windows_that_agree_bear_each_other_out(model, calibration):
 
 def test_the_glance_has_half_a_say_of_near_vehicles_and_none_of_far_ones(model, calibration):
     height = calibration.image_size.height
-    boxes = np.array([[300.0, 100.0, part * height, part * height] for part in (0.1, 0.175, 0.3)])
+    boxes = np.array([[300.0, 100.0, part * height, part * height] for part in (0.07, 0.105, 0.3)])
     logits, settings = np.array([1.0, 2.0, 3.0]), NetSettings()
     detector = NetDetector(model, calibration, settings)
     assert settings.glance_share == 0.5
-    assert settings.glance_parts == (0.13, 0.22)
+    assert settings.glance_parts == (0.08, 0.13)
     seen = Glanced(boxes, np.array([5.0, 5.0, 5.0]))
-    # At 0.175, half way from where it begins, it has half of its share.
-    assert detector.with_glance(seen, boxes, logits) == pytest.approx([1.0, 2.0 + 0.25 * 3.0, 4.0])
+    # At 0.105, half way from where it begins, it has half of its share.
+    same, said = detector.with_glance(seen, boxes, logits)
+    assert said == pytest.approx([1.0, 2.0 + 0.25 * 3.0, 4.0])
+    assert same == pytest.approx(boxes)
+    aside = Glanced(boxes + np.array([4.0, 0.0, 0.0, 0.0]), seen.logits)
+    moved, _ = detector.with_glance(aside, boxes, logits)
+    assert moved[:, 0] - boxes[:, 0] == pytest.approx([0.0, 1.0, 2.0])
     nothing = Glanced(np.empty((0, 4)), np.empty(0))
-    assert detector.with_glance(nothing, boxes, logits)[2] == pytest.approx((3.0 + settings.glance_from) / 2)
+    alone, said = detector.with_glance(nothing, boxes, logits)
+    assert said[2] == pytest.approx((3.0 + settings.glance_from) / 2)
+    assert alone == pytest.approx(boxes)
 
 
-def test_only_what_may_be_a_vehicle_and_is_not_sure_is_looked_at_again(
-    model, calibration, picture, monkeypatch
-):
-    detector, settings = NetDetector(model, calibration), NetSettings()
-    unsure = (settings.again_from + settings.again_below) / 2
-    logits = np.array([settings.again_from - 0.1, unsure, settings.again_below])
+def test_only_what_may_be_a_vehicle_is_looked_at_again(model, calibration, picture, monkeypatch):
+    detector, again_from = NetDetector(model, calibration), NetSettings().again_from
+    logits = np.array([again_from - 0.1, again_from + 3.0, again_from - 0.2])
     shown: list[int] = []
 
     def at(pyramid, placements, mirrored=False):
         shown.append(len(placements))
         boxes = np.tile([100.0, 100.0, 50.0, 50.0], (len(placements), 1))
-        return boxes, np.full(len(placements), unsure - 3.0) if mirrored else logits.copy()
+        return boxes, np.full(len(placements), again_from) if mirrored else logits.copy()
 
-    monkeypatch.setattr(detector._second, "at", at)
-    _, said = detector.second_look(Pyramid(picture), np.tile([125.0, 150.0, 50.0], (3, 1)))
-    assert shown == [3, 2]  # the unsure one, nearer and further away
-    assert said == pytest.approx([logits[0], unsure - 2.0, logits[2]])
+    monkeypatch.setattr(detector._look, "at", at)
+    apart = np.array([[100.0 * x, 100.0, 50.0, 50.0] for x in range(3)])
+    _, said = detector.look(Pyramid(picture), Glanced(apart, np.zeros(3)))
+    assert shown == [3, 2]  # the one, nearer and further away
+    assert said == pytest.approx([logits[0], again_from + 1.0, logits[2]])
 
 
-def test_what_the_glance_sees_is_looked_at_though_the_cascade_does_not_propose_it(model, calibration):
-    size = calibration.image_size
-    pyramid = Pyramid(np.zeros((size.height, size.width, 3), np.uint8))
-    boxes = np.array([[300.0, 200.0, 200.0, 150.0], [305.0, 200.0, 200.0, 150.0]])
-    seen, nothing_proposed = Glanced(boxes, np.array([4.0, 3.0])), np.empty((0, 3))
-    placements = NetDetector(model, calibration).first_look(pyramid, nothing_proposed, seen)
-    assert placements == pytest.approx(np.array([[400.0, 350.0, math.sqrt(200.0 * 150.0)]]))
+def test_of_what_the_glance_sees_the_likely_is_looked_at_and_nothing_twice(
+    model, calibration, picture, monkeypatch
+):
+    detector, looked_from = NetDetector(model, calibration), NetSettings().looked_from
+    size = NetSettings().looked_size * math.sqrt(200.0 * 150.0)
+    looked_at: list[np.ndarray] = []
+
+    def at(pyramid, placements, mirrored=False):
+        looked_at.append(placements)
+        return np.tile([100.0, 100.0, 50.0, 50.0], (len(placements), 1)), np.full(len(placements), -9.0)
+
+    monkeypatch.setattr(detector._look, "at", at)
+    boxes = np.array(
+        [[300.0, 200.0, 200.0, 150.0], [305.0, 200.0, 200.0, 150.0], [700.0, 200.0, 200.0, 150.0]]
+    )
+    detector.look(Pyramid(picture), Glanced(boxes, np.array([4.0, 3.0, looked_from - 0.1])))
+    assert looked_at[0] == pytest.approx(np.array([[400.0, 350.0, size]]))
 
 
 def test_what_has_another_size_than_vehicles_by_the_calibration_is_none(model, calibration):
@@ -189,7 +180,7 @@ def test_what_has_another_size_than_vehicles_by_the_calibration_is_none(model, c
 
     assert len(found_px((0.0, math.inf))) == len(sides_px)
     # A square of s px that stands r rows below the horizon is s h / r large; the horizon may be a bit off.
-    tolerance_px = camera.focal_y_px * math.tan(ProposalSettings().search.pitch_tolerance_rad)
+    tolerance_px = camera.focal_y_px * math.tan(NetSettings().pitch_tolerance_rad)
     assert tolerance_px < rows
     nearest_m = sides_px * camera.height_m / (rows + tolerance_px)
     farthest_m = sides_px * camera.height_m / (rows - tolerance_px)

@@ -1,6 +1,7 @@
-"""A glance at the whole picture: its convolutions, its geometry, and what it has to say of near vehicles."""
+"""A glance at the picture and its bands: its convolutions, its geometry, and what it has to say."""
 
 import itertools
+import math
 from dataclasses import replace
 
 import cv2
@@ -9,16 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fcw.detection.net.glance import (
-    CELL_PX,
-    SHAPES,
-    SHOWN,
-    STRIDES,
-    Glance,
-    Glanced,
-    GlanceNet,
-    shown_as,
-)
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.net.bands import SHOWN, bands_of, whole
+from fcw.detection.net.glance import CELL_PX, CUT_PX, SHAPES, STRIDES, Glance, Glanced, GlanceNet
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.planes import PlaneConvolution
@@ -88,16 +82,6 @@ def test_what_the_net_sees_is_what_its_layers_and_sums_give(model):
     assert GlanceNet(model.glance, SHOWN)(picture) == pytest.approx(expected, abs=2e-4)
 
 
-@given(st.integers(160, 4000), st.integers(120, 2200))
-def test_pictures_are_shown_in_nearly_their_shape_with_about_as_many_pixels(width, height):
-    if not 1 / 2 <= width / height <= 4:
-        return
-    shown = shown_as(ImageSize(width, height))
-    assert shown.width % 32 == shown.height % 32 == 0
-    assert 0.6 <= shown.width * shown.height / (SHOWN.width * SHOWN.height) <= 1.6
-    assert 0.75 <= shown.width / shown.height / (width / height) <= 1.34
-
-
 def constant_net(outputs: list[float]) -> tuple[Convolution, ...]:
     """A net whose cells all say the same."""
     layers = [
@@ -112,8 +96,9 @@ def constant_net(outputs: list[float]) -> tuple[Convolution, ...]:
 def test_boxes_reach_from_the_cells_middles_as_far_as_the_net_says(size):
     logit, reaches = 1.5, np.array([1.0, 2.0, 3.0, 0.5])
     net = constant_net([logit, *np.log(reaches)])
-    seen = Glance(net, size, -6.0).at(Pyramid(np.zeros((size.height, size.width, 3), np.uint8)))
-    shown = shown_as(size)
+    band = whole(size)
+    seen = Glance(net, -6.0).at(Pyramid(np.zeros((size.height, size.width, 3), np.uint8)), [band])
+    shown = band.shown
     assert len(seen.logits) == shown.width // CELL_PX * (shown.height // CELL_PX)
     cell_width, cell_height = size.width * CELL_PX / shown.width, size.height * CELL_PX / shown.height
     # The first cell's middle is half a cell from the picture's edge, which is half a pixel before its origin.
@@ -123,21 +108,62 @@ def test_boxes_reach_from_the_cells_middles_as_far_as_the_net_says(size):
     assert seen.logits == pytest.approx(logit)
 
 
+def test_boxes_of_a_band_stand_where_it_was_cut_and_none_ends_where_the_picture_goes_on():
+    size = ImageSize(1280, 720)
+    camera = GroundPlaneCamera(0.0, 1000.0, 359.5, 1.3, 639.5)
+    _, middle, far = bands_of(size, camera, math.radians(1.0), 2.0)
+    for band in (middle, far):
+        small = 0.1  # cells to either side of a cell's middle
+        net = constant_net([1.5, *np.log([small] * 4)])
+        seen = Glance(net, -6.0).at(Pyramid(np.zeros((720, 1280, 3), np.uint8)), [band])
+        middles = seen.boxes[:, :2] + seen.boxes[:, 2:] / 2 + 0.5
+        rows = np.unique(np.round(middles[:, 1], 6))
+        step = CELL_PX * band.scale[1]
+        assert np.diff(rows) == pytest.approx(step)
+        assert rows[0] == pytest.approx(band.top_px + step / 2)
+        assert rows[-1] == pytest.approx(band.top_px + band.shown.height * band.scale[1] - step / 2)
+        at_edge = constant_net([1.5, *np.log([small, CELL_PX, small, CELL_PX])])
+        cut = Glance(at_edge, -6.0).at(Pyramid(np.zeros((720, 1280, 3), np.uint8)), [band])
+        limit = CUT_PX * band.scale[1]
+        assert len(cut.logits) < len(seen.logits)
+        assert np.all(cut.boxes[:, 1] + 0.5 >= band.top_px + limit - 1e-6)
+
+
+def test_the_net_is_shown_a_band_of_the_picture_there():
+    # Rows of the picture are as bright as they are far down.
+    picture = np.repeat(np.arange(720)[:, None, None] // 3, 1280, axis=1).repeat(3, axis=2).astype(np.uint8)
+    camera = GroundPlaneCamera(0.0, 1000.0, 359.5, 1.3, 639.5)
+    for band in bands_of(ImageSize(1280, 720), camera, math.radians(1.0), 2.0):
+        shown = Pyramid(picture).rows(band.level, band.first_row, band.end_row, band.shown)
+        assert shown.shape == (band.shown.height, band.shown.width, 3)
+        rows = band.top_px + (np.arange(band.shown.height) + 0.5) * band.scale[1] - 0.5
+        inside = slice(2, -2)  # rows beyond the outermost are those repeated
+        assert shown[inside, 100, 0] == pytest.approx((rows / 3)[inside], abs=1.0)
+
+
 def test_cells_below_the_least_logit_say_nothing():
     net = constant_net([-6.5, 0.0, 0.0, 0.0, 0.0])
-    seen = Glance(net, SHOWN, -6.0).at(Pyramid(np.zeros((SHOWN.height, SHOWN.width, 3), np.uint8)))
+    seen = Glance(net, -6.0).at(Pyramid(np.zeros((SHOWN.height, SHOWN.width, 3), np.uint8)), [whole(SHOWN)])
     assert not len(seen.logits)
-    assert not len(seen.best(8, 0.6).logits)
+    assert not len(seen.best(8, 0.6, -9.0).logits)
     assert seen.logits_of(np.array([[10.0, 10.0, 30.0, 20.0]]), 0.5, -6.0).tolist() == [-6.0]
 
 
 def test_of_boxes_that_show_the_same_the_best_is_kept_and_every_box_has_the_best_logit_that_agrees():
     boxes = np.array([[10.0, 10.0, 40.0, 40.0], [12.0, 10.0, 40.0, 40.0], [100.0, 10.0, 40.0, 40.0]])
     seen = Glanced(boxes, np.array([3.0, 2.0, -1.0]))
-    assert seen.best(8, 0.6).logits.tolist() == [3.0, -1.0]
-    assert seen.best(1, 0.6).logits.tolist() == [3.0]
+    assert seen.best(8, 0.6, -1.0).logits.tolist() == [3.0, -1.0]
+    assert seen.best(8, 0.6, -0.9).logits.tolist() == [3.0]
+    assert seen.best(1, 0.6, -1.0).logits.tolist() == [3.0]
     asked = np.array([[14.0, 10.0, 40.0, 40.0], [100.0, 20.0, 40.0, 40.0], [300.0, 10.0, 40.0, 40.0]])
     assert seen.logits_of(asked, 0.5, -6.0).tolist() == [3.0, -1.0, -6.0]
+
+
+def test_boxes_that_agree_count_as_they_are_likely():
+    boxes = np.array([[10.0, 10.0, 40.0, 40.0], [14.0, 10.0, 40.0, 40.0], [100.0, 10.0, 40.0, 40.0]])
+    seen = Glanced(boxes, np.array([math.log(3.0), 0.0, 5.0]))  # as likely as 3/4 and 1/2
+    asked = np.array([[12.0, 10.0, 40.0, 40.0], [300.0, 10.0, 40.0, 40.0]])
+    assert seen.boxes_of(asked, 0.6) == pytest.approx(np.array([[11.6, 10.0, 40.0, 40.0], asked[1]]))
 
 
 def test_a_vehicle_is_seen_where_it_stands(model, data_dir):
@@ -145,7 +171,8 @@ def test_a_vehicle_is_seen_where_it_stands(model, data_dir):
     image = cv2.imread(str(data_dir / "kitti-sfnd" / "images" / "0000000070.jpg"))
     assert image is not None
     picture = np.asarray(image, np.uint8)
-    seen = Glance(model.glance, ImageSize(picture.shape[1], picture.shape[0]), -3.0).at(Pyramid(picture))
+    everything = whole(ImageSize(picture.shape[1], picture.shape[0]))
+    seen = Glance(model.glance, -3.0).at(Pyramid(picture), [everything])
     lead = np.array([[531.0, 194.0, 257.0, 180.0]])
     assert seen.logits_of(lead, 0.5, -3.0)[0] > 0.0
     assert seen.logits_of(lead + np.array([300.0, -150.0, 0.0, 0.0]), 0.5, -3.0)[0] == -3.0

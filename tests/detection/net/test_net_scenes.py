@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.net.glance import CELL_PX, SHOWN
+from fcw.detection.net.bands import SHOWN
+from fcw.detection.net.glance import CELL_PX
 from fcw.detection.net.training.scenes import (
     COLUMNS,
     IGNORED,

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.detection.net.looks import SECOND_PX, PickSettings
+from fcw.detection.net.look import LOOK_PX
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
-from fcw.detection.net.proposals import ProposalSettings
-from fcw.detection.net.training.background import Background, picked, proposed, without_vehicle
+from fcw.detection.net.training.background import Background, BackgroundSettings, mined, without_vehicle
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
-from fcw.detection.net.training.framing import ROUGH, Framing, misplaced, well_framed
+from fcw.detection.net.training.framing import Framing, misplaced, well_framed
 from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.training.vehicles import (
     BOTTOM_PX,
@@ -58,12 +57,12 @@ def test_the_offsets_learnt_say_where_the_vehicle_is_in_the_window(seed, half_wi
     window, offsets = well_framed(
         seen(2 * half_width, 2 * half_height), Framing(), np.random.default_rng(seed)
     )
-    unit_px = SECOND_PX / WINDOW_UNITS
+    unit_px = LOOK_PX / WINDOW_UNITS
     expected = np.array([[32 * unit_px - 0.5, 52 * unit_px - 0.5, 40 * unit_px]])
     ((x, y, w, h),) = boxes_of(expected, offsets[None])
     rows, columns = np.nonzero(window[..., 0] > 100)
     found = columns.min() - 0.5, rows.min() - 0.5, columns.max() + 0.5, rows.max() + 0.5
-    assert found == pytest.approx(np.clip((x, y, x + w, y + h), -0.5, SECOND_PX - 0.5), abs=1.6)
+    assert found == pytest.approx(np.clip((x, y, x + w, y + h), -0.5, LOOK_PX - 0.5), abs=1.6)
 
 
 def test_what_is_cut_at_a_side_has_the_box_of_what_is_left():
@@ -97,7 +96,7 @@ def test_lamps_shine_red_on_both_sides():
 
 @given(st.integers(0, 1000))
 def test_misplaced_windows_are_windows(seed):
-    assert misplaced(seen(), ROUGH, np.random.default_rng(seed)).shape == (SECOND_PX, SECOND_PX, 3)
+    assert misplaced(seen(), Framing(), np.random.default_rng(seed)).shape == (LOOK_PX, LOOK_PX, 3)
 
 
 def labelled(tmp_path, clip: str, boxes: int) -> TrainingImage:
@@ -136,45 +135,39 @@ def test_windows_on_vehicles_or_on_what_may_be_one_are_no_background(tmp_path):
     assert without_vehicle(boxes, image).tolist() == [False, True]
 
 
-def test_what_is_proposed_beside_vehicles_is_background_and_nothing_where_all_may_be_one(tmp_path):
+def test_what_a_glance_sees_beside_vehicles_is_background_and_where_there_is_none_it_says_so(tmp_path):
     (frame,) = itertools.islice(open_source(DEMO_DRIVE).frames(31_000_000_000), 1)
     calibration = read_calibration(DEMO_DRIVE.with_name("drive.calibration.yaml"))
     cv2.imwrite(str(tmp_path / "picture.png"), frame.image)
     size, model = calibration.image_size, NetModel.load(SHIPPED_NET_PATH)
-    few = ProposalSettings(counts=(6, 6))
 
-    def counts(ignored: NDArray[np.float64]) -> tuple[int, int]:
+    def count(ignored: NDArray[np.float64], settings: BackgroundSettings) -> int:
         nothing = np.tile(NO_BOX, (len(ignored), 1))
         image = LabelledImage(
             tmp_path / "picture.png", "demo", size, ignored, np.ones(len(ignored), bool), nothing
         )
-        twice = [TrainingImage(image, calibration)] * 2
-        easy = proposed(twice, model.cascade, few)
-        return len(easy), len(picked(twice, model.cascade, model.first, (few, PickSettings()), Looks()))
+        return len(mined([TrainingImage(image, calibration)], model.glance, settings, Looks()))
 
-    easy, hard = counts(np.zeros((0, 4)))
-    assert 2 <= easy <= 24
-    assert hard >= 2
-    assert counts(np.array([[0.0, 0.0, size.width, size.height]])) == (0, 0)
+    few = BackgroundSettings(count=3)
+    assert count(np.zeros((0, 4)), few) == 6  # of the picture and of what it might look like
+    with pytest.raises(UserError, match="nothing but vehicles"):
+        count(np.array([[0.0, 0.0, size.width, size.height]]), few)
 
 
-def test_background_of_two_kinds_is_drawn_in_the_parts_asked_for():
-    dark, bright = (
-        Background([*np.full((n, 63, 63, 3), v, np.uint8)], np.ones(n)) for n, v in ((50, 0), (2, 255))
-    )
-    both, random = dark.with_more(bright, 0.25), np.random.default_rng(0)
-    assert len(both) == 52
+def test_what_looks_more_like_a_vehicle_is_drawn_more_often():
+    dark, bright = (np.full((63, 63, 3), v, np.uint8) for v in (0, 255))
+    background, random = Background([dark, bright], np.array([3.0, 1.0])), np.random.default_rng(0)
     # Lights are set into some; the windows' own brightness is that of most of their pixels.
-    drawn = [np.median(both.draw(random)) > 127 for _ in range(2000)]
+    drawn = [np.median(background.draw(random)) > 127 for _ in range(2000)]
     assert np.mean(drawn) == pytest.approx(0.25, abs=0.04)
 
 
 def test_a_batch_has_vehicles_in_place_first_with_their_offsets(tmp_path):
     vehicles = Vehicles([labelled(tmp_path, "one", 3)], Circumstances())
     background = Background([*np.zeros((4, 63, 63, 3), np.uint8)], np.ones(4))
-    settings = BatchSettings(count=40, vehicle_part=0.5, side_px=24)
+    settings = BatchSettings(count=40, vehicle_part=0.5)
     batch = draw_batch(vehicles, background, settings, np.random.default_rng(0))
-    assert batch.windows.shape == (40, 24, 24, 3)
+    assert batch.windows.shape == (40, LOOK_PX, LOOK_PX, 3)
     assert batch.vehicle.tolist() == [1.0] * 20 + [0.0] * 20
     assert np.all(np.any(batch.offsets != 0, axis=1) == (batch.vehicle == 1))
 
@@ -197,17 +190,7 @@ def test_without_pytorch_training_the_net_says_what_to_install(monkeypatch):
         importlib.import_module("fcw.detection.net.training.network")
 
 
-@pytest.mark.parametrize("option", [("--score-threshold", "1.0"), ("--looks-data", ".")])
-def test_the_other_detector_takes_no_options_of_the_net(option, tmp_path, capsys):
+def test_the_other_detector_takes_no_options_of_the_net(tmp_path, capsys):
     command = ["train", "--data", str(tmp_path), "--out", str(tmp_path / "model.npz")]
-    assert main([*command, *option]) == 2
+    assert main([*command, "--score-threshold", "1.0"]) == 2
     assert "--detector net" in capsys.readouterr().err
-
-
-def test_a_missing_folder_for_the_looks_is_named_with_its_option(tmp_path, capsys):
-    missing = str(tmp_path / "absent")
-    command = ["train", "--data", str(tmp_path), "--out", str(tmp_path / "model.npz")]
-    assert main([*command, "--detector", "net", "--looks-data", missing]) == 2
-    error = capsys.readouterr().err
-    assert "--looks-data" in error
-    assert missing in "".join(error.split("\n"))

@@ -53,8 +53,7 @@ def run(
         rows.stop,
         columns,
         feature_offsets(trees, WINDOW, grids.shape[1] * pitch, pitch),
-        prepare_cascade(trees, [rejection + 7.0, rejection, 0.0], len(rows) * pitch),
-        1,
+        prepare_cascade(trees, rejection, len(rows) * pitch),
         places,
         scores,
     )

@@ -1,21 +1,24 @@
-"""Windows without a vehicle in its place: what the cascade proposes, and what the first look leaves of it."""
+"""Windows without a vehicle in its place: what a glance takes for one, more or less surely."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.boxes.cutting import cut_rectangle
 from fcw.detection.boxes.overlap import intersection_areas, vehicle_overlap
-from fcw.detection.model import Model
-from fcw.detection.net.looks import FIRST_PX, SECOND_PX, Look, PickSettings, pick
-from fcw.detection.net.proposals import ProposalSettings, Proposer
+from fcw.detection.net.bands import bands_of
+from fcw.detection.net.detector import NetSettings
+from fcw.detection.net.glance import Glance
+from fcw.detection.net.look import LOOK_PX
+from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.training.vehicles import lamp_colour, with_glow
-from fcw.detection.net.windows import WINDOW_UNITS, Pyramid, boxes_of
+from fcw.detection.net.windows import WINDOW_UNITS, Pyramid, placements_on
 from fcw.detection.training.dataset import LabelledImage, TrainingImage
 from fcw.detection.training.looks import Looks, vary_looks
+from fcw.errors import UserError
 
 STORED_UNITS, STORED_PX = 84.0, 63
 """More than the window, as many pixels a unit as the net is given, so that it can be moved a little."""
@@ -39,12 +42,6 @@ class Background:
     def __len__(self) -> int:
         return len(self._stored)
 
-    def with_more(self, other: "Background", part: float) -> "Background":
-        """Together with another, from which this part is drawn."""
-        mine, others = (each._weights / each._weights.sum() for each in (self, other))
-        weights = np.concatenate([(1 - part) * mine, part * others])
-        return Background([*self._stored, *other._stored], weights)
-
     def draw(self, random: np.random.Generator) -> NDArray[np.uint8]:
         """A window of background, perhaps with a light in it: a lone lamp is no vehicle."""
         picture = self._stored[self._any.draw(random)]
@@ -53,67 +50,72 @@ class Background:
             picture = with_glow(picture, column, row, random.uniform(1.5, 6.0), lamp_colour(random))
         step, stretch = np.exp(random.uniform(-0.1, 0.1)), np.exp(random.uniform(-0.08, 0.08))
         shift = random.uniform(-3.0, 3.0, 2)
-        width, height = SECOND_PX * step * stretch, SECOND_PX * step
+        width, height = LOOK_PX * step * stretch, LOOK_PX * step
         left, top = (STORED_PX - width) / 2 + shift[0], (STORED_PX - height) / 2 + shift[1]
-        return cut_rectangle(picture, left, top, width, height, SECOND_PX)
+        return cut_rectangle(picture, left, top, width, height, LOOK_PX)
 
 
-assert round(STORED_UNITS * SECOND_PX / WINDOW_UNITS) == STORED_PX
+assert round(STORED_UNITS * LOOK_PX / WINDOW_UNITS) == STORED_PX
 
 
-def proposed(
+@dataclass(frozen=True, slots=True)
+class BackgroundSettings:
+    """What of a glance is kept as background.
+
+    Attributes:
+        least_logit: of it. In pictures that it learnt from a glance is surer than in others, so that this is
+            less than what is looked at in use.
+        count: most of a picture, best first.
+        largest_iou: boxes that overlap more show the same.
+        doubt: each is drawn the oftener the more it looks like a vehicle: by the exponential of its logit
+            over this.
+    """
+
+    least_logit: float = -5.0
+    count: int = 24
+    largest_iou: float = 0.6
+    doubt: float = 4.0
+
+
+def mined(
     images: Sequence[TrainingImage],
-    cascade: Model,
-    settings: ProposalSettings,
-    advance: Callable[[], None] = lambda: None,
-) -> Background:
-    """What the cascade proposes; the surer it is of a vehicle, the oftener it is drawn."""
-    stored: list[NDArray[np.uint8]] = []
-    scores: list[NDArray[np.float32]] = []
-    settings = replace(settings, lowest_scores=(cascade.rejection_threshold,) * len(settings.counts))
-    for image, picture, proposer in _pictures(images, cascade, settings, advance):
-        placements, found = proposer.propose(picture)
-        square = boxes_of(placements, np.tile([0.0, 0.0, 0.1, -0.1], (len(placements), 1)))
-        without = without_vehicle(square, image)
-        stored.extend(Pyramid(picture).windows(placements[without], STORED_PX, STORED_UNITS))
-        scores.append(found[without])
-    return Background(stored, np.exp(np.clip(np.concatenate(scores), -4.0, 12.0) / 12.0))
-
-
-def picked(
-    images: Sequence[TrainingImage],
-    cascade: Model,
-    first: bytes,
-    settings: tuple[ProposalSettings, PickSettings],
+    net: Sequence[Convolution],
+    settings: BackgroundSettings,
     looks: Looks,
     advance: Callable[[], None] = lambda: None,
 ) -> Background:
-    """What the first look takes for vehicles, in pictures as they are and once more as they might look."""
+    """What a glance sees beside vehicles, in pictures as they are and once more as they might look.
+
+    Only pictures in which every vehicle is labelled are used.
+
+    Raises:
+        UserError: there is none, or nothing in them is background.
+    """
     stored: list[NDArray[np.uint8]] = []
-    look, random = Look(first, FIRST_PX), np.random.default_rng(0)
-    for image, picture, proposer in _pictures(images, cascade, settings[0], advance):
-        for seen in (picture, vary_looks(picture, looks, random)):
-            pyramid = Pyramid(seen)
-            boxes, logits = look.at(pyramid, proposer.propose(seen)[0])
-            without = without_vehicle(boxes, image)
-            placements = pick(boxes[without], logits[without], len(picture), settings[1])
-            stored.extend(pyramid.windows(placements, STORED_PX, STORED_UNITS))
-    return Background(stored, np.ones(len(stored)))
-
-
-def _pictures(
-    images: Sequence[TrainingImage], cascade: Model, settings: ProposalSettings, advance: Callable[[], None]
-) -> Iterator[tuple[LabelledImage, NDArray[np.uint8], Proposer]]:
-    """Each picture in which all is labelled, and what proposes in it."""
-    proposers: dict[int, Proposer] = {}
+    logits: list[NDArray[np.float64]] = []
+    glance, random, used = Glance(net, settings.least_logit), np.random.default_rng(0), NetSettings()
     for image in images:
         if image.labelled.complete:
-            key = id(image.calibration)
-            if key not in proposers:
-                proposers.clear()  # pictures of a clip follow each other, and each takes much memory
-                proposers[key] = Proposer(cascade, image.calibration, settings)
-            yield image.labelled, image.labelled.read(), proposers[key]
+            calibration, picture = image.calibration, image.labelled.read()
+            bands = bands_of(
+                calibration.image_size, calibration.camera, used.pitch_tolerance_rad, used.largest_scale
+            )
+            for shown in (picture, vary_looks(picture, looks, random)):
+                pyramid = Pyramid(shown)
+                seen = glance.at(pyramid, bands).best(
+                    settings.count, settings.largest_iou, settings.least_logit
+                )
+                without = without_vehicle(seen.boxes, image.labelled)
+                placements = placements_on(seen.boxes[without])
+                stored.extend(pyramid.windows(placements, STORED_PX, STORED_UNITS))
+                logits.append(seen.logits[without])
         advance()
+    if not stored:
+        raise UserError(
+            "the labelled pictures show nothing but vehicles; expected some with all vehicles labelled and "
+            "road beside them"
+        )
+    return Background(stored, np.exp(np.concatenate(logits) / settings.doubt))
 
 
 def without_vehicle(boxes: NDArray[np.float64], labelled: LabelledImage) -> NDArray[np.bool_]:

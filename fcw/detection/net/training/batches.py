@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.net.looks import SECOND_PX
+from fcw.detection.net.look import LOOK_PX
 from fcw.detection.net.training.background import Background
 from fcw.detection.net.training.framing import Framing, misplaced, well_framed
 from fcw.detection.net.training.vehicles import Vehicles
@@ -27,7 +27,6 @@ class BatchSettings:
         covered_part: how many have something in front: a wiper, a post, dirt.
         framing: how far windows on vehicles are off.
         looks: how they look.
-        side_px: of the windows.
     """
 
     count: int = 192
@@ -38,7 +37,6 @@ class BatchSettings:
     covered_part: float = 0.1
     framing: Framing = Framing()  # noqa: RUF009 - frozen
     looks: Looks = Looks()  # noqa: RUF009 - frozen
-    side_px: int = SECOND_PX
 
 
 class Batch(NamedTuple):
@@ -61,7 +59,7 @@ def draw_batch(
     """A batch, half of it mirrored."""
     count = settings.count
     batch = Batch(
-        np.empty((count, settings.side_px, settings.side_px, 3), np.uint8),
+        np.empty((count, LOOK_PX, LOOK_PX, 3), np.uint8),
         np.zeros(count, np.float32),
         np.zeros((count, 4), np.float32),
     )
@@ -79,7 +77,7 @@ def draw_batch(
         if random.uniform() < 0.5:
             window = window[:, ::-1]
             batch.offsets[index, 0] *= -1
-        batch.windows[index] = cv2.resize(window, (settings.side_px,) * 2, interpolation=cv2.INTER_AREA)
+        batch.windows[index] = window
     return batch
 
 
@@ -87,9 +85,9 @@ def _varied(
     window: NDArray[np.uint8], settings: BatchSettings, random: np.random.Generator
 ) -> NDArray[np.uint8]:
     if random.uniform() < settings.blurred_part:
-        side = max(10, int(SECOND_PX / random.uniform(1.2, 3.0)))
+        side = max(10, int(LOOK_PX / random.uniform(1.2, 3.0)))
         small = cv2.resize(window, (side, side), interpolation=cv2.INTER_AREA)
-        window = np.asarray(cv2.resize(small, (SECOND_PX, SECOND_PX)), np.uint8)
+        window = np.asarray(cv2.resize(small, (LOOK_PX, LOOK_PX)), np.uint8)
     if random.uniform() < settings.varied_part:
         window = vary_looks(window, settings.looks, random)
     if random.uniform() < settings.covered_part:

@@ -1,4 +1,4 @@
-"""Training all of the detector: the cascade that proposes, the glance, each look on what is left for it."""
+"""Training all of the detector: the glance, and the look at what it takes for vehicles."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -6,37 +6,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fcw.detection.model import Model
 from fcw.detection.net.detector import NetDetector, NetSettings
-from fcw.detection.net.looks import FIRST_PX, PickSettings
 from fcw.detection.net.model import NetModel
 from fcw.detection.net.onnx_layers import Convolution
-from fcw.detection.net.proposals import ProposalSettings
-from fcw.detection.net.training.background import Background, picked, proposed
+from fcw.detection.net.training.background import BackgroundSettings, mined
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
-from fcw.detection.net.training.framing import ROUGH
 from fcw.detection.net.training.glancing import GlanceSettings, learn_glance
-from fcw.detection.net.training.network import FIRST_LOOK, NetworkSettings, learn
+from fcw.detection.net.training.network import NetworkSettings, learn
 from fcw.detection.net.training.scenes import Scenes, SceneSettings
 from fcw.detection.net.training.vehicles import Circumstances, Vehicles
-from fcw.detection.training.checkpoints import Checkpoints
 from fcw.detection.training.dataset import TrainingImage
 from fcw.detection.training.dataset import background as is_background
-from fcw.detection.training.fitting import Fitter
 from fcw.detection.training.looks import Looks
-from fcw.detection.training.samples import Augmentation
-from fcw.detection.training.settings import Progress, TrainingSettings
-from fcw.detection.windows.statistics import vehicle_statistics
+from fcw.detection.training.settings import PAPERS_FPPI, Progress
 from fcw.errors import UserError
 
-SIZES_M = (0.9, 5.0)
-"""sqrt(w h) searched for: a small car has 1.4 m, a lorry from a corner 4; and calibrations err."""
-LEARNING_THRESHOLD = -4.0
-"""Of the cascade while it proposes background to learn from."""
-REJECTION_THRESHOLD = -1.5
-"""Of the cascade in use; lower ones take longer, and on cameras left out find no more."""
-LOOKS = Looks()
-NET_LOOKS = Looks(hazy_part=0.3, clearest=0.15, dark_part=0.25)
+LOOKS = Looks(hazy_part=0.3, clearest=0.15, dark_part=0.25)
 """The nets can tell a vehicle in thicker fog than trees can."""
 LEFT_OUT_PART = 0.2
 """Of the pictures, to choose the threshold on."""
@@ -47,48 +32,29 @@ class NetTrainingSettings:
     """How the detector is trained.
 
     Attributes:
-        cascade: the trees that propose; their second stage and regressor are not trained.
-        proposals: what they propose; fewer windows than in use, the likeliest.
-        picked: what of it is looked at twice; fewer as well.
-        circumstances: what happens to vehicles.
-        first: the first look's net.
-        first_batches: what it learns from.
-        second: the second look's net.
-        second_batches: what it learns from.
         scenes: what the glance learns from.
         glance: its net.
-        easy_part: of the second look's background, what the cascade proposes, whatever the first look says.
+        circumstances: what happens to vehicles that the look learns from.
+        background: what it learns from beside them.
+        batches: how it is shown both.
+        look: its net.
+        fppi: detections of mere background for each picture left out, by which the threshold is chosen.
+        seed: of what is drawn, and of the pictures left out.
     """
 
-    cascade: TrainingSettings = TrainingSettings(  # noqa: RUF009 - frozen
-        crops_per_vehicle=3,
-        displaced_per_vehicle=0,
-        mined_per_image=30,
-        max_negatives=22_000,
-        whole_image_every=0,
-        search=ProposalSettings().search,
-        augmentation=Augmentation(looks=LOOKS),
-        mined_looks=LOOKS,
-    )
-    proposals: ProposalSettings = ProposalSettings(counts=(48, 32))  # noqa: RUF009 - frozen
-    picked: PickSettings = PickSettings(lowest_logit=-4.0, counts=(10, 8, 8))  # noqa: RUF009 - frozen
-    circumstances: Circumstances = Circumstances()  # noqa: RUF009 - frozen
-    first: NetworkSettings = FIRST_LOOK
-    first_batches: BatchSettings = BatchSettings(  # noqa: RUF009 - frozen
-        misplaced_part=0.15, framing=ROUGH, looks=NET_LOOKS, side_px=FIRST_PX
-    )
-    second: NetworkSettings = NetworkSettings()  # noqa: RUF009 - frozen
-    second_batches: BatchSettings = BatchSettings(misplaced_part=0.2, looks=NET_LOOKS)  # noqa: RUF009 - frozen
-    scenes: SceneSettings = SceneSettings(looks=NET_LOOKS)  # noqa: RUF009 - frozen
+    scenes: SceneSettings = SceneSettings(looks=LOOKS)  # noqa: RUF009 - frozen
     glance: GlanceSettings = GlanceSettings()  # noqa: RUF009 - frozen
-    easy_part: float = 0.3
+    circumstances: Circumstances = Circumstances()  # noqa: RUF009 - frozen
+    background: BackgroundSettings = BackgroundSettings()  # noqa: RUF009 - frozen
+    batches: BatchSettings = BatchSettings(looks=LOOKS)  # noqa: RUF009 - frozen
+    look: NetworkSettings = NetworkSettings()  # noqa: RUF009 - frozen
+    fppi: float = PAPERS_FPPI
+    seed: int = 0
 
     def seeded(self, seed: int) -> "NetTrainingSettings":
         """The same with another seed."""
-        seeded = {
-            name: replace(getattr(self, name), seed=seed) for name in ("cascade", "first", "second", "glance")
-        }
-        return replace(self, **seeded)
+        glance, look = replace(self.glance, seed=seed), replace(self.look, seed=seed)
+        return replace(self, glance=glance, look=look, seed=seed)
 
 
 def fit_net(
@@ -96,7 +62,6 @@ def fit_net(
     settings: NetTrainingSettings,
     progress: Progress,
     score_threshold: float,
-    looks_only: Sequence[TrainingImage] = (),
 ) -> NetModel:
     """Train the detector.
 
@@ -105,30 +70,17 @@ def fit_net(
         settings: how.
         progress: who is told.
         score_threshold: that the model shall have.
-        looks_only: what the looks alone learn from as well. Of more kinds of vehicles the looks learn, while
-            the cascade, which is small, ranks all of them lower.
 
     Raises:
-        UserError: PyTorch is not installed.
+        UserError: PyTorch is not installed, or no background is in the pictures.
     """
-    cascade = _cascade(_by_clip(images), settings, progress)
-    images = _by_clip([*images, *looks_only])
-    glance = _glance(images, settings, progress)  # its pictures are given back before the looks need memory
-    progress.stage("cutting vehicles for the looks", len(images))
-    vehicles = Vehicles(images, settings.circumstances, progress.advance)
-    progress.stage("proposing background", len(images))
-    easy = proposed(images, cascade, settings.proposals, progress.advance)
-    first = _look("first", vehicles, easy, settings.first, settings.first_batches, progress)
-    cascade = replace(cascade, rejection_threshold=REJECTION_THRESHOLD)
-    progress.stage("picking background", len(images))
-    hard = picked(images, cascade, first, (settings.proposals, settings.picked), NET_LOOKS, progress.advance)
-    others = hard.with_more(easy, settings.easy_part)
-    second = _look("second", vehicles, others, settings.second, settings.second_batches, progress)
-    return NetModel(cascade, first, second, glance, score_threshold)
+    images = _by_clip(images)
+    glance = _glance(images, settings, progress)  # its pictures are given back before the look needs memory
+    return NetModel(glance, _look(images, glance, settings, progress), score_threshold)
 
 
 def _by_clip(images: Sequence[TrainingImage]) -> list[TrainingImage]:
-    """Pictures of one clip together, so that each camera is planned for once."""
+    """Pictures of one clip together: in the same order, whichever folder they came from first."""
     return sorted(images, key=lambda image: (image.labelled.clip, str(image.labelled.path)))
 
 
@@ -140,6 +92,27 @@ def _glance(
     progress.note(f"the glance learns from {len(scenes)} vehicles", vehicles=len(scenes))
     with _counted_steps("the glance", settings.glance.steps, progress) as on_step:
         return learn_glance(scenes.draw, settings.glance, on_step)
+
+
+def _look(
+    images: Sequence[TrainingImage],
+    glance: Sequence[Convolution],
+    settings: NetTrainingSettings,
+    progress: Progress,
+) -> bytes:
+    progress.stage("cutting vehicles for the look", len(images))
+    vehicles = Vehicles(images, settings.circumstances, progress.advance)
+    progress.stage("cutting background", len(images))
+    background = mined(images, glance, settings.background, LOOKS, progress.advance)
+    progress.note(
+        f"the look learns from {len(vehicles)} vehicles and {len(background)} windows of background",
+        vehicles=len(vehicles),
+        background=len(background),
+    )
+    with _counted_steps("the look", settings.look.steps, progress) as on_step:
+        return learn(
+            lambda random: draw_batch(vehicles, background, settings.batches, random), settings.look, on_step
+        )
 
 
 @contextmanager
@@ -157,37 +130,11 @@ def _counted_steps(name: str, steps: int, progress: Progress) -> Iterator[Callab
     progress.note(f"its loss over the last steps: {last:.3f}", loss=last)
 
 
-def _look(
-    name: str,
-    vehicles: Vehicles,
-    background: Background,
-    settings: NetworkSettings,
-    batches: BatchSettings,
-    progress: Progress,
-) -> bytes:
-    progress.note(
-        f"the {name} look learns from {len(vehicles)} vehicles and {len(background)} windows of background",
-        vehicles=len(vehicles),
-        background=len(background),
-    )
-    with _counted_steps(f"the {name} look", settings.steps, progress) as on_step:
-        return learn(lambda random: draw_batch(vehicles, background, batches, random), settings, on_step)
-
-
-def _cascade(images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress) -> Model:
-    low_m, high_m = SIZES_M
-    statistics = replace(vehicle_statistics(images), size_low_m=low_m, size_high_m=high_m)
-    fitter = Fitter(images, statistics, settings.cascade, progress, Checkpoints(None, ""))
-    model, _ = fitter.cascade(np.arange(len(images)), "the net's cascade")
-    return replace(model, rejection_threshold=LEARNING_THRESHOLD)
-
-
 def train_net(
     images: Sequence[TrainingImage],
     settings: NetTrainingSettings,
     progress: Progress,
     score_threshold: float | None = None,
-    looks_only: Sequence[TrainingImage] = (),
 ) -> NetModel:
     """Train the detector, and choose its threshold on clips that a first training leaves out.
 
@@ -195,19 +142,18 @@ def train_net(
         images: what to learn from.
         settings: how.
         progress: who is told.
-        score_threshold: of the model; None: the lowest with no more than `cascade.fppi` detections of mere
+        score_threshold: of the model; None: the lowest with no more than `fppi` detections of mere
             background for each picture left out.
-        looks_only: what the looks alone learn from as well; none of it is left out.
 
     Raises:
         UserError: PyTorch is not installed, or there are too few clips to leave one out.
     """
     if score_threshold is None:
-        left_out = _some_clips(images, settings.cascade.seed)
+        left_out = _some_clips(images, settings.seed)
         learnt = [image for image in images if image not in left_out]
-        first = fit_net(learnt, settings, progress, 0.0, looks_only)
+        first = fit_net(learnt, settings, progress, 0.0)
         score_threshold = _threshold(first, left_out, settings, progress)
-    return fit_net(images, settings, progress, score_threshold, looks_only)
+    return fit_net(images, settings, progress, score_threshold)
 
 
 def _some_clips(images: Sequence[TrainingImage], seed: int) -> list[TrainingImage]:
@@ -240,7 +186,7 @@ def _threshold(
         scores += [detection.score for detection, is_false in zip(found, false, strict=True) if is_false]
         progress.advance()
     scores.sort(reverse=True)
-    allowed = int(settings.cascade.fppi * len(images))
+    allowed = int(settings.fppi * len(images))
     threshold = float(np.nextafter(scores[allowed], np.inf)) if len(scores) > allowed else 0.0
     progress.note(f"score threshold {threshold:.2f}, from {len(images)} pictures left out")
     return threshold

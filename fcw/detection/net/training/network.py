@@ -1,4 +1,4 @@
-"""The nets of both looks, and how their weights are learnt; needs PyTorch."""
+"""The net of the look, and how its weights are learnt; needs PyTorch."""
 
 import io
 import math
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fcw.detection.net.looks import FIRST_PX, SECOND_PX, normalised
+from fcw.detection.net.look import LOOK_PX, normalised
 from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.batches import Batch
 from fcw.detection.net.training.pytorch import functional, nn, torch
@@ -23,7 +23,6 @@ class NetworkSettings:
     """The net and its training.
 
     Attributes:
-        side_px: of its windows.
         channels: of the convolutions.
         strides: of the same.
         hidden: of the layer before the output.
@@ -36,7 +35,6 @@ class NetworkSettings:
         seed: of weights and batches.
     """
 
-    side_px: int = SECOND_PX
     channels: tuple[int, ...] = (24, 48, 48, 96)
     strides: tuple[int, ...] = (2, 2, 1, 2)
     hidden: int = 64
@@ -49,9 +47,6 @@ class NetworkSettings:
     seed: int = 0
 
 
-FIRST_LOOK = NetworkSettings(side_px=FIRST_PX, channels=(16, 32), strides=(2, 2), hidden=32, steps=6000)
-
-
 def build(settings: NetworkSettings) -> Any:  # noqa: ANN401 - a torch module
     """The net with random weights: convolutions, each normalised (Ioffe & Szegedy 2015), and two layers."""
     before, layers = 3, []
@@ -62,7 +57,7 @@ def build(settings: NetworkSettings) -> Any:  # noqa: ANN401 - a torch module
             nn.ReLU(inplace=True),
         ]
         before = channels
-    side = settings.side_px // math.prod(settings.strides)
+    side = LOOK_PX // math.prod(settings.strides)
     return nn.Sequential(
         *layers,
         nn.Dropout2d(0.1),
@@ -90,7 +85,7 @@ def learn(
     net = build(settings)
     with drawn_ahead(draw, settings.steps, settings.seed) as batches:
         learn_from(net, batches, lambda batch: _loss(net, batch, settings), settings, on_step)
-    return _as_onnx(net, settings.side_px)
+    return _as_onnx(net)
 
 
 def _loss(net: Any, batch: Batch, settings: NetworkSettings) -> Any:  # noqa: ANN401
@@ -105,12 +100,12 @@ def _loss(net: Any, batch: Batch, settings: NetworkSettings) -> Any:  # noqa: AN
     return loss + settings.offset_weight * offsets
 
 
-def _as_onnx(net: Any, side_px: int) -> bytes:  # noqa: ANN401
+def _as_onnx(net: Any) -> bytes:  # noqa: ANN401
     file = io.BytesIO()
     net.eval()
     torch.onnx.export(
         net,
-        (torch.zeros(1, 3, side_px, side_px),),
+        (torch.zeros(1, 3, LOOK_PX, LOOK_PX),),
         file,
         input_names=["windows"],
         output_names=["verdicts"],

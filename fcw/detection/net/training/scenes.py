@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.net.glance import CELL_PX, SHOWN
+from fcw.detection.net.bands import SHOWN
+from fcw.detection.net.glance import CELL_PX
 from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.training.vehicles import drawing_weights
 from fcw.detection.training.dataset import LabelledImage, TrainingImage

@@ -1,0 +1,82 @@
+"""Which parts of a picture a glance is shown, by the calibration."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.net.bands import FINER, SHOWN, SIDES_PX, bands_of, whole
+from fcw.errors import UserError
+from fcw.frame import ImageSize
+
+CAMERA = GroundPlaneCamera(0.02, 1000.0, 359.5, 1.3, 639.5)
+SIZE = ImageSize(1280, 720)
+
+
+@given(st.integers(160, 4000), st.integers(120, 2200))
+def test_the_whole_picture_is_shown_in_nearly_its_shape_with_about_as_many_pixels(width, height):
+    if not 1 / 2 <= width / height <= 4:
+        return
+    shown = whole(ImageSize(width, height)).shown
+    assert shown.width % SIDES_PX == shown.height % SIDES_PX == 0
+    assert 0.6 <= shown.width * shown.height / (SHOWN.width * SHOWN.height) <= 1.6
+    assert 0.75 <= shown.width / shown.height / (width / height) <= 1.34
+
+
+@given(
+    st.sampled_from([(640, 360), (1280, 720), (1242, 375), (1920, 1080), (800, 600), (3840, 2160)]),
+    st.floats(-0.08, 0.15),
+    st.floats(0.7, 2.0),
+    st.floats(0.9, 3.0),
+    st.floats(0.0, 0.05),
+)
+def test_a_band_has_the_rows_of_every_car_that_it_is_there_for(size, pitch, focal, height_m, tolerance):
+    picture = ImageSize(*size)
+    focal_px = focal * picture.height
+    camera = GroundPlaneCamera(pitch, focal_px, (picture.height - 1) / 2, height_m, picture.width / 2)
+    everything, *finer = bands_of(picture, camera, tolerance, largest_scale=100.0)
+    assert everything.is_cut == (False, False)
+    for band, (by, largest_px) in zip(finer, FINER.items(), strict=True):
+        assert band.scale[0] == pytest.approx(everything.scale[0] / by)
+        assert band.scale[1] == pytest.approx(everything.scale[1] / by, rel=0.02)  # whole rows are cut
+        end_px = band.top_px + band.shown.height * band.scale[1]
+        assert -1e-6 <= band.top_px < end_px <= picture.height + 1e-6
+        size_px = largest_px * everything.scale[1] / by
+        for pitch_error in (-tolerance, tolerance):
+            horizon = camera.horizon_row_px - focal_px * math.tan(pitch_error)
+            bottom = horizon + size_px * height_m / 1.6  # a car of 1.6 m, sqrt(w h)
+            for row in (bottom, bottom - 0.9 * size_px):
+                if 0 <= row <= picture.height - 1:
+                    # Cut rows are whole ones of the level, and the tangents of sums are not sums of tangents.
+                    assert band.top_px - 0.03 * picture.height <= row <= end_px + 0.03 * picture.height
+
+
+def test_the_finer_a_band_the_nearer_to_the_horizon():
+    everything, middle, far = bands_of(SIZE, CAMERA, math.radians(1.0), 2.0)
+    horizon = CAMERA.horizon_row_px
+    for outer, inner in ((everything, middle), (middle, far)):
+        outer_end = outer.top_px + outer.shown.height * outer.scale[1]
+        assert outer.top_px <= inner.top_px < horizon
+        assert horizon < inner.top_px + inner.shown.height * inner.scale[1] <= outer_end
+
+
+def test_a_camera_that_is_less_known_is_shown_in_higher_bands():
+    sure, unsure = (bands_of(SIZE, CAMERA, math.radians(deg), 2.0) for deg in (0.5, 3.0))
+    for one, other in zip(sure[1:], unsure[1:], strict=True):
+        assert other.shown.height > one.shown.height
+
+
+def test_small_pictures_are_not_enlarged_beyond_what_is_asked():
+    small = ImageSize(320, 180)
+    camera = GroundPlaneCamera(0.02, 250.0, 89.5, 1.3, 159.5)
+    assert [band.shown.width for band in bands_of(small, camera, 0.01, 2.0)] == [224, 448]
+    assert [band.shown.width for band in bands_of(small, camera, 0.01, 1.0)] == [224]
+
+
+@pytest.mark.parametrize("pitch_rad", [-1.2, 1.2])
+def test_a_camera_that_sees_no_road_ahead_is_refused(pitch_rad):
+    camera = GroundPlaneCamera(pitch_rad, 1000.0, 359.5, 1.3, 639.5)
+    with pytest.raises(UserError, match="horizon in row"):
+        bands_of(SIZE, camera, math.radians(1.0), 2.0)
