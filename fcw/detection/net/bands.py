@@ -87,7 +87,8 @@ def bands_of(
     Raises:
         UserError: by the calibration the road is not in the picture.
     """
-    if camera.row_at(NEAREST_M) < 0 or camera.row_at(FARTHEST_M) >= size.height:
+    spare_px = _spare_px(camera, tolerance_rad)
+    if camera.row_at(NEAREST_M) + spare_px < 0 or camera.row_at(FARTHEST_M) - spare_px >= size.height:
         raise UserError(
             f"the calibration has its horizon in row {camera.horizon_row_px:.0f} of pictures of {size}: no "
             f"vehicle {NEAREST_M:g} to {FARTHEST_M:g} m away can be in them; calibrate again with points on "
@@ -102,7 +103,7 @@ def _band(everything: Band, camera: GroundPlaneCamera, tolerance_rad: float, fin
     size, down = everything.picture, everything.scale[1] / finer
     largest_px = FINER[finer] * down
     small_m, large_m = SIZES_M
-    spare_px = camera.focal_y_px * math.tan(tolerance_rad)
+    spare_px = _spare_px(camera, tolerance_rad)
     first = camera.horizon_row_px + largest_px * min(camera.height_m / large_m - TALLEST, 0.0) - spare_px
     last = camera.horizon_row_px + largest_px * camera.height_m / small_m + spare_px
     shown_rows = math.ceil((last - first) / down / SIDES_PX) * SIDES_PX
@@ -114,6 +115,11 @@ def _band(everything: Band, camera: GroundPlaneCamera, tolerance_rad: float, fin
     start = round(((first + last) / 2 + 0.5) * part - rows / 2)
     start = min(max(start, 0), level_height - rows)
     return Band(level, start, start + rows, shown, size)
+
+
+def _spare_px(camera: GroundPlaneCamera, tolerance_rad: float) -> float:
+    """By how much the horizon may be off."""
+    return camera.focal_y_px * math.tan(tolerance_rad)
 
 
 def _level_for(size: ImageSize, shown: ImageSize) -> int:

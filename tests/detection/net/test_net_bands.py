@@ -80,3 +80,11 @@ def test_a_camera_that_sees_no_road_ahead_is_refused(pitch_rad):
     camera = GroundPlaneCamera(pitch_rad, 1000.0, 359.5, 1.3, 639.5)
     with pytest.raises(UserError, match="horizon in row"):
         bands_of(SIZE, camera, math.radians(1.0), 2.0)
+
+
+def test_a_road_that_may_be_in_the_picture_is_looked_for():
+    # Its farthest rows begin 5 px below the picture, and 1 degree of pitch is 17 px.
+    below = GroundPlaneCamera(0.0, 1000.0, 719.5 - 1000.0 * 1.3 / 80.0 + 5.0, 1.3, 639.5)
+    assert len(bands_of(SIZE, below, math.radians(1.0), 2.0)) == 3
+    with pytest.raises(UserError, match="horizon in row"):
+        bands_of(SIZE, below, math.radians(0.1), 2.0)
