@@ -1,4 +1,4 @@
-"""Training folders from public datasets, which the net's looks learn from beside the project's own data.
+"""Training folders from public datasets, which `net` learns from beside the project's own data.
 
     python benchmarks/more_vehicles/build.py CLONES OUT
     fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered} --detector net --out net.npz

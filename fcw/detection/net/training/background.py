@@ -36,8 +36,7 @@ class Background:
     """
 
     def __init__(self, stored: Sequence[NDArray[np.uint8]], weights: NDArray[np.float64]) -> None:
-        self._stored, self._weights = stored, weights
-        self._any = Lottery(weights)
+        self._stored, self._any = stored, Lottery(weights)
 
     def __len__(self) -> int:
         return len(self._stored)
