@@ -153,7 +153,7 @@ def overlay_path(result: FrameResult, calibration: Calibration) -> tuple[PixelLi
     if result.own_motion is not None and result.own_motion.mount is not None:
         camera = replace(camera, pitch_rad=result.own_motion.mount.pitch_rad)
     rows = camera.row_at(distances_m)
-    middles_m = path.offset_m + path.heading_rad * distances_m + path.curvature_per_m * distances_m**2 / 2
+    middles_m = np.array([path.lateral_at(distance_m) for distance_m in distances_m])
     lines = []
     for side_m in (half_m, -half_m):
         columns = camera.column_at(middles_m + side_m, distances_m)

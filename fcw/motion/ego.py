@@ -91,4 +91,4 @@ class EgoEstimator:
         if speed_mps is not None and yaw_radps is not None and speed_mps > SLOWEST_TURN_MPS:
             bend_per_m = yaw_radps / speed_mps
         dt_s = math.inf if before is None else (picture.time_ns - before) / 1e9
-        return self._lanes.update(picture.grey, estimator.view, heading_rad, bend_per_m, dt_s)
+        return self._lanes.update(picture.grey, estimator.view, heading_rad, bend_per_m, speed_mps, dt_s)

@@ -4,7 +4,8 @@ The small picture is sampled on a grid of the road. Across each row of the grid 
 brighter than the road on both sides of it. The ridges vote for two lines with one heading and one bend, close
 to those that mount and yaw rate expect, and a least-squares fit through the voters gives the lane with its
 covariance (after Aly 2008, "Real time detection of lane markers in urban streets", with the road's plane
-known and both lines parallel).
+known and both lines parallel). The bend may grow along the lane, as where a straight road becomes a bend (a
+clothoid; Dickmanns and Mysliwetz 1992, "Recursive 3-D road and relative ego-state recognition").
 """
 
 import math
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray
 from fcw.kernels.jit import kernel
+from fcw.motion.bend.turning import growth_sigma_per_m2
 from fcw.motion.view import RoadView
 
 DISTANCES_M = np.geomspace(6.0, 40.0, 24)
@@ -52,8 +54,8 @@ HEADING_SIGMA_RAD, BEND_SIGMA_PER_M = math.radians(1.5), 2e-3
 SMOOTHING_S = 0.4
 LOST_S = 1.5
 """A lane not seen for so long is forgotten."""
-WALK = np.array([0.4, math.radians(1.0), 1e-3, 0.1])
-"""1-sigma of offset, heading, bend and width of the lane ahead, in the root of a second."""
+WALK = np.array([0.4, math.radians(1.0), 1e-3, 1e-4, 0.1])
+"""1-sigma of offset, heading, bend, its growth and width of the lane ahead, in the root of a second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,9 +63,9 @@ class Lane:
     """The own lane.
 
     Attributes:
-        mean: (4,) lateral offset of its middle at the camera, m, heading, rad, bend, 1/m, all positive to the
-            left and from the camera's axis, and its width, m.
-        covariance: (4, 4).
+        mean: (5,) lateral offset of its middle at the camera, m, heading, rad, bend, 1/m, and by how much
+            that grows along it, 1/m^2, all positive to the left and from the camera's axis; its width, m.
+        covariance: (5, 5).
     """
 
     mean: FloatArray
@@ -160,7 +162,12 @@ def _vote(
 
 
 def find_lane(
-    grey: NDArray[np.uint8], view: RoadView, heading_rad: float, bend_per_m: float, lane_m: float = LANE_M
+    grey: NDArray[np.uint8],
+    view: RoadView,
+    heading_rad: float,
+    bend_per_m: float,
+    speed_mps: float | None = None,
+    lane_m: float = LANE_M,
 ) -> Lane | None:
     """The own lane in one small picture; None where it shows none.
 
@@ -169,6 +176,7 @@ def find_lane(
         view: where the road is in it.
         heading_rad: of the path, as mount and lanes before expect it; positive to the left.
         bend_per_m: likewise.
+        speed_mps: our own, by which bends grow along a road; None when unknown.
         lane_m: its width, likewise.
     """
     columns, rows = view.places(LATERALS_M[None, :], DISTANCES_M[:, None])
@@ -189,19 +197,24 @@ def find_lane(
     )
     if heading < 0:
         return None
-    start = np.array([left_m, right_m, heading_rad + HEADINGS_RAD[heading], bend_per_m + BENDS_PER_M[bend]])
-    return _fitted(distances_m, laterals_m, start, (heading_rad, bend_per_m, lane_m))
+    start = left_m, right_m, heading_rad + HEADINGS_RAD[heading], bend_per_m + BENDS_PER_M[bend], 0.0
+    expected = heading_rad, bend_per_m, lane_m
+    return _fitted(distances_m, laterals_m, np.array(start), expected, growth_sigma_per_m2(speed_mps))
 
 
 def _fitted(
-    distances_m: FloatArray, laterals_m: FloatArray, start: FloatArray, expected: tuple[float, float, float]
+    distances_m: FloatArray,
+    laterals_m: FloatArray,
+    start: FloatArray,
+    expected: tuple[float, float, float],
+    growth_sigma: float,
 ) -> Lane | None:
-    """Least squares through the ridges near two lines: left, right, heading and bend."""
+    """Least squares through the ridges near two lines: left, right, heading, bend and growth."""
     x = start
-    information = np.zeros((4, 4))
+    information = np.zeros((5, 5))
     near = is_left = np.zeros(len(distances_m), bool)
     for _ in range(3):
-        bent_m = x[2] * distances_m + x[3] * distances_m**2 / 2
+        bent_m = x[2] * distances_m + x[3] * distances_m**2 / 2 + x[4] * distances_m**3 / 6
         off_left, off_right = laterals_m - x[0] - bent_m, laterals_m - x[1] - bent_m
         is_left = np.abs(off_left) < np.abs(off_right)
         off_m = np.where(is_left, off_left, off_right)
@@ -209,18 +222,21 @@ def _fitted(
         near = np.abs(off_m) < NEAR_LINE_M * (1 + distances_m / 40)
         if near.sum() < 4:
             return None
-        design = np.column_stack((is_left, ~is_left, distances_m, distances_m**2 / 2))[near]
+        powers = distances_m, distances_m**2 / 2, distances_m**3 / 6
+        design = np.column_stack((is_left, ~is_left, *powers))[near]
         weights = 1 / sigma_m[near] ** 2
-        width = np.array([1.0, -1.0, 0.0, 0.0])
+        width = np.array([1.0, -1.0, 0.0, 0.0, 0.0])
         information = design.T @ (design * weights[:, None])
         information[2, 2] += HEADING_SIGMA_RAD**-2
         information[3, 3] += BEND_SIGMA_PER_M**-2
+        information[4, 4] += growth_sigma**-2
         information += np.outer(width, width) / LANE_SIGMA_M**2
         gradient = (
             design.T @ (weights * off_m[near]) + width * (expected[2] - (x[0] - x[1])) / LANE_SIGMA_M**2
         )
         gradient[2] += (expected[0] - x[2]) / HEADING_SIGMA_RAD**2
         gradient[3] += (expected[1] - x[3]) / BEND_SIGMA_PER_M**2
+        gradient[4] -= x[4] / growth_sigma**2
         x = x + np.linalg.solve(information, gradient)
     for line in (near & is_left, near & ~is_left):
         if len(np.unique(distances_m[line])) < FEWEST_ROWS or np.ptp(distances_m[line]) < LEAST_REACH_M:
@@ -230,7 +246,9 @@ def _fitted(
         return None
     # Ridges of neighbouring rows err alike.
     covariance = np.linalg.inv(information) * 4
-    to_lane = np.array([[0.5, 0.5, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [1, -1, 0, 0]])
+    to_lane = np.array(
+        [[0.5, 0.5, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1], [1, -1, 0, 0, 0]]
+    )
     return Lane(to_lane @ x, np.asarray(to_lane @ covariance @ to_lane.T, np.float64))
 
 
@@ -249,7 +267,13 @@ class LaneTracker:
         return self._lane
 
     def update(
-        self, grey: NDArray[np.uint8], view: RoadView, heading_rad: float, bend_per_m: float, dt_s: float
+        self,
+        grey: NDArray[np.uint8],
+        view: RoadView,
+        heading_rad: float,
+        bend_per_m: float,
+        speed_mps: float | None,
+        dt_s: float,
     ) -> Lane | None:
         """Take a picture; returns what is believed then.
 
@@ -258,11 +282,14 @@ class LaneTracker:
             view: where the road is in it.
             heading_rad: of the path by the mount, positive to the left.
             bend_per_m: of the path by the yaw rate.
+            speed_mps: our own; None when unknown.
             dt_s: since the picture before.
         """
         before = self._lane
-        lane_m = LANE_M if before is None else float(before.mean[3])
-        seen = find_lane(grey, view, heading_rad, bend_per_m, lane_m)
+        if before is not None and speed_mps is not None:
+            before = _moved_on(before, speed_mps * dt_s)
+        lane_m = LANE_M if before is None else float(before.mean[4])
+        seen = find_lane(grey, view, heading_rad, bend_per_m, speed_mps, lane_m)
         self._unseen_s += dt_s
         if before is not None and seen is not None and _alike(before, seen):
             self._unseen_s = 0.0
@@ -287,6 +314,13 @@ class LaneTracker:
         self._candidate, self._confirmed = seen, self._confirmed + 1 if again else 1
         if self._confirmed >= CONFIRMATIONS and (self._lane is None or not _alike(self._lane, seen)):
             self._lane, self._unseen_s = seen, 0.0
+
+
+def _moved_on(lane: Lane, moved_m: float) -> Lane:
+    """Farther along it its bend has grown."""
+    mean = lane.mean.copy()
+    mean[2] += mean[3] * moved_m
+    return Lane(mean, lane.covariance)
 
 
 def _alike(one: Lane, other: Lane) -> bool:

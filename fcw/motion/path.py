@@ -1,12 +1,13 @@
 """The own path: mount, yaw rate and lane lines together."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
 from fcw.motion.bend.turn import USUAL_MPS
-from fcw.motion.bend.turning import Turning
+from fcw.motion.bend.turning import AHEAD_S, Turning
 from fcw.motion.lanes import Lane
 from fcw.motion.state import OwnMotion, OwnPath
 
@@ -58,13 +59,17 @@ def own_path(motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0) ->
         lane: as its lines show it, in the same coordinates; None where none are seen.
         change_radps: by how much the yaw rate will have changed on the way; see `Turning`.
     """
-    mean, sigmas = _by_motion(motion, change_radps)
+    by_motion, sigmas = _by_motion(motion, change_radps)
     if lane is None:
-        return _path(mean, sigmas, None)
-    precision, by_lane = np.diag(sigmas**-2), np.linalg.inv(lane.covariance[:3, :3])
-    covariance = np.linalg.inv(precision + by_lane)
-    mean = covariance @ (precision @ mean + by_lane @ lane.mean[:3])
-    return _path(mean, np.sqrt(covariance.diagonal()), float(lane.mean[3]))
+        return _path((*by_motion.tolist(), 0.0), sigmas, None)
+    # Motion tells of the bend that it will have after a third of the way.
+    third_m = AHEAD_S * max(USUAL_MPS if motion.speed_mps is None else motion.speed_mps, SLOWEST_TURN_MPS)
+    told = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, third_m]])
+    weighed = told.T @ np.diag(sigmas**-2)
+    by_lane = np.linalg.inv(lane.covariance[:4, :4])
+    covariance = np.linalg.inv(weighed @ told + by_lane)
+    mean = covariance @ (weighed @ by_motion + by_lane @ lane.mean[:4])
+    return _path(mean.tolist(), np.sqrt(np.diag(told @ covariance @ told.T)), float(lane.mean[4]))
 
 
 def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, FloatArray]:
@@ -98,13 +103,14 @@ def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, Floa
     )
 
 
-def _path(mean: FloatArray, sigmas: FloatArray, lane_width_m: float | None) -> OwnPath:
-    offset_m, heading_rad, curvature_per_m = mean.tolist()
+def _path(mean: Sequence[float], sigmas: FloatArray, lane_width_m: float | None) -> OwnPath:
+    offset_m, heading_rad, curvature_per_m, growth_per_m2 = mean
     offset_sigma_m, heading_sigma_rad, curvature_sigma_per_m = sigmas.tolist()
     return OwnPath(
         offset_m=offset_m,
         heading_rad=heading_rad,
         curvature_per_m=curvature_per_m,
+        growth_per_m2=growth_per_m2,
         offset_sigma_m=offset_sigma_m,
         heading_sigma_rad=heading_sigma_rad,
         curvature_sigma_per_m=curvature_sigma_per_m,

@@ -4,6 +4,9 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
+GROWS_FOR_M = 40.0
+"""As far as lane lines are looked for, the growth of a bend was seen; beyond, it is taken to bend evenly."""
+
 
 class SpeedSource(StrEnum):
     """Where the own speed comes from."""
@@ -63,7 +66,7 @@ class OwnMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnPath:
-    """The middle of the way that we will take, as a parabola on the road.
+    """The middle of the way that we will take: its curvature grows steadily along it, as roads are laid out.
 
     In the coordinates of `Track.lateral_m`: from the camera's axis, positive to the left, over the distance
     along the ground from the camera. A mount that looks to the left by some angle has a path that heads as
@@ -72,16 +75,18 @@ class OwnPath:
     Attributes:
         offset_m: lateral position at the camera; that of the lane's middle where its lines are seen.
         heading_rad: of the path at the camera against the camera's axis, positive to the left.
-        curvature_per_m: positive where it bends to the left.
+        curvature_per_m: at the camera, positive where it bends to the left.
+        growth_per_m2: by how much that grows along it, for `GROWS_FOR_M`.
         offset_sigma_m: 1-sigma.
         heading_sigma_rad: 1-sigma.
-        curvature_sigma_per_m: 1-sigma.
+        curvature_sigma_per_m: 1-sigma, with that of the growth on the way.
         lane_width_m: between the lines; None where there are none.
     """
 
     offset_m: float = 0.0
     heading_rad: float = 0.0
     curvature_per_m: float = 0.0
+    growth_per_m2: float = 0.0
     offset_sigma_m: float = 0.0
     heading_sigma_rad: float = 0.0
     curvature_sigma_per_m: float = 0.0
@@ -89,11 +94,17 @@ class OwnPath:
 
     def lateral_at(self, distance_m: float) -> float:
         """Lateral position of the path's middle at a distance from the camera, positive to the left."""
-        return self.offset_m + self.heading_rad * distance_m + self.curvature_per_m * distance_m**2 / 2
+        grows_m = min(distance_m, GROWS_FOR_M)
+        beyond_m = distance_m - grows_m
+        grown_m3 = grows_m**3 / 6 + grows_m * beyond_m * (grows_m + beyond_m) / 2
+        bent_m = self.curvature_per_m * distance_m**2 / 2 + self.growth_per_m2 * grown_m3
+        return self.offset_m + self.heading_rad * distance_m + bent_m
 
     def slope_at(self, distance_m: float) -> float:
         """Rate at which that changes with the distance."""
-        return self.heading_rad + self.curvature_per_m * distance_m
+        grows_m = min(distance_m, GROWS_FOR_M)
+        grown_m2 = grows_m * (distance_m - grows_m / 2)
+        return self.heading_rad + self.curvature_per_m * distance_m + self.growth_per_m2 * grown_m2
 
     def lateral_sigma_at(self, distance_m: float) -> float:
         """1-sigma of `lateral_at`, the three errors taken as independent."""

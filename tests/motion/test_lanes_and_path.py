@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
 
 from fcw.camera.calibration import Calibration
@@ -18,9 +20,11 @@ from fcw.motion.view import RoadView
 VIEW = RoadView.of(camera(), 1)
 
 
-def painted(lane_m=3.5, offset_m=0.0, bend_per_m=0.0, yaw_deg=0.0):
+def painted(lane_m=3.5, offset_m=0.0, bend_per_m=0.0, yaw_deg=0.0, growth_per_m2=0.0):
     road = Road(lines_m=(offset_m + lane_m / 2, offset_m - lane_m / 2))
-    picture = road.picture(Pose(), yaw_deg=yaw_deg, lane_of=lambda x: bend_per_m * x**2 / 2)
+    picture = road.picture(
+        Pose(), yaw_deg=yaw_deg, lane_of=lambda x: bend_per_m * x**2 / 2 + growth_per_m2 * x**3 / 6
+    )
     return np.ascontiguousarray(picture[:, :, 1])
 
 
@@ -30,7 +34,7 @@ def test_the_lane_is_where_it_is_painted(offset_m, lane_m):
     assert lane is not None
     assert lane.mean[0] == pytest.approx(offset_m, abs=0.12)
     assert lane.mean[1] == pytest.approx(0.0, abs=math.radians(0.5))
-    assert lane.mean[3] == pytest.approx(lane_m, abs=0.15)
+    assert lane.mean[4] == pytest.approx(lane_m, abs=0.15)
 
 
 @pytest.mark.parametrize("radius_m", [150.0, -300.0, 800.0])
@@ -39,6 +43,30 @@ def test_a_bend_is_met_within_half_a_metre_at_thirty_metres(radius_m):
     assert lane is not None
     path = own_path(OwnMotion(), lane)
     assert path.lateral_at(30.0) == pytest.approx(30.0**2 / 2 / radius_m, abs=0.5)
+
+
+@pytest.mark.parametrize("growth_per_m2", [2e-4, -3e-4])
+def test_a_bend_that_begins_ahead_is_seen_before_we_steer(growth_per_m2):
+    # Straight here, and a radius of 80 to 125 m where the lines are still seen, 40 m on.
+    lane = find_lane(painted(growth_per_m2=growth_per_m2), VIEW, 0.0, 0.0, 11.0)
+    assert lane is not None
+    assert lane.mean[2] == pytest.approx(0.0, abs=1e-3)
+    straight_on = OwnMotion(speed_mps=11.0, yaw_rate_radps=0.0, mount=Mount(pitch_rad=0.0))
+    path = own_path(straight_on, lane)
+    assert path.lateral_at(35.0) == pytest.approx(growth_per_m2 * 35.0**3 / 6, abs=0.4)
+    assert path.slope_at(35.0) == pytest.approx(growth_per_m2 * 35.0**2 / 2, abs=0.04)
+
+
+@given(st.floats(0.0, 120.0), st.floats(-0.02, 0.02), st.floats(-5e-4, 5e-4))
+def test_the_slope_of_a_path_is_the_rate_of_its_lateral_position(distance_m, curvature_per_m, growth_per_m2):
+    path = OwnPath(heading_rad=0.01, curvature_per_m=curvature_per_m, growth_per_m2=growth_per_m2)
+    rate = (path.lateral_at(distance_m + 1e-3) - path.lateral_at(distance_m - 1e-3)) / 2e-3
+    assert path.slope_at(distance_m) == pytest.approx(rate, abs=1e-5)
+
+
+def test_a_bend_does_not_grow_on_where_no_line_was_seen():
+    path = OwnPath(growth_per_m2=1e-4)
+    assert path.slope_at(60.0) - path.slope_at(50.0) == pytest.approx(10 * 40 * 1e-4)
 
 
 def test_a_camera_that_looks_to_the_left_sees_a_path_to_the_right():
@@ -104,7 +132,7 @@ def test_when_we_stand_there_is_no_bend():
 
 
 def test_lines_and_motion_are_weighed_by_their_sigmas():
-    lane = Lane(np.array([0.4, 0.0, 0.0, 3.5]), np.diag([0.01, 1e-4, 1e-6, 0.01]))
+    lane = Lane(np.array([0.4, 0.0, 0.0, 0.0, 3.5]), np.diag([0.01, 1e-4, 1e-6, 1e-8, 0.01]))
     path = own_path(OwnMotion(mount=Mount(pitch_rad=0.0)), lane)
     assert 0.3 < path.offset_m < 0.4
     assert path.offset_sigma_m < 0.1

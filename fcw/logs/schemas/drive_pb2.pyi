@@ -174,7 +174,7 @@ class OwnMotion(_message.Message):
     def __init__(self, speed_mps: _Optional[float] = ..., speed_sigma_mps: _Optional[float] = ..., speed_source: _Optional[_Union[OwnMotion.SpeedSource, str]] = ..., yaw_rate_radps: _Optional[float] = ..., yaw_rate_sigma_radps: _Optional[float] = ..., mount: _Optional[_Union[Mount, _Mapping]] = ..., picture_speed_mps: _Optional[float] = ...) -> None: ...
 
 class OwnPath(_message.Message):
-    __slots__ = ("offset_m", "heading_rad", "curvature_per_m", "offset_sigma_m", "heading_sigma_rad", "curvature_sigma_per_m", "lane_width_m")
+    __slots__ = ("offset_m", "heading_rad", "curvature_per_m", "offset_sigma_m", "heading_sigma_rad", "curvature_sigma_per_m", "lane_width_m", "growth_per_m2")
     OFFSET_M_FIELD_NUMBER: _ClassVar[int]
     HEADING_RAD_FIELD_NUMBER: _ClassVar[int]
     CURVATURE_PER_M_FIELD_NUMBER: _ClassVar[int]
@@ -182,6 +182,7 @@ class OwnPath(_message.Message):
     HEADING_SIGMA_RAD_FIELD_NUMBER: _ClassVar[int]
     CURVATURE_SIGMA_PER_M_FIELD_NUMBER: _ClassVar[int]
     LANE_WIDTH_M_FIELD_NUMBER: _ClassVar[int]
+    GROWTH_PER_M2_FIELD_NUMBER: _ClassVar[int]
     offset_m: float
     heading_rad: float
     curvature_per_m: float
@@ -189,7 +190,8 @@ class OwnPath(_message.Message):
     heading_sigma_rad: float
     curvature_sigma_per_m: float
     lane_width_m: float
-    def __init__(self, offset_m: _Optional[float] = ..., heading_rad: _Optional[float] = ..., curvature_per_m: _Optional[float] = ..., offset_sigma_m: _Optional[float] = ..., heading_sigma_rad: _Optional[float] = ..., curvature_sigma_per_m: _Optional[float] = ..., lane_width_m: _Optional[float] = ...) -> None: ...
+    growth_per_m2: float
+    def __init__(self, offset_m: _Optional[float] = ..., heading_rad: _Optional[float] = ..., curvature_per_m: _Optional[float] = ..., offset_sigma_m: _Optional[float] = ..., heading_sigma_rad: _Optional[float] = ..., curvature_sigma_per_m: _Optional[float] = ..., lane_width_m: _Optional[float] = ..., growth_per_m2: _Optional[float] = ...) -> None: ...
 
 class FrameResult(_message.Message):
     __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps", "notes", "own_motion", "own_path")

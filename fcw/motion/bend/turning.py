@@ -7,6 +7,8 @@ after a third of the way, as y''' x^3 / 6 says.
 
 import math
 
+from fcw.motion.bend.turn import USUAL_MPS
+
 JERK_MPS3 = 0.5
 """1-sigma of the jerk across the road while a bend begins or ends: felt, and still comfortable."""
 SLOWEST_MPS = 5.0
@@ -19,6 +21,11 @@ AHEAD_S = 0.8
 """A third of the time in which a warning is due, 2 to 3 s."""
 LONGEST_STEP_S = 2.0
 """After a longer gap all begins anew."""
+
+
+def growth_sigma_per_m2(speed_mps: float | None) -> float:
+    """1-sigma of how the curvature of a road grows along it, by our speed on it; None when unknown."""
+    return JERK_MPS3 / max(USUAL_MPS if speed_mps is None else speed_mps, SLOWEST_MPS) ** 3
 
 
 class Turning:

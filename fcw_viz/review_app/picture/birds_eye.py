@@ -129,8 +129,7 @@ def own_path_edges(path: OwnPath, reference_offset_m: float) -> tuple[Floats, Fl
         reference_offset_m: from the camera to where the distances shown begin.
     """
     along_m = np.linspace(0.0, PATH_LENGTH_M, PATH_POINTS)
-    camera_m = along_m + reference_offset_m
-    middle_m = path.offset_m + path.heading_rad * camera_m + path.curvature_per_m * camera_m**2 / 2
+    middle_m = np.array([path.lateral_at(distance_m) for distance_m in along_m + reference_offset_m])
     half_m = Corridor().leave_m if path.lane_width_m is None else path.lane_width_m / 2
     left, right = (
         np.stack([along_m, middle_m + side_m, np.zeros(PATH_POINTS)], axis=1) for side_m in (half_m, -half_m)
