@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -54,16 +55,21 @@ class DetectorCase:
     largest_scale: float | None = None
 
     def detector_of(self, calibration_of: CalibrationOf) -> DetectorOf:
-        """A function from a picture to its detector, the same for all pictures of one clip and size."""
-        made: dict[object, Detector] = {}
+        """A function from a picture to its detector, the same while clip and size of the pictures are.
+
+        A detector takes tens of megabytes, and there may be thousands of clips.
+        """
+        last: tuple[object, Detector] | None = None
 
         def detector_of(image: LabelledImage) -> Detector:
+            nonlocal last
             key = image.clip, image.size
-            if key not in made:
-                made[key] = make_detector(
-                    self.name, self.model, calibration_of(image), self.score_threshold, self.largest_scale
-                )
-            return made[key]
+            if last is None or last[0] != key:
+                last = None  # before the next one is made
+                calibration = calibration_of(image)
+                model, threshold, scale = self.model, self.score_threshold, self.largest_scale
+                last = key, make_detector(self.name, model, calibration, threshold, scale)
+            return last[1]
 
         return detector_of
 
@@ -89,18 +95,24 @@ def run_detectors(
     Raises:
         UserError: a picture cannot be read, or has no calibration.
     """
-    found: dict[str, list[FrameDetections]] = {name: [] for name in detectors}
-    started: set[int] = set()
-    for image in images:
-        pixels = image.labelled.read()
+    found: dict[str, list[FrameDetections | None]] = {name: [None] * len(images) for name in detectors}
+    started: dict[str, Detector] = {}
+    clips: dict[object, list[int]] = {}
+    for index, image in enumerate(images):
+        clips.setdefault((image.labelled.clip, image.labelled.size), []).append(index)
+    for index in chain.from_iterable(clips.values()):
+        image = images[index].labelled
+        pixels = image.read()
         for name, detector_of in detectors.items():
-            detector = detector_of(image.labelled)
-            if id(detector) not in started:  # compiling and first allocations are not what a frame takes
+            detector = detector_of(image)
+            if (
+                started.get(name) is not detector
+            ):  # compiling and first allocations are not what a frame takes
                 detector.detect(pixels)
-                started.add(id(detector))
-            found[name].append(_detect(detector, pixels))
+                started[name] = detector
+            found[name][index] = _detect(detector, pixels)
         advance()
-    return {name: tuple(frames) for name, frames in found.items()}
+    return {name: tuple(frame for frame in frames if frame is not None) for name, frames in found.items()}
 
 
 def median_milliseconds(frames: Sequence[FrameDetections]) -> float:
