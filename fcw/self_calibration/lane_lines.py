@@ -52,6 +52,8 @@ LARGEST_SCATTER_HEIGHTS = 0.025
 COMMON_LANE_SIGMA_HEIGHTS = 0.004
 """What all lanes of a clip have in common: camber, and slopes."""
 MAD_TO_SIGMA = 1.4826
+EVENLY_BENT_MPS = 60.0
+"""On a road for this speed no bend grows: straight lines are looked for."""
 STRAIGHT_PER_M = 1 / 600
 """A lane that bends more has no vanishing point on the horizon."""
 
@@ -88,9 +90,8 @@ def _propose(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[S
     height, width = image_bgr.shape[:2]
     factor = max(1, width // MotionSettings().working_width_px)
     small = cv2.resize(image_bgr, (width // factor, height // factor), interpolation=cv2.INTER_AREA)
-    lane = find_lane(
-        np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8), RoadView.of(camera, factor), 0.0, 0.0
-    )
+    grey = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8)
+    lane = find_lane(grey, RoadView.of(camera, factor), 0.0, 0.0, EVENLY_BENT_MPS)
     if lane is None:
         raise UserError(NONE_FOUND)
     if abs(float(lane.mean[2])) > STRAIGHT_PER_M:
@@ -106,7 +107,7 @@ def _propose(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[S
 
 def _paint(grey: NDArray[np.uint8], view: RoadView, lane: Lane, side: float) -> FloatArray:
     """(N, 2) columns and rows of the brightest ridge near the line, one for each distance that has one."""
-    offset_m, heading_rad, bend_per_m, lane_m = (float(value) for value in lane.mean)
+    offset_m, heading_rad, bend_per_m, _, lane_m = (float(value) for value in lane.mean)
     line_m = offset_m + heading_rad * DISTANCES_M + bend_per_m * DISTANCES_M**2 / 2 + side * lane_m / 2
     columns, rows = view.places(line_m[:, None] + ASIDE_M, DISTANCES_M[:, None])
     values = cv2.remap(

@@ -58,6 +58,7 @@ class Threat:
         turn_known: whether our turning is known: else what stands beside a bend may seem to come in.
         bend_changes: whether we are known to steer into a bend, or out of one, or turn at an unknown speed:
             where the path will be is known less well then, and who stands in its way now will mostly not.
+        lane_seen: whether our lane's lines are seen, so that what stands in it is known to.
         overlap_now_m: of its width and ours where it is now; negative is the room between.
         overlap_m: of them then.
         overlap_probability: that the two widths overlap then.
@@ -79,6 +80,7 @@ class Threat:
     crosses: bool
     turn_known: bool
     bend_changes: bool
+    lane_seen: bool
     overlap_now_m: float
     overlap_m: float
     overlap_probability: float
@@ -184,6 +186,7 @@ def _assess_one(
         crosses=place.crosses,
         turn_known=turn is not None,
         bend_changes=turn is not None and _bend_changes(path, turn.own_mps, x_m),
+        lane_seen=path.lane_width_m is not None,
         overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
         overlap_m=overlap_m,
         overlap_probability=in_the_way,

@@ -37,9 +37,10 @@ class Evidence:
             that stands beside the road sweeps across the path. Where the bend is unknown, it must be as
             likely, and as near, as what is imminent.
         minimum_course_s: and would have been for so long,
-        imminent_course_s: or so long where it comes in with `imminent_probability` and is reached within
-            `imminent_s`. Chosen on strangers' clips that were warned of late (docs/figures.md, "A fresh
-            set"); 0.1 s brought false episodes on KITTI's drives, 0.2 s none.
+        imminent_course_s: or so long where it comes into a lane whose lines are seen, or comes in with
+            `imminent_probability` and is reached within `imminent_s`. Chosen on strangers' clips that were
+            warned of late (docs/figures.md, "A fresh set"); 0.1 s brought false episodes on KITTI's drives,
+            0.2 s none.
         held_probability: a raised level is held while that is at least so likely.
         oncoming_probability: what comes towards us is warned of where that is so likely: in a bend
             every oncoming vehicle is ahead of us for a moment.
@@ -49,6 +50,8 @@ class Evidence:
             while not the lead, and with half of it not by `caution`: a driver on the way past a parked car
             steers in time, and would be warned of every one of them (Brannstrom et al. 2010: a threat is what
             neither braking nor steering avoids any more at ease).
+        in_lane_m: what reaches so far into our path, in a lane whose lines are seen, is not passed at ease:
+            for that the lane has to be left.
         imminent_s: where it is reached within this time, a lead needs no longer than who comes in does: what
             is found late, and near, leaves no time.
         closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
@@ -102,6 +105,7 @@ class Evidence:
     oncoming_probability: float = 0.8
     oncoming_reach_s: float = 2.5
     steering_mps2: float = 1.0
+    in_lane_m: float = 0.3
     imminent_s: float = 2.0
     closing_sigmas: float = 3.0
     upper_sigmas: float = 1.65
@@ -155,14 +159,16 @@ class Evidence:
 
     def may_steer(self, threat: Threat, level: WarningLevel) -> bool:
         """Whether a driver passes a vehicle that is not the lead by steering a little."""
-        if threat.is_lead or threat.is_oncoming or threat.comes_in or threat.required_lateral_mps2 is None:
+        in_lane = threat.lane_seen and threat.overlap_now_m >= self.in_lane_m
+        ahead = threat.is_lead or threat.is_oncoming or threat.comes_in or in_lane
+        if ahead or threat.required_lateral_mps2 is None:
             return False
         least_mps2 = self.steering_mps2 * (1.0 if level == WarningLevel.WARNING else 0.5)
         return threat.required_lateral_mps2 < least_mps2
 
     def course_evidence_s(self, threat: Threat) -> float:
         """For how long it must have been on a collision course."""
-        soon = threat.comes_in and self._surely_hits_soon(threat)
+        soon = threat.comes_in and (threat.lane_seen or self._surely_hits_soon(threat))
         return self.imminent_course_s if soon else self.minimum_course_s
 
     def _surely_hits_soon(self, threat: Threat) -> bool:

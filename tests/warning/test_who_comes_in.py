@@ -58,3 +58,24 @@ def test_from_beside_our_path_our_turning_is_known_or_it_surely_hits_us_soon(
 ):
     threat = coming_in(reach_s, probability, turn_known, beside_m=1.0)
     assert (warned_after_s(threat) is not None) == warned
+
+
+@pytest.mark.parametrize(("lane_seen", "after_s"), [(True, 0.2), (False, 0.3)])
+def test_who_comes_into_a_lane_whose_lines_are_seen_needs_less_evidence(lane_seen, after_s):
+    threat = replace(coming_in(2.3, 0.85, turn_known=True, beside_m=0.1), lane_seen=lane_seen)
+    assert warned_after_s(threat) == pytest.approx(after_s)
+
+
+@pytest.mark.parametrize(
+    ("lane_seen", "overlap_now_m", "warned"), [(True, 0.5, True), (True, 0.2, False), (False, 0.5, False)]
+)
+def test_what_stands_in_our_lane_is_warned_of_though_little_steering_would_pass_it(
+    lane_seen, overlap_now_m, warned
+):
+    threat = replace(
+        coming_in(2.3, 0.7, turn_known=True, beside_m=-overlap_now_m),
+        comes_in=False,
+        lane_seen=lane_seen,
+        required_lateral_mps2=0.3,
+    )
+    assert (warned_after_s(threat) is not None) == warned

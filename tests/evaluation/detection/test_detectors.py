@@ -44,6 +44,6 @@ def test_one_detector_is_kept_however_many_clips_there_are(tmp_path, monkeypatch
 
     frames = run_detectors(images, {"mean": case.detector_of(lambda image: None)})["mean"]  # type: ignore[arg-type]
 
-    # In the order of the pictures, though taken clip by clip. One detector is kept, while the next is made two.
+    # In the order of the pictures, though taken clip by clip; two while the next one is made.
     assert [frame.boxes[0, 2] for frame in frames] == list(range(1, 13))
     assert MeanDetector.most <= 2
