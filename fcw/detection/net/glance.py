@@ -18,7 +18,7 @@ from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.suppression import keep_unlike
 from fcw.detection.net.bands import Band
 from fcw.detection.net.onnx_layers import Convolution
-from fcw.detection.net.planes import PlaneConvolution
+from fcw.detection.net.planes import PlaneConvolution, PlaneWeights, Scratch
 from fcw.detection.net.windows import Pyramid
 from fcw.frame import ImageSize
 from fcw.kernels.jit import kernel
@@ -43,45 +43,60 @@ SHAPES = tuple((outputs, inputs, 3, 3) for row in CHANNELS for inputs, outputs i
 """Of the weights of all convolutions."""
 
 
-class GlanceNet:
-    """The net for pictures of one size, in memory it keeps: one for each thread.
+class GlanceMemory:
+    """What nets for pictures of several sizes have in common: one for each thread.
+
+    They are never at work at the same time.
 
     Args:
-        convolutions: all of them, of `SHAPES`.
+        convolutions: all of the net's, of `SHAPES`.
+    """
+
+    def __init__(self, convolutions: Sequence[Convolution]) -> None:
+        self.weights = [PlaneWeights(each) for each in convolutions]
+        self.work, self.planes = Scratch(), Scratch()
+
+
+class GlanceNet:
+    """The net for pictures of one size.
+
+    Args:
+        memory: its weights and what it works in, with other nets of its thread.
         shown: the size.
     """
 
-    def __init__(self, convolutions: Sequence[Convolution], shown: ImageSize) -> None:
-        self._planes = np.zeros((3, shown.height, shown.width), np.float32)
+    def __init__(self, memory: GlanceMemory, shown: ImageSize) -> None:
+        self._planes, self._shown = memory.planes, shown
         self._layers: list[PlaneConvolution] = []
         halvings = 0
-        for number, each in enumerate(convolutions):
+        for number, each in enumerate(memory.weights):
             if number in (FINE + MIDDLE + COARSE, FINE + MIDDLE + COARSE + 1):  # after a sum
                 halvings -= 1
-            self._layers.append(PlaneConvolution(each, shown.height >> halvings, shown.width >> halvings))
+            height, width = shown.height >> halvings, shown.width >> halvings
+            self._layers.append(PlaneConvolution(each, height, width, memory.work))
             halvings += each.stride - 1
 
     def __call__(self, picture: NDArray[np.uint8]) -> FloatArray:
         """(5, rows, columns): each cell's logit, and how far the vehicle reaches to left, top, right, bottom.
 
-        The latter from the cell's middle, as logarithms, in cells. They are in memory that the next call
-        overwrites.
+        The latter from the cell's middle, as logarithms, in cells. They are in memory that the next call of
+        any of the nets overwrites.
         """
-        planes = self._planes
+        planes = self._planes.of(3, self._shown.height, self._shown.width)
         _normalise(picture, LEAST_CONTRAST, planes)
         layers = iter(self._layers)
 
         def after(planes: FloatArray, count: int) -> FloatArray:
             for _ in range(count):
-                planes = next(layers)(planes)
+                planes = next(layers)(planes, self._planes)
             return planes
 
-        fine = after(planes, FINE)
-        middle = after(fine, MIDDLE)
+        fine = after(planes, FINE).copy()  # what comes next overwrites it
+        middle = after(fine, MIDDLE).copy()
         _add_doubled(middle, after(middle, COARSE))
         _add_doubled(fine, after(middle, 1))
         fine = after(fine, 1)
-        return next(layers)(fine, least=-np.inf)
+        return next(layers)(fine, self._planes, least=-np.inf)
 
 
 @kernel()
@@ -159,7 +174,7 @@ class Glance:
     """
 
     def __init__(self, convolutions: Sequence[Convolution], least_logit: float) -> None:
-        self._convolutions, self._least_logit = convolutions, least_logit
+        self._memory, self._least_logit = GlanceMemory(convolutions), least_logit
         self._nets: dict[ImageSize, GlanceNet] = {}
 
     def at(self, pyramid: Pyramid, bands: Sequence[Band]) -> Glanced:
@@ -172,7 +187,7 @@ class Glance:
     def _in(self, pyramid: Pyramid, band: Band) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(N, 4) boxes and (N,) logits."""
         if band.shown not in self._nets:
-            self._nets[band.shown] = GlanceNet(self._convolutions, band.shown)
+            self._nets[band.shown] = GlanceNet(self._memory, band.shown)
         shown = pyramid.rows(band.level, band.first_row, band.end_row, band.shown)
         seen = self._nets[band.shown](shown)
         rows, columns = np.nonzero(seen[0] >= self._least_logit)

@@ -6,6 +6,7 @@ outputs to the last: a plane is one long row of numbers to `fcw.kernels.products
 between the rows, of what lies around the planes, are made as well, and left where they are.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -39,60 +40,102 @@ class _Geometry(NamedTuple):
     to_columns: int
 
 
+class Scratch:
+    """Numbers that one computation needs while it runs, and the next one may overwrite: for one thread.
+
+    It is as large as the largest of them asked for.
+    """
+
+    def __init__(self) -> None:
+        self._numbers = aligned_zeros((0,), np.float32)
+
+    def of(self, *shape: int) -> FloatArray:
+        """An array at its beginning; it holds what was left there."""
+        count = math.prod(shape)
+        if count > len(self._numbers):
+            self._numbers = aligned_zeros((count,), np.float32)
+        return self._numbers[:count].reshape(shape)
+
+
+class PlaneWeights:
+    """A convolution's weights in the order in which they are read, for planes of any size.
+
+    Attributes:
+        inputs: planes that it takes.
+        outputs: planes that it gives.
+        stride: 1 or 2.
+        weights: the outputs' in blocks of `TILE_ROWS`; in each the order is input, row, column, output.
+        biases: (outputs,).
+    """
+
+    def __init__(self, convolution: Convolution) -> None:
+        self.outputs, self.inputs = convolution.weights.shape[:2]
+        self.stride = convolution.stride
+        blocks = -(-self.outputs // TILE_ROWS)
+        weights = np.zeros((blocks * TILE_ROWS, self.inputs * 9), np.float32)
+        weights[: self.outputs] = convolution.weights.reshape(self.outputs, -1)
+        self.weights = weights.reshape(blocks, TILE_ROWS, -1).transpose(0, 2, 1).reshape(-1)
+        self.biases = convolution.biases.astype(np.float32)
+
+
 class PlaneConvolution:
-    """A convolution of planes of one size, in memory it keeps: one for each thread.
+    """A convolution of planes of one size: one for each thread.
 
     Args:
-        convolution: its weights.
+        weights: of the convolution.
         height: of the planes; even where the convolution goes two rows a step.
         width: likewise.
+        scratch: what it works in, with others of its thread.
 
     Raises:
         ValueError: planes of this size cannot be halved.
     """
 
-    def __init__(self, convolution: Convolution, height: int, width: int) -> None:
-        outputs, inputs = convolution.weights.shape[:2]
-        stride = convolution.stride
+    def __init__(self, weights: PlaneWeights, height: int, width: int, scratch: Scratch) -> None:
+        stride = weights.stride
         if height % stride or width % stride:
             raise ValueError(f"planes of {width}x{height}, which cannot be halved")
+        self._weights, self._scratch = weights, scratch
         rows, columns = height // stride + 3 - stride, width // stride + 3 - stride
-        self._geometry = _Geometry(stride, rows, columns, outputs, height // stride, width // stride)
-        parts = inputs * stride**2
-        self._source = aligned_zeros((parts * rows * columns + TILE_COLUMNS,), np.float32)
+        self._geometry = _Geometry(stride, rows, columns, weights.outputs, height // stride, width // stride)
         places = np.arange(3)
         part = (
-            np.arange(inputs)[:, None, None] * stride + places[:, None] % stride
+            np.arange(weights.inputs)[:, None, None] * stride + places[:, None] % stride
         ) * stride + places % stride
         inside = places[:, None] // stride * columns + places // stride
         self._offsets = (part * rows * columns + inside).reshape(-1)
-        blocks = -(-outputs // TILE_ROWS)
-        weights = np.zeros((blocks * TILE_ROWS, inputs * 9), np.float32)
-        weights[:outputs] = convolution.weights.reshape(outputs, -1)
-        self._weights = weights.reshape(blocks, TILE_ROWS, -1).transpose(0, 2, 1).reshape(-1)
-        self._biases = convolution.biases.astype(np.float32)
-        in_tiles = -(-self._geometry.to_rows * columns // TILE_COLUMNS) * TILE_COLUMNS
-        self._sums = aligned_zeros((TILE_ROWS, in_tiles), np.float32)
-        self._outputs = np.zeros((outputs, height // stride, width // stride), np.float32)
+        # In whole tiles, as both start on a cache line's boundary.
+        self._source_count = _in_tiles(weights.inputs * stride**2 * rows * columns + TILE_COLUMNS)
+        self._sums_pitch = _in_tiles(height // stride * columns)
 
-    def __call__(self, planes: FloatArray, least: float = 0.0) -> FloatArray:
+    def __call__(self, planes: FloatArray, outputs: Scratch, least: float = 0.0) -> FloatArray:
         """(outputs, rows, columns) of (inputs, height, width) planes; `least` where they would be less.
 
-        They are in memory that the next call overwrites.
+        Args:
+            planes: they may be in the memory of the outputs, and are overwritten then.
+            outputs: memory for what is returned.
+            least: no output is less.
         """
-        geometry, outputs = self._geometry, self._outputs
+        geometry, weights = self._geometry, self._weights
+        memory = self._scratch.of(self._source_count + TILE_ROWS * self._sums_pitch)
+        convolved = outputs.of(geometry.outputs, geometry.to_rows, geometry.to_columns)
         _convolve(
             np.ascontiguousarray(planes, np.float32),
             geometry,
-            self._source,
+            memory[: self._source_count],
             self._offsets,
-            self._weights,
-            self._biases,
+            weights.weights,
+            weights.biases,
             np.float32(least),
-            self._sums,
-            outputs,
+            memory[self._source_count :].reshape(TILE_ROWS, -1),
+            convolved,
         )
-        return outputs
+        return convolved
+
+
+def _in_tiles(count: int) -> int:
+    """So many numbers, or as many more as fill the last tile."""
+    return -(-count // TILE_COLUMNS) * TILE_COLUMNS
 
 
 @kernel()
@@ -108,6 +151,13 @@ def _convolve(
     outputs: FloatArray,
 ) -> None:
     stride, pitch = geometry.stride, geometry.columns
+    for part in range(len(planes) * stride**2):  # the ring of zeros, and what is written over right after
+        start = part * geometry.rows * pitch
+        last = start + (geometry.rows - 1) * pitch
+        for column in range(pitch):
+            source[start + column] = source[last + column] = 0
+        for row in range(start, last, pitch):
+            source[row] = source[row + pitch - 1] = 0
     for plane in range(len(planes)):
         for row in range(planes.shape[1]):
             part = (plane * stride + (row + 1) % stride) * stride

@@ -12,10 +12,19 @@ from hypothesis import strategies as st
 
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.net.bands import SHOWN, bands_of, whole
-from fcw.detection.net.glance import CELL_PX, CUT_PX, SHAPES, STRIDES, Glance, Glanced, GlanceNet
+from fcw.detection.net.glance import (
+    CELL_PX,
+    CUT_PX,
+    SHAPES,
+    STRIDES,
+    Glance,
+    Glanced,
+    GlanceMemory,
+    GlanceNet,
+)
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.detection.net.onnx_layers import Convolution
-from fcw.detection.net.planes import PlaneConvolution
+from fcw.detection.net.planes import PlaneConvolution, PlaneWeights, Scratch
 from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -32,6 +41,13 @@ def convolved(planes: np.ndarray, convolution: Convolution) -> np.ndarray:
     windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(1, 2))
     windows = windows[:, :: convolution.stride, :: convolution.stride]
     return np.einsum("cyxij,ocij->oyx", windows, convolution.weights) + convolution.biases[:, None, None]
+
+
+def used_scratch() -> Scratch:
+    """Memory in which another computation left something."""
+    scratch = Scratch()
+    scratch.of(1 << 16)[:] = np.nan
+    return scratch
 
 
 @given(
@@ -51,15 +67,18 @@ def test_planes_are_convolved_as_by_the_definition(inputs, outputs, stride, half
         random.normal(size=outputs).astype(np.float32),
         stride,
     )
-    layer, expected = PlaneConvolution(convolution, *planes.shape[1:]), convolved(planes, convolution)
-    assert layer(planes) == pytest.approx(np.maximum(expected, 0.0), abs=1e-4)
-    assert layer(planes, least=-np.inf) == pytest.approx(expected, abs=1e-4)
+    expected, memory = convolved(planes, convolution), used_scratch()
+    layer = PlaneConvolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width, used_scratch())
+    assert layer(planes, memory) == pytest.approx(np.maximum(expected, 0.0), abs=1e-4)
+    shown = memory.of(*planes.shape)
+    shown[:] = planes
+    assert layer(shown, memory, least=-np.inf) == pytest.approx(expected, abs=1e-4)  # in its own place
 
 
 def test_planes_that_cannot_be_halved_are_refused():
     convolution = Convolution(np.zeros((1, 1, 3, 3), np.float32), np.zeros(1, np.float32), 2)
     with pytest.raises(ValueError, match="7x4, which cannot be halved"):
-        PlaneConvolution(convolution, 4, 7)
+        PlaneConvolution(PlaneWeights(convolution), 4, 7, Scratch())
 
 
 def test_what_the_net_sees_is_what_its_layers_and_sums_give(model):
@@ -79,7 +98,17 @@ def test_what_the_net_sees_is_what_its_layers_and_sums_give(model):
     middle = after(fine, 2)
     middle = after(middle + doubled(after(middle, 3)), 1)
     expected = convolved(after(fine + doubled(middle), 1), next(layers))
-    assert GlanceNet(model.glance, SHOWN)(picture) == pytest.approx(expected, abs=2e-4)
+    assert GlanceNet(GlanceMemory(model.glance), SHOWN)(picture) == pytest.approx(expected, abs=2e-4)
+
+
+def test_pictures_of_several_sizes_one_after_another_are_seen_as_each_alone(model):
+    random, memory = np.random.default_rng(0), GlanceMemory(model.glance)
+    sizes = [ImageSize(224, 128), ImageSize(448, 160), ImageSize(896, 96), ImageSize(32, 32)]
+    nets = {size: GlanceNet(memory, size) for size in sizes}
+    for size in [*sizes, *reversed(sizes)]:
+        picture = random.integers(0, 256, (size.height, size.width, 3)).astype(np.uint8)
+        alone = GlanceNet(GlanceMemory(model.glance), size)
+        assert np.array_equal(nets[size](picture), alone(picture))
 
 
 def constant_net(outputs: list[float]) -> tuple[Convolution, ...]:
