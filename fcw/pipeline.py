@@ -7,9 +7,9 @@ Or the caller's thread does it all, which takes less of the processor: for one p
 
 import queue
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 
 from fcw.detection.detector import Aim, Detection, Detector
@@ -83,7 +83,8 @@ def run_pipeline(
         detected_frames = _in_one_thread if stages.one_thread else _overlapped
         aims = Aims(stages.tracker.believed_mount, max(stages.frames_in_flight, FRAMES_IN_FLIGHT))
         stop = stop or threading.Event()
-        for frame, detections, ego, packets in detected_frames(source, stages, aims, stop):
+        frames = stack.enter_context(closing(detected_frames(source, stages, aims, stop)))
+        for frame, detections, ego, packets in frames:
             result = follow(frame, detections, ego, stages)
             aims.believe(stages.tracker.believed_mount)
             for sink in stages.sinks:
@@ -129,6 +130,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: St
 
 
 _Detected = tuple[Frame, tuple[Detection, ...], Ego, tuple[VideoPacket, ...]]
+_Stream = Generator[_Detected, None, None]
 _Pending = tuple[Frame, Future[tuple[Detection, ...]], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
 
 
@@ -143,7 +145,7 @@ def _known(stages: Stages, frame: Frame, aim: Aim, first: Aim) -> tuple[Detectio
     return found if aim == first else None
 
 
-def _in_one_thread(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> Iterator[_Detected]:
+def _in_one_thread(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> _Stream:
     """Frames in order with their detections and packets."""
     ego, encoder = stages.ego or EgoEstimator(), _encoder(source, stages)
     try:
@@ -161,7 +163,7 @@ def _in_one_thread(source: Source, stages: Stages, aims: Aims, stop: threading.E
             encoder.close()
 
 
-def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> Iterator[_Detected]:
+def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> _Stream:
     """Frames in order with their detections and packets; what failed in a thread is raised here."""
     idle_detectors: queue.SimpleQueue[Detector] = queue.SimpleQueue()
     for detector in stages.detectors:
@@ -219,7 +221,9 @@ def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Even
             abandoned.set()
             room.release()  # the reader may be waiting for it
             reader.join()
-            if encoder:
+            for pool in (detection_pool, ego_pool, encoding_pool):
+                pool.shutdown(cancel_futures=True)
+            if encoder:  # closed while it encodes, libx264 would abort the process, or never return
                 encoder.close()
 
 

@@ -1,10 +1,14 @@
 """The loop keeps the order of the frames, closes every log whatever happens, and leaves no thread behind."""
 
 import math
+import os
 import random
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -186,6 +190,46 @@ def test_a_failing_detector_is_raised_and_the_logs_hold_what_came_before(one_thr
         run(CountingSource(100), [sink], [UnevenDetector(1, fails_at=40)], one_thread=one_thread)
     assert [result.index for result in sink.results] == list(range(40))
     assert sink.closed == 1
+
+
+class LargePictures(CountingSource):
+    """Pictures of a folder or of ROS, which take the encoder longer than this detector takes to look."""
+
+    image_size = ImageSize(640, 360)
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        noise = np.random.default_rng(1).integers(0, 256, (360, 640, 3), np.uint8)
+        for frame in super().frames(start_ns):
+            image = np.roll(noise, 16 * frame.index, axis=1)
+            image[0, 0, 0] = frame.index
+            yield replace(frame, image=image)
+
+
+FAILS_WHILE_ENCODING = """
+from test_pipeline import *
+
+for _ in range(3):
+    sink = MemorySink()
+    with pytest.raises(RuntimeError, match="detector broke"):
+        run(LargePictures(40, relays_video=False), [sink], [UnevenDetector(1, fails_at=20)])
+    assert [result.index for result in sink.results] == list(range(20)), sink.results
+    with pytest.raises(OSError, match="no space left"):
+        run(LargePictures(40, relays_video=False), [MemorySink(fails_at=3)])
+"""
+
+
+@pytest.mark.slow
+def test_what_fails_while_pictures_are_encoded_is_raised_and_the_process_lives() -> None:
+    """In a process of its own: libx264 would take this one with it."""
+    ended = subprocess.run(
+        [sys.executable, "-c", FAILS_WHILE_ENCODING],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
 
 
 @overlapped_or_not
