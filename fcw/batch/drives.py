@@ -10,7 +10,7 @@ from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
 from fcw.camera.file import CALIBRATION_SUFFIX, default_path
 from fcw.errors import UserError
-from fcw.logs.names import MCAP_NAME, TRUTH_LOG_NAME
+from fcw.logs.names import FAILED_MCAP_NAME, MCAP_NAME, TRUTH_LOG_NAME
 from fcw.sources import MCAP_SUFFIX
 from fcw.sources.images import VIDEO_SUFFIXES
 
@@ -95,7 +95,8 @@ def _pure(place: Place) -> PurePath:
 def _is_drive(path: PurePath) -> bool:
     return (
         path.suffix.lower() in VIDEO_SUFFIXES | {MCAP_SUFFIX}
-        and path.name not in (MCAP_NAME, TRUTH_LOG_NAME)  # what `fcw run` and `fcw simulate` wrote
+        # What `fcw run` and `fcw simulate` wrote.
+        and path.name not in (MCAP_NAME, FAILED_MCAP_NAME, TRUTH_LOG_NAME)
         and not path.name.startswith(".")
     )
 

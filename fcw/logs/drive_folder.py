@@ -16,14 +16,13 @@ from fcw.errors import UserError
 from fcw.files import is_same_file
 from fcw.json_form import object_of_line
 from fcw.locked_file import LockedFile
-from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
+from fcw.logs.names import FAILED_MCAP_NAME, FAILED_PREFIX, MCAP_NAME, RRD_NAME, SUMMARY_NAME
 
 NAMES = (MCAP_NAME, RRD_NAME, SUMMARY_NAME)
 LOCK_NAME = ".fcw.lock"
 PARTIAL_RRD_NAME = "drive.partial.rrd"
 """The recording until it is whole, which the application writes."""
 EARLIER_PREFIX = ".earlier-"
-FAILED_PREFIX = "failed-"
 _TOUCHED = (*NAMES, PARTIAL_RRD_NAME, *(f"{FAILED_PREFIX}{name}" for name in NAMES))
 """What a run replaces, moves or removes in the folder, besides its lock."""
 _EARLIER_BYTES = 4
@@ -70,12 +69,14 @@ def drive_folder(out: Path, inputs: Iterable[Path]) -> Iterator[None]:
         try:
             yield
         except BaseException as error:
-            if earlier is not None and _bring_back(out, earlier) and isinstance(error, UserError):
-                raise UserError(
-                    f"{error}; {out / MCAP_NAME} is the earlier drive again, "
-                    f"and what there is of the new one {out / f'{FAILED_PREFIX}{MCAP_NAME}'}"
-                ) from error
-            raise
+            kept = _name_failed(out)
+            again = earlier is not None and _bring_back(out, earlier)
+            if not kept or not isinstance(error, UserError):
+                raise
+            told = f"what there is of this drive is {out / FAILED_MCAP_NAME}"
+            if again:
+                told += f", and {out / MCAP_NAME} is the earlier one again"
+            raise UserError(f"{error}; {told}") from error
         for aside in out.glob(f"{EARLIER_PREFIX}{'[0-9a-f]' * 2 * _EARLIER_BYTES}"):
             _remove(aside, inputs)
     finally:
@@ -124,17 +125,24 @@ def _put_aside(out: Path) -> Path | None:
     return earlier
 
 
-def _bring_back(out: Path, earlier: Path) -> bool:
-    """Whether the earlier drive is there again, and a log of the failed one beside it."""
-    failed_log = (out / MCAP_NAME).exists()
+def _name_failed(out: Path) -> bool:
+    """Whether a log of the failed run is kept, under its new name."""
+    kept = False
     with suppress(OSError):
         for name in NAMES:
             if (out / name).exists():
                 (out / name).replace(out / f"{FAILED_PREFIX}{name}")
+                kept |= name == MCAP_NAME
+    return kept
+
+
+def _bring_back(out: Path, earlier: Path) -> bool:
+    """Whether the earlier drive is there again."""
+    with suppress(OSError):
         for path in earlier.iterdir():
             path.replace(out / path.name)
         earlier.rmdir()
-        return failed_log
+        return True
     return False
 
 

@@ -17,6 +17,7 @@ def touch(*paths: Path) -> None:
 def test_folders_are_searched_with_all_below_and_logs_of_runs_are_no_drives(tmp_path):
     touch(tmp_path / "a.mp4", tmp_path / "front" / "b.MKV", tmp_path / "front" / "c.mcap")
     touch(tmp_path / "out" / "drive.mcap", tmp_path / "notes.txt", tmp_path / ".hidden.mp4")
+    touch(tmp_path / "out" / "failed-drive.mcap")
     touch(tmp_path / "out" / "truth.mcap")  # of `fcw simulate`, with the same pictures as its video
     assert [drive.name for drive in find_batch_drives([tmp_path])] == ["a", "b", "c"]
 

@@ -163,7 +163,9 @@ def test_a_log_that_may_not_grow_ends_the_run_with_a_message_and_keeps_the_begin
     assert "re_log_encoding" not in told  # rerun's own lines
     assert not (out / "summary.json").exists()
     assert not (out / "drive.rrd").exists()
-    results = list(DriveLog(out / "drive.mcap").results())  # the beginning is not lost
+    assert not (out / "drive.mcap").exists()  # nobody takes it for a whole drive
+    assert f"what there is of this drive is {out / 'failed-drive.mcap'}" in " ".join(told.split())
+    results = list(DriveLog(out / "failed-drive.mcap").results())  # the beginning is not lost
     assert [result.index for result in results] == list(range(len(results)))
     assert len(results) < DEMO_FRAMES
 

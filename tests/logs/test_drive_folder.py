@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -78,14 +79,20 @@ def test_the_message_of_a_failed_run_says_where_its_log_is_and_where_the_earlier
     an_earlier_drive(tmp_path)
     assert fail(tmp_path, None) == "a picture is damaged"
     assert fail(tmp_path, MCAP) == (
-        f"a picture is damaged; {tmp_path / 'drive.mcap'} is the earlier drive again, "
-        f"and what there is of the new one {tmp_path / 'failed-drive.mcap'}"
+        f"a picture is damaged; what there is of this drive is {tmp_path / 'failed-drive.mcap'}, "
+        f"and {tmp_path / 'drive.mcap'} is the earlier one again"
     )
 
 
-def test_a_first_run_that_fails_keeps_its_log_where_it_is(tmp_path: Path):
-    fail(tmp_path / "out", MCAP)
-    assert names(tmp_path / "out") == {"drive.mcap"}
+def test_nobody_takes_what_a_first_run_left_that_failed_for_a_whole_drive(tmp_path: Path):
+    out = tmp_path / "out"
+    failed = out / "failed-drive.mcap"
+    assert fail(out, None) == "a picture is damaged"
+    assert fail(out, MCAP) == f"a picture is damaged; what there is of this drive is {failed}"
+    assert names(out) == {"failed-drive.mcap"}
+    with pytest.raises(UserError, match=f"no drive.mcap .*{re.escape(str(failed))} of a run that failed"):
+        find_drives([out])
+    assert find_drives([failed]) == {"failed-drive": failed.resolve()}
 
 
 def test_two_runs_do_not_write_to_one_folder(tmp_path: Path):
@@ -177,7 +184,7 @@ def test_what_a_kill_left_aside_is_no_drive_and_goes_away_when_a_later_run_is_wh
     assert aside.is_dir()  # the earlier drive is the only whole one still
     with drive_folder(tmp_path / "out", []):
         (tmp_path / "out" / "drive.mcap").write_bytes(MCAP)
-    assert names(tmp_path / "out") == {"drive.mcap"}
+    assert names(tmp_path / "out") == {"drive.mcap", "failed-drive.mcap"}
 
 
 def test_earlier_folders_of_others_and_earlier_drives_that_are_read_stay(tmp_path: Path):

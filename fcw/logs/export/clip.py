@@ -13,7 +13,7 @@ from fcw.errors import UserError
 from fcw.frame import VideoPacket
 from fcw.logs.drive_folder import EARLIER_PREFIX
 from fcw.logs.mcap.reader import DriveLog
-from fcw.logs.names import MCAP_NAME
+from fcw.logs.names import FAILED_MCAP_NAME, MCAP_NAME
 from fcw.logs.records import FrameResult
 
 NS_PER_S = 1_000_000_000
@@ -141,9 +141,11 @@ def _logs(path: Path) -> list[Path]:
     # A link may lead nowhere, or to itself.
     logs = sorted(log.resolve() if log.is_symlink() else log for log in below if log.exists())
     if not logs:
+        failed = path / FAILED_MCAP_NAME
         raise UserError(
             f"{path}: no {MCAP_NAME} in this folder or below it; name a drive's log, "
-            "or the folder that `fcw run` wrote"
+            + (f"such as {failed} of a run that failed, " if failed.is_file() else "")
+            + "or the folder that `fcw run` wrote"
         )
     return logs
 
