@@ -12,6 +12,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 
+from fcw.detection.asking import vehicles_in
 from fcw.detection.detector import Aim, Detection, Detector
 from fcw.frame import Frame, Source, VideoPacket
 from fcw.logs.encode import VideoEncoder
@@ -136,7 +137,7 @@ _Pending = tuple[Frame, Future[tuple[Detection, ...]], Future[Ego], Future[tuple
 
 def _search(detector: Detector, frame: Frame, aim: Aim) -> tuple[Detection, ...]:
     take_aim(detector, aim)
-    return detector.detect(frame.image)
+    return vehicles_in(detector, frame)
 
 
 def _known(stages: Stages, frame: Frame, aim: Aim, first: Aim) -> tuple[Detection, ...] | None:

@@ -113,6 +113,21 @@ def test_own_parts_take_the_place_of_the_programs(tmp_path):
     assert not outcome.interrupted
 
 
+class BlackeningDetector(OwnDetector):
+    """Works in the picture that it is shown."""
+
+    def detect(self, image: NDArray[np.uint8]) -> tuple[fcw.Detection, ...]:
+        image[:] = 0
+        return super().detect(image)
+
+
+@pytest.mark.parametrize("detection_threads", [0, 2])
+def test_a_detector_does_not_change_the_picture_of_tracker_and_log(tmp_path, detection_threads):
+    changing = replace(job(tmp_path), detector=BlackeningDetector(), detection_threads=detection_threads)
+    with pytest.raises(ValueError, match="read-only"):
+        fcw.run_drive(changing, GreySource())
+
+
 def test_a_calibration_of_another_shape_is_refused_before_anything_is_written(tmp_path):
     other = fcw.Calibration.from_camera(CAMERA, fcw.ImageSize(320, 240))
     mistaken = fcw.DriveJob(Path("grey"), tmp_path / "out", other, detector=OwnDetector())

@@ -47,7 +47,10 @@ class Detector(Protocol):
         ...
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
-        """Vehicles in a (height, width, 3) BGR picture, best score first."""
+        """Vehicles in a (height, width, 3) BGR picture, best score first.
+
+        In a drive the picture is read-only: a detector that draws or scales in place works on a copy.
+        """
         ...
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fcw.bounded.arrays import npz_arrays
 from fcw.bounded.files import MalformedError
 from fcw.box import Box
+from fcw.detection.asking import vehicles_in
 from fcw.detection.detector import Detection
 from fcw.files import whole_file
 from fcw.frame import Frame
@@ -112,7 +113,7 @@ def find_in_piece(job: DriveJob, piece: Piece, path: Path, key: str = "") -> Pat
     times_ns, checksums, counts, rows = [], [], [], []
     with one_opencv_thread():
         for frame in PieceSource(prepared.source, piece).frames():
-            found = detector.detect(frame.image)
+            found = vehicles_in(detector, frame)
             times_ns.append(frame.time_ns)
             checksums.append(_checksum(frame))
             counts.append(len(found))
