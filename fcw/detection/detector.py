@@ -49,7 +49,8 @@ class Detector(Protocol):
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first.
 
-        In a drive the picture is read-only: a detector that draws or scales in place works on a copy.
+        In a drive the picture is read-only: a detector that draws or scales in place works on a copy. There
+        numbers that are not finite, and boxes without a size, end the drive with a message.
         """
         ...
 
