@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from fcw.bounded.gpx import gpx_bytes
 from fcw.bounded.pictures import check_drive_size
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import default_path, read_calibration
-from fcw.detection.choice import DEFAULT_DETECTOR, load_model, make_detector, model_path
+from fcw.detection.choice import DEFAULT_DETECTOR, DETECTOR_NAMES, load_model, make_detector, model_path
 from fcw.detection.detector import Detection, Detector
 from fcw.detection.model import model_sha256
 from fcw.errors import UserError
@@ -33,7 +34,7 @@ from fcw.threads import available_cores
 from fcw.tracking.tracker import Tracker
 from fcw.versions import versions
 from fcw.warning.ego_speed import EgoSpeed
-from fcw.warning.policies import DEFAULT_POLICY, DEFAULT_TIMING, make_policy, without_own_speed
+from fcw.warning.policies import DEFAULT_POLICY, DEFAULT_TIMING, POLICIES, make_policy, without_own_speed
 from fcw.warning.types import WarningPolicy
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class DriveJob:
     """What to run and how.
 
     Attributes:
-        source: video file, MCAP file or folder of pictures.
+        source: video file, MCAP file or folder of pictures; a path or its text, as all paths here.
         out: folder for the log and the summary; an earlier run's are replaced.
         calibration: the camera's, or its file; None looks beside the source, then into an MCAP file.
         topic: of an MCAP file, whose pictures; None where it has one topic of them.
@@ -64,6 +65,9 @@ class DriveJob:
         own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
         detection_threads: so many frames are searched at once, while others are decoded and written. 0 does
             everything in the thread that runs the job, as is best for one process of many.
+
+    Raises:
+        UserError: a value is none of its field's.
     """
 
     source: Path
@@ -72,13 +76,54 @@ class DriveJob:
     topic: str | None = None
     detector: str | Detector = DEFAULT_DETECTOR
     detector_classes: tuple[str, ...] = ()
-    ego_speed: str | EgoSpeed | None = None
+    ego_speed: str | float | Path | EgoSpeed | None = None
     warning_policy: str | WarningPolicy = DEFAULT_POLICY
     warning_timing: str = DEFAULT_TIMING
     imperial: bool = False
     frame_rate_hz: float | None = None
     own_motion: bool = True
     detection_threads: int = DETECTION_THREADS
+
+    def __post_init__(self) -> None:
+        """Make paths of texts, and look at what no type checker need have looked at."""
+        for field in ("source", "out", "calibration"):
+            if isinstance(text := getattr(self, field), str):
+                object.__setattr__(self, field, Path(text))
+        speed, rate_hz = self.ego_speed, self.frame_rate_hz
+        speed_fits = isinstance(speed, str | Path | EgoSpeed | None) or _is_number(speed)
+        for field, fits, expected in (
+            ("source", isinstance(self.source, Path), "a path"),
+            ("out", isinstance(self.out, Path), "a path"),
+            (
+                "calibration",
+                isinstance(self.calibration, Path | Calibration | None),
+                "a path, or a Calibration",
+            ),
+            (
+                "detector",
+                _can_be(self.detector, "name", "detect"),
+                f"{', '.join(DETECTOR_NAMES)}, or an object with `name` and `detect`",
+            ),
+            ("detector_classes", not isinstance(self.detector_classes, str), "a tuple of names"),
+            ("ego_speed", speed_fits, "metres per second, the path of a CSV or GPX file, or an EgoSpeed"),
+            (
+                "warning_policy",
+                _can_be(self.warning_policy, "update"),
+                f"{', '.join(POLICIES)}, or an object with `update`",
+            ),
+            ("frame_rate_hz", rate_hz is None or _is_number(rate_hz), "a number of pictures a second"),
+        ):
+            if not fits:
+                raise UserError(f"DriveJob({field}={getattr(self, field)!r:.80}): expected {expected}")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _can_be(value: object, *needs: str) -> bool:
+    """Whether it names a part of the program's, or is one of one's own."""
+    return isinstance(value, str) or (not isinstance(value, type) and all(hasattr(value, n) for n in needs))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,7 +224,7 @@ class PreparedDrive:
         """The files that the run reads."""
         job = self.job
         texts = [job.detector.removeprefix("onnx:")] if isinstance(job.detector, str) else []
-        texts += [job.ego_speed] if isinstance(job.ego_speed, str) else []
+        texts += [str(job.ego_speed)] if isinstance(job.ego_speed, str | Path) else []
         named = [job.calibration] if isinstance(job.calibration, Path) else [default_path(job.source)]
         return [job.source, *named, *map(Path, texts)]
 
@@ -331,8 +376,12 @@ def _field_of_view(facts: "McapFacts | None") -> str:
 
 def _gpx(job: DriveJob) -> bytes:
     """The track that the own speed comes from."""
-    given = job.ego_speed
-    return gpx_bytes(Path(given)) if isinstance(given, str) and given.lower().endswith(".gpx") else b""
+    return gpx_bytes(Path(str(job.ego_speed))) if _is_track(job) else b""
+
+
+def _is_track(job: DriveJob) -> bool:
+    """Whether the own speed is given as a GPX track."""
+    return isinstance(job.ego_speed, str | Path) and str(job.ego_speed).lower().endswith(".gpx")
 
 
 def _ego_speed(job: DriveJob, source: Source, facts: "McapFacts | None") -> EgoSpeed | None:
@@ -341,8 +390,8 @@ def _ego_speed(job: DriveJob, source: Source, facts: "McapFacts | None") -> EgoS
         return job.ego_speed
     if job.ego_speed is None:
         return None if facts is None else facts.ego_speed
-    speed = EgoSpeed.parse(job.ego_speed)
-    if facts is None or not job.ego_speed.lower().endswith(".gpx"):
+    speed = EgoSpeed.parse(str(job.ego_speed))
+    if facts is None or not _is_track(job):
         return speed
     start_s = next(source.frames()).time_ns / 1e9  # a track begins with the drive, not in 1970
     return EgoSpeed(tuple(time_s + start_s for time_s in speed.times_s), speed.speeds_mps)

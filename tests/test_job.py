@@ -6,6 +6,7 @@ import threading
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -111,6 +112,56 @@ def test_own_parts_take_the_place_of_the_programs(tmp_path):
     assert json.loads((tmp_path / "summary.json").read_text()) == outcome.summary
     assert outcome.notes == ("all of it is grey",)
     assert not outcome.interrupted
+
+
+def test_a_job_takes_texts_for_paths_and_a_number_for_the_own_speed(tmp_path):
+    calibration = tmp_path / "a.yaml"
+    fcw.write_calibration(CALIBRATION, calibration)
+    texts: Any = {"source": "grey", "out": str(tmp_path / "out"), "calibration": str(calibration)}
+    for ego_speed in (12, 12.0, "12"):
+        outcome = fcw.run_drive(
+            fcw.DriveJob(**texts, detector=OwnDetector(), ego_speed=ego_speed), GreySource()
+        )
+        assert outcome.summary["own_motion"]["speed_known_part"] == 1.0
+        assert next(fcw.read_drive(tmp_path / "out").results()).ego_speed_mps == 12.0
+    speeds = tmp_path / "a.csv"
+    speeds.write_text("time_s,speed_mps\n0,12\n9,12\n")
+    fcw.run_drive(fcw.DriveJob(**texts, detector=OwnDetector(), ego_speed=speeds), GreySource())
+    assert next(fcw.read_drive(tmp_path / "out").results()).ego_speed_mps == 12.0
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "expected"),
+    [
+        ("source", 3, "a path"),
+        ("out", None, "a path"),
+        ("calibration", 3, "a path, or a Calibration"),
+        (
+            "detector",
+            3,
+            "net, acf, acf-full, onnx:FILE, or an object with `name` and `detect`",
+        ),
+        (
+            "warning_policy",
+            None,
+            "timely-braking, ttc, required-deceleration, euro-ncap-driver, headway, rss, "
+            "or an object with `update`",
+        ),
+        ("detector_classes", "car", "a tuple of names"),
+        ("ego_speed", True, "metres per second, the path of a CSV or GPX file, or an EgoSpeed"),
+        ("frame_rate_hz", "30", "a number of pictures a second"),
+    ],
+)
+def test_what_no_field_of_a_job_can_be_is_named_with_its_field(field: str, value: Any, expected: str):
+    with pytest.raises(fcw.UserError) as raised:
+        fcw.DriveJob(**{"source": Path("a"), "out": Path("b"), field: value})
+    assert str(raised.value) == f"DriveJob({field}={value!r}): expected {expected}"
+
+
+def test_a_detectors_class_is_no_detector():
+    mistaken: Any = OwnDetector
+    with pytest.raises(fcw.UserError, match="an object with `name` and `detect`"):
+        fcw.DriveJob(Path("a"), Path("b"), detector=mistaken)
 
 
 class BlackeningDetector(OwnDetector):
