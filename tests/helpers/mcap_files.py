@@ -1,11 +1,13 @@
 """MCAP files as others make them: with Foxglove's SDK and with the ROS 2 registry's own writer."""
 
 from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import av
 import cv2
 import foxglove
 import numpy as np
@@ -105,6 +107,22 @@ def foxglove_raw_images(path: Path, frames: Iterable[Frame]) -> Path:
             )
             channel.log(message, log_time=stamp_ns(frame) + DELAY_NS)
     return path
+
+
+def encoded(frames: list[Frame], codec_name: str, options: dict[str, str]) -> list[tuple[int, bytes]]:
+    """Stamps and packets of 320x180 pixels, by an encoder of FFmpeg."""
+    codec = av.CodecContext.create(codec_name, "w")
+    assert isinstance(codec, av.VideoCodecContext)
+    codec.width, codec.height, codec.pix_fmt = 320, 180, "yuv420p"
+    codec.time_base, codec.options = Fraction(1, 30), options
+    packets = []
+    for number, frame in enumerate(frames):
+        smaller = np.asarray(cv2.resize(frame.image, (320, 180)), np.uint8)
+        picture = av.VideoFrame.from_ndarray(smaller, format="bgr24")
+        picture.pts = number
+        packets += codec.encode(picture)
+    packets += codec.encode(None)
+    return [(stamp_ns(frames[packet.pts]), bytes(packet)) for packet in packets]
 
 
 def foxglove_video(path: Path, packets: Iterable[tuple[int, bytes]], video_format: str = "h264") -> Path:

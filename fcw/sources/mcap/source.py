@@ -15,7 +15,7 @@ from fcw.sources import h264
 from fcw.sources.mcap.file import Clock, McapFile, Topic
 from fcw.sources.mcap.images import McapImageSource
 from fcw.sources.mcap.pictures import PICTURE_TYPES, VIDEO_CODECS, VIDEO_TYPES
-from fcw.sources.mcap.video import PacketStream, PacketVideoSource
+from fcw.sources.mcap.video import PacketStream, PacketVideoSource, counted
 
 OWN_LOG_TYPE = "fcw.VideoPacket"
 """Only this program's logs say of each packet whether it is shown."""
@@ -37,8 +37,11 @@ def open_mcap(path: Path, topic: str | None = None) -> Source:
     if pictures.type not in VIDEO_TYPES:
         return McapImageSource(file, pictures)
     codec = _codec(file, pictures)
-    packets = _own_log_packets(path) if is_own_log(file) else _foreign_packets(file, pictures, codec)
-    return PacketVideoSource(path.name, f"{path}: {pictures.name}", packets, codec, lambda: file.notes)
+    label = f"{path}: {pictures.name}"
+    if is_own_log(file):
+        return PacketVideoSource(path.name, label, _own_log_packets(path), codec, lambda: file.notes)
+    packets = _ForeignPackets(file, pictures, codec)
+    return PacketVideoSource(path.name, label, packets, codec, lambda: packets.notes)
 
 
 def is_own_log(file: McapFile) -> bool:
@@ -90,26 +93,43 @@ def _codec(file: McapFile, topic: Topic) -> str:
     return codec
 
 
-def _foreign_packets(file: McapFile, topic: Topic, codec: str) -> PacketStream:
-    clock = Clock.of(file, topic.name)
+class _ForeignPackets:
+    """The packets of a topic from the first keyframe on: a recording may begin between two."""
 
-    def packets(key_ns: int | None) -> Iterator[VideoPacket]:
-        started = codec != "h264"  # a recording may begin between two keyframes
-        search_ns = None if key_ns is None else clock.search_ns(key_ns)
-        for message in file.messages([topic.name], search_ns):
-            time_ns = clock.time_ns(message)
+    def __init__(self, file: McapFile, topic: Topic, codec: str) -> None:
+        self._file, self._topic, self._codec = file, topic, codec
+        self._clock = Clock.of(file, topic.name)
+        self._before_keyframe = 0
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be read of the file by now, and what was left out of the topic."""
+        if not self._before_keyframe:
+            return self._file.notes
+        pictures = counted(self._before_keyframe)
+        left_out = f"{self._file.path}: {self._topic.name}: {pictures} before the first keyframe left out"
+        return (left_out, *self._file.notes)
+
+    def __call__(self, key_ns: int | None) -> Iterator[VideoPacket]:
+        """See `PacketStream`."""
+        started = self._codec != "h264"
+        before = 0
+        search_ns = None if key_ns is None else self._clock.search_ns(key_ns)
+        for message in self._file.messages([self._topic.name], search_ns):
+            time_ns = self._clock.time_ns(message)
             if key_ns is not None and time_ns < key_ns:
                 continue
             data = message.read(lambda content: bytes(memoryview(content.data)))
             if data is None:
                 continue
-            unit = h264.inspect(data) if codec == "h264" else None
+            unit = h264.inspect(data) if self._codec == "h264" else None
             keyframe = unit is not None and unit.idr and unit.parameter_sets
             started |= keyframe
             if started:
                 yield VideoPacket(data, time_ns, keyframe, shown=True)
-
-    return packets
+            elif unit is not None:  # parameter sets alone are no picture
+                before += 1
+                self._before_keyframe = max(before, self._before_keyframe)
 
 
 def _own_log_packets(path: Path) -> PacketStream:

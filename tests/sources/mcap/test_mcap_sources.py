@@ -1,11 +1,9 @@
 """MCAP files of others as drives: their pictures at their own times, and clear words where that cannot be."""
 
 import tracemalloc
-from fractions import Fraction
 from itertools import islice
 from pathlib import Path
 
-import av
 import cv2
 import numpy as np
 import pytest
@@ -17,6 +15,7 @@ from mcap_files import (
     ROS_SCHEMAS,
     START_NS,
     demo_frames,
+    encoded,
     foxglove_images,
     foxglove_raw_images,
     foxglove_video,
@@ -166,21 +165,11 @@ def test_a_recording_that_begins_between_two_keyframes_begins_at_the_next(tmp_pa
     read = list(cut.frames())
     assert read[0].time_ns == packets[second][0]
     assert (len(read), read[0].index) == (100 - second, 0)
-
-
-def encoded(frames: list[Frame], codec_name: str, options: dict[str, str]) -> list[tuple[int, bytes]]:
-    codec = av.CodecContext.create(codec_name, "w")
-    assert isinstance(codec, av.VideoCodecContext)
-    codec.width, codec.height, codec.pix_fmt = 320, 180, "yuv420p"
-    codec.time_base, codec.options = Fraction(1, 30), options
-    packets = []
-    for number, frame in enumerate(frames):
-        smaller = np.asarray(cv2.resize(frame.image, (320, 180)), np.uint8)
-        picture = av.VideoFrame.from_ndarray(smaller, format="bgr24")
-        picture.pts = number
-        packets += codec.encode(picture)
-    packets += codec.encode(None)
-    return [(stamp_ns(frames[packet.pts]), bytes(packet)) for packet in packets]
+    left_out = f"{tmp_path / 'cut.mcap'}: /video: {second - 5} pictures before the first keyframe left out"
+    assert cut.notes == (left_out,)
+    assert not whole.notes
+    next(cut.frames(read[40].time_ns))
+    assert cut.notes == (left_out,)
 
 
 @pytest.mark.parametrize(
