@@ -99,12 +99,12 @@ class OwnMotionSummary:
         )
 
     def as_json(self, calibrated_pitch_rad: float) -> dict[str, Any]:
-        """The object of `summary.json`."""
+        """The object of `summary.json`; a distance of which nothing is known is None."""
         mount = None if self.mount is None else asdict(self.mount)
         if mount is not None:
             mount["calibrated_pitch_rad"] = calibrated_pitch_rad
         return {
-            "distance_m": self.distance_m,
+            "distance_m": self.distance_m if self.known else None,
             "speed_known_part": self.known / self.frames if self.frames else 0.0,
             "mount": mount,
             "scale_ratio": self.scale_ratio,

@@ -114,7 +114,7 @@ def test_json_has_the_keys_that_scripts_rely_on() -> None:
             }
         ],
         "notes": [],
-        "own_motion": {"distance_m": 0.0, "speed_known_part": 0.0, "mount": None, "scale_ratio": None},
+        "own_motion": {"distance_m": None, "speed_known_part": 0.0, "mount": None, "scale_ratio": None},
         "versions": {"fcw": "1"},
     }
 
