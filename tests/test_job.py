@@ -111,6 +111,7 @@ def test_own_parts_take_the_place_of_the_programs(tmp_path):
     assert (span["start_s"], span["end_s"]) == pytest.approx((0.4, 0.76))
     assert json.loads((tmp_path / "summary.json").read_text()) == outcome.summary
     assert outcome.notes == ("all of it is grey",)
+    assert outcome.summary["notes"] == ["all of it is grey"]
     assert not outcome.interrupted
 
 

@@ -41,6 +41,7 @@ body { padding: 0 1rem }
 figure { margin: 0 }
 figure img, figure i { width: 100%; aspect-ratio: 16/9; display: block; background: #dde3ea }
 figcaption { font-size: 13px; overflow-wrap: anywhere }
+li { overflow-wrap: anywhere }
 """
 
 
@@ -58,6 +59,7 @@ class Fleet:
         lead_frames: of so many that have one.
         least_ttc_s: of each event that had one.
         moments: drive and event.
+        notes: drive and what a person should know of it.
     """
 
     names: list[str] = field(default_factory=list)
@@ -71,6 +73,7 @@ class Fleet:
     lead_frames: int = 0
     least_ttc_s: list[float] = field(default_factory=list)
     moments: list[tuple[str, DriveEvent]] = field(default_factory=list)
+    notes: list[tuple[str, str]] = field(default_factory=list)
 
     def add(
         self,
@@ -90,6 +93,7 @@ class Fleet:
             out: the batch's folder.
         """
         self.names.append(record.name)
+        self.notes += [(record.name, note) for note in record.notes]
         self.cameras.append(record.camera)
         self.begun_ns.append(header.begun_utc_ns(int(series.time_ns[0])))
         pitch_rad = header.calibration.camera.pitch_rad
@@ -126,12 +130,14 @@ class Fleet:
         """
         charts = "".join(chart.svg() for chart in self.charts()) if self.names else ""
         moments = "".join(_moment_html(out, name, event) for name, event in self.moments)
+        notes = "".join(f"<li>{escape(name)}: {escape(note)}</li>" for name, note in self.notes)
         return (
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>Fleet</title>'
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
             f"<style>{_STYLE}</style><h1>{len(self.names)} drive{'s' * (len(self.names) != 1)}</h1>"
             f'<h2>Worst moments</h2><div class="moments">{moments or "None."}</div>'
-            f'<h2>The fleet</h2><div class="charts">{charts}</div></html>\n'
+            f'<h2>The fleet</h2><div class="charts">{charts}</div>'
+            f"<h2>Notes on the drives</h2><ul>{notes or '<li>None.</li>'}</ul></html>\n"
         )
 
     def _by_drive(self, title: str, y_label: str, values: Sequence[float]) -> Chart:

@@ -53,6 +53,7 @@ class Record:
         events: of every kind.
         warnings: events of level `warning`.
         log_bytes: size of its log.
+        notes: what a person should know of the source and of the drive, as that a part of it is lost.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Record:
     events: int = 0
     warnings: int = 0
     log_bytes: int = 0
+    notes: tuple[str, ...] = ()
 
     @property
     def frames_per_second(self) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from fcw.batch.ledger import Record
 from fcw.batch.moments import WORST_NAME, read_moment
 from fcw.bounded.formats import json_value
 from fcw.files import whole_file
@@ -29,6 +30,7 @@ class ListedDrive:
         thumbnail: its worst moment as JPEG; empty where there is no picture.
         camera: name of the folder that holds the source.
         begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
+        notes: what a person should know of it.
     """
 
     drive: str
@@ -40,9 +42,10 @@ class ListedDrive:
     thumbnail: bytes
     camera: str = ""
     begun_utc_ns: int | None = None
+    notes: tuple[str, ...] = ()
 
     @staticmethod
-    def of(folder: Path, log: DriveLog, events: tuple[DriveEvent, ...], camera: str) -> "ListedDrive":
+    def of(folder: Path, log: DriveLog, events: tuple[DriveEvent, ...], record: Record) -> "ListedDrive":
         """That of a drive's folder.
 
         Raises:
@@ -60,8 +63,9 @@ class ListedDrive:
             header.imperial,
             ordered,
             thumbnail,
-            camera,
+            record.camera,
             header.begun_utc_ns(int(series.time_ns[0])),
+            record.notes,
         )
 
 
@@ -85,6 +89,7 @@ def write_review_list(out: Path, drives: Iterable[ListedDrive]) -> None:
             "thumbnail": one.thumbnail,
             "camera": one.camera,
             "begun_utc_ns": one.begun_utc_ns,
+            "notes": one.notes,
         }
         for one in drives
     ]
@@ -99,6 +104,7 @@ def write_review_list(out: Path, drives: Iterable[ListedDrive]) -> None:
             "thumbnail": pa.binary(),
             "camera": pa.string(),
             "begun_utc_ns": pa.int64(),
+            "notes": pa.list_(pa.string()),
         }
     )
     with whole_file(out / REVIEW_LIST_NAME) as partial:
@@ -127,7 +133,8 @@ def read_review_list(out: Path) -> dict[Path, ListedDrive]:
             state = log.stat()
             if (state.st_size, state.st_mtime_ns) == (row["log_bytes"], row["log_ns"]):
                 events = tuple(DriveEvent(**event) for event in json_value(row.pop("events")))
-                found[log] = ListedDrive(**row, events=events)
+                notes = tuple(map(str, row.pop("notes", None) or ()))  # earlier lists have none
+                found[log] = ListedDrive(**row, events=events, notes=notes)
     except (OSError, ValueError, TypeError, KeyError, pa.ArrowException):
         return found
     return found

@@ -14,7 +14,7 @@ from fcw.bounded.gpx import GpxTrack, parse_gpx
 from fcw.errors import UserError
 from fcw.files import check_kind, write_whole
 from fcw.logs.events import find_events
-from fcw.logs.export.columns import EVENT_COLUMNS, Column, EventRow
+from fcw.logs.export.columns import EVENT_COLUMNS, NOTE_SEPARATOR, Column, EventRow
 from fcw.logs.export.table import write_parquet
 from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.reader import DriveLog
@@ -105,6 +105,13 @@ DRIVE_COLUMNS: tuple[Column[Record], ...] = (
     Column("events", "int64", "", "of every kind", lambda record: record.events),
     Column("warnings", "int64", "", "events of level warning", lambda record: record.warnings),
     Column("warning_policy", "string", "", "that judged it", lambda record: record.warning_policy or None),
+    Column(
+        "notes",
+        "string",
+        "",
+        "what to know of it, as that a part of its file is damaged; empty where there is nothing",
+        lambda record: NOTE_SEPARATOR.join(record.notes) or None,
+    ),
 )
 
 
@@ -214,7 +221,7 @@ class _Gathered:
             place = None if track is None else track.place_at(one.event.peak_s)
             events.append(_Event(EventRow(record.name, one.event), verdict, record, version, span, place))
         self.read.append(replace(record, events=len(events)))
-        self.listed.append(ListedDrive.of(log.path.parent, log, found, record.camera))
+        self.listed.append(ListedDrive.of(log.path.parent, log, found, record))
         self.fleet.add(record, series, found, log.header, self.out)
         return events
 

@@ -121,6 +121,7 @@ def run_task(
         events=events,
         warnings=sum(span["level"] == "warning" for span in summary["warnings"]),
         log_bytes=(task.folder / MCAP_NAME).stat().st_size,
+        notes=tuple(summary["notes"]),
     )
     write_record(done, task.folder)
     return done

@@ -136,6 +136,8 @@ def run_batch(command: BatchCommand) -> int:
         for record in ordered:
             if record.reason:  # whole lines, for commands and paths are there to be copied
                 RESULTS.print(f"{record.name}: {record.reason}", soft_wrap=True, markup=False)
+            for note in record.notes:
+                RESULTS.print(f"{record.name}: note: {note}", soft_wrap=True, markup=False)
         done = sum(record.state is State.DONE for record in ordered)
         earlier = len(ledger.finished.keys() - records)
         also = f" and {earlier} of earlier batches" if earlier else ""

@@ -39,6 +39,7 @@ class DriveCard:
         source: of which it is a run; empty before it was read.
         camera: the folder of its source, as a batch noted it; empty where none did.
         begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
+        notes: what a person should know of it, as a batch noted it.
     """
 
     name: str
@@ -56,6 +57,7 @@ class DriveCard:
     review_troubles: tuple[str, ...] = ()
     camera: str = ""
     begun_utc_ns: int | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def date(self) -> str:
@@ -119,6 +121,7 @@ def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: st
         review_troubles=review_troubles(troubles, len(lost)),
         camera="" if record is None else record.camera,
         begun_utc_ns=drive.zero_utc_ns,
+        notes=() if record is None else record.notes,
     )
 
 
@@ -178,5 +181,6 @@ def listed_card(name: str, path: Path, listed: ListedDrive) -> DriveCard:
         thumbnail=base64.b64encode(listed.thumbnail).decode(),
         camera=listed.camera,
         begun_utc_ns=listed.begun_utc_ns,
+        notes=listed.notes,
         review_troubles=review_troubles(troubles, len(lost)),
     )

@@ -33,6 +33,7 @@ from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
 from fcw.logs.thumbnail import THUMBNAIL_PX
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.review_app.drive_card import listed_card, read_card
+from fcw_viz.review_app.panels.folder_list import folder_html
 
 UTC_NS = 1_795_132_800 * 10**9
 """2026-11-20, midnight."""
@@ -46,7 +47,8 @@ TRACK = b"""<gpx><trk><trkseg><trkpt lat="48" lon="11"><time>2026-11-20T00:00:00
 def done_record(name: str, duration_s: float) -> Record:
     source = f"/d/{name}.mp4"
     record = Record(name, source, "van", State.DONE, identity=name, frames=75)
-    return replace(record, duration_s=duration_s, warnings=1)
+    notes = ("<end> of the file is missing", "blind for 2 s") if name == "a" else ()
+    return replace(record, duration_s=duration_s, warnings=1, notes=notes)
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +88,7 @@ def test_the_list_says_what_the_logs_say(batch):
         card, opened = listed_card("x", log, one), read_card("x", log)
         assert card.events == opened.events
         assert (card.camera, card.date) == (opened.camera, opened.date) == ("van", "2026-11-20")
+        assert card.notes == opened.notes == done_record(log.parent.name, 0.0).notes
         assert (card.duration_s, card.imperial, card.judged) == (
             opened.duration_s,
             opened.imperial,
@@ -160,6 +163,30 @@ def test_the_fleet_has_the_worst_moments_and_four_charts(batch):
     assert len([ElementTree.fromstring(chart) for chart in charts]) == 4
     assert page.count("<figure>") == page.count("data:image/jpeg;base64,") == 10
     assert "2 drives" in page
+
+
+def test_notes_on_a_drive_are_in_the_table_on_the_fleets_page_and_in_the_list(batch):
+    table = pq.read_table(batch / DRIVES_NAME).to_pydict()
+    assert dict(zip(table["drive"], table["notes"], strict=True)) == {
+        "a": "<end> of the file is missing; blind for 2 s",
+        "b": None,
+        "torn": None,
+    }
+    assert (
+        "<li>a: &lt;end&gt; of the file is missing</li><li>a: blind for 2 s</li>"
+        in (batch / FLEET_NAME).read_text()
+    )
+    cards = [listed_card(one.drive, log, one) for log, one in read_review_list(batch).items()]
+    html = folder_html("drives", cards, 0, 1000.0)
+    assert html.count("&lt;end&gt; of the file is missing") == 1
+
+
+def test_a_list_without_notes_as_earlier_batches_wrote_it_is_read(batch, tmp_path):
+    (tmp_path / "a").mkdir()
+    os.link(batch / "a" / MCAP_NAME, tmp_path / "a" / MCAP_NAME)
+    earlier = pq.read_table(batch / REVIEW_LIST_NAME).drop_columns(["notes"])
+    pq.write_table(earlier, tmp_path / REVIEW_LIST_NAME)
+    assert [one.notes for one in read_review_list(tmp_path).values()] == [()]
 
 
 def test_one_drive_is_not_called_drives():

@@ -172,6 +172,7 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     # A mark of the time line opens the drive there: its message names the drive, too.
     svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")
     troubles = troubles_html(card.review_troubles, 1) if card.review_troubles else ""
+    notes = "".join(f'<p class="fcw-told">{escape(note)}</p>' for note in card.notes)
     notice = "" if card.complete else "<span>not finished; shown up to its last frame</span>"
     return (
         f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
@@ -179,7 +180,7 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
         f'<div class="fcw-thumb"{thumbnail_style(card.thumbnail)}></div>'
         f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"
-        f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div>{troubles}</div></div>'
+        f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div>{notes}{troubles}</div></div>'
     )
 
 
