@@ -1,5 +1,6 @@
 """Files that are whole or not there."""
 
+import errno
 import os
 import secrets
 from collections.abc import Iterator, Sequence
@@ -24,20 +25,57 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises:
         UserError: the file cannot be written there, or what is there is no file.
     """
-    check_replaceable(path)
-    partial = path.with_name(f".{path.stem[:40]}.{secrets.token_hex(8)}.partial{path.suffix}")
-    try:
+    with whole_files([path]) as (partial,):
         yield partial
-        partial.replace(path)
+
+
+@contextmanager
+def whole_files(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
+    """As `whole_file`, for files that belong together: they get their names together, at the end.
+
+    Raises:
+        UserError: one of them cannot be written there, or what is there is no file.
+    """
+    for path in paths:
+        check_replaceable(path)
+    partials = tuple(
+        path.with_name(f".{path.stem[:40]}.{secrets.token_hex(8)}.partial{path.suffix}") for path in paths
+    )
+    try:
+        yield partials
+        for partial, path in zip(partials, paths, strict=True):
+            partial.replace(path)
     except BaseException as error:
-        with suppress(OSError):
-            partial.unlink()
+        for partial in partials:
+            with suppress(OSError):
+                partial.unlink()
         if isinstance(error, OSError):
-            raise UserError(
-                f"{path}: cannot write this file ({error.strerror}); "
-                "name a file in a folder that exists and can be written"
-            ) from error
+            names, what = ", ".join(map(str, paths)), "this file" if len(paths) == 1 else "these files"
+            raise not_written(f"{names}: cannot write {what}", error) from error
         raise
+
+
+def not_written(what: str, error: OSError) -> UserError:
+    """The error that says what could not be done, why, and what to do: room on the disk, or another place."""
+    mend = "name a file in a folder that exists and can be written"
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        mend = "make room on the disk"
+    elif error.errno == errno.EFBIG:
+        mend = "allow larger files (ulimit -f)"
+    reason = os.strerror(error.errno) if error.errno else str(error)  # Arrow has words of its own
+    return UserError(f"{what} ({reason}); {mend}")
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder, with those above it, where it is not there.
+
+    Raises:
+        UserError: it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise not_written(f"{path}: cannot make this folder", error) from error
 
 
 def check_replaceable(path: Path) -> None:

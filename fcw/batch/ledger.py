@@ -10,8 +10,7 @@ from typing import Any
 from fcw.batch.identity import Identity
 from fcw.bounded.files import read_text
 from fcw.bounded.formats import json_value
-from fcw.errors import UserError
-from fcw.files import write_whole
+from fcw.files import make_folder, not_written, write_whole
 from fcw.json_form import from_json
 from fcw.logs.names import MCAP_NAME
 from fcw.versions import versions
@@ -97,9 +96,7 @@ class Ledger:
             out.mkdir(parents=True, exist_ok=True)
             files = sorted(out.glob(f"*/{RECORD_NAME}"))
         except OSError as error:
-            raise UserError(
-                f"--out {out}: cannot be the batch's folder ({error.strerror}); name one that can be written"
-            ) from error
+            raise not_written(f"--out {out}: cannot be the batch's folder", error) from error
         read = filter(None, map(read_record, files))
         records = [one for one in read if one.state is not State.DONE or self._has_its_log(one)]
         self.finished = {record.name: record for record in records if record.state is State.DONE}
@@ -150,8 +147,12 @@ class Ledger:
 
 
 def write_record(record: Record, folder: Path) -> None:
-    """Keep what came of a drive; the last thing that is written of it."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Keep what came of a drive; the last thing that is written of it.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    make_folder(folder)
     write_whole(folder / RECORD_NAME, json.dumps(as_json(record), indent=2) + "\n")
 
 

@@ -1,12 +1,11 @@
 """Thumbnails of a drive's moments, made once by the worker that has just run it."""
 
-from contextlib import suppress
 from pathlib import Path
 
 from fcw.bounded.files import MalformedError, read_bytes
 from fcw.bounded.pictures import picture_size
 from fcw.errors import UserError
-from fcw.files import whole_file
+from fcw.files import make_folder, whole_file
 from fcw.logs.events import DriveEvent, find_events
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
@@ -39,16 +38,18 @@ def write_moments(folder: Path) -> int:
     worst = [event for event in events if event.severity > 0][:MOST_MOMENTS]
     moments_s = {moment_name(event): event.peak_s for event in reversed(worst)}
     moments_s[WORST_NAME] = events[0].peak_s if events else series.duration_s / 2
-    (folder / MOMENTS_NAME).mkdir(exist_ok=True)
+    make_folder(folder / MOMENTS_NAME)
     pictures = LogPictures(log)
     try:
         for name, moment_s in sorted(moments_s.items(), key=lambda item: item[1]):
             row = series.row_at(int(series.time_ns[0]) + round(moment_s * 1e9))
             _check_replaceable(folder / MOMENTS_NAME / name)
-            with suppress(UserError):
+            try:
                 jpeg = thumbnail_jpeg(pictures.at(int(series.frame_index[row])))
-                with whole_file(folder / MOMENTS_NAME / name) as partial:
-                    partial.write_bytes(jpeg)
+            except UserError:
+                continue
+            with whole_file(folder / MOMENTS_NAME / name) as partial:
+                partial.write_bytes(jpeg)
     finally:
         pictures.close()
     return len(events)

@@ -8,7 +8,6 @@ from pathlib import Path
 from fcw.batch.ledger import Record
 from fcw.batch.moments import WORST_NAME, read_moment
 from fcw.bounded.formats import json_value
-from fcw.files import whole_file
 from fcw.logs.events import DriveEvent
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
@@ -69,11 +68,11 @@ class ListedDrive:
         )
 
 
-def write_review_list(out: Path, drives: Iterable[ListedDrive]) -> None:
-    """Write the list of a batch; pyarrow must be installed.
+def fill_review_list(path: Path, drives: Iterable[ListedDrive]) -> None:
+    """Write the list of a batch into a partial file that the caller takes care of; pyarrow must be installed.
 
     Raises:
-        UserError: the file cannot be written.
+        OSError: the file cannot be written.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -107,8 +106,7 @@ def write_review_list(out: Path, drives: Iterable[ListedDrive]) -> None:
             "notes": pa.list_(pa.string()),
         }
     )
-    with whole_file(out / REVIEW_LIST_NAME) as partial:
-        pq.write_table(pa.Table.from_pylist(rows, schema), partial, compression="zstd")
+    pq.write_table(pa.Table.from_pylist(rows, schema), path, compression="zstd")
 
 
 def read_review_list(out: Path) -> dict[Path, ListedDrive]:

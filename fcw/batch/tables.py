@@ -9,13 +9,13 @@ from fcw.annotation.review import judged_events
 from fcw.annotation.store import read_review
 from fcw.batch.fleet import FLEET_NAME, Fleet
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME, Record, State
-from fcw.batch.review_list import REVIEW_LIST_NAME, ListedDrive, write_review_list
+from fcw.batch.review_list import REVIEW_LIST_NAME, ListedDrive, fill_review_list
 from fcw.bounded.gpx import GpxTrack, parse_gpx
 from fcw.errors import UserError
-from fcw.files import check_kind, write_whole
+from fcw.files import check_kind, whole_files
 from fcw.logs.events import find_events
 from fcw.logs.export.columns import EVENT_COLUMNS, NOTE_SEPARATOR, Column, EventRow
-from fcw.logs.export.table import write_parquet
+from fcw.logs.export.table import fill_parquet
 from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
@@ -134,6 +134,8 @@ def check_batch_folder(out: Path) -> None:
 def write_tables(out: Path, records: Iterable[Record]) -> tuple[int, tuple[Record, ...]]:
     """Write `events.parquet` and `drives.parquet`, the review page's list and `fleet.html`, by drives' names.
 
+    They belong together: where one cannot be written, as on a full disk, all stay as they were.
+
     Args:
         out: the batch's folder.
         records: of all its drives.
@@ -147,11 +149,12 @@ def write_tables(out: Path, records: Iterable[Record]) -> tuple[int, tuple[Recor
     """
     by_name = {record.name: record for record in sorted(records, key=lambda record: record.name)}
     gathered = _Gathered(out)
-    count = write_parquet(out / EVENTS_NAME, BATCH_EVENT_COLUMNS, gathered.events(by_name.values()))
-    by_name |= {record.name: record for record in (*gathered.read, *gathered.unreadable)}
-    write_parquet(out / DRIVES_NAME, DRIVE_COLUMNS, by_name.values())
-    write_review_list(out, gathered.listed)
-    write_whole(out / FLEET_NAME, gathered.fleet.html(out))
+    with whole_files([out / name for name in TABLE_NAMES]) as (events, drives, listed, fleet):
+        count = fill_parquet(events, BATCH_EVENT_COLUMNS, gathered.events(by_name.values()))
+        by_name |= {record.name: record for record in (*gathered.read, *gathered.unreadable)}
+        fill_parquet(drives, DRIVE_COLUMNS, by_name.values())
+        fill_review_list(listed, gathered.listed)
+        fleet.write_text(gathered.fleet.html(out), encoding="utf-8")
     return count, tuple(gathered.unreadable)
 
 

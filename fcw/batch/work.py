@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -110,7 +110,8 @@ def run_task(
         return task.record(State.LOST, f"{error}; run the batch again when that one has ended")
     except UserError as error:
         failed = task.record(State.FAILED, str(error))
-        write_record(failed, task.folder)
+        with suppress(UserError):  # what failed is told; without a record it is run again
+            write_record(failed, task.folder)
         return failed
     done = replace(
         task.record(State.DONE),
@@ -123,5 +124,8 @@ def run_task(
         log_bytes=(task.folder / MCAP_NAME).stat().st_size,
         notes=tuple(summary["notes"]),
     )
-    write_record(done, task.folder)
+    try:
+        write_record(done, task.folder)
+    except UserError as error:
+        return task.record(State.LOST, f"{error}, and run the batch again")
     return done

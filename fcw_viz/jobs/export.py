@@ -12,6 +12,7 @@ from fcw.annotation.frame_labels import labelled_frames, labelled_indices
 from fcw.annotation.review import Review
 from fcw.annotation.store import read_review
 from fcw.errors import UserError
+from fcw.files import make_folder, not_written
 from fcw.logs.events import find_events
 from fcw.logs.export.clip import Between, DriveClip, check_between, find_drives
 from fcw.logs.export.coco import CALIBRATIONS_NAME, PICTURES_NAME, FrameBoxes, track_frames, write_coco
@@ -173,12 +174,7 @@ def _targets(job: ExportJob, names: Sequence[str]) -> list[Path]:
     else:
         raise UserError(f"--out {job.out}: {len(names)} drives need one file each; give a folder")
     if is_folder:
-        try:
-            job.out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UserError(
-                f"--out {job.out}: cannot make this folder ({error.strerror}); name one that can be written"
-            ) from error
+        make_folder(job.out)
     return targets
 
 
@@ -298,10 +294,7 @@ def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable
                 ) from error
             written.replace(target)
     except OSError as error:
-        raise UserError(
-            f"{target}: cannot write this file ({error.strerror}); "
-            "name a file in a folder that exists and can be written"
-        ) from error
+        raise not_written(f"{target}: cannot write this file", error) from error
     return count
 
 

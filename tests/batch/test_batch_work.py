@@ -1,5 +1,6 @@
 """What a worker keeps of a drive."""
 
+import errno
 import shutil
 from pathlib import Path
 
@@ -7,12 +8,14 @@ import pyarrow.parquet as pq
 import pytest
 from mcap_files import DEMO, demo_frames, foxglove_images
 from running.tiny_nets import write_quick_net
+from video_making import write_short_drive
 
 from fcw.batch.drives import find_batch_drives
 from fcw.batch.identity import BatchOptions, identity_of
-from fcw.batch.ledger import RECORD_NAME, State, read_record
-from fcw.batch.tables import DRIVES_NAME, write_tables
+from fcw.batch.ledger import RECORD_NAME, Record, State, read_record
+from fcw.batch.tables import DRIVES_NAME, TABLE_NAMES, write_tables
 from fcw.batch.work import Task, run_task
+from fcw.errors import UserError
 
 
 def task_for(source: Path, out: Path) -> Task:
@@ -35,3 +38,39 @@ def test_that_the_end_of_a_file_is_missing_is_kept_with_the_drive(tmp_path):
     assert read_record(tmp_path / "out" / "torn" / RECORD_NAME) == record
     write_tables(tmp_path / "out", [record])
     assert pq.read_table(tmp_path / "out" / DRIVES_NAME).column("notes").to_pylist() == [note]
+
+
+@pytest.mark.slow
+def test_a_record_that_a_full_disk_has_no_room_for_is_no_fault_of_the_program(tmp_path, monkeypatch):
+    source = write_short_drive(tmp_path / "d.mp4", frames=10)
+    task = task_for(source, tmp_path / "out")
+    rename = Path.replace
+
+    def full(path: Path, target: Path) -> Path:
+        if target.name == RECORD_NAME:
+            raise OSError(errno.ENOSPC, "full")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "replace", full)
+    lost = run_task(task)
+    assert lost.state is State.LOST
+    assert "batch.json: cannot write this file (No space left on device); make room on the disk, and run" in (
+        lost.reason
+    )
+    source.write_bytes(b"")
+    failed = run_task(task)
+    assert failed.state is State.FAILED
+    assert "d.mp4: not a readable video" in failed.reason
+
+
+def test_the_tables_of_a_batch_fit_each_other_on_a_full_disk_too(tmp_path, monkeypatch):
+    write_tables(tmp_path, [Record("a", "/a.mp4", "van", State.FAILED, "torn")])
+    earlier = {name: (tmp_path / name).read_bytes() for name in TABLE_NAMES}
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "full")
+
+    monkeypatch.setattr("fcw.batch.tables.fill_review_list", full)
+    with pytest.raises(UserError, match=r"fleet\.html: cannot write these files .*; make room on the disk"):
+        write_tables(tmp_path, [Record(name, f"/{name}.mp4", "van", State.FAILED, "torn") for name in "ab"])
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == earlier

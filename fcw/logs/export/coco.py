@@ -9,8 +9,7 @@ import cv2
 
 from fcw.box import Box
 from fcw.camera.file import calibration_text
-from fcw.errors import UserError
-from fcw.files import whole_file, write_whole
+from fcw.files import make_folder, whole_file, write_whole
 from fcw.logs.export.clip import DriveClip
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
@@ -54,8 +53,8 @@ def write_coco(
     for clip in clips:
         pictures = LogPictures(clip.log) if with_pictures else None
         if pictures:
-            _make_folder(path.parent / PICTURES_NAME / clip.name)
-            _make_folder(path.parent / CALIBRATIONS_NAME)
+            make_folder(path.parent / PICTURES_NAME / clip.name)
+            make_folder(path.parent / CALIBRATIONS_NAME)
             write_whole(
                 path.parent / CALIBRATIONS_NAME / f"{clip.name}.yaml",
                 calibration_text(clip.log.header.calibration),
@@ -140,15 +139,6 @@ def _annotations(
         }
         for i, (box, fields) in enumerate(boxes)
     ]
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(
-            f"{folder}: cannot make this folder ({error.strerror}); name one that can be written"
-        ) from error
 
 
 def _write_picture(path: Path, pictures: LogPictures, index: int) -> None:

@@ -40,6 +40,17 @@ def write_parquet(path: Path, columns: Sequence[Column[Row]], rows: Iterable[Row
     Raises:
         UserError: pyarrow is not installed, or the file cannot be written there.
     """
+    with whole_file(path) as partial:
+        return fill_parquet(partial, columns, rows)
+
+
+def fill_parquet(path: Path, columns: Sequence[Column[Row]], rows: Iterable[Row]) -> int:
+    """As `write_parquet`, into a partial file that the caller takes care of.
+
+    Raises:
+        UserError: pyarrow is not installed.
+        OSError: the file cannot be written.
+    """
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -59,10 +70,7 @@ def write_parquet(path: Path, columns: Sequence[Column[Row]], rows: Iterable[Row
         ]
     )
     count = 0
-    with (
-        whole_file(path) as partial,
-        pq.ParquetWriter(partial, schema, compression="zstd") as writer,
-    ):
+    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
         rows = iter(rows)
         while group := list(islice(rows, ROWS_PER_GROUP)):
             arrays = [

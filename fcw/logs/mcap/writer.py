@@ -20,6 +20,7 @@ from mcap_protobuf.schema import register_schema
 
 from fcw.camera.file import calibration_text
 from fcw.errors import UserError
+from fcw.files import not_written
 from fcw.frame import VideoPacket
 from fcw.logs.disk_sync import DiskSync
 from fcw.logs.mcap import format as mcap
@@ -74,10 +75,7 @@ class McapSink:
         try:
             self._file = self._path.open("wb")
         except OSError as error:
-            raise UserError(
-                f"{self._path}: cannot write the log ({error.strerror}); "
-                "name a folder that exists and can be written"
-            ) from error
+            raise not_written(f"{self._path}: cannot write the log", error) from error
         with self._telling():
             self._begin(self._file, header)
 
