@@ -1,14 +1,15 @@
 """Which drives a batch has, what they are called, and which calibration each has."""
 
+import os
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from fcw.batch.remote import Place, RemoteFile, files_below, place_of
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
-from fcw.camera.file import CALIBRATION_SUFFIX, default_path
+from fcw.camera.file import CALIBRATION_SUFFIX
 from fcw.errors import UserError
 from fcw.logs.names import FAILED_MCAP_NAME, MCAP_NAME, TRUTH_LOG_NAME
 from fcw.sources import MCAP_SUFFIX
@@ -62,7 +63,7 @@ def find_batch_drives(paths: Sequence[Path | str], calibration: Path | None = No
     for path in paths:
         place = place_of(path)
         if isinstance(place, Path):
-            sources += [source.resolve() for source in _sources(place)]
+            sources += _sources(place)
         else:
             found, is_file = files_below(place.url)
             if is_file:
@@ -71,15 +72,15 @@ def find_batch_drives(paths: Sequence[Path | str], calibration: Path | None = No
                 raise _none_in(place.url)
             listed |= set(found)
             sources += [file for file in found if is_file or _is_drive(file.path)]
-    sources = list(dict.fromkeys(sources))
+    sources = _each_once(sources)
     table = _table(calibration) if calibration is not None else {}
     drives = []
     for name, source in zip(_names([_pure(source) for source in sources]), sources, strict=True):
         camera = _pure(source).parent.name
         given = table.get(camera) if table else calibration
         if isinstance(source, Path):
-            own, track = _calibration(source), source.with_suffix(TRACK_SUFFIX)
-            track = track if track.is_file() else None
+            own = _beside_path(source, "{}" + CALIBRATION_SUFFIX, FOLDER_CALIBRATION)
+            track = _beside_path(source, "{}" + TRACK_SUFFIX)
         else:
             stem = source.path.stem
             own = _beside(source, (f"{stem}{CALIBRATION_SUFFIX}", FOLDER_CALIBRATION), listed, named)
@@ -113,12 +114,46 @@ def _sources(path: Path) -> list[Path]:
         raise UserError(
             f"{path}: no such file or folder; expected a video, an MCAP file, or a folder of them"
         )
+    # The name of a link's folder is the link's; what ".." is of a link, only the system knows.
+    path = path.resolve() if ".." in path.parts else path.absolute()
     if path.is_file():
         return [path]
-    found = sorted(file for file in path.rglob("*") if _is_drive(file) and file.is_file())
+    found = [file for file in _files_below(path) if _is_drive(file) and (file.is_file() or _dangles(file))]
     if not found:
         raise _none_in(path)
-    return found
+    return sorted(found)
+
+
+def _files_below(path: Path) -> Iterator[Path]:
+    """All files in a folder and below, also in folders that are links, each folder once and by its own path
+    rather than by a link's."""
+    folders, visited = [path], set[tuple[int, int]]()
+    while folders:
+        for place, names, files in os.walk(folders.pop(0)):
+            folder = Path(place)
+            state = folder.stat()
+            if (state.st_dev, state.st_ino) in visited:
+                names.clear()
+                continue
+            visited.add((state.st_dev, state.st_ino))
+            folders += [folder / name for name in sorted(names) if (folder / name).is_symlink()]
+            yield from (folder / name for name in files)
+
+
+def _dangles(path: Path) -> bool:
+    """Whether it is a link to nothing."""
+    return path.is_symlink() and not path.exists()
+
+
+def _each_once(sources: Iterable[Place]) -> list[Place]:
+    """The sources without those that are the same file; a file goes before links to it."""
+    found: dict[Place | str, Place] = {}
+    for source in sources:
+        key = os.path.realpath(source) if isinstance(source, Path) else source
+        there = found.setdefault(key, source)
+        if isinstance(source, Path) and isinstance(there, Path) and there.is_symlink():
+            found[key] = there if source.is_symlink() else source
+    return list(found.values())
 
 
 def _names(sources: Sequence[PurePath]) -> list[str]:
@@ -136,11 +171,12 @@ def _names(sources: Sequence[PurePath]) -> list[str]:
     return [source.name if counts[name] > 1 else name for name, source in zip(names, sources, strict=True)]
 
 
-def _calibration(source: Path) -> Path | None:
-    for path in (default_path(source), source.parent / FOLDER_CALIBRATION):
-        if path.is_file():
-            return path
-    return None
+def _beside_path(source: Path, *names: str) -> Path | None:
+    """The first of these files, with the drive's name for `{}`; what is beside a link goes before what is
+    beside the file that it leads to."""
+    drives = (source, Path(os.path.realpath(source)))
+    paths = (drive.with_name(name.replace("{}", drive.stem)) for drive in drives for name in names)
+    return next((path for path in paths if path.is_file()), None)
 
 
 def _beside(

@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions, Identity, identity_of
@@ -54,7 +55,7 @@ def plan_batch(
     found: list[tuple[BatchDrive, Identity]] = []
     listed: list[Record] = []
     for drive in drives:
-        record = _without_running(drive)
+        record = _broken(drive) or _without_running(drive)
         try:
             if record is None:
                 found.append((drive, identity_of(drive.source, drive.calibration, options, drive.track)))
@@ -115,6 +116,15 @@ def _folder_name(drive: BatchDrive, identity: Identity, ledger: Ledger, taken: C
         if name not in taken and (there is None or there.content in ("", identity.content)):
             return name
     return f"{drive.name}-{identity.key[:8]}"
+
+
+def _broken(drive: BatchDrive) -> Record | None:
+    """Of a drive of which there is nothing to read."""
+    source = drive.source
+    if isinstance(source, Path) and source.is_symlink() and not source.exists():
+        reason = f"{source}: a link to {source.readlink()}, which is not there; mend the link, or remove it"
+        return _record(drive, State.FAILED, reason)
+    return None
 
 
 def _without_running(drive: BatchDrive) -> Record | None:

@@ -47,8 +47,8 @@ def test_the_nearest_calibration_counts(tmp_path):
     table.write_text("camera,calibration\ntables,roof.yaml\nown,roof.yaml\n")
     found = {drive.camera: drive.calibration for drive in find_batch_drives([tmp_path], table)}
     assert found == {
-        "own": own.with_name("a.calibration.yaml").resolve(),
-        "folders": folders.with_name("calibration.yaml").resolve(),
+        "own": own.with_name("a.calibration.yaml"),
+        "folders": folders.with_name("calibration.yaml"),
         "tables": tmp_path / "roof.yaml",
         "none": None,
     }
@@ -57,7 +57,47 @@ def test_the_nearest_calibration_counts(tmp_path):
 def test_a_gpx_track_beside_a_drive_is_its_own(tmp_path):
     touch(tmp_path / "a.mp4", tmp_path / "b.mp4", tmp_path / "a.gpx")
     first, second = find_batch_drives([tmp_path])
-    assert (first.track, second.track) == ((tmp_path / "a.gpx").resolve(), None)
+    assert (first.track, second.track) == (tmp_path / "a.gpx", None)
+
+
+def test_a_link_has_the_name_the_camera_and_the_files_beside_it(tmp_path):
+    touch(tmp_path / "store" / "0001.mp4", tmp_path / "store" / "0001.gpx", tmp_path / "store" / "2.mp4")
+    touch(tmp_path / "store" / "2.calibration.yaml", tmp_path / "van" / "calibration.yaml")
+    touch(tmp_path / "van" / "monday.gpx", tmp_path / "bus" / "x.txt")
+    (tmp_path / "van" / "monday.mp4").symlink_to(tmp_path / "store" / "0001.mp4")
+    (tmp_path / "bus" / "tuesday.mp4").symlink_to(Path("..", "store", "2.mp4"))
+    monday, tuesday = find_batch_drives([tmp_path / "van", tmp_path / "bus"])
+    assert (monday.name, monday.camera, monday.source) == ("monday", "van", tmp_path / "van" / "monday.mp4")
+    assert monday.calibration == tmp_path / "van" / "calibration.yaml"
+    assert monday.track == tmp_path / "van" / "monday.gpx"
+    assert (tuesday.name, tuesday.camera) == ("tuesday", "bus")
+    assert tuesday.calibration == tmp_path / "store" / "2.calibration.yaml"  # there is none beside the link
+
+
+def test_a_file_goes_before_links_to_it_and_each_is_one_drive(tmp_path):
+    touch(tmp_path / "van" / "b.mp4")
+    for link in (tmp_path / "a.mp4", tmp_path / "van" / "a.mp4"):
+        link.symlink_to(tmp_path / "van" / "b.mp4")
+    (drive,) = find_batch_drives([tmp_path])
+    assert drive.source == tmp_path / "van" / "b.mp4"
+
+
+def test_linked_folders_are_searched_once_each_and_by_their_own_paths_first(tmp_path):
+    touch(tmp_path / "drives" / "van" / "deep" / "a.mp4", tmp_path / "elsewhere" / "b.mp4")
+    (tmp_path / "drives" / "again").symlink_to(tmp_path / "drives" / "van")
+    (tmp_path / "drives" / "van" / "loop").symlink_to(tmp_path / "drives")
+    (tmp_path / "drives" / "bus").symlink_to(tmp_path / "elsewhere")
+    found = [drive.source for drive in find_batch_drives([tmp_path / "drives"])]
+    assert found == [
+        tmp_path / "drives" / "van" / "deep" / "a.mp4",
+        tmp_path / "drives" / "bus" / "b.mp4",
+    ]
+
+
+def test_the_camera_of_a_file_above_is_the_name_of_its_folder(tmp_path, monkeypatch):
+    touch(tmp_path / "van" / "a.mp4", tmp_path / "van" / "here" / "x.txt")
+    monkeypatch.chdir(tmp_path / "van" / "here")
+    assert [drive.camera for drive in find_batch_drives([Path("..", "a.mp4")])] == ["van"]
 
 
 def test_one_file_serves_all_that_have_none(tmp_path):

@@ -123,6 +123,20 @@ def test_copies_and_drives_without_calibration_are_listed(drives):
     assert "fcw calibrate" in told["bare"][1]
 
 
+def test_a_link_to_nothing_is_listed_as_failed(drives):
+    (drives / "gone.mp4").symlink_to(drives / "moved.mp4")
+    (drives / "round.mp4").symlink_to(drives / "round.mp4")
+    planned = plan(drives)
+    assert names(planned) == ["a", "b"]
+    told = {record.name: (record.state, record.reason) for record in planned.records}
+    assert told["gone"] == (
+        State.FAILED,
+        f"{drives / 'gone.mp4'}: a link to {drives / 'moved.mp4'}, which is not there; "
+        "mend the link, or remove it",
+    )
+    assert told["round"][0] is State.FAILED
+
+
 def test_drives_of_another_folder_with_the_same_names_get_folders_of_their_own(drives):
     end(plan(drives), State.DONE)
     tomorrow = drives.parent / "tomorrow"
