@@ -19,6 +19,8 @@ FOLDER_CALIBRATION = "calibration.yaml"
 """Of all drives of a folder that have none of their own."""
 TRACK_SUFFIX = ".gpx"
 TABLE_COLUMNS = ("camera", "calibration")
+TOPIC_COLUMN = "topic"
+"""A table may have it, for MCAP files of several cameras."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,7 @@ class BatchDrive:
         camera: the name of the folder that holds it.
         calibration: its file; None where there is none but, perhaps, in an MCAP file itself.
         track: the GPX file beside it, from which its own speed comes; None where there is none.
+        topic: of an MCAP file, whose pictures; None where it has one topic of them.
     """
 
     name: str
@@ -38,21 +41,33 @@ class BatchDrive:
     camera: str
     calibration: Place | None
     track: Place | None = None
+    topic: str | None = None
 
     @property
     def is_calibrated(self) -> bool:
         """Whether it can be run; of an MCAP file that shows when it is opened."""
-        return self.calibration is not None or _pure(self.source).suffix.lower() == MCAP_SUFFIX
+        return self.calibration is not None or _is_mcap(self.source)
 
 
-def find_batch_drives(paths: Sequence[Path | str], calibration: Path | None = None) -> list[BatchDrive]:
+@dataclass(frozen=True, slots=True)
+class _OfCamera:
+    """A line of the table: a camera's calibration, and the topic of its MCAP files; empty for none."""
+
+    calibration: Path
+    topic: str
+
+
+def find_batch_drives(
+    paths: Sequence[Path | str], calibration: Path | None = None, topic: str | None = None
+) -> list[BatchDrive]:
     """The drives that some paths stand for, each once, in the order of their names.
 
     Args:
         paths: videos, MCAP files, and folders, which are searched with all folders below; as texts also the
             URLs of such that fsspec reads.
         calibration: a file for all drives that have none; or a CSV table with the columns `camera` and
-            `calibration`, of which a drive takes the line with the name of its folder.
+            `calibration`, and perhaps `topic`, of which a drive takes the line with the name of its folder.
+        topic: of MCAP files, whose pictures; a topic in the table goes before it.
 
     Raises:
         UserError: a path does not exist or holds no drive, the table is none, or a store cannot be read.
@@ -77,7 +92,8 @@ def find_batch_drives(paths: Sequence[Path | str], calibration: Path | None = No
     drives = []
     for name, source in zip(_names([_pure(source) for source in sources]), sources, strict=True):
         camera = _pure(source).parent.name
-        given = table.get(camera) if table else calibration
+        line = table.get(camera)
+        given = calibration if not table else line and line.calibration
         if isinstance(source, Path):
             own = _beside_path(source, "{}" + CALIBRATION_SUFFIX, FOLDER_CALIBRATION)
             track = _beside_path(source, "{}" + TRACK_SUFFIX)
@@ -85,12 +101,19 @@ def find_batch_drives(paths: Sequence[Path | str], calibration: Path | None = No
             stem = source.path.stem
             own = _beside(source, (f"{stem}{CALIBRATION_SUFFIX}", FOLDER_CALIBRATION), listed, named)
             track = _beside(source, (f"{stem}{TRACK_SUFFIX}",), listed, named)
-        drives.append(BatchDrive(name, source, camera, own or given, track))
+        named_topic = (line and line.topic) or topic
+        drives.append(
+            BatchDrive(name, source, camera, own or given, track, named_topic if _is_mcap(source) else None)
+        )
     return sorted(drives, key=lambda drive: drive.name)
 
 
 def _pure(place: Place) -> PurePath:
     return place if isinstance(place, Path) else place.path
+
+
+def _is_mcap(place: Place) -> bool:
+    return _pure(place).suffix.lower() == MCAP_SUFFIX
 
 
 def _is_drive(path: PurePath) -> bool:
@@ -194,8 +217,8 @@ def _beside(
     return None
 
 
-def _table(path: Path) -> dict[str, Path]:
-    """Calibration by camera; empty where the path is a calibration itself."""
+def _table(path: Path) -> dict[str, _OfCamera]:
+    """The table's lines by camera; empty where the path is a calibration itself."""
     if path.suffix.lower() != ".csv":
         if not path.is_file():
             raise UserError(
@@ -208,18 +231,23 @@ def _table(path: Path) -> dict[str, Path]:
             raise UserError(
                 f"{path}: columns {', '.join(head or ('none',))}; expected {' and '.join(TABLE_COLUMNS)}"
             )
-        at = [head.index(name) for name in TABLE_COLUMNS]
+        columns = [*TABLE_COLUMNS, *({TOPIC_COLUMN} & set(head))]
+        at = [head.index(name) for name in columns]
         if short := [line for line, row in rows if len(row) <= max(at)]:
             raise UserError(f"{path}, line {short[0]}: too few columns; expected {', '.join(head)}")
-        table = {row[at[0]]: path.parent / row[at[1]] for _, row in rows}
+        cells = [[row[column] for column in at] for _, row in rows]
+        table = {
+            camera: _OfCamera(path.parent / calibration, "".join(topic))
+            for camera, calibration, *topic in cells
+        }
     except (OSError, MalformedError) as error:
         raise UserError(
             f"{path}: cannot read this table ({error}); expected CSV with a line a camera"
         ) from error
-    for camera, calibration in table.items():
-        if not calibration.is_file():
+    for camera, line in table.items():
+        if not line.calibration.is_file():
             raise UserError(
-                f"{path}: {calibration} of camera {camera} is not there; expected a calibration file"
+                f"{path}: {line.calibration} of camera {camera} is not there; expected a calibration file"
             )
     if not table:
         raise UserError(f"{path}: the table names no camera; expected a line for each")

@@ -32,6 +32,7 @@ class Identity:
         options: as given.
         version: of this program.
         track: of the GPX file beside the source, likewise.
+        topic: of an MCAP file, whose pictures; its name, empty where none was named.
     """
 
     content: str
@@ -40,18 +41,24 @@ class Identity:
     options: BatchOptions
     version: str = __version__
     track: str = ""
+    topic: str = ""
 
     @property
     def key(self) -> str:
         """SHA-256 of all of it: equal keys make equal logs."""
         fields = asdict(self)
-        if not self.track:
-            del fields["track"]  # drives without one are known by what they were before there were tracks
+        for later in ("track", "topic"):
+            if not fields[later]:
+                del fields[later]  # drives without one are known by what they were before there were any
         return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
 
 
 def identity_of(
-    source: Place, calibration: Place | None, options: BatchOptions, track: Place | None = None
+    source: Place,
+    calibration: Place | None,
+    options: BatchOptions,
+    track: Place | None = None,
+    topic: str | None = None,
 ) -> Identity:
     """Read a drive's files once, which takes a hundredth of the time that running it does.
 
@@ -65,6 +72,7 @@ def identity_of(
         model=model_sha256(model_path(options.detector)),
         options=options,
         track="" if track is None else _sha256(track),
+        topic=topic or "",
     )
 
 

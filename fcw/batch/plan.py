@@ -58,7 +58,8 @@ def plan_batch(
         record = _broken(drive) or _without_running(drive)
         try:
             if record is None:
-                found.append((drive, identity_of(drive.source, drive.calibration, options, drive.track)))
+                identity = identity_of(drive.source, drive.calibration, options, drive.track, drive.topic)
+                found.append((drive, identity))
         except OSError as error:
             record = _record(
                 drive, State.FAILED, f"{drive.source}: cannot be read ({error.strerror}); check the file"

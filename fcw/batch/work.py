@@ -78,6 +78,7 @@ def run_task(
                 source=source,
                 out=task.folder,
                 calibration=calibration,
+                topic=drive.topic,
                 ego_speed=None if track is None else str(track),
                 detector=options.detector,
                 warning_policy=options.warning_policy,

@@ -40,7 +40,9 @@ class BatchCommand:
     """Folder of the batch: a folder for each drive, events.parquet, drives.parquet and manifest.json."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE|TABLE.csv")] = None
     """For drives that have no calibration beside them and no calibration.yaml in their folder: one file for
-    all, or a table with the columns camera (name of the drive's folder) and calibration."""
+    all, or a table with the columns camera (name of the drive's folder), calibration and perhaps topic."""
+    topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
+    """Image topic of MCAP files; needed for files with more than one, unless the table names it."""
     workers: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
     """Number of processes on this computer. Default: one for each core."""
     scheduler: Annotated[str | None, tyro.conf.arg(metavar="tcp://HOST:PORT")] = None
@@ -98,7 +100,7 @@ def run_batch(command: BatchCommand) -> int:
         detector, command.warning_policy, command.warning_timing, not command.no_own_motion
     )
     check_batch_folder(out)
-    drives = find_batch_drives(command.sources, calibration)
+    drives = find_batch_drives(command.sources, calibration, command.topic)
     ledger = Ledger(out)
     with progress("looking at the drives", len(drives), MESSAGES) as bar:
         plan = plan_batch(

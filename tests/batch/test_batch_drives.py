@@ -54,6 +54,21 @@ def test_the_nearest_calibration_counts(tmp_path):
     }
 
 
+def test_the_topic_of_an_mcap_file_is_that_of_its_camera_or_else_the_one_for_all(tmp_path):
+    touch(*(tmp_path / name for name in ("front/a.mcap", "front/b.mp4", "roof/c.mcap", "other/d.mcap")))
+    touch(tmp_path / "any.yaml")
+    table = tmp_path / "cameras.csv"
+    table.write_text("camera,topic,calibration\nfront,/front/image,any.yaml\nroof,,any.yaml\n")
+    found = find_batch_drives([tmp_path], table, "/image")
+    assert {drive.name: drive.topic for drive in found} == {
+        "a": "/front/image",
+        "b": None,  # a video has no topics
+        "c": "/image",
+        "d": "/image",
+    }
+    assert {drive.topic for drive in find_batch_drives([tmp_path], tmp_path / "any.yaml")} == {None}
+
+
 def test_a_gpx_track_beside_a_drive_is_its_own(tmp_path):
     touch(tmp_path / "a.mp4", tmp_path / "b.mp4", tmp_path / "a.gpx")
     first, second = find_batch_drives([tmp_path])

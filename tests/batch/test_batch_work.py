@@ -18,11 +18,11 @@ from fcw.batch.work import Task, run_task
 from fcw.errors import UserError
 
 
-def task_for(source: Path, out: Path) -> Task:
+def task_for(source: Path, out: Path, topic: str | None = None) -> Task:
     """A drive with a detector that takes no time."""
-    (drive,) = find_batch_drives([source])
+    (drive,) = find_batch_drives([source], topic=topic)
     options = BatchOptions(detector=f"onnx:{write_quick_net(source.with_name('quick.onnx'))}")
-    identity = identity_of(drive.source, drive.calibration, options, drive.track)
+    identity = identity_of(drive.source, drive.calibration, options, drive.track, drive.topic)
     return Task(drive, identity, out / drive.name)
 
 
@@ -38,6 +38,18 @@ def test_that_the_end_of_a_file_is_missing_is_kept_with_the_drive(tmp_path):
     assert read_record(tmp_path / "out" / "torn" / RECORD_NAME) == record
     write_tables(tmp_path / "out", [record])
     assert pq.read_table(tmp_path / "out" / DRIVES_NAME).column("notes").to_pylist() == [note]
+
+
+@pytest.mark.slow
+def test_of_several_cameras_the_named_one_is_run_and_known_by_its_topic(tmp_path):
+    source = foxglove_images(tmp_path / "two.mcap", demo_frames(5), ("/front", "/rear"))
+    shutil.copy(DEMO / "drive.calibration.yaml", tmp_path / "calibration.yaml")
+    unnamed = task_for(source, tmp_path / "out")
+    refused = run_task(unnamed)
+    assert (refused.state, "--topic" in refused.reason) == (State.FAILED, True)
+    front, rear = (task_for(source, tmp_path / "out", topic) for topic in ("/front", "/rear"))
+    assert run_task(front).frames == 5
+    assert len({task.identity.key for task in (unnamed, front, rear)}) == 3
 
 
 @pytest.mark.slow
