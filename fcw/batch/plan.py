@@ -8,7 +8,7 @@ from pathlib import Path
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions, Identity, identity_of
 from fcw.batch.ledger import MANIFEST_NAME, Ledger, Record, State
-from fcw.batch.remote import StoreError
+from fcw.batch.remote import EMPTY, StoreError
 from fcw.batch.tables import TABLE_NAMES
 from fcw.batch.work import Task
 
@@ -120,9 +120,13 @@ def _folder_name(drive: BatchDrive, identity: Identity, ledger: Ledger, taken: C
 
 
 def _broken(drive: BatchDrive) -> Record | None:
-    """Of a drive of which there is nothing to read."""
+    """Of a drive of which there is nothing to read: such drives are alike, but none is a copy of another."""
     source = drive.source
-    if isinstance(source, Path) and source.is_symlink() and not source.exists():
+    if not isinstance(source, Path):
+        return None
+    if source.is_file() and source.stat().st_size == 0:
+        return _record(drive, State.FAILED, f"{source}: {EMPTY}")
+    if source.is_symlink() and not source.exists():
         reason = f"{source}: a link to {source.readlink()}, which is not there; mend the link, or remove it"
         return _record(drive, State.FAILED, reason)
     return None

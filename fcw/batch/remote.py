@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 CONTENT_KEYS = ("sha256", "md5Hash", "ETag", "etag")
 """What stores tell of a file's content; of them the first one that is there is taken."""
 CHUNK_BYTES = 4 << 20
+EMPTY = "empty file; copy it again from where it was recorded"
 
 
 class StoreError(UserError):
@@ -53,11 +54,13 @@ class RemoteFile:
         """What it is known by: what its store says of its content, or else its SHA-256.
 
         Raises:
-            StoreError: it cannot be read.
+            StoreError: it cannot be read, or is empty.
         """
         with _told(self.url):
             filesystem = _filesystem(self.url)
             about = filesystem.info(self.url)
+            if about.get("size") == 0:
+                raise StoreError(f"{self.url}: {EMPTY}")
             for key in CONTENT_KEYS:
                 if about.get(key):
                     return f"{key} {about[key]} {about.get('size')}"

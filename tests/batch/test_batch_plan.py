@@ -123,6 +123,18 @@ def test_copies_and_drives_without_calibration_are_listed(drives):
     assert "fcw calibrate" in told["bare"][1]
 
 
+def test_empty_files_have_failed_and_are_no_copies_of_each_other(drives):
+    for name in ("x", "y"):
+        (drives / f"{name}.mp4").touch()
+        (drives / f"{name}.calibration.yaml").write_text("a calibration")
+    planned = plan(drives)
+    assert names(planned) == ["a", "b"]
+    assert {record.name: (record.state, record.reason) for record in planned.records} == {
+        name: (State.FAILED, f"{drives / name}.mp4: empty file; copy it again from where it was recorded")
+        for name in ("x", "y")
+    }
+
+
 def test_a_link_to_nothing_is_listed_as_failed(drives):
     (drives / "gone.mp4").symlink_to(drives / "moved.mp4")
     (drives / "round.mp4").symlink_to(drives / "round.mp4")

@@ -71,6 +71,14 @@ def test_what_a_store_says_of_the_content_is_taken(monkeypatch):
     assert RemoteFile("memory://x").content() == 'ETag "abc" 5'
 
 
+def test_an_empty_file_of_a_store_has_failed(store, tmp_path):
+    store.pipe("/drives/van/a.mp4", b"")
+    planned = plan_batch(find_batch_drives(["memory://drives/van"]), BatchOptions(), Ledger(tmp_path))
+    assert [task.drive.name for task in planned.tasks] == ["b"]
+    (failed,) = planned.records
+    assert (failed.state, "van/a.mp4: empty file" in failed.reason) == (State.FAILED, True)
+
+
 @pytest.mark.usefixtures("store")
 def test_what_was_fetched_has_its_name_and_goes_again():
     with fetched(RemoteFile("memory://drives/van/a.mp4"), None) as (path, none):
