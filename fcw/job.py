@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -349,7 +350,7 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
         calibration = read_calibration(path)
     else:
         raise UserError(
-            f"{path}: no calibration for {job.source}; `fcw calibrate {job.source}` opens a page for one, "
+            f"{path}: no calibration for {job.source}; `{_calibrating(job)}` opens a page for one, "
             "--from-clip makes a rough one from the drive alone; or name one with --calibration"
             + _field_of_view(facts)
         )
@@ -357,6 +358,12 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
         return calibration.for_image_size(source.image_size)
     except UserError as error:
         raise error if str(path) in str(error) else UserError(f"{path}: {error}") from None
+
+
+def _calibrating(job: DriveJob) -> str:
+    """The command for it, as a shell takes it."""
+    topic = () if job.topic is None else ("--topic", job.topic)
+    return shlex.join(("fcw", "calibrate", str(job.source), *topic))
 
 
 def _has_own_calibration(job: DriveJob) -> bool:

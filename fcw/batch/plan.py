@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions, Identity, identity_of
@@ -138,8 +139,8 @@ def _without_running(drive: BatchDrive) -> Record | None:
     return _record(
         drive,
         State.UNCALIBRATED,
-        f"make one with `fcw calibrate {drive.source}` (a rough one, from the drive alone: --from-clip), or "
-        "name one for all with --calibration",
+        f"make one with `fcw calibrate {quote(str(drive.source))}` (a rough one, from the drive alone: "
+        "--from-clip), or name one for all with --calibration",
     )
 
 

@@ -238,7 +238,7 @@ def _error(relative: float) -> str:
 
 
 def _use(state: SessionState, source: str) -> Iterator[str]:
-    name, source = escape(state.save_path.name), escape(quote(source))
+    name, source = escape(quote(state.save_path.name)), escape(quote(source))
     yield (
         f"<p><code>fcw run {source}</code> finds the calibration where it is saved by default, "
         f"beside the source as <code>{name}</code>; for other drives of the same camera, "

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
@@ -146,7 +147,7 @@ def run_batch(command: BatchCommand) -> int:
         for line in (
             f"{done} of {len(ordered)} drives done{also}, {events} event{'s' * (events != 1)} "
             f"in {command.out / EVENTS_NAME}",
-            f"look at them: {command.out / FLEET_NAME}; review them: fcw review {command.out}",
+            f"look at them: {command.out / FLEET_NAME}; review them: fcw review {quote(str(command.out))}",
         ):
             RESULTS.print(line, soft_wrap=True, markup=False)
     if interrupted:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import tyro
@@ -43,7 +44,7 @@ def run_simulate(command: SimulateCommand) -> int:
         f"{scenario.camera.height_m:g} m high.\n\n"
         f"  {command.out / CALIBRATION_NAME}   its true calibration\n"
         f"  {command.out / TRUTH_LOG_NAME}   the truth as a log: open it like one of `fcw run`\n"
-        f"  fcw run {video} --ego-speed {command.out / SPEED_NAME}",
+        f"  fcw run {quote(str(video))} --ego-speed {quote(str(command.out / SPEED_NAME))}",
         soft_wrap=True,
     )
     return 0

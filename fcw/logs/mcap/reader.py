@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from shlex import quote
 from typing import BinaryIO
 
 from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
@@ -94,7 +95,7 @@ class DriveLog:
             f"{torn}; signals can be read up to {signals_s:.2f} s, pictures up to {pictures_s:.2f} s. "
             f"Lost is what came after: at most {mcap.SIGNALS_CHUNK_NS / NANOSECONDS:g} s of signals and "
             f"{mcap.PICTURES_CHUNK_NS / NANOSECONDS:g} s of pictures. "
-            f"`fcw recover {self.path}` makes a whole log of it",
+            f"`fcw recover {quote(str(self.path))}` makes a whole log of it",
         )
 
     @cached_property
@@ -275,7 +276,7 @@ class DriveLog:
     def _damaged(self, error: Exception) -> UserError:
         return UserError(
             f"{self.path}: the log is damaged ({error}); copy it again, or make a new one of what "
-            f"can be read with `fcw recover {self.path}`"
+            f"can be read with `fcw recover {quote(str(self.path))}`"
         )
 
     def _read_header(self, file: BinaryIO) -> DriveHeader:

@@ -2,6 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from fcw.errors import UserError
@@ -63,8 +64,8 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
     labels = warning_labels(review, find_events(log.series()))
     if not labels.events:
         raise UserError(
-            f"{path}: no warning of this drive has a verdict yet; judge them with `fcw review {path}`, "
-            "or give labelled events with --events FILE"
+            f"{path}: no warning of this drive has a verdict yet; judge them with "
+            f"`fcw review {quote(str(path))}`, or give labelled events with --events FILE"
         )
     for trouble in troubles:
         note(trouble)

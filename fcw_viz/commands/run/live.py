@@ -3,6 +3,7 @@
 import threading
 from datetime import datetime
 from pathlib import Path
+from shlex import quote
 
 from fcw.camera.file import default_path, read_calibration
 from fcw.errors import UserError
@@ -59,7 +60,7 @@ def run_live(command: RunCommand) -> int:
         else:
             report_drive(outcome, job.out, RESULTS, imperial=job.imperial)
         if outcome.interrupted or not outcome.summary["frames"]:
-            page.say_ended(f"The drive was ended by hand. Look at it with: fcw review {job.out}")
+            page.say_ended(f"The drive was ended by hand. Look at it with: fcw review {quote(str(job.out))}")
             return 130
         page.review(job.out / MCAP_NAME, login_name())
         MESSAGES.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; everything is saved)")
@@ -87,6 +88,7 @@ def _calibrated_size(command: RunCommand, job: DriveJob) -> ImageSize:
     if not path.is_file():
         raise UserError(
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate --points ... "
-            f"--height ... --image-size WxH --save {path}`, or name an existing one with --calibration"
+            f"--height ... --image-size WxH --save {quote(str(path))}`, or name an existing one with "
+            "--calibration"
         )
     return read_calibration(path).image_size

@@ -1,6 +1,7 @@
 """What a drive came to, as it is printed at its end."""
 
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -52,10 +53,10 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
     else:
         console.print("no warnings")
     console.print(
-        f"\n  review it: fcw review {out}\n\n"
+        f"\n  review it: fcw review {quote(str(out))}\n\n"
         f"  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file),\n"
         f"      with the layout {_short(FOXGLOVE_LAYOUT)} (Layouts, Import from file)\n"
-        f"  {out / RRD_NAME}    open it with: fcw review {out} --rerun\n"
+        f"  {out / RRD_NAME}    open it with: fcw review {quote(str(out))} --rerun\n"
         f"  {out / SUMMARY_NAME}",
         highlight=False,
         soft_wrap=True,
