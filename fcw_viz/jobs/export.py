@@ -75,7 +75,7 @@ def run_export_job(job: ExportJob, console: Console) -> list[str]:
     drives = find_drives(job.drives)
     tell = partial(note, console=console)
     clips = _clips(job, drives, tell)
-    reviews = _labelled(clips, tell) if job.annotations else None
+    reviews = _labelled(clips, tell, job.between is not None) if job.annotations else None
     if reviews is not None:
         clips = [clip for clip in clips if clip.name in reviews]
     targets = _targets(job, [clip.name for clip in clips])
@@ -137,26 +137,25 @@ def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None])
     return clips
 
 
-def _labelled(clips: Sequence[DriveClip], note: Callable[[str], None]) -> dict[str, Review]:
-    """The reviews of the clips of which somebody labelled a frame, by name; the others are named."""
+def _labelled(clips: Sequence[DriveClip], note: Callable[[str], None], cut: bool) -> dict[str, Review]:
+    """The reviews of the clips of which somebody labelled a frame, by name; the others are counted."""
     reviews: dict[str, Review] = {}
-    without: list[DriveClip] = []
+    frame = "frame in that time" if cut else "frame"
     for clip in clips:
         review, troubles = read_review(clip.log)
         for trouble in troubles:
             note(trouble)
         if labelled_indices(clip, review):
             reviews[clip.name] = review
-        else:
-            without.append(clip)
     if not reviews:
-        logs = ", ".join(str(clip.log.path) for clip in clips)
+        drives = str(clips[0].log.path) if len(clips) == 1 else f"these {len(clips)} drives"
         raise UserError(
-            f"--annotations: no frame of {logs} in that time is labelled; "
+            f"--annotations: {drives}: no labelled {frame}; "
             "correct boxes, or say that they are right, in `fcw review`"
         )
-    for clip in without:
-        note(f"left out: no frame of {clip.log.path} in that time is labelled")
+    if without := len(clips) - len(reviews):
+        has = "has" if without == 1 else "have"
+        note(f"{without} of {_counted(len(clips), 'drive')} {has} no labelled {frame}, left out")
     return reviews
 
 

@@ -168,15 +168,17 @@ def test_they_can_be_added_to_other_pictures(folder, drives, tmp_path):
     assert [int(image.labelled.path.stem) for image in images] == [3, 4, 6, 8, 10, 12, 3, 4]
 
 
-def test_a_drive_without_labelled_frames_is_named_and_left_out(drives, tmp_path, capsys):
+def test_drives_without_labelled_frames_are_counted_and_left_out(drives, tmp_path, capsys):
     exported([drives], tmp_path / "out")
-    assert "left out: no frame of" in capsys.readouterr().err
+    assert "note: 1 of 2 drives has no labelled frame, left out\n" in capsys.readouterr().err
+    exported([drives], tmp_path / "early", "--between", "0", "0.45")
+    assert "note: 1 of 2 drives has no labelled frame in that time, left out\n" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("drive", "options", "message"),
     [
-        ("second", ["--format", "coco", "--annotations"], "--annotations: no frame of"),
+        ("second", ["--format", "coco", "--annotations"], "drive.mcap: no labelled frame; correct boxes"),
         ("first", ["--format", "csv", "--annotations"], "--annotations --format csv: only for coco"),
         ("first", ["--format", "coco", "--annotations", "--every", "2"], "people chose the frames"),
     ],
