@@ -20,7 +20,7 @@ KIND_TITLES = {
     "caution": "Caution",
     "advisory": "Advisory",
     NEAR_MISS: "Near miss",
-    MOUNT_MOVED: "Lost calibration",
+    MOUNT_MOVED: "Mount moved",
 }
 """What kinds of events are called."""
 KIND_MEANINGS = {

@@ -2,20 +2,28 @@
 
 import math
 from dataclasses import replace
+from typing import get_args
 
 from review_drives import CAUTION_S, NEAR_MISS_S, RATE_HZ, WARNING_S, result
 
 from fcw.annotation.records import Entry, EventReference, Judgement, Reason, Verdict
 from fcw.annotation.review import fold, judged_events, reference_to
+from fcw.logs.events import EventKind
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.review_app.drive import Drive, by_severity
 from fcw_viz.review_app.panels.event_list import list_html, verdict_html
 from fcw_viz.review_app.place import list_order
-from fcw_viz.review_app.words import event_line, verdict_counts, verdict_words, why
+from fcw_viz.review_app.words import KIND_TITLES, event_line, verdict_counts, verdict_words, why
 
 
 def row(time_s: float) -> int:
     return round(time_s * RATE_HZ)
+
+
+def test_kinds_of_events_are_called_what_the_tables_call_them():
+    assert {kind: title.lower() for kind, title in KIND_TITLES.items()} == {
+        kind: kind for kind in get_args(EventKind)
+    }
 
 
 def test_why_a_warning_came_is_its_level_rule_ttc_distance_with_interval_and_closing_speed():

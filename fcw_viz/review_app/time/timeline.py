@@ -1,4 +1,4 @@
-"""The time line of a whole drive: every warning, near miss and lost calibration is a mark to click."""
+"""The time line of a whole drive: every warning, near miss and move of the mount is a mark to click."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape

@@ -104,7 +104,7 @@ def test_event_list_and_plots_lead_to_their_moments(
     person = Reviewer(open_page(review({"made": drive_log}).url))
     wait_for(lambda: person.sees(WORST_ROW))
     listed = person.browser.page.locator(".fcw-event b").all_inner_texts()
-    assert listed == ["Warning", "Near miss", "Advisory", "Lost calibration"]
+    assert listed == ["Warning", "Near miss", "Advisory", "Mount moved"]
     person.at('.fcw-event[data-event="1"]').click()
     wait_for(lambda: person.sees(row_of(NEAR_MISS_S)))
     wait_for(lambda: "Near miss" in person.words(".fcw-title"))
