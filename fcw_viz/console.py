@@ -24,7 +24,7 @@ from rich.progress import (
 from rich.text import Text
 
 from fcw.json_form import without_non_finite
-from fcw_viz.console_text import printable
+from fcw_viz.console_text import one_line
 
 RESULTS = Console(highlight=False, markup=False, emoji=False)
 MESSAGES = Console(stderr=True, highlight=False, soft_wrap=True, markup=False, emoji=False)
@@ -40,7 +40,7 @@ def print_json(value: Any) -> None:  # noqa: ANN401 - JSON has no type
 
 def note(text: str, console: Console = MESSAGES) -> None:
     """Say what a person should know of a result that is there all the same."""
-    console.print(f"note: {printable(text)}", markup=False)
+    console.print(f"note: {one_line(text)}", markup=False)
 
 
 class Bar:
@@ -60,7 +60,7 @@ class Bar:
 
     def begin(self, name: str, steps: float | None) -> None:
         """Other work, from its start."""
-        self._progress.reset(self._task, description=name, total=steps)
+        self._progress.reset(self._task, description=one_line(name), total=steps)
 
 
 @contextmanager
@@ -77,7 +77,7 @@ def progress(text: str, total: float | None, console: Console = MESSAGES, rate_o
     columns = (name, BarColumn(), _Done(rate_of), TimeRemainingColumn())
     hidden = console.quiet or not console.is_terminal
     with Progress(*columns, console=console, disable=hidden, transient=True) as shown:
-        yield Bar(shown, shown.add_task(text, total=total))
+        yield Bar(shown, shown.add_task(one_line(text), total=total))
 
 
 class _Done(ProgressColumn):

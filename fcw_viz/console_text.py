@@ -7,3 +7,8 @@ def printable(text: str) -> str:
         character if character.isprintable() or character == "\n" else ascii(character)[1:-1]
         for character in text
     )
+
+
+def one_line(text: str) -> str:
+    """As `printable`, with line breaks shown as what they are too: the name of a file may hold them."""
+    return printable(text).replace("\n", "\\n")

@@ -56,7 +56,15 @@ def yaml_value(text: str) -> Any:  # noqa: ANN401 - YAML has no type
         raise MalformedError("nested too deeply") from None
     except (yaml.YAMLError, ValueError, OverflowError, TypeError, AttributeError, LookupError) as error:
         # PyYAML's constructors raise what Python raises for a date or number that is none.
-        raise MalformedError(" ".join(str(error).split())) from error
+        raise MalformedError(_of_yaml(error)) from error
+
+
+def _of_yaml(error: Exception) -> str:
+    """What is wrong and where, without the line of the text that PyYAML shows with a mark below."""
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem and error.problem_mark:
+        mark = error.problem_mark
+        return f"{error.problem}, line {mark.line + 1}, column {mark.column + 1}"
+    return " ".join(str(error).split())
 
 
 def xml_root(data: bytes) -> ElementTree.Element:

@@ -34,11 +34,13 @@ def model_path(name: str, path: Path | None = None) -> Path:
         path: another model than the shipped one, for all but the last.
 
     Raises:
-        UserError: there is no detector of that name, or an ONNX model is named twice.
+        UserError: there is no detector of that name, or an ONNX model is named twice or without a file.
     """
     if name.startswith(ONNX_PREFIX):
         if path is not None:
             raise UserError(f"--model {path}: --detector {name} names a model already; leave one of them out")
+        if name == ONNX_PREFIX:
+            raise UserError(f"--detector {name}: no file is named; expected {ONNX_PREFIX}FILE, an ONNX model")
         return Path(name.removeprefix(ONNX_PREFIX))
     if name not in DETECTOR_NAMES:
         raise UserError(f"--detector {name}: no such detector; expected one of {', '.join(DETECTOR_NAMES)}")

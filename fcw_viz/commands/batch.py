@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from fcw_viz.console_text import one_line
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import TaskID
@@ -138,9 +140,9 @@ def run_batch(command: BatchCommand) -> int:
         RESULTS.print(_result_table(ordered))
         for record in ordered:
             if record.reason:  # whole lines, for commands and paths are there to be copied
-                RESULTS.print(f"{record.name}: {record.reason}", soft_wrap=True, markup=False)
+                RESULTS.print(one_line(f"{record.name}: {record.reason}"), soft_wrap=True, markup=False)
             for note in record.notes:
-                RESULTS.print(f"{record.name}: note: {note}", soft_wrap=True, markup=False)
+                RESULTS.print(one_line(f"{record.name}: note: {note}"), soft_wrap=True, markup=False)
         done = sum(record.state is State.DONE for record in ordered)
         earlier = len(ledger.finished.keys() - records)
         also = f" and {earlier} of earlier batches" if earlier else ""
@@ -149,7 +151,7 @@ def run_batch(command: BatchCommand) -> int:
             f"in {command.out / EVENTS_NAME}",
             f"look at them: {command.out / FLEET_NAME}; review them: fcw review {quote(str(command.out))}",
         ):
-            RESULTS.print(line, soft_wrap=True, markup=False)
+            RESULTS.print(one_line(line), soft_wrap=True, markup=False)
     if interrupted:
         return 130
     return 0 if all(record.state in (State.DONE, State.DUPLICATE) for record in ordered) else 2
@@ -188,7 +190,9 @@ class _Shown:
         """A drive is so far."""
         with self._lock:
             if name not in self._tasks and len(self._tasks) < SHOWN_RUNNING:
-                self._tasks[name] = self.bars.add_task(name, total=total, rate="starting", warnings="")
+                self._tasks[name] = self.bars.add_task(
+                    one_line(name), total=total, rate="starting", warnings=""
+                )
             if name in self._tasks:
                 task = self._tasks[name]
                 speed = self.bars.tasks[self.bars.task_ids.index(task)].speed
@@ -205,7 +209,7 @@ class _Shown:
         text = f"{record.name}: {record.state.value}"
         if record.frames:
             text += f", {record.frames_per_second:.0f} frames/s, {_warnings_text(record.warnings)}"
-        self._console.print(text + (f": {record.reason}" if record.reason else ""))
+        self._console.print(one_line(text + (f": {record.reason}" if record.reason else "")))
 
 
 def _warnings_text(count: int) -> str:
@@ -227,5 +231,5 @@ def _result_table(records: Sequence["Record"]) -> "Table":
     for record in records:
         rate = f"{record.frames_per_second:.0f}" if record.frames else ""
         warnings = str(record.warnings) if record.frames else ""
-        table.add_row(*map(Text, (record.name, record.state.value, rate, warnings)))
+        table.add_row(*map(Text, (one_line(record.name), record.state.value, rate, warnings)))
     return table

@@ -41,6 +41,7 @@ class ExportCommand:
 def run_export(command: ExportCommand) -> int:
     """Run `fcw export`; returns the exit code."""
     from fcw_viz.console import MESSAGES, RESULTS
+    from fcw_viz.console_text import one_line
     from fcw_viz.jobs.export import ExportJob, run_export_job
 
     job = ExportJob(
@@ -56,5 +57,5 @@ def run_export(command: ExportCommand) -> int:
         overwrite=command.overwrite,
     )
     for line in run_export_job(job, MESSAGES):
-        RESULTS.print(line, soft_wrap=True, markup=False)
+        RESULTS.print(one_line(line), soft_wrap=True, markup=False)
     return 0

@@ -235,6 +235,19 @@ def test_a_file_of_another_program_in_the_batchs_folder_is_refused_and_stays(dri
     assert theirs.read_text() == '{"mine": 1}'
 
 
+def test_a_line_break_in_a_name_breaks_no_line_of_what_is_printed(tmp_path, capsys):
+    folder = tmp_path / "drives"
+    folder.mkdir()
+    (folder / "a\nb.mp4").write_bytes(b"a")
+    assert main(["batch", str(folder), "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().out.splitlines()
+    assert [line.split("  ")[0].strip() for line in told[1:3]] == [
+        r"a\nb",
+        rf"a\nb: make one with `fcw calibrate '{folder}/a\nb.mp4'` (a rough one, from the drive alone: "
+        "--from-clip), or name one for all with --calibration",
+    ]
+
+
 def test_the_files_of_an_earlier_batch_may_be_replaced(tmp_path):
     Ledger(tmp_path).write_manifest([], {})
     write_tables(tmp_path, [])

@@ -96,6 +96,15 @@ def test_yaml_of_the_program_is_read_as_pyyaml_reads_it():
     assert yaml_value(text) == yaml.safe_load(text)
 
 
+def test_yaml_that_is_none_is_told_with_its_place_and_without_a_copy_of_the_line():
+    with pytest.raises(
+        MalformedError, match=r"^expected ',' or ']', but got '<stream end>', line 2, column 5$"
+    ):
+        yaml_value("a: [1,\nb: 2")
+    with pytest.raises(MalformedError, match=r"^mapping values are not allowed here, line 2, column 9$"):
+        yaml_value("height_m: 1.2\n  row_px: 7")
+
+
 @pytest.mark.parametrize(
     ("data", "why"),
     [

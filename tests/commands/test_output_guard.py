@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fcw_viz.cli import main
-from fcw_viz.console_text import printable
+from fcw_viz.console_text import one_line, printable
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 
@@ -153,3 +153,4 @@ def test_no_output_replaces_a_file_of_another_kind(
 
 def test_control_characters_of_a_foreign_text_do_not_reach_the_terminal():
     assert printable("a\x1b[31mb\ud800\n[bold]ü") == "a\\x1b[31mb\\ud800\n[bold]ü"
+    assert one_line("a\x1b[31mb\ud800\n[bold]ü") == "a\\x1b[31mb\\ud800\\n[bold]ü"

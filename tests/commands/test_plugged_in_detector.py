@@ -105,6 +105,7 @@ def test_an_evaluation_takes_the_same_detectors(
     [
         ("onnx:nowhere.onnx", [], "nowhere.onnx"),
         ("acf", ["--detector-classes", "car"], "--detector-classes car"),
+        ("onnx:", [], "--detector onnx:: no file is named; expected onnx:FILE"),
         ("onnx:{net}", ["--detector-classes", "lorry"], "--detector-classes lorry"),
     ],
 )

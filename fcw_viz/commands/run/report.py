@@ -20,12 +20,12 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
 
     from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
     from fcw.units import distance_text
-    from fcw_viz.console_text import printable
+    from fcw_viz.console_text import one_line
 
     summary = outcome.summary
     console.print(
         Text.assemble(
-            (printable(summary["source"]), "bold"),
+            (one_line(summary["source"]), "bold"),
             f": {summary['frames']} frames, {summary['duration_s']:.1f} s, "
             f"{summary['frames_per_second']:.0f} frames/s, "
             f"a lead vehicle in {summary['frames_with_lead']} frames",

@@ -86,6 +86,13 @@ def test_events_of_many_drives_are_one_table(drives, tmp_path, capsys):
     assert table.column("note").to_pylist() == [None, None]
 
 
+def test_a_line_break_in_a_name_breaks_no_line_of_what_is_printed(drives, tmp_path, capsys):
+    shutil.copytree(drives / "monday", tmp_path / "sun\nday")
+    assert export(tmp_path / "sun\nday", "--format", "mot", "--out", tmp_path / "out") == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line.startswith(str(tmp_path / "out" / r"sun\nday.txt: "))
+
+
 def test_events_of_a_range_are_those_that_touch_it(drives, tmp_path):
     for number, (between, count) in enumerate([(("1.6", "2"), 1), (("1.64", "2"), 0), (("0", "0.8"), 1)]):
         path = tmp_path / f"{number}.csv"
