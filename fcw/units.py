@@ -1,9 +1,13 @@
 """How distances and speeds are written for a person, metric or imperial."""
 
+import re
+
 FEET_PER_METRE = 1 / 0.3048
 MPH_PER_MPS = 3600 / 1609.344
 KMH_PER_MPS = 3.6
 STANDARD_GRAVITY_MPS2 = 9.80665
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
+"""A number as half of the world writes it; here it is written with a point."""
 
 
 def distance_text(distance_m: float, imperial: bool = False) -> str:

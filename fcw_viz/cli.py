@@ -31,6 +31,7 @@ from fcw_viz.outputs import check_outputs
 from fcw_viz.signals import EXIT_INTERRUPTED, signals_as_interrupts
 
 EXIT_WRONG_INPUT = 2
+DESCRIPTION = "Forward collision warning from one dash camera: calibrate, detect, range, warn, log."
 
 
 Command = (
@@ -69,14 +70,17 @@ NO_THREAD = "can't start new thread"
 
 def main(arguments: list[str] | None = None) -> int:
     """Parse the command line, run the command and return its exit code."""
-    command = tyro.cli(
-        Command,  # pyright: ignore[reportArgumentType] - tyro takes unions, its annotation says type
-        prog="fcw",
-        description="Forward collision warning from one dash camera: calibrate, detect, range, warn, log.",
-        args=arguments,
-        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
-        registry=registry,
-    )
+    try:
+        command = tyro.cli(
+            Command,  # pyright: ignore[reportArgumentType] - tyro takes unions, its annotation says type
+            prog="fcw",
+            description=DESCRIPTION,
+            args=arguments,
+            config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+            registry=registry,
+        )
+    except UserError as error:  # of a single option
+        return _wrong_input(error)
     if not isinstance(command, TrainCommand):
         # NumPy is not loaded yet. From eleven vehicles on the tracker's matrices are so large that OpenBLAS
         # takes a second thread, and where all cores are busy it waits for it, for up to 35 ms.
@@ -90,8 +94,7 @@ def main(arguments: list[str] | None = None) -> int:
             check_outputs(command)
             return RUNNERS[type(command)](command)
     except UserError as error:
-        sys.stderr.write(f"fcw: {printable(str(error))}\n")
-        return EXIT_WRONG_INPUT
+        return _wrong_input(error)
     except BrokenPipeError:  # whoever read the results wants no more
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - until the end of the process
         return EXIT_WRONG_INPUT
@@ -112,6 +115,11 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         sys.stderr.write("fcw: interrupted\n")
         return EXIT_INTERRUPTED
+
+
+def _wrong_input(error: UserError) -> int:
+    sys.stderr.write(f"fcw: {printable(str(error))}\n")
+    return EXIT_WRONG_INPUT
 
 
 def _of_system(error: OSError) -> str:

@@ -11,6 +11,8 @@ from typing import Annotated, Any, get_type_hints
 import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructFieldSpec, StructTypeInfo
 
+from fcw_viz.option_numbers import number_option
+
 COMMANDS = "fcw_viz.commands."
 SAYS_NOTHING = (None, False, ())
 """Defaults that an option's text tells, or that mean that it is not given."""
@@ -23,10 +25,12 @@ def command_rule(info: StructTypeInfo) -> StructConstructorSpec | None:
     """The options of a command; tyro's own rule breaks their texts wherever the source does."""
     if not (is_dataclass(info.type) and info.type.__module__.startswith(COMMANDS)):
         return None
-    types = get_type_hints(info.type, include_extras=True)
+    types, bare = get_type_hints(info.type, include_extras=True), get_type_hints(info.type)
     specs: list[StructFieldSpec] = []
     for one in fields(info.type):
         kind: Any = types[one.name]
+        if bare[one.name] in (float, float | None):
+            kind = number_option(one.name, kind)
         default = tyro.MISSING if one.default is MISSING else one.default
         if default is tyro.MISSING:
             kind = Annotated[kind, tyro.conf.arg(help_behavior_hint="(required)")]

@@ -10,6 +10,7 @@ from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
 from fcw.bounded.gpx import read_gpx
 from fcw.errors import UserError
+from fcw.units import DECIMAL_COMMA
 
 TIME_COLUMN = "time_s"
 SPEED_COLUMN = "speed_mps"
@@ -45,6 +46,10 @@ class EgoSpeed:
         try:
             speed_mps = float(text)
         except ValueError:
+            if DECIMAL_COMMA.fullmatch(text):
+                raise UserError(
+                    f"ego speed {text}: expected metres per second with a point: {text.replace(',', '.')}"
+                ) from None
             path = Path(text)
             return cls.read_gpx(path) if path.suffix.lower() == ".gpx" else cls.read_csv(path)
         return cls.constant(speed_mps)

@@ -59,6 +59,11 @@ def test_an_implausible_number_is_refused(text):
         EgoSpeed.parse(text)
 
 
+def test_a_decimal_comma_is_no_file():
+    with pytest.raises(UserError, match=r"ego speed 22,5: expected metres per second with a point: 22\.5"):
+        EgoSpeed.parse("22,5")
+
+
 def test_a_missing_file_says_what_may_be_given(tmp_path):
     with pytest.raises(
         UserError, match="no such file; give metres per second or the path of a CSV or GPX file"
