@@ -281,10 +281,12 @@ class Calibration:
             row_sigma_px: standard deviation of that noise, independent of the calibration's.
 
         Returns:
-            (low, high) from the reference; inf where unbounded.
+            (low, high) from the reference; inf where unbounded. What is ahead of it is not behind it too: low
+            is not negative, unless the distance at the row is.
         """
         low_m, high_m = distance_interval(self._row_map, row_px, row_sigma_px)
-        return low_m - self.reference_offset_m, high_m - self.reference_offset_m
+        least_m = min(self.distance_at(row_px), 0.0)
+        return max(low_m - self.reference_offset_m, least_m), high_m - self.reference_offset_m
 
     def row_gradients(self, distances_m: FloatArray) -> FloatArray:
         """(N, 3): derivatives of the rows at N distances by the rows at the three support distances."""

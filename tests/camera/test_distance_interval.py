@@ -1,6 +1,7 @@
 """Predicted uncertainty against sampled clicks."""
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -215,3 +216,17 @@ def test_next_click_is_one_that_the_picture_shows():
 
 def test_nothing_to_advise_where_nothing_is_uncertain():
     assert best_next_click(Calibration.from_camera(TRUTH, SIZE)) is None
+
+
+def test_what_is_ahead_of_the_reference_is_not_also_behind_it():
+    """Of a calibration that knows next to nothing, and of one whose bumper is 2 m ahead of the camera."""
+    vague = ((4e4, 0.0, 0.0), (0.0, 4e4, 0.0), (0.0, 0.0, 4e4))
+    for offset_m in (0.0, 2.0):
+        known = Calibration.from_camera(TRUTH, SIZE, offset_m)
+        for calibration in (known, replace(known, covariance=vague)):
+            for distance_m in (0.1, 1.0, 10.0, 80.0, 1000.0):
+                low_m, _ = calibration.distance_interval(calibration.row_at(distance_m))
+                assert 0 <= low_m <= 1.001 * distance_m, (offset_m, distance_m)
+            if offset_m:
+                low_m, _ = calibration.distance_interval(calibration.row_at(-0.5))
+                assert low_m <= -0.499
