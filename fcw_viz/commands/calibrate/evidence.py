@@ -1,5 +1,6 @@
 """What the command line says of the road in the picture besides taped points."""
 
+import math
 from dataclasses import replace
 
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, GroundRectangle, NumberPlate
@@ -20,6 +21,8 @@ LANE_WIDTH_SIGMA = 0.03
 """Of a lane's width, as a part of it: standards are kept to some centimetres, paint is as wide as a hand."""
 HEIGHT_SIGMA = 0.02
 """Of a height that somebody measured, as a part of it."""
+LOWEST_M, HIGHEST_M = 0.5, 4.0
+"""Of a lens behind a windscreen: a go-kart's to that of the tallest lorry."""
 FEWEST_DASHES = 3
 
 
@@ -101,15 +104,36 @@ def _bent_warnings(command: CalibrateCommand, known: Known) -> list[str]:
 
 
 def stated_height(command: CalibrateCommand) -> Gaussian:
-    """The height of the camera in metres, and how well it is known; that of any where none is stated."""
+    """The height of the camera in metres, and how well it is known; that of any where none is stated.
+
+    Raises:
+        UserError: no camera behind a windscreen is so high, or the height is known better than can be.
+    """
     if command.height is None:
         return Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
+    check_height(command.height)
     sigma_m = command.height_sigma
     if sigma_m is None:
         return Gaussian(command.height, HEIGHT_SIGMA * command.height)
     if not sigma_m > 0:
         raise UserError(f"--height-sigma {sigma_m:g}: expected metres above 0, how well the height is known")
     return Gaussian(command.height, sigma_m)
+
+
+def check_height(height_m: float) -> None:
+    """Refuse a height that no camera behind a windscreen has.
+
+    Raises:
+        UserError: naming the value, what was expected, and what was meant where it is in cm or mm.
+    """
+    if LOWEST_M <= height_m <= HIGHEST_M:
+        return
+    meant = [height_m / parts for parts in (100, 1000) if LOWEST_M <= height_m / parts <= HIGHEST_M]
+    mend = f"; did you mean {meant[0]:.2f} m?" if meant else "; measure from the road up to the lens"
+    raise UserError(
+        f"--height {height_m:g} m: a camera behind a windscreen is {LOWEST_M:g} to {HIGHEST_M:g} m above the "
+        f"road{mend}"
+    )
 
 
 def _rectangles(command: CalibrateCommand) -> tuple[GroundRectangle, ...]:
@@ -196,6 +220,6 @@ def _numbers(option: str, text: str, counts: tuple[int, ...], expected: str) -> 
         numbers = tuple(float(part) for part in text.split(":"))
     except ValueError:
         numbers = ()
-    if len(numbers) not in counts:
+    if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
         raise UserError(f"{option} {text}: expected {expected}")
     return numbers

@@ -43,6 +43,9 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         raise UserError("--exact: takes --points alone; leave out --from-clip")
     if command.speed is not None and not command.speed > 0:
         raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
+    height_m = VEHICLE_HEIGHTS_M[command.vehicle_class]
+    if command.height is not None:
+        height_m = stated_height(command)
     source = open_source(command.source, topic=command.topic)
     save = command.save or default_path(command.source)
     check_place(save)
@@ -50,9 +53,6 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     size = source.image_size
     priors = stated_priors(command, size)
     check_priors(priors)
-    height_m = VEHICLE_HEIGHTS_M[command.vehicle_class]
-    if command.height is not None:
-        height_m = stated_height(command)
     evidence = stated_evidence(command) or Evidence()
     if command.points:
         evidence = replace(evidence, points=tuple(ground_point(text) for text in command.points))

@@ -18,6 +18,7 @@ from fcw_viz.calibrate_app.document.edits import (
 )
 from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person
+from fcw_viz.commands.calibrate.evidence import check_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.console import RESULTS
@@ -71,6 +72,7 @@ def _edits(command: CalibrateCommand, size: ImageSize) -> list[Edit]:
     priors = stated_priors(command, size)
     edits: list[Edit] = []
     if command.height is not None:
+        check_height(command.height)
         edits.append(SetHeight(command.height))
     if command.reference_offset:
         edits.append(SetReference(True, command.reference_offset))

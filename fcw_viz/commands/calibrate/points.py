@@ -24,7 +24,12 @@ from fcw.camera.verdicts.words import cause_of
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import ImageSize
-from fcw_viz.commands.calibrate.evidence import evidence_warnings, stated_evidence, stated_height
+from fcw_viz.commands.calibrate.evidence import (
+    check_height,
+    evidence_warnings,
+    stated_evidence,
+    stated_height,
+)
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
@@ -85,7 +90,9 @@ def _calibration(command: CalibrateCommand) -> Calibration:
         )
     rectangles = () if evidence is None else evidence.rectangles
     sized = bool(command.plate) or any(rectangle.has_size for rectangle in rectangles)
-    if command.height is None and not sized:
+    if command.height is not None:
+        check_height(command.height)
+    elif not sized:
         raise UserError("--height is missing: the height of the camera's lens above the road, in metres")
     points = tuple(ground_point(text) for text in command.points)
     size = _image_size(command)

@@ -146,6 +146,7 @@ def test_a_rectangle_without_a_side_needs_the_height(capsys):
     ("arguments", "message"),
     [
         (["--dashes", "500", "450", "430"], "--dash-period is missing"),
+        (["--lane-line", "1:2:3:nan"], "--lane-line 1:2:3:nan: expected COLUMN:ROW:COLUMN:ROW"),
         (["--dashes", "500", "450", "--dash-period", "12"], "2 ends given, expected 3 or more"),
         (["--lane-line", "1:2:3"], "--lane-line 1:2:3: expected COLUMN:ROW:COLUMN:ROW"),
         (["--rectangle", "1:2:3:4"], "--rectangle 1:2:3:4: expected the columns and rows of four corners"),
@@ -182,3 +183,23 @@ def test_a_clip_that_shows_no_road_gives_a_rough_camera_and_says_so(tmp_path, ca
     assert "nothing was found that tells where the road lies" in " ".join(captured.err.split())
     assert "unbounded" in captured.out
     assert read_calibration(default_path(clip)).assumed.field_of_view_rad is not None
+
+
+@pytest.mark.parametrize(
+    ("height", "message"),
+    [
+        ("0", "--height 0 m: a camera behind a windscreen is 0.5 to 4 m above the road"),
+        ("-1.2", "--height -1.2 m: a camera"),
+        ("inf", "--height inf: expected a finite number"),
+        ("nan", "--height nan: expected a finite number"),
+        ("120", "did you mean 1.20 m?"),
+        ("0.01", "--height 0.01 m: a camera"),
+    ],
+)
+def test_a_height_of_no_camera_is_refused_before_the_clip_is_opened(height, message, tmp_path, capsys):
+    """Its source is not even there, which would be said if it were opened."""
+    assert main(["calibrate", str(tmp_path / "clip.mp4"), "--from-clip", "--height", height]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
