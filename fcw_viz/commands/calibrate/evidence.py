@@ -189,8 +189,12 @@ def _dashes(command: CalibrateCommand) -> tuple[GroundPoint, ...]:
         if command.dash_period is not None:
             raise UserError("--dash-period: needs --dashes, the rows of the dashes' near ends")
         return ()
-    if command.dash_period is None or not command.dash_period > 0:
+    if command.dash_period is None:
         raise UserError("--dashes: --dash-period is missing: metres from one near end to the next one")
+    if not command.dash_period > 0:
+        raise UserError(
+            f"--dash-period {command.dash_period:g}: expected metres above 0, from one near end to the next"
+        )
     if len(command.dashes) < FEWEST_DASHES:
         raise UserError(f"--dashes: {len(command.dashes)} ends given, expected {FEWEST_DASHES} or more")
     points = []

@@ -146,6 +146,7 @@ def test_a_rectangle_without_a_side_needs_the_height(capsys):
     ("arguments", "message"),
     [
         (["--dashes", "500", "450", "430"], "--dash-period is missing"),
+        (["--dashes", "500", "450", "430", "--dash-period", "0"], "--dash-period 0: expected metres above 0"),
         (["--lane-line", "1:2:3:nan"], "--lane-line 1:2:3:nan: expected COLUMN:ROW:COLUMN:ROW"),
         (["--dashes", "500", "450", "--dash-period", "12"], "2 ends given, expected 3 or more"),
         (["--lane-line", "1:2:3"], "--lane-line 1:2:3: expected COLUMN:ROW:COLUMN:ROW"),
