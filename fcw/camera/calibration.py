@@ -17,7 +17,7 @@ from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradients
 from fcw.camera.lens.model import Lens
-from fcw.camera.straight import LEVEL, Orientation, Straightening
+from fcw.camera.straight import LEVEL, Orientation, Straightening, Undone
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -153,6 +153,8 @@ class Calibration:
         lens: of the real camera, where its distortion is known.
         rectangles: that were clicked besides the points.
         plates: likewise.
+        undone: of the straight pictures of a drive, what the camera's own have besides; None where nobody
+            made pictures straight for this calibration.
     """
 
     camera: GroundPlaneCamera
@@ -170,6 +172,7 @@ class Calibration:
     lens: Lens | None = None
     rectangles: tuple[GroundRectangle, ...] = ()
     plates: tuple[NumberPlate, ...] = ()
+    undone: Undone | None = field(default=None, compare=False)
     _row_map: UncertainRowMap = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -213,9 +216,9 @@ class Calibration:
 
     def straight(self) -> "Calibration":
         """The calibration of the straight picture."""
-        way = self.straightening
+        way, undone = self.straightening, Undone(self.orientation, self.lens)
         if way is None:
-            return replace(self, orientation=LEVEL, lens=None)
+            return replace(self, orientation=LEVEL, lens=None, undone=undone)
 
         def moved(places: Places) -> Places:
             return _pairs(way.to_straight(np.array(places)))
@@ -224,7 +227,7 @@ class Calibration:
             replace(point, row_px=row_px, column_px=None)
             for point, row_px in zip(self.points, self.straight_rows_px, strict=True)
         )
-        straight = replace(self, points=points, orientation=LEVEL, lens=None)
+        straight = replace(self, points=points, orientation=LEVEL, lens=None, undone=undone)
         return straight._with_places(moved)
 
     @property
@@ -353,6 +356,7 @@ class Calibration:
             priors=scaled_priors(self.priors),
             assumed=scaled_priors(self.assumed),
             lens=None if self.lens is None else self.lens.for_image_size(size),
+            undone=None if self.undone is None else self.undone.for_image_size(size),
             residuals_px=tuple(residual * scale for residual in self.residuals_px),
         )
         return changed._with_places(moved)

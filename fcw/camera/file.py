@@ -16,13 +16,14 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import plausibility
 from fcw.camera.points import LARGEST_TAPE_ERROR, LEAST_HEIGHT_M, MOST_M
-from fcw.camera.straight import LEVEL
+from fcw.camera.straight import LEVEL, Undone
 from fcw.errors import UserError
 from fcw.files import CALIBRATION, check_kind, write_whole
 from fcw.frame import ImageSize
 
-FORMAT_VERSION = 3
-READABLE_VERSIONS = (1, 2, 3)
+FORMAT_VERSION, STRAIGHT_VERSION = 3, 4
+"""The second is that of a log: its calibration is of straight pictures and says what was undone of them."""
+READABLE_VERSIONS = (1, 2, 3, 4)
 """1 knew neither an error of the tape nor what every lens has, 2 no rectangles and plates; all stays so."""
 VERSION_FIELD = "fcw_calibration_version"
 RESIDUAL_TOLERANCE_PX = 1e-6
@@ -59,7 +60,7 @@ def calibration_text(calibration: Calibration) -> str:
     # Whoever opens an implausible calibration later is told as whoever made it was.
     comment += "".join(f"# Warning: {finding.text}\n" for finding in plausibility(calibration))
     document = {
-        VERSION_FIELD: FORMAT_VERSION,
+        VERSION_FIELD: FORMAT_VERSION if calibration.undone is None else STRAIGHT_VERSION,
         "image_size": {"width": calibration.image_size.width, "height": calibration.image_size.height},
         "height_m": camera.height_m,
         "reference_offset_m": calibration.reference_offset_m,
@@ -80,14 +81,22 @@ def calibration_text(calibration: Calibration) -> str:
             "principal_row_px": camera.principal_row_px,
             "principal_column_px": camera.principal_column_px,
         },
-        "orientation": asdict(calibration.orientation),
-        "lens": None if calibration.lens is None else _lens_section(calibration.lens),
+        **_turn_section(calibration),
         "row_covariance": {
             "support_distances_m": list(calibration.support_distances_m),
             "covariance_px2": [list(row) for row in calibration.covariance],
         },
     }
+    if calibration.undone is not None:
+        document["undone"] = _turn_section(calibration.undone)
     return comment + yaml.dump(document, Dumper=_Dumper, sort_keys=False, default_flow_style=None)
+
+
+def _turn_section(turned: Calibration | Undone) -> dict[str, object]:
+    return {
+        "orientation": asdict(turned.orientation),
+        "lens": None if turned.lens is None else _lens_section(turned.lens),
+    }
 
 
 def _priors_section(priors: Priors) -> dict[str, dict[str, float] | None]:
@@ -194,6 +203,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
     residuals = fields.numbers("residuals_px", len(points))
     priors = fields.priors("priors")
     assumed, tape_error, orientation, lens, rectangles, plates = Priors(), 0.0, LEVEL, None, (), ()
+    undone = None
     if version > 1:
         assumed = fields.priors("assumed")
         tape_error = fields.number("tape_error", at_least=0.0, at_most=LARGEST_TAPE_ERROR)
@@ -202,6 +212,10 @@ def parse_calibration(text: str, name: str) -> Calibration:
     if version > 2:
         rectangles = fields.rectangles("rectangles")
         plates = fields.plates("plates")
+    if version == STRAIGHT_VERSION:
+        section = fields.section("undone")
+        undone = Undone(section.orientation("orientation"), section.lens("lens", image_size))
+        section.finish()
     section = fields.section("camera")
     camera = GroundPlaneCamera(
         section.number("pitch_rad", above=-math.pi / 2, below=math.pi / 2),
@@ -232,6 +246,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
         lens,
         rectangles,
         plates,
+        undone,
     )
     rows_px = calibration.straight_rows_px
     for index, (point, row_px, residual) in enumerate(zip(points, rows_px, residuals, strict=True)):

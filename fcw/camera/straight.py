@@ -45,6 +45,23 @@ LEVEL = Orientation()
 
 
 @dataclass(frozen=True, slots=True)
+class Undone:
+    """What was undone of a camera's pictures to make them straight.
+
+    Attributes:
+        orientation: how the real camera is turned besides its pitch.
+        lens: of it; None where its picture has no distortion.
+    """
+
+    orientation: Orientation
+    lens: Lens | None
+
+    def for_image_size(self, size: ImageSize) -> "Undone":
+        """The same of pictures in another size."""
+        return Undone(self.orientation, None if self.lens is None else self.lens.for_image_size(size))
+
+
+@dataclass(frozen=True, slots=True)
 class Straightening:
     """The way between a picture and its straight one.
 
@@ -115,6 +132,11 @@ class Straightening:
 
     def _turn(self) -> FloatArray:
         return turn(self.camera.pitch_rad, self.orientation)
+
+
+def real_column(camera: GroundPlaneCamera, orientation: Orientation) -> float:
+    """Column of the real camera's axis; the inverse of `straight_column`."""
+    return camera.principal_column_px - _axis_shift_px(camera, orientation)
 
 
 def straight_column(camera: GroundPlaneCamera, orientation: Orientation) -> float:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.export import export_text
 from fcw.camera.file import calibration_text, parse_calibration, read_calibration, write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.model import Lens
 from fcw.camera.solve import calibrate
+from fcw.camera.straight import Orientation, Undone
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -91,7 +94,7 @@ def test_file_is_readable_and_says_degrees_only_in_a_comment():
 @pytest.mark.parametrize(
     ("path", "value", "message"),
     [
-        (("fcw_calibration_version",), 4, "fcw_calibration_version is 4, this program reads 1, 2, 3"),
+        (("fcw_calibration_version",), 5, "fcw_calibration_version is 5, this program reads 1, 2, 3, 4"),
         (("image_size", "width"), 0, "image_size.width is 0, expected a whole number of at least 1"),
         (("image_size",), [1, 2], "image_size is [1, 2], expected a mapping of fields"),
         (("height_m",), -1.2, "height_m is -1.2, expected a number above 0"),
@@ -272,3 +275,17 @@ def test_exports_hold_the_intrinsics_in_the_places_of_their_formats():
     assert kalibr["intrinsics"] == [focal, focal, 639.5, row]
     assert kalibr["distortion_coeffs"] == [0] * 4
     assert kalibr["resolution"] == [1280, 720]
+
+
+def test_a_log_keeps_what_was_undone_of_its_pictures_and_a_file_has_no_word_of_it():
+    lens = Lens("radtan", 1000.0, 1001.0, 640.0, 360.0, (-0.2, 0.1, 0.0, 0.0, 0.0), SIZE)
+    turned = replace(
+        full_calibration(), points=(), residuals_px=(), orientation=Orientation(0.02, 0.01, 0.003, 0.004)
+    )
+    assert "undone" not in calibration_text(turned)
+    for taken in (turned, replace(turned, lens=lens), three_point_calibration()):
+        straight = taken.straight()
+        assert straight.undone == Undone(taken.orientation, taken.lens)
+        assert parse_calibration(calibration_text(straight), "drive").undone == straight.undone
+        smaller = straight.for_image_size(ImageSize(640, 360)).undone
+        assert smaller == taken.for_image_size(ImageSize(640, 360)).straight().undone
