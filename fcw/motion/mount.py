@@ -3,9 +3,7 @@
 import math
 from dataclasses import replace
 
-import numpy as np
-
-from fcw.camera.calibration import Calibration, Priors, matrix3
+from fcw.camera.calibration import Calibration
 from fcw.motion.state import Mount
 
 SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.2)
@@ -14,30 +12,6 @@ SURE_SIGMAS = 3.0
 SAID_AFTER_S = 10.0
 """It must have been so for so long: a first few vehicles may all be wide."""
 SHOWN_AT_M = 30.0
-LEAST_SIGMA_RAD = math.radians(0.1)
-"""The road ahead is not level with the direction of travel: no drive tells the pitch better."""
-
-
-def calibration_of_mount(calibration: Calibration, mount: Mount) -> Calibration:
-    """The calibration with the pitch that is believed now; its points were of another pitch and are gone.
-
-    A calibration file has no yaw and no roll.
-    """
-    camera = replace(calibration.camera, pitch_rad=mount.pitch_rad)
-    sigma_rad = math.hypot(mount.pitch_sigma_rad, LEAST_SIGMA_RAD)
-    common_px = (camera.focal_y_px * sigma_rad) ** 2
-    # Between the rows the clicks stay as good as they were; all of them move together with the pitch.
-    rows = np.array(calibration.covariance)
-    centred = np.eye(3) - 1 / 3
-    covariance = centred @ rows @ centred + common_px
-    return replace(
-        calibration,
-        camera=camera,
-        points=(),
-        residuals_px=(),
-        covariance=matrix3(covariance),
-        priors=Priors(),
-    )
 
 
 class MountNote:

@@ -2,11 +2,10 @@
 
 import math
 
-from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
-from fcw.motion.mount import MountNote, calibration_of_mount
+from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount
 
 SIZE = ImageSize(1280, 720)
@@ -45,18 +44,6 @@ def test_it_must_be_so_for_ten_seconds():
         assert note.text is None, second
     note.update(wrong, 1.0)
     assert note.text is not None
-
-
-def test_what_is_believed_can_be_made_the_calibration():
-    calibration = calibrate([GroundPoint(d, CAMERA.row_at(d)) for d in (6.0, 15.0, 30.0)], SIZE, 1.3)
-    mount = Mount(pitch_rad=0.05, pitch_sigma_rad=0.0)
-    again = calibration_of_mount(calibration, mount)
-    assert again.camera.pitch_rad == 0.05
-    assert again.camera.focal_y_px == calibration.camera.focal_y_px
-    # No drive tells it better than 0.1 degrees, which are 1.75 px of rows, and at 30 m 4 %.
-    low_m, high_m = again.distance_interval(float(again.row_at(30.0)))
-    assert 28.4 < low_m < 29.2
-    assert 30.8 < high_m < 31.9
 
 
 def test_it_is_withdrawn_later_than_it_is_said():

@@ -1,20 +1,32 @@
 """`fcw calibrate --from-drive`: what a drive taught of the mount becomes the calibration."""
 
+import math
 from pathlib import Path
 
 from fcw.camera.calibration import Calibration
 from fcw.errors import UserError
-from fcw.motion.mount import calibration_of_mount
+from fcw.motion.learned import calibration_of_mount
+from fcw.motion.mount import SHOWN_AT_M
 from fcw.motion.state import Mount
+from fcw.units import distance_text
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import save_and_report
+from fcw_viz.console import RESULTS
+
+MOVED = (
+    "the camera looks elsewhere than its calibration says, by more than both can be wrong: it was moved, or "
+    "the calibration was wrong; the pitch is the drive's alone"
+)
+GROWN = 1.02
+"""An interval that is wider by more than this is said to be."""
 
 
 def run_calibrate_from_drive(command: CalibrateCommand, drive: Path) -> int:
     """Take the mount that a drive believed at its end; returns the exit code.
 
     Raises:
-        UserError: points were given too, there is nowhere to save to, or the drive has no own motion.
+        UserError: points were given too, there is nowhere to save to, the drive has no own motion or told
+            nothing by it, or its log does not say what was undone of its pictures.
     """
     if command.points or command.source is not None:
         raise UserError("--from-drive: takes the drive's own camera; leave out the source and --points")
@@ -22,8 +34,35 @@ def run_calibrate_from_drive(command: CalibrateCommand, drive: Path) -> int:
         raise UserError(
             "--from-drive: --save is missing: the calibration file to write, e.g. the one beside the video"
         )
-    calibration, mount = _believed(drive)
-    return save_and_report(calibration_of_mount(calibration, mount), command.save, command)
+    before, mount = _believed(drive)
+    learned = calibration_of_mount(before, mount, str(drive))
+    after, imperial = learned.calibration, command.units == "imperial"
+    known = [_interval_at(SHOWN_AT_M, calibration) for calibration in (before, after)]
+    there = distance_text(SHOWN_AT_M, imperial)
+    words = [_words(*interval, imperial) for interval in known]
+    if not command.json:
+        RESULTS.print(
+            f"the road at {there} is known to two times in three: {words[0]} by the drive's calibration, "
+            f"{words[1]} now",
+            highlight=False,
+            soft_wrap=not RESULTS.is_terminal,
+        )
+    warnings = [MOVED] if learned.moved else []
+    if known[1][1] - known[1][0] > GROWN * (known[0][1] - known[0][0]) or math.isinf(known[1][1]):
+        warnings.append(
+            f"distances are not better known by this drive: {there} is {words[1]}, and was {words[0]} by its "
+            "calibration; keep that one unless the camera was moved, or calibrate anew"
+        )
+    return save_and_report(after, command.save, command, warnings)
+
+
+def _interval_at(distance_m: float, calibration: Calibration) -> tuple[float, float]:
+    return calibration.distance_interval(calibration.row_at(distance_m))
+
+
+def _words(low_m: float, high_m: float, imperial: bool) -> str:
+    high = distance_text(high_m, imperial) if math.isfinite(high_m) else "unbounded"
+    return f"{distance_text(low_m, imperial)} to {high}"
 
 
 def _believed(drive: Path) -> tuple[Calibration, Mount]:

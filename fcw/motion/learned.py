@@ -1,0 +1,186 @@
+"""What a drive taught of the mount, made the calibration of the pictures that the camera takes.
+
+A drive tells where the camera looks: the row of the horizon, the yaw and the roll. It tells nothing of the
+lens. A calibration knows all of them, each the better the more is known of the others: a horizon told by the
+drive makes a focal length surer where both came from the same clicks. So the horizon's row is one more
+measurement (Kalman 1960), unless it contradicts the calibration: then the mount was moved, the old horizon is
+forgotten, and the lens stays as it was.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fcw.camera.calibration import Calibration, Gaussian, Priors, matrix3
+from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
+from fcw.camera.solve import row_jacobian
+from fcw.camera.straight import Orientation, real_column, straight_column, turn
+from fcw.errors import UserError
+from fcw.motion.settings import MotionSettings
+from fcw.motion.state import Mount
+
+LEAST_SIGMA_RAD = math.radians(0.1)
+"""The road ahead is not level with the direction of travel: no drive tells an angle better."""
+MOVED_SIGMAS = 3.0
+"""An angle that is farther off is not that of the calibration any more."""
+TOLD_PART = 0.5
+"""A drive tells an angle if that is so much surer at its end than at its start."""
+HORIZON, FOCAL, AXIS = range(3)
+"""Places of what is fused: rows of horizon and axis, and the logarithm of the focal length."""
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What came of it.
+
+    Attributes:
+        calibration: of the pictures as the camera takes them.
+        moved: whether the drive contradicts the pitch of the calibration, which is forgotten then.
+    """
+
+    calibration: Calibration
+    moved: bool
+
+
+def calibration_of_mount(calibration: Calibration, mount: Mount, name: str) -> Learned:
+    """The calibration with what the drive told of the mount; its clicks were of another pose and are gone.
+
+    Args:
+        calibration: of the drive's straight pictures, as its log has it.
+        mount: of the straight camera, as believed at the drive's end.
+        name: of the drive, for messages.
+
+    Raises:
+        UserError: the log does not say what was undone of its pictures, or the drive told too little.
+    """
+    undone, settings = calibration.undone, MotionSettings()
+    if undone is None:
+        raise UserError(
+            f"{name}: this log of an older version does not say whether its pictures were made straight, so "
+            "that no calibration of the camera follows from it; run the drive again with `fcw run`"
+        )
+    camera = calibration.camera
+    pitch = _told(
+        mount.pitch_rad, mount.pitch_sigma_rad, camera.pitch_rad, settings.calibration_pitch_sigma_rad
+    )
+    if pitch is None:
+        raise UserError(
+            f"{name}: the drive tells too little of the camera's pitch (known to "
+            f"{math.degrees(mount.pitch_sigma_rad):.2f} degrees at its end, and to "
+            f"{math.degrees(settings.calibration_pitch_sigma_rad):.2f} at its start: it stands, is dark or "
+            "short); keep the calibration that there is, or take a longer drive by day"
+        )
+    straight, covariance, moved = _with_horizon(calibration, pitch)
+    before = undone.orientation
+    yaw = _fused(
+        Gaussian(0.0, before.yaw_sigma_rad or YAW_SIGMA_RAD),
+        _told(mount.yaw_rad, mount.yaw_sigma_rad, 0.0, settings.calibration_yaw_sigma_rad),
+    )
+    roll = _fused(
+        Gaussian(0.0, before.roll_sigma_rad or ROLL_SIGMA_RAD),
+        _told(mount.roll_rad, mount.roll_sigma_rad, 0.0, settings.calibration_roll_sigma_rad),
+    )
+    pitch_rad, yaw_rad, roll_rad = _turned(
+        camera.pitch_rad, before, straight.pitch_rad, yaw.value, roll.value
+    )
+    orientation = Orientation(yaw_rad, roll_rad, yaw.sigma, roll.sigma)
+    real = replace(straight, pitch_rad=pitch_rad, principal_column_px=real_column(camera, before))
+    learned = replace(
+        calibration,
+        camera=replace(real, principal_column_px=straight_column(real, orientation)),
+        points=(),
+        residuals_px=(),
+        rectangles=(),
+        plates=(),
+        covariance=matrix3(covariance),
+        priors=Priors(),
+        orientation=orientation,
+        lens=undone.lens,
+        undone=None,
+    )
+    return Learned(learned, moved)
+
+
+def _told(believed_rad: float, sigma_rad: float, began_rad: float, began_sigma_rad: float) -> Gaussian | None:
+    """An angle by the drive alone; None where it told too little.
+
+    What is believed at the end began with a belief, which is no measurement: it is taken out again.
+    """
+    if sigma_rad > TOLD_PART * began_sigma_rad:
+        return None
+    precision, began = max(sigma_rad, LEAST_SIGMA_RAD / 10) ** -2, began_sigma_rad**-2
+    told_rad = (precision * believed_rad - began * began_rad) / (precision - began)
+    return Gaussian(told_rad, math.hypot((precision - began) ** -0.5, LEAST_SIGMA_RAD))
+
+
+def _moved(apart: float, first_sigma: float, second_sigma: float) -> bool:
+    return abs(apart) > MOVED_SIGMAS * math.hypot(first_sigma, second_sigma)
+
+
+def _fused(before: Gaussian, told: Gaussian | None) -> Gaussian:
+    """Both as measurements of one angle; what the drive told where they contradict each other."""
+    if told is None:
+        return before
+    if _moved(told.value - before.value, before.sigma, told.sigma):
+        return told
+    precisions = before.sigma**-2, told.sigma**-2
+    value = (precisions[0] * before.value + precisions[1] * told.value) / sum(precisions)
+    return Gaussian(value, sum(precisions) ** -0.5)
+
+
+def _with_horizon(calibration: Calibration, pitch: Gaussian) -> tuple[GroundPlaneCamera, FloatArray, bool]:
+    """The straight camera with the told pitch, the covariance of its support rows, and whether it moved."""
+    camera = calibration.camera
+    support_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m
+    by_rows = _by_unknowns(camera) @ np.linalg.inv(row_jacobian(camera, support_m))
+    covariance = by_rows @ np.array(calibration.covariance) @ by_rows.T
+    tangent = math.tan(pitch.value)
+    told_px = camera.principal_row_px - camera.focal_y_px * tangent
+    sigma_px = camera.focal_y_px * (1 + tangent**2) * pitch.sigma
+    apart_px = told_px - camera.horizon_row_px
+    moved = _moved(apart_px, math.sqrt(covariance[HORIZON, HORIZON]), sigma_px)
+    if moved:
+        shift = np.array((apart_px, 0.0, 0.0))
+        covariance[HORIZON, :] = covariance[:, HORIZON] = 0.0
+        covariance[HORIZON, HORIZON] = sigma_px**2
+    else:
+        gain = covariance[:, HORIZON] / (covariance[HORIZON, HORIZON] + sigma_px**2)
+        shift = gain * apart_px
+        covariance = covariance - np.outer(gain, covariance[HORIZON])
+    focal_px = camera.focal_y_px * math.exp(shift[FOCAL])
+    axis_px = camera.principal_row_px + float(shift[AXIS])
+    pitch_rad = math.atan((axis_px - camera.horizon_row_px - float(shift[HORIZON])) / focal_px)
+    after = replace(camera, pitch_rad=pitch_rad, focal_y_px=focal_px, principal_row_px=axis_px)
+    rows = row_jacobian(after, support_m) @ np.linalg.inv(_by_unknowns(after))
+    covariance = rows @ covariance @ rows.T
+    return after, (covariance + covariance.T) / 2, moved
+
+
+def _by_unknowns(camera: GroundPlaneCamera) -> FloatArray:
+    """(3, 3) derivatives of what is fused by the unknowns of `row_jacobian`."""
+    tangent, focal_px = math.tan(camera.pitch_rad), camera.focal_y_px
+    return np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [focal_px, focal_px * tangent, 1.0]])
+
+
+def _turned(
+    calibrated_rad: float, before: Orientation, pitch_rad: float, yaw_rad: float, roll_rad: float
+) -> tuple[float, float, float]:
+    """Pitch, yaw and roll of the real camera.
+
+    Args:
+        calibrated_rad: pitch of the real camera as it was made straight.
+        before: how else it was turned.
+        pitch_rad: of the straight camera, as it is by now.
+        yaw_rad: likewise.
+        roll_rad: likewise.
+    """
+    straight = turn(pitch_rad, Orientation(yaw_rad, roll_rad)) @ turn(calibrated_rad, before)
+    sine, cosine = math.sin(pitch_rad), math.cos(pitch_rad)
+    level = np.array([[1, 0, 0], [0, cosine, sine], [0, -sine, cosine]]) @ straight
+    return (
+        math.asin(level[1, 2]),
+        math.atan2(-level[0, 2], level[2, 2]),
+        math.atan2(level[1, 0], level[1, 1]),
+    )
