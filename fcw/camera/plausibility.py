@@ -14,6 +14,7 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Ruler
 from fcw.camera.joint.fit import FLEET_SIGMA
+from fcw.camera.lens.usual import across_picture
 from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
 from fcw.camera.uncertainty import CameraSigmas, camera_sigmas
@@ -27,7 +28,7 @@ from fcw.frame import ImageSize
 MAXIMUM_PITCH_RAD = math.radians(20.0)
 """A dash camera has the horizon near its middle; this is half of an ordinary vertical field of view."""
 FIELD_OF_VIEW_RANGE_RAD = (math.radians(33.0), math.radians(130.0))
-"""Horizontal; below is a tele lens, above no picture is rectilinear any more."""
+"""Along the longer side of the picture; below is a tele lens, above no picture is rectilinear any more."""
 PRINCIPAL_ROW_TOLERANCE = 0.25
 """Distance of the principal row from the picture's middle, in heights; an uncropped lens stays within 0.05,
 the rest is for the noise of clicks and for cropped pictures."""
@@ -194,9 +195,8 @@ def _camera_findings(
             f"behind a windscreen it is less than {math.degrees(MAXIMUM_PITCH_RAD):.0f}",
         )
     field_of_view = 2 * math.atan(size.width / (2 * camera.focal_y_px))
-    narrowest, widest = FIELD_OF_VIEW_RANGE_RAD
-    focal_px = (size.width / 2 / math.tan(view / 2) for view in FIELD_OF_VIEW_RANGE_RAD)
-    longest_px, shortest_px = focal_px
+    narrowest, widest = (across_picture(Gaussian(v, 0.0), size).value for v in FIELD_OF_VIEW_RANGE_RAD)
+    longest_px, shortest_px = (size.width / 2 / math.tan(view / 2) for view in (narrowest, widest))
     if not shortest_px - slack.focal_y_px <= camera.focal_y_px <= longest_px + slack.focal_y_px:
         yield Finding(
             FindingKind.FIELD_OF_VIEW,

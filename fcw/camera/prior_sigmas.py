@@ -10,8 +10,8 @@ FIELD_OF_VIEW_SIGMA_DEG = 3.0
 PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
 """How far lens and sensor are off centre in ordinary cameras, in picture heights."""
 USUAL_FIELD_OF_VIEW_DEG, USUAL_FIELD_OF_VIEW_SIGMA_DEG = 75.0, 25.0
-"""Horizontal, of any camera that somebody puts behind a windscreen; telephones and cropped pictures see 45
-degrees, wide dash cameras 110 once they are rectilinear."""
+"""Along the longer side of the picture, of any camera that somebody puts behind a windscreen; telephones and
+cropped pictures see 45 degrees, wide dash cameras 110 once they are rectilinear."""
 UNKNOWN_FIELD_OF_VIEW_DEG, UNKNOWN_FIELD_OF_VIEW_SIGMA_DEG = 66.0, 16.0
 """The same where no distance is marked, so that every distance is proportional to the focal length and the
 belief decides: the middle and the spread of what the cameras of published drives see, 49 (Cityscapes), 58

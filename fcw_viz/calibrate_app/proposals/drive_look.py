@@ -30,6 +30,7 @@ from fcw_viz.page.pictures import Pictures
 LOGGER = logging.getLogger(__name__)
 
 ASSUMED_HEIGHT_M, ASSUMED_VIEW_RAD = 1.3, math.radians(65.0)
+"""The field of view is that along the longer side of the picture."""
 SETTINGS = replace(
     MotionSettings(),
     calibration_pitch_sigma_rad=math.radians(4.0),
@@ -249,7 +250,7 @@ class DriveLook:
 
 def assumed_camera(size: ImageSize, horizon: Gaussian | None = None) -> GroundPlaneCamera:
     """An ordinary camera that nothing is known of, but where a drive showed the horizon."""
-    focal_px = size.width / 2 / math.tan(ASSUMED_VIEW_RAD / 2)
+    focal_px = max(size.width, size.height) / 2 / math.tan(ASSUMED_VIEW_RAD / 2)
     middle_px = (size.height - 1) / 2
     pitch_rad = 0.0 if horizon is None else math.atan((middle_px - horizon.value) / focal_px)
     return GroundPlaneCamera(pitch_rad, focal_px, middle_px, ASSUMED_HEIGHT_M, (size.width - 1) / 2)

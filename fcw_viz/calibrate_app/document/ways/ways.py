@@ -13,6 +13,7 @@ from fcw.camera.calibration import Gaussian, GroundRectangle
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
 from fcw.camera.joint.plates import OVERHANG_M, PLATE_WIDTHS_M
+from fcw.camera.lens.usual import across_picture
 from fcw.camera.prior_sigmas import (
     HORIZON_ROW_SIGMA_PX,
     PRINCIPAL_ROW_SIGMA_HEIGHTS,
@@ -46,17 +47,21 @@ class Part(Enum):
 
 @dataclass(frozen=True, slots=True)
 class TypicalLens:
-    """What a kind of camera sees from side to side, for those who have no data sheet.
+    """What a kind of camera sees along the longer side of its picture, for those who have no data sheet.
 
     Attributes:
         name: of the kind.
-        view_rad: horizontal field of view.
+        view_rad: that field of view.
         sigma_rad: standard deviation over cameras of the kind.
     """
 
     name: str
     view_rad: float
     sigma_rad: float
+
+    def across(self, size: ImageSize) -> Gaussian:
+        """Its horizontal field of view in pictures of a size, which may be upright."""
+        return across_picture(Gaussian(self.view_rad, self.sigma_rad), size)
 
 
 TYPICAL_LENSES = (
@@ -128,7 +133,7 @@ def clicks_corners(document: Document) -> bool:
 
 
 def _typical(size: ImageSize) -> GroundPlaneCamera:
-    focal_px = size.width / 2 / math.tan(TYPICAL_VIEW_RAD / 2)
+    focal_px = max(size.width, size.height) / 2 / math.tan(TYPICAL_VIEW_RAD / 2)
     return GroundPlaneCamera(
         TYPICAL_PITCH_RAD, focal_px, (size.height - 1) / 2, TYPICAL_HEIGHT_M, (size.width - 1) / 2
     )
@@ -153,7 +158,7 @@ def _without_marks(size: ImageSize) -> Document:
         size,
         height_m=TYPICAL_HEIGHT_M,
         height_sigma_m=MEASURED_SIGMA_M,
-        field_of_view=Belief(Gaussian(TYPICAL_VIEW_RAD, lens.sigma_rad)),
+        field_of_view=Belief(replace(lens, view_rad=TYPICAL_VIEW_RAD).across(size)),
         principal_row=middle_row(size),
         horizon=Belief(Gaussian(camera.horizon_row_px, HORIZON_ROW_SIGMA_PX)),
     )
@@ -193,7 +198,7 @@ def _of_speed(size: ImageSize) -> Document:
     camera, mean_mps = _typical(size), 25.0
     return replace(
         _without_marks(size),
-        field_of_view=Belief(Gaussian(TYPICAL_LENSES[-1].view_rad, TYPICAL_LENSES[-1].sigma_rad)),
+        field_of_view=Belief(TYPICAL_LENSES[-1].across(size)),
         height_sigma_m=0.1,
         speed=Belief(Gaussian(mean_mps, 0.5)),
         scale_per_mps=camera.focal_y_px * camera.height_m / mean_mps,

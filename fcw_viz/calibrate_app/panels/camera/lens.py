@@ -4,7 +4,6 @@ import math
 
 import viser
 
-from fcw.camera.calibration import Gaussian
 from fcw.camera.prior_sigmas import (
     FIELD_OF_VIEW_SIGMA_DEG,
     HORIZON_ROW_SIGMA_PX,
@@ -105,7 +104,7 @@ class LensPanel:
         set_html(self._words, "" if needed else text_block(FIRST_WORDS))
         view = None if document.field_of_view is None else document.field_of_view.prior
         self._typical.value = next(
-            (lens.name for lens in TYPICAL_LENSES if view == Gaussian(lens.view_rad, lens.sigma_rad)),
+            (lens.name for lens in TYPICAL_LENSES if view == lens.across(document.image_size)),
             DATA_SHEET,
         )
         self._view.show(state)
@@ -120,7 +119,7 @@ class LensPanel:
 
     def _take_typical(self, name: str) -> None:
         lens = next((lens for lens in TYPICAL_LENSES if lens.name == name), None)
-        belief = None if lens is None else Belief(Gaussian(lens.view_rad, lens.sigma_rad))
+        belief = None if lens is None else Belief(lens.across(self._desk.pictures.image_size))
         self._desk.apply(SetFieldOfView(belief))
 
 
