@@ -6,7 +6,6 @@ everywhere), `paint` draws it with OpenCV. Words are of ASCII: fonts of OpenCV 4
 
 import math
 import re
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -37,8 +36,8 @@ from fcw.warning.types import WarningLevel
 LETTER_PART = 1 / 48
 """Height of a capital as a part of the picture's: 15 px of 720."""
 SMALLEST_LETTER_PX = 8.0
-ROW_LETTER_PART = 0.75
-"""Words of the distance rows are smaller by this: they are many, and do not change."""
+SMALL_LETTER_PART = 0.75
+"""Words of the distance rows and of notes are smaller by this: they do not change."""
 MARGIN_PART = 0.5
 """Room around words, as a part of the letters' height."""
 LEAD_LINE_PART, LINE_PART = 1 / 240, 1 / 360
@@ -129,9 +128,16 @@ class OverlayPainter:
             Stroke(((left, row.row_px), (right, row.row_px)), False, ROW_COLOR, 1.0, ROW_OPACITY)
             for row in rows
         )
-        letter_px = max(self._letter_px * ROW_LETTER_PART, SMALLEST_LETTER_PX)
+        self._small_letter_px = max(self._letter_px * SMALL_LETTER_PART, SMALLEST_LETTER_PX)
         self._row_words = tuple(
-            _words(row.label, self._size.width * row.label_part, row.row_px, letter_px, self._size, ROW_COLOR)
+            _words(
+                row.label,
+                self._size.width * row.label_part,
+                row.row_px,
+                self._small_letter_px,
+                self._size,
+                ROW_COLOR,
+            )
             for row in rows
         )
 
@@ -214,25 +220,20 @@ class OverlayPainter:
         return Words(text, margin_px, baseline_px, letter_px, _readable_on(color), ground, color, opacity)
 
     def _status(self, result: FrameResult) -> tuple[Words, ...]:
-        """Time and own speed at the bottom left, and above them what to know of the drive."""
+        """Time and own speed at the bottom left, and above them a small line of each note."""
         time_s = (result.time_ns - self._first_ns) / NS_PER_S
-        lines = [f"{time_s:.2f} s"]
+        text = f"{time_s:.2f} s"
         if result.ego_speed_mps is not None:
-            lines[0] += f"   own speed {own_speed_text(result, self._imperial)}"
-        margin_px = self._letter_px * MARGIN_PART
-        letters = (self._size.width - 2 * margin_px) / _width("n", self._letter_px)
+            text += f"   own speed {own_speed_text(result, self._imperial)}"
+        margin_px, small_px = self._letter_px * MARGIN_PART, self._small_letter_px
+        baseline_px = self._size.height - 2 * margin_px
+        words = [_words(text, margin_px, baseline_px, self._letter_px, self._size)]
+        baseline_px -= self._letter_px + 2 * margin_px
         for note in result.notes:
-            lines += reversed(textwrap.wrap(note, int(letters)))
-        return tuple(
-            _words(
-                line,
-                margin_px,
-                self._size.height - 2 * margin_px - i * (self._letter_px + 2 * margin_px),
-                self._letter_px,
-                self._size,
-            )
-            for i, line in enumerate(lines)
-        )
+            said = _shortened(note, small_px, self._size.width - 2 * margin_px)
+            words.append(_words(said, margin_px, baseline_px, small_px, self._size))
+            baseline_px -= small_px * (1 + 2 * MARGIN_PART)
+        return tuple(words)
 
 
 def vehicle_words(track: Track, imperial: bool = False) -> str:
@@ -339,6 +340,16 @@ def _fill(image: NDArray[np.uint8], box: Box, color: Rgb, opacity: float) -> Non
     if top < bottom and left < right:
         region = image[top:bottom, left:right]
         cv2.addWeighted(np.full_like(region, color[::-1]), opacity, region, 1 - opacity, 0.0, dst=region)
+
+
+def _shortened(note: str, letter_px: float, room_px: float) -> str:
+    """What a note says first, up to its colon, in one line: all of it would hide the road."""
+    words = note.partition(": ")[0].split()
+    text = " ".join(words)
+    while _width(text, letter_px) > room_px and len(words) > 1:
+        words.pop()
+        text = " ".join((*words, "..."))
+    return text
 
 
 def _meets(a: Box, others: Sequence[Box]) -> bool:

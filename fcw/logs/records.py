@@ -29,6 +29,7 @@ class FrameResult:
         warning: the warning shown.
         ego_speed_mps: own speed; None when unknown.
         notes: what a person should know of the whole drive by now, e.g. that the camera's mount has moved.
+            Over the picture stands what is before a note's first colon: it should say enough.
         own_motion: speed, yaw rate and mount as believed now; None in logs of before they were known.
         own_path: the way that we will take; None likewise.
     """
