@@ -36,7 +36,9 @@ if (!age.listens) {
   window.addEventListener("fcw-gone", () => age.end()); // other words stand there
   setInterval(() => {
     const words = document.querySelector("[data-fcw-age]");
-    if (words && age.captured !== null)
-      words.textContent = `${((performance.now() - age.captured) / 1000).toFixed(1)} s`;
+    if (age.captured === null) return;
+    const old_ms = performance.now() - age.captured;
+    document.documentElement.dataset.fcwPicture = old_ms > AT_MOST_MS ? "old" : "new"; // no warning, as far as is known
+    if (words) words.textContent = `${(old_ms / 1000).toFixed(1)} s`;
   }, WORDS_MS);
 }

@@ -116,12 +116,13 @@ class LivePanels:
         )
         (_, level), *rows = why(result, header.imperial)
         listed = "".join(f"<dt>{escape(what)}</dt><dd>{escape(much)}</dd>" for what, much in rows)
-        color = css_color(LEVEL_COLORS[result.warning.level])
+        level_name, color = result.warning.level.name.lower(), css_color(LEVEL_COLORS[result.warning.level])
+        notes = "".join(f'<p class="fcw-note">{escape(note)}</p>' for note in result.notes)
         set_html(
             self._why,
             text_block(
-                f'<p class="fcw-level" style="--level: {color}">{escape(level)}</p>'
-                f'<dl class="fcw-why">{listed}</dl>'
+                f'<p class="fcw-level {level_name}" style="--level: {color}">{escape(level)}</p>'
+                f'<dl class="fcw-why">{listed}</dl>{notes}'
             ),
         )
         set_html(

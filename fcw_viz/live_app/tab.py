@@ -92,6 +92,8 @@ class LiveTab(PageTab):
     def _follow(self) -> None:
         """Have the latest moment shown when the browser is ready, a new level at once; in a thread.
 
+        A new level is told everywhere but in the picture, which may be a while behind.
+
         Only one picture is on its way: it is known which one the browser has drawn, and how old that is.
         """
         seen, told, sent_s = -1, None, float("-inf")
@@ -103,7 +105,7 @@ class LiveTab(PageTab):
                 level = newer.result.warning.level
                 if level is not told:
                     told = level
-                    self.run(partial(self._sound, newer))
+                    self.run(partial(self._tell, newer))
             elif self._feed.ended:
                 self._closed.wait(LOOK_S)  # the feed waits no longer
             if self._anew.is_set():
@@ -149,22 +151,32 @@ class LiveTab(PageTab):
             self.birds_eye.show(moment.result)
             self.hover.show(moment.result if self._overlay_shown else None, header.imperial)
 
+    def _tell(self, moment: Moment) -> None:
+        """Warning, sound and the panel's words, of one result: of two they would contradict each other."""
+        self._sound(moment)
+        if self._end_words is None:
+            self._show_words(moment)
+            self.client.flush()
+
     def _sound(self, moment: Moment) -> None:
         header = self._feed.header
         if header is not None and self._end_words is None:
             self._alarm.show(moment.result, self.age.in_browser(moment.captured_s), header.imperial)
 
     def _show_rest(self, moment: Moment) -> None:
-        header, feed, now_s = self._feed.header, self._feed, time.monotonic()
-        if header is None:
-            return
+        now_s = time.monotonic()
         if now_s - self._words_s > WORDS_S:
-            self._words_s = now_s
-            time_s = (moment.result.time_ns - feed.first_ns) / NANOSECONDS
-            self._panels.show_result(moment.result, header, time_s, feed.dropped, self.latency.figures)
+            self._show_words(moment)
         if now_s - self._plots_s > PLOTS_S:
             self._plots_s = now_s
             self._show_plots(moment)
+
+    def _show_words(self, moment: Moment) -> None:
+        header, feed = self._feed.header, self._feed
+        if header is not None:
+            self._words_s = time.monotonic()
+            time_s = (moment.result.time_ns - feed.first_ns) / NANOSECONDS
+            self._panels.show_result(moment.result, header, time_s, feed.dropped, self.latency.figures)
 
     def _was_drawn(self, about: str) -> None:
         browser_s = float(about) / 1000

@@ -1,5 +1,6 @@
 """A drive that runs, in a real Chromium: seen, heard, and reviewed when it has ended."""
 
+import math
 import re
 import threading
 from collections.abc import Callable, Generator, Iterator
@@ -16,6 +17,7 @@ from fcw.sources.video import VideoSource
 from fcw.warning.types import WarningLevel
 from fcw_viz.console import SILENT
 from fcw_viz.jobs.drive import run_on_console
+from fcw_viz.live_app import tab
 from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 from fcw_viz.live_app.tab import LiveTab
@@ -42,6 +44,12 @@ LISTEN = """() => {
   };
 }"""
 WARNING_HZ = 1400
+GREY = "rgb(134, 142, 150)"
+# As on a machine that is too busy to draw.
+NO_WORD_OF_DRAWN_PICTURES = """() => {
+  const tell = window.fcwChannel.tell;
+  window.fcwChannel.tell = (words) => words.startsWith("drawn:") || tell(words);
+}"""
 PRESENT = ".fcw-level", ".fcw-why", ".fcw-sound", ".fcw-age"
 """What the panel says of the present moment."""
 
@@ -183,6 +191,28 @@ def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: Ope
     assert not any(page.locator(selector).first.is_visible() for selector in PRESENT)
 
 
+def level_color(person: Reviewer) -> str:
+    """Of the bar beside the level's words."""
+    return person.at(".fcw-level").evaluate("(shown) => getComputedStyle(shown).borderLeftColor")
+
+
+def test_panel_and_warning_say_the_same_while_no_picture_can_be_drawn(
+    drive: Drive, open_page: OpenPage, wait_for: WaitFor, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(tab, "LOST_S", math.inf)
+    person = Reviewer(open_page(drive.page.url, picture=False))
+    page = person.browser.page
+    drive.pipeline.start()
+    wait_for(lambda: person.words(".fcw-level") == "no warning")
+    page.evaluate(NO_WORD_OF_DRAWN_PICTURES)
+    wait_for(lambda: level_color(person) == GREY)  # that there is nothing to warn of is as old as the picture
+    page.wait_for_selector(".fcw-alarm.warning")
+    wait_for(lambda: person.words(".fcw-level") == "warning: act now")
+    (distance,) = re.findall(r"^[\d.]+ m", person.words(".fcw-alarm span"))
+    assert distance in person.words(".fcw-why")
+    assert level_color(person) != GREY
+
+
 HEIGHT_PX = 844
 BLOCK_MS = 3000
 HOLD_UP = f"() => {{ const start = performance.now(); while (performance.now() - start < {BLOCK_MS}); }}"
@@ -195,12 +225,12 @@ def test_a_picture_drawn_late_is_counted_as_old_as_it_is(
     drive.pipeline.start()
     picture = drawn(person)
     wait_for(lambda: picture() != "")
-    tab = drive.page.tabs[0]
-    assert isinstance(tab, LiveTab)
+    shown = drive.page.tabs[0]
+    assert isinstance(shown, LiveTab)
     page = person.browser.page
     page.wait_for_function("document.querySelector('[data-fcw-age]').textContent.endsWith('s')")
     page.evaluate(HOLD_UP)
-    wait_for(lambda: tab.latency.figures.drawn_worst_s >= BLOCK_MS / 1000)
+    wait_for(lambda: shown.latency.figures.drawn_worst_s >= BLOCK_MS / 1000)
 
 
 def test_from_above_a_narrow_window_shows_level_and_age_all_the_same(
