@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 from fcw.detection.asking import vehicles_in
 from fcw.detection.detector import Aim, Detection, Detector
-from fcw.frame import Frame, Source, VideoPacket
+from fcw.frame import Frame, Source, VideoPacket, nothing_seen
 from fcw.logs.encode import VideoEncoder
-from fcw.logs.records import DriveHeader, FrameResult, Sink, in_single_precision
+from fcw.logs.records import NOTHING_SEEN, DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.motion.aiming import Aims, take_aim
 from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
@@ -124,7 +124,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: St
         lead_id=lead_id,
         warning=stages.policy.update(frame.time_ns, threats, own_mps),
         ego_speed_mps=own_mps,
-        notes=stages.tracker.notes,
+        notes=(*stages.tracker.notes, *((NOTHING_SEEN,) if nothing_seen(frame.image) else ())),
         own_motion=in_single_precision(ego.motion),
         own_path=in_single_precision(ego.path),
     )

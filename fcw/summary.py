@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from fcw.logs.events import find_events
-from fcw.logs.records import FrameResult
+from fcw.logs.records import NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.motion.state import Mount, SpeedSource
 from fcw.warning.types import WarningLevel
@@ -20,6 +20,8 @@ SCALE_SAID = 0.04
 """A ratio farther from one is said: people's speedometers and GPS, and ours, are as good as 3 %."""
 BLIND_AFTER_S = 1.0
 """From one picture to the next; drivers take about as long to react."""
+MOST_SPANS = 3
+"""Of times in which nothing could be seen are told one by one."""
 
 
 @dataclass(slots=True)
@@ -121,9 +123,9 @@ class DriveSummary:
         calibrated_pitch_rad: the camera's.
         frames: how many there were.
         frames_with_lead: in how many of them a vehicle was ahead.
-        blind_s: altogether, between pictures more than `BLIND_AFTER_S` apart: a camera that gave none, or a
+        unseen_s: altogether, between pictures more than `BLIND_AFTER_S` apart: a camera that gave none, or a
             live drive on a computer that was busy.
-        notes: of the frames.
+        blank_s: altogether, from each picture in which nothing could be seen to the next one.
     """
 
     source: str
@@ -131,12 +133,14 @@ class DriveSummary:
     calibrated_pitch_rad: float = 0.0
     frames: int = 0
     frames_with_lead: int = 0
-    blind_s: float = 0.0
-    notes: list[str] = field(default_factory=list)
+    unseen_s: float = 0.0
+    blank_s: float = 0.0
     _first_ns: int = 0
     _last_ns: int = 0
     _series: SeriesBuilder = field(default_factory=SeriesBuilder)
+    _notes: list[tuple[float, tuple[str, ...]]] = field(default_factory=list)
     _noted: bool = False
+    _blank: bool = False
     _own: OwnMotionSummary = field(default_factory=OwnMotionSummary)
 
     def add(self, result: FrameResult) -> None:
@@ -144,14 +148,19 @@ class DriveSummary:
         if self.frames == 0:
             self._first_ns = self._last_ns = result.time_ns
         gap_s = (result.time_ns - self._last_ns) / NS_PER_S
-        self.blind_s += gap_s if gap_s > BLIND_AFTER_S else 0.0
+        if gap_s > BLIND_AFTER_S:
+            self.unseen_s += gap_s
+        elif self._blank:
+            self.blank_s += gap_s
+        self._blank = NOTHING_SEEN in result.notes
         self._last_ns = result.time_ns
         self.frames += 1
         self.frames_with_lead += result.lead_id is not None
-        if result.notes and not self._noted:
-            time_s = (result.time_ns - self._first_ns) / NS_PER_S
-            self.notes += [f"from {time_s:.0f} s: {note}" for note in result.notes]
-        self._noted = bool(result.notes)
+        notes = tuple(note for note in result.notes if note != NOTHING_SEEN)
+        if notes:  # the latest is known best
+            start_s = self._notes.pop()[0] if self._noted else (result.time_ns - self._first_ns) / NS_PER_S
+            self._notes.append((start_s, notes))
+        self._noted = bool(notes)
         self._own.add(result)
         self._series.add(result, ())
 
@@ -167,16 +176,38 @@ class DriveSummary:
         ]
 
     @property
-    def all_notes(self) -> tuple[str, ...]:
-        """What a person should know of the drive."""
-        return (*self.notes, *self._own.notes, *self._blind_notes)
+    def blind_s(self) -> float:
+        """For how long there could be no warning."""
+        return self.unseen_s + self.blank_s
 
     @property
-    def _blind_notes(self) -> tuple[str, ...]:
-        if not self.blind_s:
+    def notes(self) -> tuple[str, ...]:
+        """What frames said, once for as long as it stands, in the words of the last one."""
+        return tuple(f"from {start_s:.0f} s: {note}" for start_s, notes in self._notes for note in notes)
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """What a person should know of the drive."""
+        return (*self.notes, *self._own.notes, *self._unseen_notes, *self._blank_notes)
+
+    @property
+    def _blank_notes(self) -> tuple[str, ...]:
+        spans = [event for event in find_events(self._series.build()) if event.kind == "nothing seen"]
+        if not spans:
+            return ()
+        told = ", ".join(f"from {span.start_s:.1f} s to {span.end_s:.1f} s" for span in spans[:MOST_SPANS])
+        more = f" and {len(spans) - MOST_SPANS} times more" if len(spans) > MOST_SPANS else ""
+        return (
+            f"pictures are black or blank {told}{more}, as of a covered lens: nothing can be seen there, so "
+            "there could be no warning",
+        )
+
+    @property
+    def _unseen_notes(self) -> tuple[str, ...]:
+        if not self.unseen_s:
             return ()
         return (
-            f"blind for {self.blind_s:.1f} s of {self.duration_s:.1f} s: no picture was looked at then, so "
+            f"blind for {self.unseen_s:.1f} s of {self.duration_s:.1f} s: no picture was looked at then, so "
             "there could be no warning",
         )
 

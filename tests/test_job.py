@@ -110,8 +110,11 @@ def test_own_parts_take_the_place_of_the_programs(tmp_path):
     (span,) = outcome.summary["warnings"]
     assert (span["start_s"], span["end_s"]) == pytest.approx((0.4, 0.76))
     assert json.loads((tmp_path / "summary.json").read_text()) == outcome.summary
-    assert outcome.notes == ("all of it is grey",)
-    assert outcome.summary["notes"] == ["all of it is grey"]
+    of_source, of_drive = outcome.notes
+    assert of_source == "all of it is grey"
+    assert of_drive.startswith("pictures are black or blank from 0.0 s to ")
+    assert outcome.summary["blind_s"] == pytest.approx(outcome.summary["duration_s"])
+    assert outcome.summary["notes"] == list(outcome.notes)
     assert not outcome.interrupted
 
 

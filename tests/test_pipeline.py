@@ -19,7 +19,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Aim, Detection
 from fcw.frame import Frame, ImageSize, VideoPacket
-from fcw.logs.records import DriveHeader, FrameResult
+from fcw.logs.records import NOTHING_SEEN, DriveHeader, FrameResult
 from fcw.motion.state import Mount
 from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
 from fcw.tracking.tracker import Tracker
@@ -135,6 +135,22 @@ def test_every_sink_gets_every_frame_in_order_with_its_own_detections_and_packet
         assert [result.detections[0].score for result in sink.results] == list(range(100))
         assert [packet.data for packet in sink.packets] == [b"%d" % i for i in range(100)]
         assert sink.closed == 1
+
+
+@overlapped_or_not
+def test_a_picture_in_which_nothing_can_be_seen_is_noted_at_its_frame(one_thread: bool) -> None:
+    sink = MemorySink()
+    run(HalfCovered(20), [sink], one_thread=one_thread)
+    assert [NOTHING_SEEN in result.notes for result in sink.results] == [True] * 10 + [False] * 10
+
+
+class HalfCovered(CountingSource):
+    """Shows something from the tenth picture on."""
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        for frame in super().frames(start_ns):
+            frame.image[:24, 4:] += 90 * (frame.index >= 10)
+            yield frame
 
 
 class FaintDetector(UnevenDetector):

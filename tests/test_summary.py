@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from fcw.box import Box
-from fcw.logs.records import FrameResult
+from fcw.logs.records import NOTHING_SEEN, FrameResult
 from fcw.motion.state import OwnMotion, SpeedSource
 from fcw.summary import DriveSummary
 from fcw.tracking.types import SeenBy, Track
@@ -74,12 +74,14 @@ def test_caution_that_becomes_warning_is_one_span_another_vehicle_and_a_pause_ea
     ]
 
 
-def test_a_note_is_told_once_for_as_long_as_it_stands_and_again_when_it_comes_back() -> None:
+def test_a_note_is_told_once_for_as_long_as_it_stands_as_it_is_in_the_end_and_again_when_it_comes_back() -> (
+    None
+):
     noted = [
         replace(result(index, WarningLevel.NONE, None), notes=notes)
         for index, notes in enumerate([(), ("moved 0.3",), ("moved 0.4",), (), ("moved 0.3",)])
     ]
-    assert summed(*noted).notes == ["from 0 s: moved 0.3", "from 0 s: moved 0.3"]
+    assert summed(*noted).notes == ("from 0 s: moved 0.4", "from 0 s: moved 0.3")
 
 
 def test_time_without_pictures_is_told_as_what_nobody_could_be_warned_of() -> None:
@@ -90,6 +92,39 @@ def test_time_without_pictures_is_told_as_what_nobody_could_be_warned_of() -> No
     assert summary.all_notes == (said,)
     assert summary.as_json(1.0)["notes"] == [said]
     assert summed(*quiet[:3]).all_notes == ()
+
+
+def blank(index: int, *notes: str) -> FrameResult:
+    return replace(result(index, WarningLevel.NONE, None), notes=(*notes, NOTHING_SEEN))
+
+
+def test_pictures_in_which_nothing_can_be_seen_are_told_and_counted_as_blind() -> None:
+    seen = [result(index, WarningLevel.NONE, None) for index in range(10, 30)]
+    summary = summed(
+        *(blank(index) for index in range(10)), *seen, *(blank(index) for index in range(30, 33))
+    )
+    assert summary.blind_s == pytest.approx(1.0 + 0.2)  # to the next picture, whatever that shows
+    said = (
+        "pictures are black or blank from 0.0 s to 0.9 s, from 3.0 s to 3.2 s, as of a covered lens: nothing "
+        "can be seen there, so there could be no warning"
+    )
+    assert summary.all_notes == (said,)
+    assert summary.as_json(1.0)["blind_s"] == pytest.approx(1.2)
+
+
+def test_a_note_that_stands_while_the_lens_is_covered_is_told_once() -> None:
+    moved = replace(result(0, WarningLevel.NONE, None), notes=("moved",))
+    summary = summed(moved, blank(1, "moved"), replace(moved, index=2, time_ns=START_NS + 200_000_000))
+    first, _ = summary.all_notes
+    assert first == "from 0 s: moved"
+
+
+def test_of_many_times_in_which_nothing_can_be_seen_the_first_ones_are_told() -> None:
+    flickering = (
+        f(i) for i in range(0, 12, 2) for f in (blank, lambda i: result(i + 1, WarningLevel.NONE, None))
+    )
+    (said,) = summed(*flickering).all_notes
+    assert "from 0.4 s to 0.4 s and 3 times more, as of a covered lens" in said
 
 
 def test_json_has_the_keys_that_scripts_rely_on() -> None:

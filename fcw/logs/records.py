@@ -15,6 +15,11 @@ from fcw.threat.threat import required_deceleration_mps2
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningState
 
+NOTHING_SEEN = (
+    "nothing can be seen: the picture is black or blank, as of a covered lens; there can be no warning"
+)
+"""The note of a frame whose picture is so (`fcw.frame.nothing_seen`): a dead camera gives pictures too."""
+
 
 @dataclass(frozen=True, slots=True)
 class FrameResult:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fcw.bounded.arrays import npz_arrays
 from fcw.bounded.formats import json_value
 from fcw.frame import VideoPacket
-from fcw.logs.records import FrameResult
+from fcw.logs.records import NOTHING_SEEN, FrameResult
 from fcw.threat.threat import required_deceleration_mps2
 
 NO_TRACK = -1
@@ -56,10 +56,11 @@ class DriveSeries:
         extrapolated: int8, 1 where it is not followed any more.
         keyframe_ns: (K,) int64, times of the video packets at which decoding can start, rising; below 0
             where they only feed the decoder.
-        note_ns: (M,) int64, first frames of the times in which there was something to tell.
+        note_ns: (M,) int64, first frames of the times in which there was something to tell; those in which
+            nothing could be seen are apart from those of all else.
         note_end_ns: (M,) int64, their last frames.
         rules: names of rules; the first is empty, for no level.
-        notes: (M,) what was told, in the words of the first frame.
+        notes: (M,) what was told, in the words of the last frame: by then it is known best.
     """
 
     frame_index: NDArray[np.int64]
@@ -200,7 +201,7 @@ class SeriesBuilder:
         self._columns = {name: array(_TYPECODES[np.dtype(kind)]) for name, kind in _COLUMNS.items()}
         self._rules = {"": 0}
         self._notes: list[str] = []
-        self._noted = False
+        self._standing: dict[bool, int] = {}
 
     def add(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         """Take in the next frame and its video packets."""
@@ -247,13 +248,22 @@ class SeriesBuilder:
             self._columns[name].append(_NAN if value is None else value)
         for packet in packets:
             self.add_packet(packet.time_ns, packet.keyframe)
-        if result.notes and not self._noted:
-            self._notes.append("; ".join(result.notes))
-            self._columns["note_ns"].append(result.time_ns)
-            self._columns["note_end_ns"].append(result.time_ns)
-        elif result.notes:
-            self._columns["note_end_ns"][-1] = result.time_ns
-        self._noted = bool(result.notes)
+        for blank in (False, True):
+            note = "; ".join(note for note in result.notes if (note == NOTHING_SEEN) is blank)
+            self._take_note(blank, note, result.time_ns)
+
+    def _take_note(self, blank: bool, note: str, time_ns: int) -> None:
+        """What a frame tells of one kind; empty where it tells nothing."""
+        number = self._standing.pop(blank, len(self._notes))
+        if not note:
+            return
+        if number == len(self._notes):
+            self._notes.append("")
+            self._columns["note_ns"].append(time_ns)
+            self._columns["note_end_ns"].append(time_ns)
+        self._standing[blank] = number
+        self._notes[number] = note
+        self._columns["note_end_ns"][number] = time_ns
 
     def add_packet(self, time_ns: int, keyframe: bool) -> None:
         """Take in a video packet apart from its frame."""

@@ -14,13 +14,14 @@ from fcw.units import distance_text, speed_text
 from fcw.warning.describe import braking_text, reason
 from fcw.warning.types import WarningLevel, WarningState
 
-NEAR_MISS, MOUNT_MOVED = "near miss", "mount moved"
+NEAR_MISS, MOUNT_MOVED, NOTHING_SEEN = "near miss", "mount moved", "nothing seen"
 KIND_TITLES = {
     "warning": "Warning",
     "caution": "Caution",
     "advisory": "Advisory",
     NEAR_MISS: "Near miss",
     MOUNT_MOVED: "Mount moved",
+    NOTHING_SEEN: "Nothing seen",
 }
 """What kinds of events are called."""
 KIND_MEANINGS = {
@@ -29,6 +30,7 @@ KIND_MEANINGS = {
     "advisory": "following too closely",
     NEAR_MISS: "close, but no warning",
     MOUNT_MOVED: "the camera has moved",
+    NOTHING_SEEN: "black picture, covered lens",
 }
 """What kinds of events are, in a few words."""
 JUDGEMENT_SIGNS = {

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fcw.box import Box
 from fcw.logs.events import DriveEvent, WarningCounter, find_events
-from fcw.logs.records import FrameResult
+from fcw.logs.records import NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.simulation.truth.file import read_truth
 from fcw.simulation.truth.log import truth_result
@@ -170,8 +170,21 @@ def test_a_mount_that_moved_is_told_once_with_its_words_until_it_is_withdrawn():
     ]
     first, second = events_of(frames)
     assert (first.kind, first.start_s, first.end_s, first.track_id) == ("mount moved", 1.0, 1.4, None)
-    assert first.note == "the mount has moved by 10 degrees"
+    assert first.note == "the mount has moved by 14 degrees"  # by then it is known best
     assert (second.start_s, second.end_s) == (2.6, 2.9)
+
+
+def test_times_in_which_nothing_can_be_seen_are_events_apart_from_a_mount_that_moved():
+    frames = [
+        frame(i, notes=("moved",) * (5 <= i < 25) + (NOTHING_SEEN,) * (i < 3 or 10 <= i < 20))
+        for i in range(30)
+    ]
+    found = [(event.kind, event.start_s, event.end_s, event.note) for event in events_of(frames)]
+    assert found == [
+        ("nothing seen", 0.0, 0.2, NOTHING_SEEN),
+        ("mount moved", 0.5, 2.4, "moved"),
+        ("nothing seen", 1.0, 1.9, NOTHING_SEEN),
+    ]
 
 
 @given(

@@ -17,6 +17,7 @@ from fcw_viz.review_app.words import (
     JUDGEMENT_SIGNS,
     MOUNT_MOVED,
     NEAR_MISS,
+    NOTHING_SEEN,
     event_line,
     kind_title,
 )
@@ -27,6 +28,7 @@ KIND_COLORS = {
     "advisory": css_color(LEVEL_COLORS[WarningLevel.ADVISORY]),
     NEAR_MISS: "rgb(214, 51, 132)",
     MOUNT_MOVED: "rgb(134, 92, 214)",
+    NOTHING_SEEN: "rgb(121, 85, 72)",
 }
 OTHER_COLOR = "rgb(134, 142, 150)"
 MISSED_COLOR = "rgb(230, 73, 128)"
