@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RecoverCommand:
-    """Write a complete log from one whose program was killed, and check it. The damaged log is kept."""
+    """Write a complete log from one whose program was killed, and check it.
+
+    The damaged log is kept. Of a whole one nothing is written.
+    """
 
     drive: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE")]
     """A drive.mcap, or its folder."""
@@ -38,13 +41,14 @@ def report_text(report: "RecoveryReport", path: Path, out: Path) -> str:
     """What was recovered and what was lost, in sentences."""
     from fcw.logs.mcap.format import PICTURES_CHUNK_NS, SIGNALS_CHUNK_NS
 
-    text = (
-        f"{out}: {report.frames} frames, {report.duration_s:.2f} s, {report.pictures} of them with a picture"
-    )
+    held = f"{report.frames} frames, {report.duration_s:.2f} s, {report.pictures} of them with a picture"
+    if not report.written:
+        return f"{path}: {held}; it is whole: nothing was lost, and nothing was written"
+    text = f"{out}: {held}"
     if report.damaged_chunks:
         text += f"; {report.damaged_chunks} damaged parts of {path.name} were left out"
     if report.was_complete:
-        return text if report.damaged_chunks else f"{text}; nothing was lost: {path.name} is whole"
+        return text
     return (
         f"{text}; of what came after, at most {SIGNALS_CHUNK_NS / 1e9:g} s of signals and "
         f"{PICTURES_CHUNK_NS / 1e9:g} s of pictures are lost ({report.torn_bytes} bytes at the end were torn)"

@@ -24,12 +24,13 @@ class RecoveryReport:
     """What was recovered, and what was lost as far as that can be known.
 
     Attributes:
-        frames: results in the new log.
+        frames: results in the new log, or in the old one where that is whole.
         duration_s: from the first of them to the last.
-        pictures: shown pictures in the new log.
+        pictures: shown pictures in it.
         damaged_chunks: parts of the file that held other bytes than were written.
         torn_bytes: at the end of the file, of records that were never finished.
         was_complete: whether the old log had been closed.
+        written: whether there is a new log; of a whole one there is none.
     """
 
     frames: int
@@ -38,6 +39,7 @@ class RecoveryReport:
     damaged_chunks: int
     torn_bytes: int
     was_complete: bool
+    written: bool
 
 
 def recovered_path(path: Path) -> Path:
@@ -48,12 +50,12 @@ def recovered_path(path: Path) -> Path:
 def recover(path: Path, out: Path, progress: Callable[[float], None] = lambda part: None) -> RecoveryReport:
     """Copy all that can be read of a log into a new one, read that in full, and count.
 
-    The messages are copied as they are, in the same chunks.
+    The messages are copied as they are, in the same chunks. Of a whole log nothing is written.
 
     Args:
         path: the log; it stays as it is.
         out: the new log, written whole or not at all.
-        progress: called with the part that is done, 0 to 1.
+        progress: called with the part of the new log that is done, 0 to 1.
 
     Raises:
         UserError: `path` is no drive log, not a frame of it can be read, or `out` cannot be written.
@@ -61,6 +63,8 @@ def recover(path: Path, out: Path, progress: Callable[[float], None] = lambda pa
     if out.exists():
         raise UserError(f"{out}: is there already; move it away, or name another file with --out")
     log = DriveLog(path, pass_over_damage=True)
+    if log.complete and _is_sound(path):
+        return _report(log, log, 0, written=False)
     with whole_file(out) as partial:
         with path.open("rb") as source, partial.open("wb") as target:
             copy = _Copy(target)
@@ -73,16 +77,28 @@ def recover(path: Path, out: Path, progress: Callable[[float], None] = lambda pa
         if not copy.counts.get(mcap.RESULT_TOPIC):
             raise UserError(f"{path}: not a frame of this log can be read; run the drive again")
         _check(partial, copy.counts)
-        whole = DriveLog(partial)
-        pictures = sum(packet.shown for packet in whole.video_packets())
-        return RecoveryReport(
-            frames=len(whole.series()),
-            duration_s=whole.series().duration_s,
-            pictures=pictures,
-            damaged_chunks=copy.damaged_chunks,
-            torn_bytes=log.chunks.torn_bytes,
-            was_complete=log.complete,
-        )
+        return _report(log, DriveLog(partial), copy.damaged_chunks, written=True)
+
+
+def _is_sound(path: Path) -> bool:
+    """Whether a log holds what was written, for mcap's own readers."""
+    try:
+        found, stated = _messages(path)
+    except (*DAMAGED, OSError):
+        return False
+    return stated == sum(found.values())
+
+
+def _report(old: DriveLog, whole: DriveLog, damaged_chunks: int, *, written: bool) -> RecoveryReport:
+    return RecoveryReport(
+        frames=len(whole.series()),
+        duration_s=whole.series().duration_s,
+        pictures=sum(packet.shown for packet in whole.video_packets()),
+        damaged_chunks=damaged_chunks,
+        torn_bytes=old.chunks.torn_bytes,
+        was_complete=old.complete,
+        written=written,
+    )
 
 
 class _Copy:
@@ -146,15 +162,20 @@ class _Copy:
 
 
 def _check(path: Path, counts: dict[str, int]) -> None:
-    """Read a log in full with mcap's own readers, checksums included, and compare the numbers of messages."""
+    """Read a log in full with mcap's own readers, and compare the numbers of messages."""
+    found, stated = _messages(path)
+    if found != counts or stated != sum(counts.values()):
+        raise RuntimeError(
+            f"{path}: {found} messages in the recovered log, {stated} stated, expected {counts}"
+        )
+
+
+def _messages(path: Path) -> tuple[dict[str, int], int | None]:
+    """Messages by topic, read with checksums, and how many the file says that it has; None: it does not."""
     found: dict[str, int] = {}
     with path.open("rb") as file:
         for _, channel, _ in NonSeekingReader(file, validate_crcs=True).iter_messages(log_time_order=False):
             found[channel.topic] = found.get(channel.topic, 0) + 1
         file.seek(0)
         summary = SeekingReader(file).get_summary()
-    stated = summary.statistics.message_count if summary and summary.statistics else None
-    if found != counts or stated != sum(counts.values()):
-        raise RuntimeError(
-            f"{path}: {found} messages in the recovered log, {stated} stated, expected {counts}"
-        )
+    return found, summary.statistics.message_count if summary and summary.statistics else None

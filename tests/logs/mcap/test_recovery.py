@@ -57,10 +57,20 @@ def test_a_recovered_log_has_all_that_the_torn_one_gives(torn, tmp_path):
     messages(out)
 
 
-def test_the_messages_of_a_whole_log_stay_as_they_are(whole_log, tmp_path):
+def test_the_messages_of_a_log_that_was_only_not_closed_stay_as_they_are(whole_log, tmp_path):
+    before = messages(whole_log)
+    data = whole_log.read_bytes()
+    whole_log.write_bytes(data[:-20])  # the last record, which says that it was
     report = recover(whole_log, tmp_path / "new.mcap")
-    assert messages(tmp_path / "new.mcap") == messages(whole_log)
-    assert (report.was_complete, report.torn_bytes, report.frames) == (True, 0, 100)
+    assert messages(tmp_path / "new.mcap") == before
+    assert (report.was_complete, report.frames) == (False, 100)
+
+
+def test_of_a_whole_log_nothing_is_written(whole_log, tmp_path):
+    report = recover(whole_log, tmp_path / "new.mcap")
+    assert (report.written, report.torn_bytes, report.frames) == (False, 0, 100)
+    assert report.pictures == sum(bool(packets) for _, packets in DriveLog(whole_log).entries())
+    assert list(tmp_path.iterdir()) == [whole_log]
 
 
 def test_of_a_log_with_a_damaged_part_the_rest_is_recovered(whole_log, short_drive, tmp_path):
@@ -85,7 +95,7 @@ def test_a_damaged_index_does_not_matter(whole_log, short_drive, tmp_path):
     data = bytearray(whole_log.read_bytes())
     data[-60:-30] = bytes(30)
     whole_log.write_bytes(data)
-    recover(whole_log, tmp_path / "new.mcap")
+    assert recover(whole_log, tmp_path / "new.mcap").written
     assert list(DriveLog(tmp_path / "new.mcap").entries()) == short_drive
 
 
@@ -123,7 +133,8 @@ def test_the_command_recovers_beside_the_drive_and_says_what_came_of_it(torn, ca
 
 def test_the_command_on_a_whole_log_says_that_nothing_was_lost(whole_log, tmp_path, capsys):
     assert main(["recover", str(whole_log), "--out", str(tmp_path / "new.mcap")]) == 0
-    assert "nothing was lost: drive.mcap is whole" in capsys.readouterr().out
+    assert "it is whole: nothing was lost, and nothing was written" in capsys.readouterr().out
+    assert list(tmp_path.iterdir()) == [whole_log]
 
 
 def test_the_command_on_what_is_no_log(tmp_path, capsys):
