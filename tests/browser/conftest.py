@@ -27,14 +27,6 @@ CHROMIUM_FLAGS = (
     "--disable-gpu-compositing",
     "--no-sandbox",
 )
-# viser warns of software rendering with a notification that lies over the picture.
-# 37446 is UNMASKED_RENDERER_WEBGL.
-_HIDE_SOFTWARE_RENDERING = """
-  const ask = WebGL2RenderingContext.prototype.getParameter;
-  WebGL2RenderingContext.prototype.getParameter = function (name) {
-    return name === 37446 ? "test" : ask.call(this, name);
-  };
-"""
 # Smooth edges are a third of what a picture costs in software.
 _NO_SMOOTH_EDGES = """
   const open = HTMLCanvasElement.prototype.getContext;
@@ -96,7 +88,6 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
             viewport=ViewportSize(width=width, height=height), has_touch=phone, is_mobile=phone
         )
         context.set_default_timeout(PATIENCE_S * 1000)
-        context.add_init_script(_HIDE_SOFTWARE_RENDERING)
         if not sharp:
             context.add_init_script(_NO_SMOOTH_EDGES)
         opened = BrowserPage(context.new_page())

@@ -8,6 +8,8 @@ from playwright.sync_api import ConsoleMessage, Error, Page
 STILL_MS = 250  # for what the server has still to say
 WHEEL_NOTCH = 100
 PATIENCE_S = 180  # with software rendering on a busy machine
+NOTIFICATION = ".mantine-Notification-root:not(#webgl-software-rendering)"
+"""The program's; viser's own on software rendering is there, and hidden."""
 
 # The picture's mesh: what viser's image node consists of in three.js.
 _FIND_PICTURE = """

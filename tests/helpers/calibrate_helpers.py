@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
-from browser_page import BrowserPage
+from browser_page import NOTIFICATION, BrowserPage
 from playwright.sync_api import Locator
 
 from fcw.sources import VideoSource
@@ -62,7 +62,7 @@ class Person:
 
     def put_away_notifications(self) -> None:
         """Close what lies over the picture."""
-        for close in self.browser.page.locator(".mantine-Notification-closeButton").all():
+        for close in self.browser.page.locator(f"{NOTIFICATION} .mantine-Notification-closeButton").all():
             close.click()
 
     def words(self, selector: str) -> str:

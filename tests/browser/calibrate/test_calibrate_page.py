@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from browser_page import NOTIFICATION
 from calibrate_helpers import (
     DEMO_MARKS_PX,
     FIRST_PORT,
@@ -154,8 +155,8 @@ def test_a_degenerate_state_keeps_the_last_good_result_marked_and_cannot_be_save
     assert "Cannot be saved" in person.words("text=Cannot be saved")
     assert [row[0] for row in person.table] == ["A", "⚠ B", "⚠ C"]
     person.press("Escape", "Control+s")
-    wait_for(lambda: person.browser.page.locator(".mantine-Notification-root").count() > 0)
-    assert "not saved" in person.words(".mantine-Notification-root")
+    wait_for(lambda: person.browser.page.locator(NOTIFICATION).count() > 0)
+    assert "not saved" in person.words(NOTIFICATION)
     assert not default_path(source).exists()
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser_page import NOTIFICATION
 from calibrate_helpers import DEMO_MARKS_PX, OpenPage, Person, Serve, WaitFor, copy_of_demo_drive
 from running.demo_cut import cut_demo
 
@@ -121,12 +122,12 @@ def test_what_is_typed_is_understood_or_stays_with_what_was_expected(
     person.press("Control+s")
     wait_for(lambda: page.session.state.saved)
     assert page.session.state.document.height_m == pytest.approx(4.25 * 0.3048)
-    wait_for(lambda: "Saved drive.calibration.yaml" in person.words(".mantine-Notification-root"))
+    wait_for(lambda: "Saved drive.calibration.yaml" in person.words(NOTIFICATION))
 
     def note_is_below_the_banner() -> bool:
         note, banner = (  # each is away for a moment while it is drawn anew
             person.browser.page.locator(selector).first.bounding_box()
-            for selector in (".mantine-Notification-root", ".fcw-banner")
+            for selector in (NOTIFICATION, ".fcw-banner")
         )
         return note is not None and banner is not None and note["y"] > banner["y"] + banner["height"]
 

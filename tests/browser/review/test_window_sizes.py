@@ -89,3 +89,11 @@ def test_the_list_shows_long_names_whole(
     wait_for(lambda: page.locator(".fcw-row header b").count() == 2)
     names = page.locator(".fcw-row header b")
     assert names.evaluate_all("names => names.every((name) => name.scrollWidth <= name.clientWidth)")
+
+
+def test_visers_note_on_software_rendering_does_not_lie_over_the_page(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    note = open_page(review({"made": drive_log}).url).page.locator("#webgl-software-rendering")
+    wait_for(lambda: note.count() == 1)  # no machine that tests renders in hardware
+    assert not note.is_visible()
