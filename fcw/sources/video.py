@@ -1,5 +1,6 @@
 """Video files: pictures with their presentation times, and its own packets where a log can take them."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -34,6 +35,8 @@ FIRST_YEAR = 2000
 """Clocks that were never set begin in 1904, 1970 or 1980."""
 SHORTFALL_S = 1.0
 """A file that ends this much before its stated length is called cut short; sound may outlast pictures."""
+PICTURES_SHORTFALL_S, PICTURES_SHORTFALL_PERIODS = 0.2, 4
+"""The same where the length of the pictures alone is stated: whole files end up to three of them before."""
 
 REORDERING_NS = NANOSECONDS
 """B frames stand a few pictures out of order in a file; a clock that steps back further starts anew."""
@@ -55,6 +58,19 @@ class _PacketTable:
     relayable: bool
     seekable: bool
     complete: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _StatedEnd:
+    """The end of a file by its own account.
+
+    Attributes:
+        time_ns: when it is.
+        shortfall_ns: by how much sooner the last picture of a whole file may be.
+    """
+
+    time_ns: int
+    shortfall_ns: int
 
 
 class _Clock:
@@ -204,11 +220,12 @@ class VideoSource:
                     yield Frame(index, time_ns, self._orient(image), packets)
                 index += 1
             announced = None if seek else announced_packets(container, stream)
-            end_ns = _stated_end_ns(container)
-        self._notes = tuple(self._damage(decoding, announced, end_ns, clock))
+            counted = bool(announced and stream.frames)  # not by what could be read of an MP4 in fragments
+            end = None if counted else _stated_end(container, stream, period_ns)
+        self._notes = tuple(self._damage(decoding, announced, end, clock))
 
     def _damage(
-        self, decoding: Decoding, announced: int | None, end_ns: int | None, clock: _Clock
+        self, decoding: Decoding, announced: int | None, end: _StatedEnd | None, clock: _Clock
     ) -> Iterator[str]:
         """Sentences on what an iteration that came to the end could not read."""
         last_ns = clock.last_ns
@@ -216,8 +233,8 @@ class VideoSource:
         if announced and decoding.packets_read < announced:
             missing = announced - decoding.packets_read
             yield f"{self.name}: the file is cut short: {missing} of {announced} pictures missing, {last}"
-        elif end_ns is not None and last_ns is not None and end_ns - last_ns > SHORTFALL_S * NANOSECONDS:
-            yield f"{self.name}: the file is cut short: {last}, it announces {_seconds(end_ns)}"
+        elif end is not None and last_ns is not None and end.time_ns - last_ns > end.shortfall_ns:
+            yield f"{self.name}: the file is cut short: {last}, it announces {_seconds(end.time_ns)}"
         elif decoding.error:
             yield f"{self.name}: the file cannot be read on ({decoding.error}), {last}"
         if decoding.undecodable:
@@ -253,11 +270,28 @@ class VideoSource:
         return _PacketTable(table_ns, relayable, seekable, complete)
 
 
-def _stated_end_ns(container: InputContainer) -> int | None:
-    """Where the container says that it ends; it counts in microseconds."""
+def _stated_end(container: InputContainer, stream: VideoStream, period_ns: int) -> _StatedEnd | None:
+    """Where the file says that its pictures end: they themselves, or at least all that is in it."""
+    own_ns = _clock_ns(stream.metadata.get("DURATION"))
+    if own_ns is not None:
+        shortfall_ns = max(round(PICTURES_SHORTFALL_S * NANOSECONDS), PICTURES_SHORTFALL_PERIODS * period_ns)
+        return _StatedEnd(own_ns, shortfall_ns)
+    shortfall_ns = round(SHORTFALL_S * NANOSECONDS)
+    if stream.duration is not None:
+        return _StatedEnd(to_ns(stream.duration + (stream.start_time or 0), stream), shortfall_ns)
     if container.duration is None:
         return None
-    return (container.duration + (container.start_time or 0)) * 1000
+    microseconds = container.duration + (container.start_time or 0)
+    return _StatedEnd(microseconds * 1000, shortfall_ns)
+
+
+def _clock_ns(text: str | None) -> int | None:
+    """The time in a Matroska file's tag, as 00:00:03.033000000; None for none."""
+    parts = re.fullmatch(r"(\d{1,4}):(\d\d):(\d\d)\.(\d{9})", text or "", re.ASCII)
+    if parts is None:
+        return None
+    hours, minutes, seconds, nanoseconds = map(int, parts.groups())
+    return ((hours * 60 + minutes) * 60 + seconds) * NANOSECONDS + nanoseconds
 
 
 def _pictures(count: int) -> str:

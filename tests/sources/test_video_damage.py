@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import av
@@ -12,6 +13,7 @@ from av.stream import Disposition
 from av.video.stream import VideoStream
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from searching import examples
 
 from fcw.errors import UserError
@@ -157,6 +159,44 @@ def test_a_matroska_file_cut_in_its_middle_says_how_much_is_missing(make_video, 
         f"cut_long.mkv: the file is cut short: the last picture read is at {frames[-1].time_ns / 1e9:.3f} s, "
         "it announces 4.000 s",
     )
+
+
+def test_a_matroska_file_that_lacks_less_than_a_second_says_so(make_video, noise_images):
+    path = cut(make_video("long.mkv", noise_images * 4, codec_options=SHORT_GOPS), 0.85)
+    source = open_source(path)
+    last_s = [frame.time_ns for frame in source.frames()][-1] / 1e9
+    assert 3.2 < last_s < 3.6
+    (note,) = source.notes
+    assert note.endswith(f"cut short: the last picture read is at {last_s:.3f} s, it announces 4.000 s")
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "mkv", "ts", "mov"])
+@pytest.mark.parametrize("sound_s", [0.0, 0.9, 5.0])
+def test_a_whole_file_is_not_called_cut_short_whatever_its_sound(tmp_path, noise_images, suffix, sound_s):
+    path = tmp_path / f"whole.{suffix}"
+    write_with_sound(path, noise_images * 2, sound_s)
+    source = open_source(path)
+    assert len(list(source.frames())) == 60
+    assert source.notes == ()
+
+
+def write_with_sound(path: Path, images: Sequence[NDArray[np.uint8]], longer_s: float) -> None:
+    """Pictures at 30 a second, and sound that lasts longer."""
+    with av.open(str(path), "w") as container:
+        video, sound = container.add_stream("libx264", rate=30), container.add_stream("aac", rate=44_100)
+        assert isinstance(video, VideoStream)
+        video.height, video.width = images[0].shape[:2]
+        video.pix_fmt = "yuv420p"
+        samples = round(44_100 * (len(images) / 30 + longer_s))
+        silence = av.AudioFrame.from_ndarray(
+            np.zeros((2, samples), np.float32), format="fltp", layout="stereo"
+        )
+        silence.sample_rate = 44_100
+        for image in images:
+            container.mux(video.encode(av.VideoFrame.from_ndarray(image, format="bgr24")))
+        container.mux(video.encode(None))
+        container.mux(sound.encode(silence))
+        container.mux(sound.encode(None))
 
 
 def test_a_damaged_packet_costs_its_picture_and_not_the_drive(make_video, noise_images):
