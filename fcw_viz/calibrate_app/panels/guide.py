@@ -10,7 +10,7 @@ from fcw_viz.calibrate_app.document.solution import EFFECT_DISTANCE_M
 from fcw_viz.calibrate_app.document.state import SessionState, Status
 from fcw_viz.calibrate_app.document.ways.hints import hint_clip
 from fcw_viz.calibrate_app.document.ways.ways import VEHICLES
-from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS
+from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS, looked_words
 from fcw_viz.calibrate_app.proposals.drive_look import Look
 from fcw_viz.page.channel import leads_to, says
 from fcw_viz.page.style import CROSSHAIR_STYLE, SHEET_STYLE, STYLE, set_html, text_block
@@ -71,7 +71,7 @@ def vehicle_words(state: SessionState, running: bool, look: Look | None) -> str:
     if look is None or len(look.vehicles) >= FEWEST_VEHICLES:
         return ""
     shown = document.horizon is not None or None not in document.lane_lines
-    return hint_clip(document) if shown else look.words
+    return hint_clip(document) if shown else looked_words(document, look)
 
 
 def _way_on(state: SessionState) -> str:

@@ -73,6 +73,7 @@ class Look:
         vehicles: seen on the way.
         times_ns: of the pictures whose speed that mean is of.
         yaw_rad: of the camera, to the left of the direction of travel; None where the drive does not show it.
+        instead: what else would do, where that was not done yet.
     """
 
     horizon: Gaussian | None
@@ -81,6 +82,7 @@ class Look:
     vehicles: tuple[Ruler, ...] = ()
     times_ns: tuple[int, ...] = ()
     yaw_rad: Gaussian | None = None
+    instead: str = ""
 
     def mean_speed_mps(self, own_speed: EgoSpeed, name: str) -> float:
         """The mean over the same pictures by a file of speeds.
@@ -181,8 +183,8 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
         found = "1 vehicle" if len(rulers) == 1 else f"{len(rulers)} vehicles"
         return Look(
             None,
-            f"{found} found in {frames} pictures, and {FEWEST_VEHICLES} or more are needed. "
-            "Take the horizon that the drive shows instead, or draw two lane lines.",
+            f"{found} found in {frames} pictures, and {FEWEST_VEHICLES} or more are needed.",
+            instead="Take the horizon that the drive shows instead, or draw two lane lines.",
         )
     words = f"{len(rulers)} vehicles found in {frames} pictures; press again to take them as rulers."
     return Look(None, words, vehicles=rulers)

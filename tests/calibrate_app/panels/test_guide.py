@@ -9,11 +9,11 @@ from fcw.camera.calibration import Gaussian
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.solution import solve
 from fcw_viz.calibrate_app.document.ways.ways import VEHICLES
-from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS
+from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS, looked_words
 from fcw_viz.calibrate_app.panels.guide import vehicle_words
 from fcw_viz.calibrate_app.proposals.drive_look import Look
 
-TOO_FEW = Look(None, "1 vehicle found. Take the horizon that the drive shows instead.")
+TOO_FEW = Look(None, "1 vehicle found.", instead="Take the horizon that the drive shows instead.")
 
 
 def words(document: Document, running: bool = False, look: Look | None = None) -> str:
@@ -25,10 +25,12 @@ def test_who_looks_for_vehicles_is_told_how_that_goes_and_what_else_would_do():
     document = Document(SIZE, way=VEHICLES)
     assert words(document) == ""
     assert words(document, running=True) == LOOKING_WORDS
-    assert words(document, look=TOO_FEW) == TOO_FEW.words
+    assert words(document, look=TOO_FEW) == "1 vehicle found. Take the horizon that the drive shows instead."
     # The horizon is there instead: what is missing is asked for, and no longer the vehicles.
     with_horizon = replace(document, horizon=Belief(Gaussian(310.0, 3.0)))
     assert "how high the camera is" in words(with_horizon, look=TOO_FEW)
+    assert looked_words(document, TOO_FEW).endswith("instead.")
+    assert looked_words(with_horizon, TOO_FEW) == "1 vehicle found."
 
 
 def test_no_other_way_is_told_of_vehicles():

@@ -30,9 +30,10 @@ from fcw_viz.calibrate_app.document.besides.knowledge import (
     SetVehicles,
     SetYaw,
 )
-from fcw_viz.calibrate_app.document.document import Belief
+from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.panels.camera.belief import BeliefControls, BeliefKind
+from fcw_viz.calibrate_app.proposals.drive_look import Look
 from fcw_viz.calibrate_app.quantities import (
     ANGLE_ERROR,
     LENGTH_ERROR,
@@ -173,7 +174,7 @@ class BesidesPanel:
         look = self._desk.vehicles
         too_few = look.look is not None and len(look.look.vehicles) < FEWEST_VEHICLES
         self._find.disabled = look.running or (too_few and not document.vehicles)
-        words = "" if look.look is None else look.look.words
+        words = "" if look.look is None else looked_words(document, look.look)
         words = LOOKING_WORDS if look.running else words
         set_html(self._vehicle_words, _dim(words))
         lens = document.lens
@@ -231,6 +232,12 @@ class BesidesPanel:
         if len(content) > LARGEST_LENS_BYTES:
             raise UserError(f"{name}: {len(content)} bytes, expected a lens file of at most a megabyte")
         self._desk.apply(SetLens(_read_as_file(name, content, read_lens)))
+
+
+def looked_words(document: Document, look: Look) -> str:
+    """What came of a look for vehicles, and what else would do unless it is there."""
+    shown = document.horizon is not None or None not in document.lane_lines
+    return look.words if shown or not look.instead else f"{look.words} {look.instead}"
 
 
 def _own_speed(path: Path) -> EgoSpeed:
