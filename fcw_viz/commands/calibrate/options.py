@@ -14,9 +14,9 @@ class CalibrateCommand:
     """Calibrate the camera from points of the road at known distances, or from what else you know.
 
     With only a source it opens a page in the browser. The page asks what you have: three points at known
-    distances are enough, and so is a recorded clip with the height of the camera. Anything else you know
-    makes the result better. One point should be far away: from three near points the far distances are
-    uncertain.
+    distances are enough, and so is a recorded clip with the height and the kind of the camera. Anything else
+    you know makes the result better. One point should be far away: from three near points the far distances
+    are uncertain.
     """
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
