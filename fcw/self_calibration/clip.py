@@ -123,11 +123,13 @@ class ClipCalibration:
     Attributes:
         calibration: with what is not known in its intervals.
         shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
+        by_motion: whether the motion of the camera tells where the road lies.
         piece_s: the piece of the clip that it holds for, where the camera was moved in it; else None.
     """
 
     calibration: Calibration
     shows_road: bool
+    by_motion: bool
     piece_s: tuple[float, float] | None = None
 
 
@@ -197,7 +199,7 @@ def calibrate_clip(
         shows_road = known.tells_of_the_road or bool(seen.rulers)
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
-    return ClipCalibration(calibration, shows_road, piece_s)
+    return ClipCalibration(calibration, shows_road, seen.travel_px is not None, piece_s)
 
 
 def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """`fcw calibrate SOURCE --from-clip`: a recorded clip calibrated without any mark on the road."""
 
+import math
 from dataclasses import replace
 
 from fcw.camera.calibration import Gaussian, Priors
@@ -22,6 +23,10 @@ NO_ROAD = (
     "nothing was found that tells where the road lies in the picture: no straight drive, no lane lines, "
     "hardly a vehicle. The camera is taken to look as most do, and distances may be off by a factor of two; "
     "for better ones give --horizon-row, points or lane lines, or a clip of a straight road by day"
+)
+NO_MOTION = (
+    "the motion of the camera took no part: too few pictures, or the car stands, turns or is in the dark; "
+    "what else the clip shows decides alone"
 )
 
 
@@ -76,10 +81,33 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
             shown, detector, height_m, evidence, priors, speed_mps=command.speed, on_frame=bar.advance
         )
     calibration = replace(found.calibration, lens=lens, reference_offset_m=command.reference_offset)
-    notes = () if found.shows_road else (NO_ROAD,)
+    notes = () if evidence.has_distances else _assumed(command, height_m, calibration.assumed)
+    if not found.shows_road:
+        notes += (NO_ROAD,)
+    elif not found.by_motion:
+        notes += (NO_MOTION,)
     if found.piece_s is not None:
         notes += (_jump(found.piece_s),)
     return save_and_report(calibration, save, command, notes)
+
+
+def _assumed(command: CalibrateCommand, height_m: Gaussian, assumed: Priors) -> tuple[str, ...]:
+    """What nobody said of the camera, to which every distance is proportional, and how to say it."""
+    taken, options = [], []
+    if command.height is None and command.speed is None:
+        taken.append(
+            f"a height of {height_m.value:.2f} ± {height_m.sigma:.2f} m (of a {command.vehicle_class})"
+        )
+        options.append("--height (metres from the road up to the lens)")
+    view = assumed.field_of_view_rad
+    if view is not None:
+        value_deg, sigma_deg = math.degrees(view.value), math.degrees(view.sigma)
+        taken.append(f"a field of view of {value_deg:.0f} ± {sigma_deg:.0f} degrees (of any camera)")
+        options.append("--field-of-view (degrees from side to side, by the data sheet)")
+    if not taken:
+        return ()
+    text = f"rough: this assumes {' and '.join(taken)}, and distances are as uncertain"
+    return (f"{text}; give {' and '.join(options)}",)
 
 
 def _jump(piece_s: tuple[float, float]) -> str:

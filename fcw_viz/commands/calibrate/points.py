@@ -77,7 +77,8 @@ def save_and_report(
         result = summary | {"saved": save and str(save)}
         print_json(result)
     else:
-        print_report(calibration, save, RESULTS, imperial=command.units == "imperial")
+        taped = bool(command.points) or not (command.from_clip or command.from_drive)
+        print_report(calibration, save, RESULTS, command.units == "imperial", taped)
     return 0
 
 

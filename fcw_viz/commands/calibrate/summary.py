@@ -91,8 +91,18 @@ def _exact(calibration: Calibration) -> dict[str, float] | None:
     }
 
 
-def print_report(calibration: Calibration, saved: Path | None, console: Console, imperial: bool) -> None:
-    """Print the result for a person; `saved` is its file, where there is one."""
+def print_report(
+    calibration: Calibration, saved: Path | None, console: Console, imperial: bool, taped: bool = True
+) -> None:
+    """Print the result for a person.
+
+    Args:
+        calibration: the result.
+        saved: its file, where there is one.
+        console: where to.
+        imperial: distances in feet.
+        taped: whether somebody tapes distances, and so is told where one more helps most.
+    """
     camera, sigmas = calibration.camera, camera_sigmas(calibration)
 
     def length(distance_m: float) -> str:
@@ -144,7 +154,7 @@ def print_report(calibration: Calibration, saved: Path | None, console: Console,
         line(f"residuals in px (clicked row less row of the solution): {residuals}")
     elif calibration.points:
         line("The solution meets the points exactly, as any three do: that says nothing of its quality.")
-    next_click = best_next_click(calibration)
+    next_click = best_next_click(calibration) if taped else None
     if next_click is not None:
         nearest, farthest = (distance_text(TARGET_DISTANCES_M[end], imperial) for end in (0, -1))
         line(
