@@ -150,6 +150,16 @@ def as_json(result: "DistanceEvaluation") -> dict[str, Any]:
     return figures
 
 
+def _figure(value: float, form: str) -> str:
+    """A figure as `form` has it; `-` where there was no sample."""
+    return "-" if value != value else f"{value:{form}}"  # NaN alone is not itself
+
+
+def _percent(*values: float) -> str:
+    """A relative error, or both ends of its interval."""
+    return "-".join(_figure(value, ".1%") for value in dict.fromkeys(values))
+
+
 def print_tables(result: "DistanceEvaluation") -> None:
     """Print the methods side by side."""
     from rich.table import Table
@@ -160,21 +170,23 @@ def print_tables(result: "DistanceEvaluation") -> None:
     table = Table("relative error", *(f"{name} m" if name != "all" else name for name in RANGES_M), box=None)
     for name, method in METHODS.items():
         errors = result.errors(method).values()
-        table.add_row(f"{name}: median", *(f"{e.median:.1%}" for e in errors))
+        table.add_row(f"{name}: median", *(_percent(e.median) for e in errors))
         if method == "estimated_m":
-            table.add_row("  95 % over tracks", *(f"{e.median_low:.1%}-{e.median_high:.1%}" for e in errors))
-        table.add_row("  mean", *(f"{e.mean:.1%}" for e in errors))
-        table.add_row("  9 of 10", *(f"{e.p90:.1%}" for e in errors))
+            table.add_row("  95 % over tracks", *(_percent(e.median_low, e.median_high) for e in errors))
+        table.add_row("  mean", *(_percent(e.mean) for e in errors))
+        table.add_row("  9 of 10", *(_percent(e.p90) for e in errors))
     counted = result.errors().values()
     table.add_row("samples (tracks)", *(f"{e.n} ({e.tracks})" for e in counted))
     RESULTS.print(table)
-    coverage, low, high = result.coverage()
+    coverage, low, high = (_figure(part, ".0%") for part in result.coverage())
+    by_track, by_sample = (
+        _figure(result.closing_speed_mae_mps(by_track=one), ".2f") for one in (True, False)
+    )
     RESULTS.print(
         f"{len(result.samples)} of {result.measured} measured vehicles were followed, box noise "
         f"{result.box_noise_px:g} px, seed {result.seed}.\n"
-        f"closing speed, mean absolute error after 1 s: {result.closing_speed_mae_mps():.2f} m/s by track, "
-        f"{result.closing_speed_mae_mps(by_track=False):.2f} m/s by sample\n"
-        f"inside the 1-sigma interval: {coverage:.0%} ({low:.0%} to {high:.0%})",
+        f"closing speed, mean absolute error after 1 s: {by_track} m/s by track, {by_sample} m/s by sample\n"
+        f"inside the 1-sigma interval: {coverage} ({low} to {high})",
     )
 
 

@@ -1,6 +1,8 @@
 """Distances against labels: what counts, how errors are weighted, and what is honest."""
 
 import math
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,7 @@ from fcw.evaluation.distance.report import write_report
 from fcw.evaluation.distance.simulation import simulate_coverage
 from fcw.evaluation.distance.tusimple_velocity import evaluate_single_boxes
 from fcw.tracking.range.model import RangeModel
+from fcw_viz.commands.evaluate.distance import print_tables
 
 FOCAL_PX, AXIS_ROW_PX, AXIS_COLUMN_PX = 700.0, 180.0, 620.0
 LABEL = (
@@ -154,6 +157,15 @@ def test_an_approach_is_measured_well_and_the_same_seed_gives_the_same_result(ap
     assert all(s.true_closing_mps == pytest.approx(5.0) for s in result.samples)
     assert result.errors()["all"].median < 0.1
     assert result.closing_speed_mae_mps() < 2.5
+
+
+def test_where_there_is_no_sample_a_dash_is_printed(
+    approach: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    print_tables(replace(evaluate_distance(approach, ["0000"], 2.0, seed=3), samples=()))
+    said = capsys.readouterr().out
+    assert "nan" not in said
+    assert len(re.findall(r"^ *tracker: median( +-){5} *$", said, re.MULTILINE)) == 1
 
 
 @pytest.mark.parametrize("cue", CUES)
