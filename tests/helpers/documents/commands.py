@@ -62,7 +62,7 @@ LONG = (
     "fcw calibrate drive.mp4 --from-clip",
     "fcw calibrate --from-drive recordings/drive --save mount.calibration.yaml",
     "fcw review recordings/drive --summary",
-    "fcw export recordings/* --format coco --pictures --every 30 --out labelled",
+    "fcw export recordings --format coco --pictures --every 30 --out labelled",
     "fcw evaluate detection labelled/labels.json --images labelled/images --calibration labelled/calibration",
     "fcw train --data labelled --out mine.npz",
     "fcw batch drives --out batch",
