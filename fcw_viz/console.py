@@ -26,7 +26,9 @@ from rich.text import Text
 from fcw.json_form import without_non_finite
 from fcw_viz.console_text import one_line
 
-RESULTS = Console(highlight=False, markup=False, emoji=False)
+WIDTH = None if sys.stdout.isatty() else 10_000
+"""In characters. What a file or a pipe takes is not wrapped: a line is a sentence, or a row of a table."""
+RESULTS = Console(highlight=False, markup=False, emoji=False, width=WIDTH)
 MESSAGES = Console(stderr=True, highlight=False, soft_wrap=True, markup=False, emoji=False)
 """Names of files and drives may hold brackets and colons: no console takes a text for markup."""
 SILENT = Console(quiet=True)

@@ -1,4 +1,4 @@
-"""Text of others on a terminal: nothing in it is an order to the terminal, or to rich."""
+"""Words on a terminal: counts, and text of others, in which nothing is an order to it or to rich."""
 
 
 def printable(text: str) -> str:
@@ -12,3 +12,8 @@ def printable(text: str) -> str:
 def one_line(text: str) -> str:
     """As `printable`, with line breaks shown as what they are too: the name of a file may hold them."""
     return printable(text).replace("\n", "\\n")
+
+
+def counted(count: int, one: str, many: str = "") -> str:
+    """A number of things, e.g. `1 frame` or `3 boxes`; `many` is for a plural that has no s alone."""
+    return f"{count} {one if count == 1 else many or one + 's'}"

@@ -40,8 +40,10 @@ def run_recover(command: RecoverCommand) -> int:
 def report_text(report: "RecoveryReport", path: Path, out: Path) -> str:
     """What was recovered and what was lost, in sentences."""
     from fcw.logs.mcap.format import PICTURES_CHUNK_NS, SIGNALS_CHUNK_NS
+    from fcw_viz.console_text import counted
 
-    held = f"{report.frames} frames, {report.duration_s:.2f} s, {report.pictures} of them with a picture"
+    frames = counted(report.frames, "frame")
+    held = f"{frames}, {report.duration_s:.2f} s, {report.pictures} of them with a picture"
     if not report.written:
         return f"{path}: {held}; it is whole: nothing was lost, and nothing was written"
     text = f"{out}: {held}"

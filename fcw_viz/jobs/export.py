@@ -24,6 +24,7 @@ from fcw.logs.export.tracks import write_kitti, write_mot
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import Sink
 from fcw_viz.console import note, progress
+from fcw_viz.console_text import counted
 from fcw_viz.overlay import OverlayPainter
 
 SUFFIXES = {
@@ -84,7 +85,7 @@ def run_export_job(job: ExportJob, console: Console) -> list[str]:
         len(clip.times_ns) if reviews is None else len(labelled_indices(clip, reviews[clip.name]))
         for clip in clips
     )
-    with progress(f"{job.format} of {_counted(len(clips), 'drive')}", frames, console) as bar:
+    with progress(f"{job.format} of {counted(len(clips), 'drive')}", frames, console) as bar:
         if job.events:
             return [_write_events(job, targets[0], clips)]
         if job.format in GATHERED:
@@ -214,7 +215,7 @@ def _write_events(job: ExportJob, target: Path, clips: Sequence[DriveClip]) -> s
         if event.start_s <= end_s and event.end_s >= start_s
     ]
     count = TABLES[job.format](target, EVENT_COLUMNS, rows)
-    return f"{target}: {_counted(count, 'event')} of {_counted(len(clips), 'drive')}"
+    return f"{target}: {counted(count, 'event')} of {counted(len(clips), 'drive')}"
 
 
 def _write_gathered(
@@ -232,7 +233,7 @@ def _write_gathered(
             return labelled_frames(clip, reviews[clip.name], on_frame)
 
         count = write_coco(target, clips, frames_of, with_pictures=job.pictures)
-        return f"{target}: {_counted(count, 'box', 'boxes')} of {_counted(len(clips), 'drive')}"
+        return f"{target}: {counted(count, 'box', 'boxes')} of {counted(len(clips), 'drive')}"
     empty = 0
 
     def rows() -> Iterator[TrackRow]:
@@ -242,9 +243,9 @@ def _write_gathered(
             yield row
 
     count = TABLES[job.format](target, TRACK_COLUMNS, rows())
-    boxes = _counted(count - empty, "box", "boxes")
-    frames = f" and {_counted(empty, 'frame')} without one" if empty else ""
-    return f"{target}: {_counted(count, 'row')} of {_counted(len(clips), 'drive')}, {boxes}{frames}"
+    boxes = counted(count - empty, "box", "boxes")
+    frames = f" and {counted(empty, 'frame')} without one" if empty else ""
+    return f"{target}: {counted(count, 'row')} of {counted(len(clips), 'drive')}, {boxes}{frames}"
 
 
 def _write_one(
@@ -255,22 +256,22 @@ def _write_one(
     note: Callable[[str], None],
 ) -> str:
     if job.format == "kitti":
-        return f"{target}: {_counted(write_kitti(target, clip, on_frame), 'box', 'boxes')}"
+        return f"{target}: {counted(write_kitti(target, clip, on_frame), 'box', 'boxes')}"
     if job.format == "mot":
-        return f"{target}: {_counted(write_mot(target, clip, on_frame), 'box', 'boxes')}"
+        return f"{target}: {counted(write_mot(target, clip, on_frame), 'box', 'boxes')}"
     if job.format == "mp4" and job.overlay:
         painter = OverlayPainter(clip.log.header, clip.first_ns)
         count = write_overlay_mp4(target, clip, painter.paint, on_frame)
         if count < len(clip.times_ns):
-            lost = _counted(len(clip.times_ns) - count, "frame")
+            lost = counted(len(clip.times_ns) - count, "frame")
             note(f"{clip.log.path}: the pictures of the last {lost} were lost when its writer was stopped")
-        return f"{target}: {_counted(count, 'picture')}"
+        return f"{target}: {counted(count, 'picture')}"
     clip, earlier_s = with_its_keyframe(clip)
     if earlier_s:
         note(f"{target}: starts {earlier_s:.2f} s earlier, at the keyframe that its pictures need")
     if job.format == "mp4":
-        return f"{target}: {_counted(write_relayed_mp4(target, clip, on_frame), 'picture')}"
-    return f"{target}: {_counted(_write_log(job, target, clip, on_frame), 'frame')}"
+        return f"{target}: {counted(write_relayed_mp4(target, clip, on_frame), 'picture')}"
+    return f"{target}: {counted(_write_log(job, target, clip, on_frame), 'frame')}"
 
 
 def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable[[], None]) -> int:
@@ -295,7 +296,3 @@ def _write_log(job: ExportJob, target: Path, clip: DriveClip, on_frame: Callable
     except OSError as error:
         raise not_written(f"{target}: cannot write this file", error) from error
     return count
-
-
-def _counted(count: int, one: str, many: str = "") -> str:
-    return f"{count} {one if count == 1 else many or one + 's'}"

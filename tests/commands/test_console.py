@@ -3,11 +3,14 @@
 import io
 import json
 import math
+import subprocess
+import sys
 
 import pytest
 from rich.console import Console
 
 from fcw_viz.console import Bar, note, print_json, progress
+from fcw_viz.console_text import counted
 
 
 def drawn(work_total: float, rate_of: str = "", terminal: bool = True) -> str:
@@ -48,3 +51,15 @@ def test_notes_go_to_standard_error_as_they_are(capsys: pytest.CaptureFixture[st
     note("a [b] " + "long " * 40)
     out, err = capsys.readouterr()
     assert (out, err) == ("", "note: a [b] " + "long " * 40 + "\n")
+
+
+def test_what_goes_to_a_file_is_not_wrapped():
+    sentence = "word " * 60 + "end"
+    code = f"from fcw_viz.console import RESULTS; RESULTS.print({sentence!r})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{sentence}\n"
+
+
+@pytest.mark.parametrize(("count", "said"), [(0, "0 frames"), (1, "1 frame"), (2, "2 frames")])
+def test_one_thing_is_told_as_one(count: int, said: str):
+    assert counted(count, "frame") == said

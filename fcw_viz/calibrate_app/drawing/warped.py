@@ -24,6 +24,9 @@ OUTSIDE = (128, 128, 128)
 LANE_M, LANE_FT = 3.5, 12.0
 """A usual lane, drawn as a bar to hold against the lane lines."""
 
+LABEL_PX, GROUND_OPACITY = 34, 0.55
+"""Width of the dark ground that words on the picture stand on."""
+
 
 def warped_scale(result: Result) -> GroundScale:
     """The scale of `warped_svg`: near enough to judge a lane's width."""
@@ -80,7 +83,8 @@ def warped_svg(image_bgr: NDArray[np.uint8], result: Result, scale: GroundScale,
             y = scale.place(row.distance_m, 0.0)[1]
             parts.append(element("line", x1=0, y1=y, x2=scale.width_px, y2=y, stroke=TEAL, stroke_width=0.8))
             label = row_distance_text(row.distance_m, imperial)
-            parts.append(element("rect", x=2, y=y - 13, width=34, height=12, fill="black", fill_opacity=0.55))
+            size = {"width": LABEL_PX, "height": 12}
+            parts.append(element("rect", x=2, y=y - 13, **size, fill="black", fill_opacity=GROUND_OPACITY))
             parts.append(f'<g style="color: white">{words(4, y - 3, label)}</g>')
     parts.append(_lane_bar(scale, imperial))
     title = "The picture seen from above"
@@ -95,5 +99,14 @@ def _lane_bar(scale: GroundScale, imperial: bool) -> str:
         "line", x1=middle_px - half_px, y1=y, x2=middle_px + half_px, y2=y, stroke=AMBER, stroke_width=3
     )
     ends = "".join(line(middle_px + s * half_px, y - 5, middle_px + s * half_px, y + 5, 0.9) for s in (-1, 1))
+    ground = element(
+        "rect",
+        x=middle_px - half_px - 5,
+        y=y - 8,
+        width=2 * half_px + LABEL_PX + 11,
+        height=15,
+        fill="black",
+        fill_opacity=GROUND_OPACITY,
+    )
     label = words(middle_px + half_px + 6, y + 4, row_distance_text(length_m, imperial))
-    return f'<g style="color: {AMBER}">{bar}{ends}{label}</g>'
+    return f'{ground}<g style="color: {AMBER}">{bar}{ends}</g><g style="color: white">{label}</g>'

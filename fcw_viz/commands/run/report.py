@@ -20,15 +20,15 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
 
     from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
     from fcw.units import distance_text
-    from fcw_viz.console_text import one_line
+    from fcw_viz.console_text import counted, one_line
 
     summary = outcome.summary
     console.print(
         Text.assemble(
             (one_line(summary["source"]), "bold"),
-            f": {summary['frames']} frames, {summary['duration_s']:.1f} s, "
+            f": {counted(summary['frames'], 'frame')}, {summary['duration_s']:.1f} s, "
             f"{summary['frames_per_second']:.0f} frames/s, "
-            f"a lead vehicle in {summary['frames_with_lead']} frames",
+            f"a lead vehicle in {counted(summary['frames_with_lead'], 'frame')}",
             (" (interrupted)" if outcome.interrupted else "", "yellow"),
         )
     )

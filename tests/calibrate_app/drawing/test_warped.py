@@ -1,15 +1,19 @@
 """Seen from above, the lane lines of a straight road are straight, parallel and as wide as they are."""
 
+from xml.etree import ElementTree
+
 import cv2
 import numpy as np
 import pytest
+from drawing_states import good_document, shown, state_of
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.drawing.birds_eye import GroundScale
-from fcw_viz.calibrate_app.drawing.warped import OUTSIDE, warp_to_ground
+from fcw_viz.calibrate_app.drawing.warped import OUTSIDE, warp_to_ground, warped_scale, warped_svg
 
+SVG = "{http://www.w3.org/2000/svg}"
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(0.05, 1000.0, 359.5, 1.3, 639.5)
 LANE_HALF_M = 1.75
@@ -70,3 +74,20 @@ def test_what_the_picture_does_not_see_is_grey():
     warped = warp_to_ground(road(CAMERA), Calibration.from_camera(CAMERA, SIZE), SCALE, DETAIL)
     assert warped.shape == (720, 440, 3)
     assert tuple(warped[-1, 220]) == OUTSIDE
+
+
+@pytest.mark.parametrize("imperial", [False, True])
+def test_words_on_the_picture_are_white_and_stand_on_a_dark_ground(imperial: bool):
+    result = shown(state_of(good_document()))
+    svg = ElementTree.fromstring(warped_svg(road(CAMERA), result, warped_scale(result), imperial))
+    grounds = [
+        [float(rect.get(name, "nan")) for name in ("x", "y", "width", "height")]
+        for rect in svg.iter(f"{SVG}rect")
+        if rect.get("fill") == "black"
+    ]
+    white = [text for group in svg.iter(f"{SVG}g") if group.get("style") == "color: white" for text in group]
+    assert {text.text for text in white} >= ({"12 ft", "98.4 ft"} if imperial else {"3.5 m", "10 m"})
+    assert len(white) == len(list(svg.iter(f"{SVG}text")))
+    for text in white:
+        x, y = float(text.get("x", "nan")), float(text.get("y", "nan"))
+        assert any(left < x < left + w and top < y - 4 < top + h for left, top, w, h in grounds)
