@@ -117,8 +117,15 @@ class FrameOverlay:
 class OverlayPainter:
     """Says and draws what stands over the frames of one drive."""
 
-    def __init__(self, header: DriveHeader, first_ns: int = 0) -> None:
-        """Prepare for a drive; the times shown count from `first_ns`."""
+    def __init__(self, header: DriveHeader, first_ns: int = 0, *, banner: bool = True) -> None:
+        """Prepare for a drive.
+
+        Args:
+            header: of the drive.
+            first_ns: from which the times shown count.
+            banner: whether the warning stands across the top; not where something else says it, and sooner.
+        """
+        self._has_banner = banner
         self._size, self._imperial, self._first_ns = header.image_size, header.imperial, first_ns
         self._letter_px = max(self._size.height * LETTER_PART, SMALLEST_LETTER_PX)
         self._calibration = header.calibration
@@ -158,10 +165,10 @@ class OverlayPainter:
             Stroke(line, False, PATH_COLOR, self._size.height * LINE_PART, PATH_OPACITY)
             for line in overlay_path(result, self._calibration) or ()
         )
-        banner, status = self._banner(result), self._status(result)
-        labels = self._labels(result, (banner, *status))
+        status, banner = self._status(result), (self._banner(result),) if self._has_banner else ()
+        labels = self._labels(result, (*banner, *status))
         return FrameOverlay(
-            (*self._row_strokes, *path, *outlines), (*self._row_words, *labels, *status, banner)
+            (*self._row_strokes, *path, *outlines), (*self._row_words, *labels, *status, *banner)
         )
 
     def paint(self, image: NDArray[np.uint8], result: FrameResult) -> None:

@@ -115,6 +115,15 @@ def test_the_banner_names_the_level_and_the_reason() -> None:
     assert "no warning" in texts(result(LEAD, OTHER))
 
 
+def test_without_a_banner_nothing_of_the_level_is_in_words() -> None:
+    frame = result(LEAD, OTHER, warning=WARNING)
+    bare = OverlayPainter(HEADER, banner=False).overlay(frame).words
+    assert {words.text for words in bare} == {words for words in texts(frame) if "WARNING" not in words}
+    assert "no warning" not in [
+        words.text for words in OverlayPainter(HEADER, banner=False).overlay(result()).words
+    ]
+
+
 def test_the_lead_has_the_levels_colour_and_others_their_own() -> None:
     overlay = OverlayPainter(HEADER).overlay(result(LEAD, OTHER, warning=WARNING))
     lead, other = (stroke for stroke in overlay.strokes if stroke.closed)

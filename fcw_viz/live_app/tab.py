@@ -136,7 +136,7 @@ class LiveTab(PageTab):
         header = self._feed.header
         assert header is not None  # it comes before the first result
         if self._painter is None:
-            self._painter = OverlayPainter(header, self._feed.first_ns)
+            self._painter = OverlayPainter(header, self._feed.first_ns, banner=False)  # the alarm is sooner
             self.view.set_size(header.image_size)
             self._panels.show_aspect(header.image_size.width, header.image_size.height)
             self.birds_eye.load(header)
