@@ -156,7 +156,7 @@ def _labelled(clips: Sequence[DriveClip], note: Callable[[str], None], cut: bool
         )
     if without := len(clips) - len(reviews):
         has = "has" if without == 1 else "have"
-        note(f"{without} of {_counted(len(clips), 'drive')} {has} no labelled {frame}, left out")
+        note(f"{without} of {counted(len(clips), 'drive')} {has} no labelled {frame}, left out")
     return reviews
 
 
