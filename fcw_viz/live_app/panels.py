@@ -117,7 +117,7 @@ class LivePanels:
         (_, level), *rows = why(result, header.imperial)
         listed = "".join(f"<dt>{escape(what)}</dt><dd>{escape(much)}</dd>" for what, much in rows)
         level_name, color = result.warning.level.name.lower(), css_color(LEVEL_COLORS[result.warning.level])
-        notes = "".join(f'<p class="fcw-note">{escape(note)}</p>' for note in result.notes)
+        notes = "".join(f'<div class="fcw-note">{escape(note)}</div>' for note in result.notes)
         set_html(
             self._why,
             text_block(
