@@ -109,7 +109,7 @@ def test_what_failed_is_named_for_each_kind_of_boxes(capsys, monkeypatch):
         (["--ncap", "--no-own-motion"], "--no-own-motion needs --kitti-tracking"),
         (["--threats", "--seeds", "0"], "--seeds 0: expected a whole number"),
         (["--ncap", "--seed", "-1"], "--seed -1: expected"),
-        (["--following-hours", "nan"], "--following-hours nan: expected hours"),
+        (["--following-hours", "nan"], "--following-hours nan: expected a finite number"),
         (["--ncap", "--warning-policy", "x"], "--warning-policy x: no such policy"),
         (["--kitti-tracking", "nowhere"], "nowhere: no KITTI tracking labels there"),
         (["--events", "e.csv", "--log", "nowhere.mcap"], "nowhere.mcap: cannot read the log"),
