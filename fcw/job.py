@@ -90,28 +90,18 @@ class DriveJob:
         for field in ("source", "out", "calibration"):
             if isinstance(text := getattr(self, field), str):
                 object.__setattr__(self, field, Path(text))
-        speed, rate_hz = self.ego_speed, self.frame_rate_hz
+        speed, rate_hz, camera = self.ego_speed, self.frame_rate_hz, self.calibration
         speed_fits = isinstance(speed, str | Path | EgoSpeed | None) or _is_number(speed)
+        detectors = f"{', '.join(DETECTOR_NAMES)}, or an object with `name` and `detect`"
+        policies = f"{', '.join(POLICIES)}, or an object with `update`"
         for field, fits, expected in (
             ("source", isinstance(self.source, Path), "a path"),
             ("out", isinstance(self.out, Path), "a path"),
-            (
-                "calibration",
-                isinstance(self.calibration, Path | Calibration | None),
-                "a path, or a Calibration",
-            ),
-            (
-                "detector",
-                _can_be(self.detector, "name", "detect"),
-                f"{', '.join(DETECTOR_NAMES)}, or an object with `name` and `detect`",
-            ),
+            ("calibration", isinstance(camera, Path | Calibration | None), "a path, or a Calibration"),
+            ("detector", _can_be(self.detector, "name", "detect"), detectors),
             ("detector_classes", not isinstance(self.detector_classes, str), "a tuple of names"),
             ("ego_speed", speed_fits, "metres per second, the path of a CSV or GPX file, or an EgoSpeed"),
-            (
-                "warning_policy",
-                _can_be(self.warning_policy, "update"),
-                f"{', '.join(POLICIES)}, or an object with `update`",
-            ),
+            ("warning_policy", _can_be(self.warning_policy, "update"), policies),
             ("frame_rate_hz", rate_hz is None or _is_number(rate_hz), "a number of pictures a second"),
         ):
             if not fits:

@@ -21,7 +21,7 @@ from fcw.simulation.drive import SPEED_NAME
 from fcw_viz.cli import main
 from fcw_viz.commands.run.report import report_drive
 
-DEMO = Path(__file__).parents[2] / "recordings" / "demo"
+DEMO = Path(__file__).parents[3] / "recordings" / "demo"
 
 
 @pytest.fixture
