@@ -80,7 +80,7 @@ class RerunSink:
             blueprint = scene.drive_blueprint(header.imperial, self._played_ns)
             recording.save(self._partial_path, default_blueprint=blueprint)
             blueprint.end()
-        except RuntimeError as error:
+        except (RuntimeError, UnicodeEncodeError) as error:  # rerun takes names of files in UTF-8 alone
             raise UserError(
                 f"{self._path}: cannot write the recording ({error}); "
                 "name a folder that exists and can be written"

@@ -1,6 +1,7 @@
 """What a drive's rerun recording holds, read back with rerun's own reader."""
 
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -181,6 +182,14 @@ os.kill(os.getpid(), 9)
 def test_a_folder_that_is_not_there_is_the_users_mistake(tmp_path):
     with pytest.raises(UserError, match=r"nowhere/drive\.rrd: cannot write.*folder that exists"):
         RerunSink(tmp_path / "nowhere" / "drive.rrd").open(HEADER)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere all names are Unicode")
+def test_a_name_that_is_not_utf8_is_the_users_mistake(tmp_path):
+    folder = tmp_path / os.fsdecode(b"\xff")
+    folder.mkdir()
+    with pytest.raises(UserError, match="cannot write the recording"):
+        RerunSink(folder / "drive.rrd").open(HEADER)
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads as Linux tells them")
