@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from fcw.errors import UserError
+
 MCAP_NAME = "drive.mcap"
 """The log. Other MCAP files in a folder need not be drive logs."""
 RRD_NAME = "drive.rrd"
@@ -15,5 +17,14 @@ TRUTH_LOG_NAME = "truth.mcap"
 
 
 def mcap_path(drive: Path) -> Path:
-    """The MCAP log of a drive that somebody names: the log itself, or the folder that holds it."""
-    return drive / MCAP_NAME if drive.is_dir() else drive
+    """The MCAP log of a drive that somebody names: the log itself, or the folder that holds it.
+
+    Raises:
+        UserError: the folder holds only the log of a run that failed, which has to be named itself.
+    """
+    if not drive.is_dir():
+        return drive
+    log, failed = drive / MCAP_NAME, drive / FAILED_MCAP_NAME
+    if failed.is_file() and not log.exists():
+        raise UserError(f"{drive}: the run that wrote there failed; name what there is of its drive: {failed}")
+    return log

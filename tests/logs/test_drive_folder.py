@@ -14,6 +14,7 @@ from fcw.errors import UserError
 from fcw.logs.drive_folder import drive_folder
 from fcw.logs.export.clip import find_drives
 from fcw.logs.mcap.writer import McapSink
+from fcw.logs.names import mcap_path
 from fcw.versions import versions
 
 
@@ -93,6 +94,9 @@ def test_nobody_takes_what_a_first_run_left_that_failed_for_a_whole_drive(tmp_pa
     with pytest.raises(UserError, match=f"no drive.mcap .*{re.escape(str(failed))} of a run that failed"):
         find_drives([out])
     assert find_drives([failed]) == {"failed-drive": failed.resolve()}
+    with pytest.raises(UserError, match="name what there is of its drive: .*failed-drive.mcap"):
+        mcap_path(out)
+    assert mcap_path(failed) == failed
 
 
 def test_two_runs_do_not_write_to_one_folder(tmp_path: Path):
