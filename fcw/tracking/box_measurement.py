@@ -134,7 +134,7 @@ class BoxGeometry:
             kind, depth_m = self.prior.first_sight(by_width, by_height, row, scale)
         return kind, max(depth_m - pole_m, NEAREST_START_M)
 
-    def _side_m(self, box: Box, distance_m: float, width_m: float) -> float:
+    def _side_m(self, box: Box, distance_m: float, width_m: float, focal_px: float) -> float:
         """How much of its side a vehicle beside our path shows, as width at its rear.
 
         The far end of its inner side stands as far from the line along its own middle that runs through
@@ -142,25 +142,33 @@ class BoxGeometry:
         """
         behind_m = road_slope(self.path, distance_m) * distance_m
         outer_m = max(
-            abs((self._axis_px - edge_px) * distance_m / self._focal_px - behind_m)
+            abs((self._axis_px - edge_px) * distance_m / focal_px - behind_m)
             for edge_px in (box.x, box.right)
         )
         length_m = self._model.vehicle_length_m
         return max(outer_m - width_m, 0.0) * length_m / (distance_m + length_m)
 
-    def view(self, box: Box, distance_m: float, width_m: float) -> View:
-        """How a vehicle of this distance and width stands to us."""
+    def view(self, box: Box, distance_m: float, width_m: float, focal_px: float) -> View:
+        """How a vehicle of this distance and width stands to us.
+
+        Args:
+            box: of it.
+            distance_m: as believed.
+            width_m: of its rear.
+            focal_px: believed together with the distance. With the calibrated one, vehicles beside us would
+                stand the nearer to our path the shorter the distances are believed to be, so show less of
+                their sides, and the width left over would make all distances shorter still.
+        """
         model = self._model
-        side_m = self._side_m(box, distance_m, width_m)
+        side_m = self._side_m(box, distance_m, width_m, focal_px)
         path_m = self.path.lateral_at(distance_m)
         outer_m = max(
-            abs((self._axis_px - edge_px) * distance_m / self._focal_px - path_m)
-            for edge_px in (box.x, box.right)
+            abs((self._axis_px - edge_px) * distance_m / focal_px - path_m) for edge_px in (box.x, box.right)
         )
         lateral_m = outer_m - width_m / 2
         return View(
             math.hypot(model.aspect_sigma, model.side_sigma * side_m / (width_m + side_m)),
-            self._focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),
+            focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),
             lateral_m,
         )
 
@@ -176,12 +184,12 @@ class BoxGeometry:
         if not (measures_row(box, size, noise) and measures_width(box, size, noise)):
             return None
         width_m = math.exp(self.prior.log_sizes[kind][0])
-        view = self.view(box, distance_m, width_m)
+        view = self.view(box, distance_m, width_m, self._focal_px)
         if view.lateral_m > self._model.common_path_m:
             return None
         shown_m = width_m
         if kind < self.prior.rear_count and noise.shows_side:
-            shown_m += self._side_m(box, distance_m, width_m)
+            shown_m += self._side_m(box, distance_m, width_m, self._focal_px)
         focal_px = camera.row_scale_m_px / math.hypot(self.height_m, camera.pole_m)
         below_px = camera.row_scale_m_px / (focal_px * shown_m / box.w + self.prior.overhangs_m[kind])
         noise_px = math.hypot(noise.bottom_sigma_px(box), below_px * noise.log_width_sigma(box))
@@ -200,6 +208,7 @@ class BoxGeometry:
         scale = math.exp(log_scale)
         pitched_px = horizon_px + slow_px + fast_px
         log_focal = log_scale - math.log(math.hypot(height_m, pole_m))
+        focal_px = math.exp(log_focal)
         focal_by_pole = -pole_m / (height_m**2 + pole_m**2)
         rows = np.zeros((3 * len(sightings), len(x)))
         residuals: list[float] = []
@@ -212,7 +221,7 @@ class BoxGeometry:
             distance_m, width_m = math.exp(log_distance), math.exp(log_width)
             depth_m = max(distance_m + pole_m, SMALLEST_DEPTH_M)
             below_px = scale / depth_m
-            view = self.view(box, distance_m, width_m)
+            view = self.view(box, distance_m, width_m, focal_px)
             views.append(view)
             before = len(residuals)
             if edges.bottom and measures_row(box, size, noise):
@@ -236,7 +245,7 @@ class BoxGeometry:
             if edges.across and measures_width(box, size, noise):
                 side_m = 0.0
                 if kind < self.prior.rear_count and noise.shows_side:
-                    side_m = self._side_m(box, distance_m, width_m)
+                    side_m = self._side_m(box, distance_m, width_m, focal_px)
                 row = rows[len(residuals)]
                 row[SCALE], row[POLE] = 1.0, focal_by_pole - 1 / depth_m
                 row[at + DISTANCE] = -distance_m / depth_m

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, GroundPoint, matrix3
@@ -354,3 +356,15 @@ def test_an_unknown_focal_length_leaves_places_across_the_road_known():
     assert rough.log_across_sigma == pytest.approx(exact.log_across_sigma, rel=0.05)
     assert rough.across_rate_sigma_per_s == pytest.approx(exact.across_rate_sigma_per_s, rel=0.05)
     assert exact.log_across_sigma == pytest.approx(exact.log_distance_sigma, rel=0.01)
+
+
+@given(log_scale=st.floats(-1.0, 1.0), distance_m=st.floats(3.0, 60.0), lateral_m=st.floats(-6.0, 6.0))
+def test_with_another_focal_length_vehicles_stand_as_far_beside_us(log_scale, distance_m, lateral_m):
+    """Distances grow with it, and so do the angles' metres: else a wrong one would feed on itself."""
+    geometry, scale = BoxGeometry(CAMERA_MODEL, SIZE, NOISE, RangeModel()), math.exp(log_scale)
+    box = seen(distance_m, lateral_m)
+    first, other = (
+        geometry.view(box, s * distance_m, CAR.width_m, s * CAMERA_MODEL.focal_y_px) for s in (1.0, scale)
+    )
+    assert other.lateral_m == pytest.approx(first.lateral_m)
+    assert first.lateral_m == pytest.approx(abs(lateral_m), abs=0.01)

@@ -158,7 +158,7 @@ class RangeFilter:
             closing_mps = ego_speed_mps / 2
             closing_sigma_mps = ego_speed_mps / 2 + model.closing_margin_mps
         sizes, sigmas = self._prior.log_sizes[kind], self._prior.sigmas[kind]
-        view = self._geometry.view(box, distance_m, math.exp(sizes[0]))
+        view = self._geometry.view(box, distance_m, math.exp(sizes[0]), self.focal_px)
         self._x = np.concatenate(
             (self._x, (math.log(distance_m), closing_mps / distance_m, 0.0, *sizes, 0.0, 0.0, 0.0))
         )
