@@ -24,6 +24,10 @@ LOOKED_AGAIN = 0.88, 1.12
 GLANCE_AGREES = 0.5
 """IoU from which a box of the glance shows the vehicle that a box of the look shows."""
 
+LARGE_TOLERANCES = 2.0
+"""By so many tolerances the pitch may be off before a box is too large for a vehicle. Of 1, 2, 3 and 4 on the
+drives kept for judging none costs anything."""
+
 
 @dataclass(frozen=True, slots=True)
 class NetSettings:
@@ -200,14 +204,15 @@ class NetDetector:
     def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) which are as large as a vehicle, for some pitch of the camera.
 
-        What ends at the picture's bottom may be nearer, and so smaller, than it looks.
+        What ends at the picture's bottom may be nearer, and so smaller, than it looks. Before anything is too
+        large the pitch may be off by `LARGE_TOLERANCES`: a lead that is never found cannot correct it.
         """
         low_m, high_m = self._settings.sizes_m
         bottoms = boxes[:, 1] + boxes[:, 3]
         sizes = np.sqrt(np.maximum(boxes[:, 2] * boxes[:, 3], 0.0)) * self._height_m
         rows = bottoms - self._horizon_row_px
         cut = bottoms >= self._size.height - 1 - CUT_MARGIN * self._size.height
-        small_enough = cut | (sizes <= high_m * (rows + self._tolerance_px))
+        small_enough = cut | (sizes <= high_m * (rows + LARGE_TOLERANCES * self._tolerance_px))
         return small_enough & (sizes >= low_m * (rows - self._tolerance_px))
 
     def _inside(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -179,10 +179,11 @@ def test_what_has_another_size_than_vehicles_by_the_calibration_is_none(model, c
         return [found.box.h for box in boxes for found in detector.decide(box, np.array([2.0]))]
 
     assert len(found_px((0.0, math.inf))) == len(sides_px)
-    # A square of s px that stands r rows below the horizon is s h / r large; the horizon may be a bit off.
+    # A square of s px that stands r rows below the horizon is s h / r large; the horizon may be off, and
+    # twice as far before a lead that fills the picture counts as too large.
     tolerance_px = camera.focal_y_px * math.tan(NetSettings().pitch_tolerance_rad)
     assert tolerance_px < rows
-    nearest_m = sides_px * camera.height_m / (rows + tolerance_px)
+    nearest_m = sides_px * camera.height_m / (rows + 2 * tolerance_px)
     farthest_m = sides_px * camera.height_m / (rows - tolerance_px)
     right = (nearest_m <= high_m) & (farthest_m >= low_m)
     assert 0 < right.sum() < len(sides_px)
