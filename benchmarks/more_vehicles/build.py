@@ -1,14 +1,16 @@
 """Training folders from public datasets, which `net` learns from beside the project's own data.
 
     python benchmarks/more_vehicles/build.py CLONES OUT
-    fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered} --detector net --out net.npz
+    fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered,hard} --detector net --out net.npz
     fcw evaluate detection OUT/judge/labels.json --images OUT/judge/images --calibration OUT/judge/calibration
 
+and the same with `judge_hard`.
+
 CLONES is a folder for clones of the repositories below; those that are missing are cloned (bare, about
-5 GB in all). `choice.json` and `gathered.json` beside this file say which pictures are taken, and what was
-judged by eye: of BDD100K which vehicles are seen from behind, of the Caltech cars the boxes. The boxes of
-what was gathered were proposed by a net (YOLOX-nano), or are a dataset's own, and each was judged by eye.
-Other boxes are the datasets' own.
+6 GB in all). `choice.json`, `gathered.json` and `hard.json` beside this file say which pictures are taken,
+and what was judged by eye: of BDD100K which vehicles are seen from behind, of the Caltech cars the boxes. The
+boxes of what was gathered were proposed by a net (YOLOX-nano), or are a dataset's own, and each was judged by
+eye. Other boxes are the datasets' own.
 
 | folder | pictures | terms |
 | --- | --- | --- |
@@ -17,6 +19,8 @@ Other boxes are the datasets' own.
 | caltech | Caltech cars 1999 and 2001, a rear each | no licence in the repository: research |
 | gathered | more of BDD100K, German traffic signs, dash cameras, photographs | research: many state none |
 | judge | the same of other drives, a quarter of those on the road: nothing learns from them | as above |
+| hard | bad weather and light, lorries, buses, vans, near and half-hidden vehicles | as above |
+| judge_hard | the same of other drives, a quarter: nothing learns from them | as above |
 
 Cameras are rough: height and field of view are assumed, the horizon lies where the vehicles' sizes put it.
 """
@@ -30,7 +34,7 @@ from typing import Any
 
 import numpy as np
 from folders import LEAST_WIDTH_PX, Folder, Rough
-from gathered import build_gathered
+from gathered import GATHERED, HARD, build_gathered
 from numpy.typing import NDArray
 from repositories import Files, Repository
 
@@ -154,7 +158,7 @@ def main() -> None:
     parser.add_argument("clones", type=Path, help="folder of the repositories' clones")
     parser.add_argument("out", type=Path, help="folder for the training folders")
     arguments = parser.parse_args()
-    choice = json.loads(CHOICE.read_text())
+    kept = json.loads(CHOICE.read_text())
     builders = (
         ("kitti", "kitti", build_kitti),
         ("bdd", "bdd100k", build_bdd),
@@ -162,12 +166,13 @@ def main() -> None:
     )
     for name, source, build in builders:
         folder = Folder(arguments.out / name)
-        build(arguments.clones, folder, choice[source])
+        build(arguments.clones, folder, kept[source])
         folder.write()
-    learn, judge = Folder(arguments.out / "gathered"), Folder(arguments.out / "judge")
-    build_gathered(arguments.clones, learn, judge)
-    for folder in (learn, judge):
-        folder.write()
+    for choice, *names in ((GATHERED, "gathered", "judge"), (HARD, "hard", "judge_hard")):
+        learn, judge = (Folder(arguments.out / name) for name in names)
+        build_gathered(arguments.clones, choice, learn, judge)
+        for folder in (learn, judge):
+            folder.write()
 
 
 if __name__ == "__main__":

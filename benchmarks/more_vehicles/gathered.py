@@ -1,7 +1,9 @@
 """Pictures of dash cameras out of many repositories, with vehicles judged by eye.
 
 `gathered.json` names each picture, its camera, and its boxes: of vehicles that are seen from behind, with
-kind and view, and of all others. A quarter of the drives on the road is for judging, the rest for learning.
+kind and view, and of all others. `hard.json` names more of them, chosen for what the others show too seldom:
+bad weather and light, lorries, buses and vans, vehicles that are near, half-hidden or cut by the picture's
+edge. A quarter of the drives is for judging, the rest for learning.
 """
 
 import io
@@ -21,7 +23,7 @@ from repositories import Files, Repository
 
 from fcw.frame import ImageSize
 
-CHOICE = Path(__file__).with_name("gathered.json")
+GATHERED, HARD = (Path(__file__).with_name(name) for name in ("gathered.json", "hard.json"))
 CAMERA = Rough(1.35, 0.8)
 """Of an unknown maker: a field of view of 64 degrees."""
 HEIGHTS_M = {"car": 1.5, "suv": 1.75, "van": 2.1, "truck": 3.2, "bus": 3.1}
@@ -79,7 +81,7 @@ class Gathered:
         return f"gathered_{self.camera}_{self.size}"
 
 
-def read_gathered(path: Path = CHOICE) -> tuple[Gathered, ...]:
+def read_gathered(path: Path) -> tuple[Gathered, ...]:
     """All pictures, by repository and commit."""
     read: list[Gathered] = []
     for place, pictures in json.loads(path.read_text()).items():
@@ -101,11 +103,11 @@ def read_gathered(path: Path = CHOICE) -> tuple[Gathered, ...]:
     return tuple(read)
 
 
-def build_gathered(clones: Path, learn: Folder, judge: Folder) -> None:
-    """Both folders: to learn from, and to judge by."""
+def build_gathered(clones: Path, choice: Path, learn: Folder, judge: Folder) -> None:
+    """Both folders of a choice: to learn from, and to judge by."""
     of_clip: dict[str, list[Gathered]] = defaultdict(list)
     of_repository: dict[tuple[str, str], list[tuple[int, Gathered]]] = defaultdict(list)
-    for number, each in enumerate(read_gathered()):
+    for number, each in enumerate(read_gathered(choice)):
         of_clip[each.clip].append(each)
         of_repository[each.repository, each.commit].append((number, each))
     cameras = {
