@@ -1,0 +1,1 @@
+"""The focal length, from how the picture goes by while the car turns."""

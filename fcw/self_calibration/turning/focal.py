@@ -1,0 +1,104 @@
+"""The focal length that the turns of a clip tell.
+
+Driving straight shows none: with another lens all things are as much nearer or farther. A turn moves the
+picture aside by the focal length times the angle, and what lies to the sides besides by the angle over the
+focal length. Where the depths are known, from how they change over some seconds in which the car turns more
+and less, the two tell both. On a circle they do not, whatever the number of pictures (Sturm 1999): so each
+turn tells what it tells, and what the turns have for themselves is taken from how they differ.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fcw.camera.calibration import Gaussian
+from fcw.self_calibration.turning.bundle import BEND_RANGE, Bundle, Told
+from fcw.self_calibration.turning.tracks import PointTracks
+from fcw.self_calibration.turning.windows import HOP_S, LENGTH_S, TurningWindow, turning_windows
+
+VIEWS_DEG = (45.0, 60.0, 75.0, 90.0, 110.0)
+"""Fields of view to start with."""
+ROUGH_PLAN = ((8.0, 3), (3.0, 4), (1.2, 8))
+FINE_PLAN = ((1.0, 60),)
+LEAST_INLYING = 0.55
+"""A window whose points keep less to one rigid world shows traffic, rain or reflections."""
+LARGEST_SIGMA = 0.5
+BEND_MARGIN = 0.02
+"""A lens at the end of what is believed is one that k1 alone does not describe."""
+WINDOW_SIGMA = 0.15
+"""Of each window for itself, as a part of the focal length: those of KITTI odometry 03 differ by 0.12."""
+COMMON_SIGMA = 0.08
+"""Of all windows of a clip: an axis off the middle, a lens that no k1 describes, a rolling shutter."""
+HUBER_SIGMAS = 1.5
+ROUNDS = 12
+WIDENED_BY = 1.15
+
+
+def focal_by_turns(tracks: PointTracks) -> Gaussian | None:
+    """Focal length in pixels of the whole picture; None where the clip does not turn enough to tell.
+
+    Args:
+        tracks: of the clip.
+    """
+    width_px = tracks.size[0]
+    found = [lens_of_window(window, tracks.size) for window in turning_windows(tracks.pictures, width_px)]
+    together = agreed_focal([told for told in found if told is not None])
+    if together is None:
+        return None
+    focal_px = math.exp(together.value) * tracks.factor
+    return Gaussian(focal_px, together.sigma * focal_px)
+
+
+def lens_of_window(window: TurningWindow, size: tuple[int, int]) -> Told | None:
+    """What one window tells; None where its points are not of one rigid world, or fit any lens.
+
+    Args:
+        window: some seconds.
+        size: width and height of the small pictures.
+    """
+    best: tuple[float, Bundle] | None = None
+    for view_deg in VIEWS_DEG:
+        focal_px = size[0] / 2 / math.tan(math.radians(view_deg) / 2)
+        try:
+            bundle = Bundle(window.times_s, window.places, size, focal_px)
+            cost = bundle.fit(ROUGH_PLAN, focal_open=False).cost
+        except np.linalg.LinAlgError:
+            continue
+        if best is None or cost < best[0]:
+            best = cost, bundle
+    if best is None:
+        return None
+    try:
+        told = best[1].fit(FINE_PLAN, focal_open=True)
+    except np.linalg.LinAlgError:
+        return None
+    low, high = BEND_RANGE
+    inside = low + BEND_MARGIN < told.bend.value < high - BEND_MARGIN
+    tells = inside and told.inlying >= LEAST_INLYING and told.log_focal.sigma < LARGEST_SIGMA
+    return told if tells else None
+
+
+def agreed_focal(windows: Sequence[Told]) -> Gaussian | None:
+    """The logarithm of the focal length by all windows; None without any.
+
+    Windows differ by more than pixel noise makes them. By how much is found with the mean (DerSimonian &
+    Laird 1986), and windows far from the others count less (Huber 1964). Windows overlap, and tell so much
+    less.
+    """
+    if not windows:
+        return None
+    values = np.array([told.log_focal.value for told in windows])
+    variances = np.array([told.log_focal.sigma for told in windows]) ** 2
+    mean, own = float(np.median(values)), WINDOW_SIGMA
+    weights = 1 / (variances + own**2)
+    for _ in range(ROUNDS):
+        weights = 1 / (variances + own**2)
+        for _ in range(ROUNDS):
+            off = np.abs(values - mean) * np.sqrt(weights)
+            robust = weights * np.minimum(1.0, HUBER_SIGMAS / np.maximum(off, 1e-9))
+            mean = float((robust * values).sum() / robust.sum())
+        if len(values) < 2 or (weights * (values - mean) ** 2).sum() <= len(values) - 1:
+            break
+        own *= WIDENED_BY
+    return Gaussian(mean, math.hypot(COMMON_SIGMA, math.sqrt(LENGTH_S / HOP_S / weights.sum())))
