@@ -45,6 +45,7 @@ class Evidence:
         yaw_rad: of the camera to the left, where it is known besides.
         roll_rad: of the camera to the right, likewise.
         scale_px_m: focal length times height: what a known speed tells, by how fast the road flows by.
+        focal_px: focal length, as the turns of a clip tell it.
         edges: columns and rows along what is straight in the world, three places or more of each.
         plates: number plates of vehicles ahead.
         rectangles: on the road, wherever they lie and however they are turned.
@@ -62,6 +63,7 @@ class Evidence:
     yaw_rad: Gaussian | None = None
     roll_rad: Gaussian | None = None
     scale_px_m: Gaussian | None = None
+    focal_px: Gaussian | None = None
     edges: tuple[tuple[tuple[float, float], ...], ...] = ()
     rectangles: tuple[GroundRectangle, ...] = ()
     plates: tuple[NumberPlate, ...] = ()

@@ -290,6 +290,10 @@ class JointFit:
             found.append(np.array([(view_rad - self._view.value) / self._view.sigma]))
         if self._horizon is not None:
             found.append(np.array([(camera.horizon_row_px - self._horizon.value) / self._horizon.sigma]))
+        focal_px = self._evidence.focal_px
+        if focal_px is not None and self._lens is None:
+            off = x[LOG_FOCAL] - math.log(focal_px.value)
+            found.append(np.array([off / (focal_px.sigma / focal_px.value)]))
         scale = self._evidence.scale_px_m
         if scale is not None:
             off = x[LOG_FOCAL] + x[LOG_HEIGHT] - math.log(scale.value)

@@ -239,3 +239,24 @@ def test_wide_boxes_of_neighbours_do_not_make_a_lens_of_any_width():
     found = calibrate_jointly(Known(Evidence(rulers=rulers, travel_px=travel), ImageSize(854, 480), HEIGHT))
     view_deg = math.degrees(2 * math.atan(427 / found.camera.focal_y_px))
     assert view_deg == pytest.approx(66, abs=5)
+
+
+def test_a_focal_length_by_turns_narrows_distances_and_moves_them_with_it():
+    travel = (Gaussian(639.5, 3.0), Gaussian(309.5, 3.0))
+    known = Known(Evidence(travel_px=travel), SIZE, HEIGHT)
+    told = replace(known, evidence=replace(known.evidence, focal_px=Gaussian(560.0, 56.0)))
+    rough, turned = calibrate_jointly(known), calibrate_jointly(told)
+    assert turned.camera.focal_y_px == pytest.approx(560.0, rel=0.1)
+    assert turned.camera.focal_y_px > 560.0  # what is usual pulls a little
+    low_m, high_m = turned.distance_interval(turned.row_at(20.0))
+    rough_low_m, rough_high_m = rough.distance_interval(rough.row_at(20.0))
+    assert high_m - low_m < 0.5 * (rough_high_m - rough_low_m)
+
+
+def test_a_known_lens_is_not_moved_by_what_turns_tell():
+    lens = Lens("radtan", 1000.0, 1000.0, 639.5, 359.5, (0.0,) * 4, SIZE)
+    evidence = Evidence(
+        travel_px=(Gaussian(639.5, 3.0), Gaussian(309.5, 3.0)), focal_px=Gaussian(500.0, 20.0)
+    )
+    found = calibrate_jointly(Known(evidence, SIZE, HEIGHT, lens=lens))
+    assert found.camera.focal_y_px == pytest.approx(1000.0, rel=1e-4)
