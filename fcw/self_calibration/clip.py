@@ -1,9 +1,9 @@
 """What a recorded clip shows of its camera, without any mark on the road.
 
 Driving straight, all things flow out of the point that we drive to: it lies on the horizon and tells the yaw.
-The vehicles ahead are about as wide as vehicles are. And the road below flows by as fast as the camera is
-high: with a known speed, the height follows. All of it becomes `fcw.camera.joint.Evidence`, beside whatever a
-person clicked.
+The vehicles ahead are about as wide as vehicles are. Turns tell the focal length. And the road below flows by
+as fast as the camera is high: with a known speed, the height follows. All of it becomes
+`fcw.camera.joint.Evidence`, beside whatever a person clicked.
 """
 
 import math
@@ -32,6 +32,8 @@ from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
+from fcw.self_calibration.turning.focal import focal_by_turns
+from fcw.self_calibration.turning.tracks import PointTracks
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
@@ -80,6 +82,7 @@ class ClipObservations:
         speed_heights: speed by the picture in camera heights a second; None where it is not known.
         frames: how many pictures were looked at for vehicles.
         moved_s: between which times the camera was moved; None where it was not.
+        focal_px: by how the picture turns; None where that was not asked, or it turns too little.
     """
 
     travel_px: tuple[Gaussian, Gaussian] | None
@@ -88,10 +91,11 @@ class ClipObservations:
     speed_heights: float | None
     frames: int
     moved_s: tuple[float, float] | None = None
+    focal_px: Gaussian | None = None
 
     def evidence(self) -> Evidence:
         """As the joint fit takes it."""
-        return Evidence(travel_px=self.leads_to_px, rulers=self.rulers)
+        return Evidence(travel_px=self.leads_to_px, rulers=self.rulers, focal_px=self.focal_px)
 
     @property
     def leads_to_px(self) -> tuple[Gaussian, Gaussian] | None:
@@ -125,12 +129,14 @@ class ClipCalibration:
         shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
         by_motion: whether the motion of the camera tells where the road lies.
         piece_s: the piece of the clip that it holds for, where the camera was moved in it; else None.
+        focal_px: what the turns of the clip tell; None where they tell nothing, or the view was stated.
     """
 
     calibration: Calibration
     shows_road: bool
     by_motion: bool
     piece_s: tuple[float, float] | None = None
+    focal_px: Gaussian | None = None
 
 
 def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | None = None) -> Calibration:
@@ -180,15 +186,17 @@ def calibrate_clip(
     else:
         guess = rough_calibration(size, height_m.value, priors)
     calibration, piece_s, shows_road = guess, None, False
-    seen = observe_clip(source, guess, detector, on_frame=on_frame)
+    turns = lens is None and priors.field_of_view_rad is None
+    seen = observe_clip(source, guess, detector, on_frame=on_frame, turns=turns)
     if seen.moved_s is not None:
         piece_s = _before_or_after(seen.moved_s)
-        seen = observe_clip(source, guess, detector, piece_s, on_frame)
+        seen = observe_clip(source, guess, detector, piece_s, on_frame, turns=turns)
     for turn in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         if turn:
             seen = observe_clip(source, calibration, None, piece_s or WHOLE_CLIP_S, on_frame, seen)
-        all_known = replace(evidence, travel_px=seen.leads_to_px, rulers=seen.rulers)
+        told = seen.evidence()
+        all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
         if speed_mps is not None:
             # How fast the road flows by tells height times focal length: with another lens another height.
             focal_px, by_speed = calibration.camera.focal_y_px, seen.height_by_speed(speed_mps)
@@ -199,7 +207,7 @@ def calibrate_clip(
         shows_road = known.tells_of_the_road or bool(seen.rulers)
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
-    return ClipCalibration(calibration, shows_road, seen.travel_px is not None, piece_s)
+    return ClipCalibration(calibration, shows_road, seen.travel_px is not None, piece_s, seen.focal_px)
 
 
 def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:
@@ -215,6 +223,7 @@ def observe_clip(
     piece_s: tuple[float, float] = WHOLE_CLIP_S,
     on_frame: Callable[[], None] = lambda: None,
     seen: ClipObservations | None = None,
+    turns: bool = False,
 ) -> ClipObservations:
     """Look through a clip.
 
@@ -225,9 +234,11 @@ def observe_clip(
         piece_s: from when to when the clip is looked at.
         on_frame: called after each picture.
         seen: the earlier look.
+        turns: whether to look for the focal length in the turns.
     """
     camera, settings = guess.camera, MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD)
     estimator = MotionEstimator(guess, settings)
+    tracks = PointTracks(guess.image_size.width) if turns else None
     boxes: tuple[Box, ...] = ()
     rulers: list[Ruler] = []
     mounts, speeds = [], []
@@ -264,6 +275,8 @@ def observe_clip(
                 if ruler.width_px < FARTHEST_SIGN_PART * camera.focal_y_px
             ]
         motion = estimator.update(frame.time_ns, frame.image, boxes)
+        if tracks is not None:
+            tracks.update(time_s, frame.image)
         if motion.mount is not None and motion.speed_mps is not None:
             speeds.append(motion.speed_mps / camera.height_m)
             turns = abs(motion.yaw_rate_radps or 0.0) >= FASTEST_TURN_RADPS
@@ -275,10 +288,11 @@ def observe_clip(
     if seen is not None:
         # A later look may tell less than an earlier one did, in a short clip.
         travel, speed = travel or seen.travel_px, speed or seen.speed_heights
-        return ClipObservations(travel, seen.lanes_px, seen.rulers, speed, seen.frames)
+        return replace(seen, travel_px=travel, speed_heights=speed, moved_s=None)
     lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
     moved_s = moved_at(signs, camera.focal_y_px)
-    return ClipObservations(travel, lanes, _spread(rulers), speed, frames, moved_s)
+    focal_px = None if tracks is None or moved_s is not None else focal_by_turns(tracks)
+    return ClipObservations(travel, lanes, _spread(rulers), speed, frames, moved_s, focal_px)
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:

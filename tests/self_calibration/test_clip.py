@@ -8,6 +8,7 @@ import pytest
 
 from fcw.box import Box
 from fcw.camera.calibration import Gaussian, GroundPoint, Priors
+from fcw.camera.joint.evidence import Evidence
 from fcw.camera.solve import calibrate
 from fcw.detection.choice import load_model, make_detector
 from fcw.errors import UserError
@@ -70,6 +71,13 @@ def test_a_known_speed_gives_the_height():
     assert seen.height_by_speed(26.0).value == pytest.approx(1.3)
     with pytest.raises(UserError, match="measure the camera's height"):
         ClipObservations(None, None, (), None, 10).height_by_speed(26.0)
+
+
+def test_a_clip_that_turns_gives_the_focal_length_as_evidence():
+    focal_px = Gaussian(560.0, 60.0)
+    assert ClipObservations(None, None, (), None, 10, focal_px=focal_px).evidence() == Evidence(
+        focal_px=focal_px
+    )
 
 
 def test_boxes_that_are_cut_small_or_aside_are_no_rulers():
@@ -141,3 +149,20 @@ def test_the_shipped_drive_leads_where_its_lanes_do():
     column, row = seen.lanes_px
     assert abs(row.value - DEMO_HORIZON_ROW_PX) < 2 * row.sigma
     assert abs(column.value - 639.5) < 2 * column.sigma
+
+
+@pytest.mark.slow
+def test_kitti_in_bends_tells_its_focal_length(data_dir):
+    """721.5 px, by its calibration; nothing is stated of the lens."""
+    source = open_source(data_dir / "kitti-odometry-03" / "drive.mp4")
+    guess = rough_calibration(source.image_size, 1.65)
+    focal_px = observe_clip(source, guess, None, turns=True).focal_px
+    assert focal_px is not None
+    assert abs(focal_px.value - 721.5) < 2 * focal_px.sigma
+    assert focal_px.sigma < 0.15 * focal_px.value
+
+
+@pytest.mark.slow
+def test_a_straight_clip_tells_no_focal_length(data_dir):
+    source = open_source(data_dir / "clips" / "udacity_test_small1.mp4")
+    assert observe_clip(source, rough_calibration(SIZE, 1.2), None, turns=True).focal_px is None

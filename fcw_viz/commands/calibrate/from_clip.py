@@ -81,7 +81,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
             shown, detector, height_m, evidence, priors, speed_mps=command.speed, on_frame=bar.advance
         )
     calibration = replace(found.calibration, lens=lens, reference_offset_m=command.reference_offset)
-    notes = () if evidence.has_distances else _assumed(command, height_m, calibration.assumed)
+    notes = () if evidence.has_distances else _assumed(command, height_m, calibration.assumed, found.focal_px)
     if not found.shows_road:
         notes += (NO_ROAD,)
     elif not found.by_motion:
@@ -91,7 +91,9 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     return save_and_report(calibration, save, command, notes)
 
 
-def _assumed(command: CalibrateCommand, height_m: Gaussian, assumed: Priors) -> tuple[str, ...]:
+def _assumed(
+    command: CalibrateCommand, height_m: Gaussian, assumed: Priors, focal_px: Gaussian | None
+) -> tuple[str, ...]:
     """What nobody said of the camera, to which every distance is proportional, and how to say it."""
     taken, options = [], []
     if command.height is None and command.speed is None:
@@ -107,6 +109,12 @@ def _assumed(command: CalibrateCommand, height_m: Gaussian, assumed: Priors) -> 
     if not taken:
         return ()
     text = f"rough: this assumes {' and '.join(taken)}, and distances are as uncertain"
+    if view is not None and focal_px is not None:
+        part = 100 * focal_px.sigma / focal_px.value
+        text = (
+            f"rough: this assumes {' and '.join(taken)}, and takes from the turns in the clip that the focal "
+            f"length is {focal_px.value:.0f} px ± {part:.0f} %"
+        )
     return (f"{text}; give {' and '.join(options)}",)
 
 

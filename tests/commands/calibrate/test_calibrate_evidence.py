@@ -1,14 +1,18 @@
 """`fcw calibrate` with what is known of the road: lane lines, dashes, rectangles, number plates."""
 
 import json
+import math
 
 import cv2
 import numpy as np
 import pytest
 
+from fcw.camera.calibration import Gaussian, Priors
 from fcw.camera.file import default_path, read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw_viz.cli import main
+from fcw_viz.commands.calibrate.from_clip import _assumed
+from fcw_viz.commands.calibrate.options import CalibrateCommand
 
 TRUTH = GroundPlaneCamera(0.03, 1100, 359.5, 1.225, 639.5)
 GOOD_POINTS = [f"{d}:{TRUTH.row_at(float(d))!r}" for d in (6, 15, 40)]
@@ -170,6 +174,25 @@ def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in " ".join(captured.err.split())
+
+
+@pytest.mark.parametrize(
+    ("focal_px", "expected"),
+    [
+        (None, "a field of view of 66 ± 16 degrees (of any camera), and distances are as uncertain; give"),
+        (
+            Gaussian(758.0, 83.0),
+            "and takes from the turns in the clip that the focal length is 758 px ± 11 %; give",
+        ),
+    ],
+)
+def test_what_turns_tell_of_the_lens_is_said(focal_px, expected):
+    view = Gaussian(math.radians(66), math.radians(16))
+    command = CalibrateCommand(from_clip=True, height=1.3)
+    (note,) = _assumed(command, Gaussian(1.3, 0.026), Priors(view), focal_px)
+    assert expected in note
+    assert note.endswith("give --field-of-view (degrees from side to side, by the data sheet)")
+    assert _assumed(command, Gaussian(1.3, 0.026), Priors(), focal_px) == ()
 
 
 @pytest.mark.slow
