@@ -25,12 +25,12 @@ LEAST_INLYING = 0.55
 """A window whose points keep less to one rigid world shows traffic, rain or reflections."""
 LARGEST_SIGMA = 0.5
 TRUSTED_BEND = (-0.18, 0.18)
-"""k1 of pictures that k1 describes. Equidistant lenses come out at -0.25 to -0.28, with a focal length that is
-too long by 12 to 70 %: stronger bends tell nothing."""
+"""k1 of pictures that k1 describes. Equidistant lenses come out at -0.25 to -0.28, with a focal length that
+is too long by 12 to 70 %: stronger bends tell nothing."""
 WINDOW_SIGMA = 0.15
 """Of each window for itself, as a part of the focal length: those of KITTI odometry 03 differ by 0.12."""
 COMMON_SIGMA = 0.08
-"""Of all windows of a clip: an axis off the middle, a lens that no k1 describes, a rolling shutter."""
+"""Of all windows of a clip: an axis off the middle, what k1 leaves of the lens, a rolling shutter."""
 HUBER_SIGMAS = 1.5
 ROUNDS = 12
 WIDENED_BY = 1.15
