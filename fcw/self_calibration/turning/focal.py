@@ -24,6 +24,8 @@ FINE_PLAN = ((1.0, 60),)
 LEAST_INLYING = 0.55
 """A window whose points keep less to one rigid world shows traffic, rain or reflections."""
 LARGEST_SIGMA = 0.5
+FEWEST_WINDOWS = 2
+"""How far windows differ is not seen in one."""
 TRUSTED_BEND = (-0.18, 0.18)
 """k1 of pictures that k1 describes. Equidistant lenses come out at -0.25 to -0.28, with a focal length that
 is too long by 12 to 70 %: stronger bends tell nothing."""
@@ -81,13 +83,13 @@ def lens_of_window(window: TurningWindow, size: tuple[int, int]) -> Told | None:
 
 
 def agreed_focal(windows: Sequence[Told]) -> Gaussian | None:
-    """The logarithm of the focal length by all windows; None without any.
+    """The logarithm of the focal length by all windows; None of fewer than `FEWEST_WINDOWS`.
 
     Windows differ by more than pixel noise makes them. By how much is found with the mean (DerSimonian &
     Laird 1986), and windows far from the others count less (Huber 1964). Windows overlap, and tell so much
     less.
     """
-    if not windows:
+    if len(windows) < FEWEST_WINDOWS:
         return None
     values = np.array([told.log_focal.value for told in windows])
     variances = np.array([told.log_focal.sigma for told in windows]) ** 2
@@ -99,7 +101,7 @@ def agreed_focal(windows: Sequence[Told]) -> Gaussian | None:
             off = np.abs(values - mean) * np.sqrt(weights)
             robust = weights * np.minimum(1.0, HUBER_SIGMAS / np.maximum(off, 1e-9))
             mean = float((robust * values).sum() / robust.sum())
-        if len(values) < 2 or (weights * (values - mean) ** 2).sum() <= len(values) - 1:
+        if (weights * (values - mean) ** 2).sum() <= len(values) - 1:
             break
         own *= WIDENED_BY
     return Gaussian(mean, math.hypot(COMMON_SIGMA, math.sqrt(LENGTH_S / HOP_S / weights.sum())))
