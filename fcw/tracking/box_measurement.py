@@ -155,20 +155,22 @@ class BoxGeometry:
             box: of it.
             distance_m: as believed.
             width_m: of its rear.
-            focal_px: believed together with the distance. With the calibrated one, vehicles beside us would
-                stand the nearer to our path the shorter the distances are believed to be, so show less of
-                their sides, and the width left over would make all distances shorter still.
+            focal_px: believed together with the distance, by which its side shows. With the calibrated one a
+                shorter scale would move it towards our path, so that it showed less of its side; the width
+                left over would make the scale shorter still. How far aside it is for all else goes by the
+                calibration: boxes that are too wide would pull that as well.
         """
         model = self._model
         side_m = self._side_m(box, distance_m, width_m, focal_px)
         path_m = self.path.lateral_at(distance_m)
         outer_m = max(
-            abs((self._axis_px - edge_px) * distance_m / focal_px - path_m) for edge_px in (box.x, box.right)
+            abs((self._axis_px - edge_px) * distance_m / self._focal_px - path_m)
+            for edge_px in (box.x, box.right)
         )
         lateral_m = outer_m - width_m / 2
         return View(
             math.hypot(model.aspect_sigma, model.side_sigma * side_m / (width_m + side_m)),
-            focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),
+            self._focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),
             lateral_m,
         )
 

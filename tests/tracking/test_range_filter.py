@@ -358,13 +358,16 @@ def test_an_unknown_focal_length_leaves_places_across_the_road_known():
     assert exact.log_across_sigma == pytest.approx(exact.log_distance_sigma, rel=0.01)
 
 
-@given(log_scale=st.floats(-1.0, 1.0), distance_m=st.floats(3.0, 60.0), lateral_m=st.floats(-6.0, 6.0))
+@given(log_scale=st.floats(-1.0, 1.0), distance_m=st.floats(5.0, 30.0), lateral_m=st.floats(2.5, 6.0))
 def test_with_another_focal_length_vehicles_stand_as_far_beside_us(log_scale, distance_m, lateral_m):
-    """Distances grow with it, and so do the angles' metres: else a wrong one would feed on itself."""
-    geometry, scale = BoxGeometry(CAMERA_MODEL, SIZE, NOISE, RangeModel()), math.exp(log_scale)
-    box = seen(distance_m, lateral_m)
-    first, other = (
-        geometry.view(box, s * distance_m, CAR.width_m, s * CAMERA_MODEL.focal_y_px) for s in (1.0, scale)
-    )
-    assert other.lateral_m == pytest.approx(first.lateral_m)
-    assert first.lateral_m == pytest.approx(abs(lateral_m), abs=0.01)
+    """The side of a car shrinks with its distance alone: else a wrong scale would feed itself."""
+    model, box = RangeModel(), seen(distance_m, lateral_m)
+    geometry = BoxGeometry(CAMERA_MODEL, SIZE, NOISE, model)
+    beyond_m = []
+    for scale in (1.0, math.exp(log_scale)):
+        view = geometry.view(box, scale * distance_m, CAR.width_m, scale * CAMERA_MODEL.focal_y_px)
+        part = math.sqrt(view.aspect_sigma**2 - model.aspect_sigma**2) / model.side_sigma
+        side_m = CAR.width_m * part / (1 - part)
+        beyond_m.append(side_m * (scale * distance_m + model.vehicle_length_m) / model.vehicle_length_m)
+    assert beyond_m[1] == pytest.approx(beyond_m[0])
+    assert beyond_m[0] == pytest.approx(lateral_m - CAR.width_m / 2, abs=0.01)
