@@ -124,7 +124,7 @@ def _loss(net: Any, batch: _Batch, settings: GlanceSettings) -> Any:  # noqa: AN
     pictures = torch.from_numpy(batch.pictures).permute(0, 3, 1, 2).float()
     means = pictures.mean((1, 2, 3), keepdim=True)
     pictures = (pictures - means) / (pictures.std((1, 2, 3), keepdim=True) + LEAST_CONTRAST)
-    seen = net(pictures.contiguous(memory_format=torch.channels_last)).float()
+    seen = net(pictures.contiguous(memory_format=torch.channels_last))
     target, reaches = torch.from_numpy(batch.vehicle), torch.from_numpy(batch.reaches)
     known, inside = target != IGNORED, target > 0.5
     logits, wanted, smooth = seen[:, 0][known], target[known], settings.smoothing

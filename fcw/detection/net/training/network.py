@@ -89,7 +89,7 @@ def learn(
 
 
 def _loss(net: Any, batch: Batch, settings: NetworkSettings) -> Any:  # noqa: ANN401
-    out = net(torch.from_numpy(normalised(batch.windows))).float()
+    out = net(torch.from_numpy(normalised(batch.windows)))
     target = torch.from_numpy(batch.vehicle)
     smooth = settings.smoothing
     loss = functional.binary_cross_entropy_with_logits(out[:, 0], target * (1 - 2 * smooth) + smooth)
