@@ -186,11 +186,11 @@ def calibrate_clip(
     else:
         guess = rough_calibration(size, height_m.value, priors)
     calibration, piece_s, shows_road = guess, None, False
-    turns = lens is None and priors.field_of_view_rad is None
-    seen = observe_clip(source, guess, detector, on_frame=on_frame, turns=turns)
+    asks_turns = lens is None and priors.field_of_view_rad is None
+    seen = observe_clip(source, guess, detector, on_frame=on_frame, asks_turns=asks_turns)
     if seen.moved_s is not None:
         piece_s = _before_or_after(seen.moved_s)
-        seen = observe_clip(source, guess, detector, piece_s, on_frame, turns=turns)
+        seen = observe_clip(source, guess, detector, piece_s, on_frame, asks_turns=asks_turns)
     for turn in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         if turn:
@@ -223,7 +223,7 @@ def observe_clip(
     piece_s: tuple[float, float] = WHOLE_CLIP_S,
     on_frame: Callable[[], None] = lambda: None,
     seen: ClipObservations | None = None,
-    turns: bool = False,
+    asks_turns: bool = False,
 ) -> ClipObservations:
     """Look through a clip.
 
@@ -234,11 +234,11 @@ def observe_clip(
         piece_s: from when to when the clip is looked at.
         on_frame: called after each picture.
         seen: the earlier look.
-        turns: whether to look for the focal length in the turns.
+        asks_turns: whether to look for the focal length in the turns.
     """
     camera, settings = guess.camera, MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD)
     estimator = MotionEstimator(guess, settings)
-    tracks = PointTracks(guess.image_size.width) if turns else None
+    tracks = PointTracks(guess.image_size.width) if asks_turns else None
     boxes: tuple[Box, ...] = ()
     rulers: list[Ruler] = []
     mounts, speeds = [], []

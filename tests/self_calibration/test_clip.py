@@ -156,7 +156,7 @@ def test_kitti_in_bends_tells_its_focal_length(data_dir):
     """721.5 px, by its calibration; nothing is stated of the lens."""
     source = open_source(data_dir / "kitti-odometry-03" / "drive.mp4")
     guess = rough_calibration(source.image_size, 1.65)
-    focal_px = observe_clip(source, guess, None, turns=True).focal_px
+    focal_px = observe_clip(source, guess, None, asks_turns=True).focal_px
     assert focal_px is not None
     assert abs(focal_px.value - 721.5) < 2 * focal_px.sigma
     assert focal_px.sigma < 0.15 * focal_px.value
@@ -165,4 +165,4 @@ def test_kitti_in_bends_tells_its_focal_length(data_dir):
 @pytest.mark.slow
 def test_a_straight_clip_tells_no_focal_length(data_dir):
     source = open_source(data_dir / "clips" / "udacity_test_small1.mp4")
-    assert observe_clip(source, rough_calibration(SIZE, 1.2), None, turns=True).focal_px is None
+    assert observe_clip(source, rough_calibration(SIZE, 1.2), None, asks_turns=True).focal_px is None
