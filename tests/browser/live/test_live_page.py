@@ -214,8 +214,10 @@ def test_panel_and_warning_say_the_same_while_no_picture_can_be_drawn(
 
 
 HEIGHT_PX = 844
-BLOCK_MS = 3000
-HOLD_UP = f"() => {{ const start = performance.now(); while (performance.now() - start < {BLOCK_MS}); }}"
+LATE_MS = 3000
+HELD_UP_MS = LATE_MS + 1000
+"""The picture that is drawn late may set out only after the page is held up."""
+HOLD_UP = f"() => {{ const start = performance.now(); while (performance.now() - start < {HELD_UP_MS}); }}"
 
 
 def test_a_picture_drawn_late_is_counted_as_old_as_it_is(
@@ -230,7 +232,7 @@ def test_a_picture_drawn_late_is_counted_as_old_as_it_is(
     page = person.browser.page
     page.wait_for_function("document.querySelector('[data-fcw-age]').textContent.endsWith('s')")
     page.evaluate(HOLD_UP)
-    wait_for(lambda: shown.latency.figures.drawn_worst_s >= BLOCK_MS / 1000)
+    wait_for(lambda: shown.latency.figures.drawn_worst_s >= LATE_MS / 1000)
 
 
 def test_from_above_a_narrow_window_shows_level_and_age_all_the_same(
