@@ -146,7 +146,8 @@ class LiveTab(PageTab):
             self._painter.paint(image, moment.result)
         with self.client.atomic():
             self.latency.sent(moment.captured_s, moment.found_s)
-            self.age.comes(moment.captured_s)
+            if self._end_words is None:  # a drive's last picture, drawn once more, is not late
+                self.age.comes(moment.captured_s)
             self.view.show(image, QUALITY)
             self.birds_eye.show(moment.result)
             self.hover.show(moment.result if self._overlay_shown else None, header.imperial)
