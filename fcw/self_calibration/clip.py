@@ -32,7 +32,8 @@ from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
-from fcw.self_calibration.turning.focal import focal_by_turns
+from fcw.self_calibration.turning.focal import LensByTurns, lens_by_turns
+from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.tracks import PointTracks
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
@@ -82,7 +83,7 @@ class ClipObservations:
         speed_heights: speed by the picture in camera heights a second; None where it is not known.
         frames: how many pictures were looked at for vehicles.
         moved_s: between which times the camera was moved; None where it was not.
-        focal_px: by how the picture turns; None where that was not asked, or it turns too little.
+        by_turns: the lens, by how the picture turns; None where that was not asked, or it turns too little.
     """
 
     travel_px: tuple[Gaussian, Gaussian] | None
@@ -91,11 +92,12 @@ class ClipObservations:
     speed_heights: float | None
     frames: int
     moved_s: tuple[float, float] | None = None
-    focal_px: Gaussian | None = None
+    by_turns: LensByTurns | None = None
 
     def evidence(self) -> Evidence:
         """As the joint fit takes it."""
-        return Evidence(travel_px=self.leads_to_px, rulers=self.rulers, focal_px=self.focal_px)
+        focal_px = None if self.by_turns is None else self.by_turns.focal_px
+        return Evidence(travel_px=self.leads_to_px, rulers=self.rulers, focal_px=focal_px)
 
     @property
     def leads_to_px(self) -> tuple[Gaussian, Gaussian] | None:
@@ -130,6 +132,8 @@ class ClipCalibration:
         by_motion: whether the motion of the camera tells where the road lies.
         piece_s: the piece of the clip that it holds for, where the camera was moved in it; else None.
         focal_px: what the turns of the clip tell; None where they tell nothing, or the view was stated.
+        lens: of a camera that bends straight lines, by the turns. Unless somebody clicked in a picture,
+            nothing more was looked for: the calibration is a guess until the clip is seen through the lens.
     """
 
     calibration: Calibration
@@ -137,6 +141,7 @@ class ClipCalibration:
     by_motion: bool
     piece_s: tuple[float, float] | None = None
     focal_px: Gaussian | None = None
+    lens: Lens | None = None
 
 
 def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | None = None) -> Calibration:
@@ -191,6 +196,12 @@ def calibrate_clip(
     if seen.moved_s is not None:
         piece_s = _before_or_after(seen.moved_s)
         seen = observe_clip(source, guess, detector, piece_s, on_frame, asks_turns=asks_turns)
+    focal_px = None if seen.by_turns is None else seen.by_turns.focal_px
+    bent = None if seen.by_turns is None else _bent_lens(seen.by_turns, size)
+    if bent is not None:
+        if evidence == Evidence():
+            return ClipCalibration(guess, False, False, piece_s, focal_px, bent)
+        seen = replace(seen, by_turns=None)
     for turn in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         if turn:
@@ -199,15 +210,23 @@ def calibrate_clip(
         all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
         if speed_mps is not None:
             # How fast the road flows by tells height times focal length: with another lens another height.
-            focal_px, by_speed = calibration.camera.focal_y_px, seen.height_by_speed(speed_mps)
-            scale = Gaussian(by_speed.value * focal_px, by_speed.sigma * focal_px)
+            now_px, by_speed = calibration.camera.focal_y_px, seen.height_by_speed(speed_mps)
+            scale = Gaussian(by_speed.value * now_px, by_speed.sigma * now_px)
             all_known = replace(all_known, scale_px_m=scale)
         known = Known(all_known, size, height_m, priors=priors, lens=lens, rough=True)
         before, calibration = calibration, calibrate_jointly(known)
         shows_road = known.tells_of_the_road or bool(seen.rulers)
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
-    return ClipCalibration(calibration, shows_road, seen.travel_px is not None, piece_s, seen.focal_px)
+    return ClipCalibration(calibration, shows_road, seen.travel_px is not None, piece_s, focal_px, bent)
+
+
+def _bent_lens(by_turns: LensByTurns, size: ImageSize) -> Lens | None:
+    """None of a picture that is nearly straight."""
+    if by_turns.bend is None:
+        return None
+    axis_px = (size.width - 1) / 2, (size.height - 1) / 2
+    return PlainLens(by_turns.focal_px.value, by_turns.bend, axis_px).fisheye(size)
 
 
 def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:
@@ -234,7 +253,7 @@ def observe_clip(
         piece_s: from when to when the clip is looked at.
         on_frame: called after each picture.
         seen: the earlier look.
-        asks_turns: whether to look for the focal length in the turns.
+        asks_turns: whether to look for the lens in the turns.
     """
     camera, settings = guess.camera, MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD)
     estimator = MotionEstimator(guess, settings)
@@ -291,8 +310,8 @@ def observe_clip(
         return replace(seen, travel_px=travel, speed_heights=speed, moved_s=None)
     lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
     moved_s = moved_at(signs, camera.focal_y_px)
-    focal_px = None if tracks is None or moved_s is not None else focal_by_turns(tracks)
-    return ClipObservations(travel, lanes, _spread(rulers), speed, frames, moved_s, focal_px)
+    by_turns = None if tracks is None or moved_s is not None else lens_by_turns(tracks)
+    return ClipObservations(travel, lanes, _spread(rulers), speed, frames, moved_s, by_turns)
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:

@@ -1,18 +1,23 @@
 """A recorded clip calibrated by what it shows."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Gaussian, GroundPoint, Priors
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.solve import calibrate
 from fcw.detection.choice import load_model, make_detector
+from fcw.detection.detector import Detection
 from fcw.errors import UserError
-from fcw.frame import ImageSize
+from fcw.frame import Frame, ImageSize
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
 from fcw.self_calibration.clip import (
@@ -25,7 +30,10 @@ from fcw.self_calibration.clip import (
     rough_calibration,
 )
 from fcw.self_calibration.lane_lines import agreed_meeting
+from fcw.self_calibration.turning.focal import LensByTurns
+from fcw.self_calibration.turning.lens import PlainLens
 from fcw.sources import open_source
+from fcw.sources.forwarding import ForwardingSource
 
 SIZE = ImageSize(1280, 720)
 DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
@@ -75,7 +83,8 @@ def test_a_known_speed_gives_the_height():
 
 def test_a_clip_that_turns_gives_the_focal_length_as_evidence():
     focal_px = Gaussian(560.0, 60.0)
-    assert ClipObservations(None, None, (), None, 10, focal_px=focal_px).evidence() == Evidence(
+    by_turns = LensByTurns(focal_px)
+    assert ClipObservations(None, None, (), None, 10, by_turns=by_turns).evidence() == Evidence(
         focal_px=focal_px
     )
 
@@ -156,13 +165,50 @@ def test_kitti_in_bends_tells_its_focal_length(data_dir):
     """721.5 px, by its calibration; nothing is stated of the lens."""
     source = open_source(data_dir / "kitti-odometry-03" / "drive.mp4")
     guess = rough_calibration(source.image_size, 1.65)
-    focal_px = observe_clip(source, guess, None, asks_turns=True).focal_px
-    assert focal_px is not None
+    by_turns = observe_clip(source, guess, None, asks_turns=True).by_turns
+    assert by_turns is not None
+    assert by_turns.bend is None
+    focal_px = by_turns.focal_px
     assert abs(focal_px.value - 721.5) < 2 * focal_px.sigma
     assert focal_px.sigma < 0.15 * focal_px.value
+
+
+class Blind:
+    """A detector that finds nothing."""
+
+    name = "blind"
+
+    def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
+        return ()
+
+
+class Fisheye(ForwardingSource):
+    """A clip as an equidistant lens of the same focal length would have seen it."""
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        size = self.image_size
+        lens = PlainLens(721.5, -1 / 3, ((size.width - 1) / 2, (size.height - 1) / 2))
+        columns, rows = np.meshgrid(np.arange(size.width), np.arange(size.height))
+        rays = lens.rays(np.column_stack((columns.ravel(), rows.ravel())).astype(float)).places
+        seen = (lens.focal_px * rays + lens.axis_px).astype(np.float32).reshape(size.height, size.width, 2)
+        maps = cv2.convertMaps(seen, np.empty(0, np.float32), cv2.CV_16SC2)
+        for frame in super().frames(start_ns):
+            yield replace(frame, image=cv2.remap(frame.image, *maps, cv2.INTER_LINEAR))
+
+
+@pytest.mark.slow
+def test_a_clip_through_a_fisheye_tells_its_lens_and_nothing_else(data_dir):
+    source = Fisheye(open_source(data_dir / "kitti-odometry-03" / "drive.mp4"))
+    found = calibrate_clip(source, Blind(), Gaussian(1.65, 0.05))
+    assert found.lens is not None
+    assert found.lens.focal_x_px == pytest.approx(721.5, rel=0.15)
+    straight = PlainLens(found.lens.focal_x_px, -1 / 3, (found.lens.column_px, found.lens.row_px))
+    (k1, *_) = found.lens.coefficients
+    assert k1 == pytest.approx(straight.fisheye(source.image_size).coefficients[0], abs=0.05)
+    assert not found.shows_road
 
 
 @pytest.mark.slow
 def test_a_straight_clip_tells_no_focal_length(data_dir):
     source = open_source(data_dir / "clips" / "udacity_test_small1.mp4")
-    assert observe_clip(source, rough_calibration(SIZE, 1.2), None, asks_turns=True).focal_px is None
+    assert observe_clip(source, rough_calibration(SIZE, 1.2), None, asks_turns=True).by_turns is None

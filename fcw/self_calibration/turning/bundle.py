@@ -250,8 +250,7 @@ class Bundle:
         by_turn = np.cross(turned[:, None, :], by_place)
         inverse = at.inverse_depths[self._point, None, None]
         of_pose = np.concatenate((np.asarray(by_turn, np.float64), by_place * inverse), axis=2)
-        far = focal_px * rays * (rays**2).sum(axis=1)[:, None]
-        of_lens = np.stack((focal_px * lens.bent(rays), far), axis=2)
+        of_lens = focal_px * np.stack((lens.bent(rays), lens.by_bend(rays)), axis=2)
         upright = np.abs(at.directions[:, 2:]) < 0.9
         helper = np.where(upright, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
         first = np.cross(at.directions, helper)

@@ -1,4 +1,4 @@
-"""The focal length that the turns of a clip tell.
+"""What the turns of a clip tell of the lens: its focal length, and how much it bends straight lines.
 
 Driving straight shows none: with another lens all things are as much nearer or farther. A turn moves the
 picture aside by the focal length times the angle, and what lies to the sides besides by the angle over the
@@ -9,6 +9,7 @@ turn tells what it tells, and what the turns have for themselves is taken from h
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,9 +27,13 @@ LEAST_INLYING = 0.55
 LARGEST_SIGMA = 0.5
 FEWEST_WINDOWS = 2
 """How far windows differ is not seen in one."""
-TRUSTED_BEND = (-0.18, 0.18)
-"""k1 of pictures that k1 describes. Equidistant lenses come out at -0.25 to -0.28, with a focal length that
-is too long by 12 to 70 %: stronger bends tell nothing."""
+TRUSTED_BEND = (-0.42, 0.18)
+"""What comes out beside it is at the end of what is looked for."""
+STRAIGHT_BEND = -0.18
+SAME_BEND = 0.05
+"""Windows of one bent lens differ by less: those of a wide dash camera by 0.01."""
+LEAST_BENT = 0.08
+"""A picture whose side a lens brings nearer to the middle by a smaller part is straight enough."""
 WINDOW_SIGMA = 0.15
 """Of each window for itself, as a part of the focal length: those of KITTI odometry 03 differ by 0.12."""
 COMMON_SIGMA = 0.08
@@ -38,23 +43,57 @@ ROUNDS = 12
 WIDENED_BY = 1.15
 
 
-def focal_by_turns(tracks: PointTracks) -> Gaussian | None:
-    """Focal length in pixels of the whole picture; None where the clip does not turn enough to tell.
+@dataclass(frozen=True, slots=True)
+class LensByTurns:
+    """What the turns of a clip tell of its lens.
+
+    Attributes:
+        focal_px: focal length in pixels of the whole picture.
+        bend: see `PlainLens`; None of a picture that is straight enough.
+    """
+
+    focal_px: Gaussian
+    bend: float | None = None
+
+
+def lens_by_turns(tracks: PointTracks) -> LensByTurns | None:
+    """None where the clip does not turn enough to tell.
 
     Args:
         tracks: of the clip.
     """
-    width_px = tracks.size[0]
-    found = [lens_of_window(window, tracks.size) for window in turning_windows(tracks.pictures, width_px)]
-    together = agreed_focal([told for told in found if told is not None])
+    size = tracks.size
+    windows = [lens_of_window(window, size) for window in turning_windows(tracks.pictures, size[0])]
+    together = agreed_lens([told for told in windows if told is not None], size[0])
     if together is None:
         return None
-    focal_px = math.exp(together.value) * tracks.factor
-    return Gaussian(focal_px, together.sigma * focal_px)
+    focal_px = together.focal_px
+    return replace(
+        together, focal_px=Gaussian(focal_px.value * tracks.factor, focal_px.sigma * tracks.factor)
+    )
+
+
+def agreed_lens(windows: Sequence[Told], width_px: int) -> LensByTurns | None:
+    """The lens by all windows; None of too few, or where they disagree on whether it bends the picture.
+
+    Args:
+        windows: what each tells.
+        width_px: of their pictures.
+    """
+    bends = np.array([told.bend.value for told in windows])
+    bend = float(np.median(bends[bends < STRAIGHT_BEND])) if (bends < STRAIGHT_BEND).any() else 0.0
+    bent = [told for told in windows if abs(told.bend.value - bend) < SAME_BEND]
+    straight = [told for told in windows if told.bend.value >= STRAIGHT_BEND]
+    together = agreed_focal(straight if len(straight) >= len(bent) else bent)
+    if together is None:
+        return None
+    focal_px = math.exp(together.value)
+    shows = len(bent) > len(straight) and -bend * (width_px / 2 / focal_px) ** 2 >= LEAST_BENT
+    return LensByTurns(Gaussian(focal_px, together.sigma * focal_px), bend if shows else None)
 
 
 def lens_of_window(window: TurningWindow, size: tuple[int, int]) -> Told | None:
-    """What one window tells; None where its points are not of one rigid world, or the lens bends them.
+    """What one window tells; None where its points are not of one rigid world.
 
     Args:
         window: some seconds.

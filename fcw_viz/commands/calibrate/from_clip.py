@@ -1,24 +1,36 @@
 """`fcw calibrate SOURCE --from-clip`: a recorded clip calibrated without any mark on the road."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fcw.camera.calibration import Gaussian, Priors
 from fcw.camera.file import default_path
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.files import read_lens
+from fcw.camera.lens.model import Lens
 from fcw.camera.points import check_priors
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.files import CALIBRATION, check_kind, check_place
+from fcw.frame import Source
 from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import ground_point, save_and_report
 from fcw_viz.commands.calibrate.priors import stated_priors
 from fcw_viz.console import progress
 
+if TYPE_CHECKING:
+    from fcw.self_calibration.clip import ClipCalibration
+
 DETECTOR = "acf-full"
 """It looks everywhere: where the road is, is the question."""
+LENS_SIGMA = 0.01
+"""Of the focal length of a lens that is given, as a part."""
 NO_ROAD = (
     "nothing was found that tells where the road lies in the picture: no straight drive, no lane lines, "
     "hardly a vehicle. The camera is taken to look as most do, and distances may be off by a factor of two; "
@@ -36,11 +48,8 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     Raises:
         UserError: there is no source, or what it shows does not determine a camera.
     """
-    from fcw.camera.straight import Straightening
-    from fcw.detection.choice import load_model, make_detector
-    from fcw.self_calibration.clip import VEHICLE_HEIGHTS_M, calibrate_clip, rough_calibration
+    from fcw.self_calibration.clip import VEHICLE_HEIGHTS_M
     from fcw.sources import open_source
-    from fcw.sources.straight import StraightSource
 
     if command.source is None:
         raise UserError("--from-clip: name the video or folder of pictures to calibrate")
@@ -61,27 +70,21 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     evidence = stated_evidence(command) or Evidence()
     if command.points:
         evidence = replace(evidence, points=tuple(ground_point(text) for text in command.points))
-    guess = rough_calibration(size, height_m.value, priors)
     lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
-    shown = source
-    if lens is not None:
-        camera = replace(
-            guess.camera,
-            focal_y_px=lens.focal_y_px,
-            principal_row_px=lens.row_px,
-            principal_column_px=lens.column_px,
-        )
-        way = Straightening(camera, LEVEL, lens, size)
-        guess, shown = replace(guess, camera=camera), StraightSource(source, way)
-        known = Gaussian(guess.field_of_view_rad, 0.01)
-        priors = Priors(known, Gaussian(lens.row_px, 3.0), priors.horizon_row_px)
-    detector = make_detector(DETECTOR, load_model(DETECTOR), guess)
+    notes: tuple[str, ...] = ()
     with progress(source.name, None) as bar:
-        found = calibrate_clip(
-            shown, detector, height_m, evidence, priors, speed_mps=command.speed, on_frame=bar.advance
-        )
+        look = partial(_look, source, height_m, evidence, priors, command.speed, bar.advance)
+        found = look(lens, LENS_SIGMA)
+        if found.lens is not None and found.focal_px is not None:
+            part = found.focal_px.sigma / found.focal_px.value
+            notes = (_bends(found.lens, part, evidence == Evidence()),)
+            if evidence == Evidence():
+                lens = found.lens
+                found = look(lens, part)
+                lens = _refocused(lens, found.calibration.camera.focal_y_px)
     calibration = replace(found.calibration, lens=lens, reference_offset_m=command.reference_offset)
-    notes = () if evidence.has_distances else _assumed(command, height_m, calibration.assumed, found.focal_px)
+    if not evidence.has_distances:
+        notes += _assumed(command, height_m, calibration.assumed, found.focal_px)
     if not found.shows_road:
         notes += (NO_ROAD,)
     elif not found.by_motion:
@@ -89,6 +92,60 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     if found.piece_s is not None:
         notes += (_jump(found.piece_s),)
     return save_and_report(calibration, save, command, notes)
+
+
+def _look(
+    source: Source,
+    height_m: Gaussian,
+    evidence: Evidence,
+    priors: Priors,
+    speed_mps: float | None,
+    on_frame: Callable[[], None],
+    lens: Lens | None,
+    lens_sigma: float,
+) -> "ClipCalibration":
+    """Look through a clip, and through its lens where it is known, to `lens_sigma` of its focal length."""
+    from fcw.camera.straight import Straightening
+    from fcw.detection.choice import load_model, make_detector
+    from fcw.self_calibration.clip import calibrate_clip, rough_calibration
+    from fcw.sources.straight import StraightSource
+
+    size = source.image_size
+    guess = rough_calibration(size, height_m.value, priors)
+    if lens is not None:
+        camera = replace(
+            guess.camera,
+            focal_y_px=lens.focal_y_px,
+            principal_row_px=lens.row_px,
+            principal_column_px=lens.column_px,
+        )
+        source = StraightSource(source, Straightening(camera, LEVEL, lens, size))
+        guess = replace(guess, camera=camera)
+        view_rad = guess.field_of_view_rad
+        view = Gaussian(view_rad, lens_sigma * math.sin(view_rad))
+        priors = Priors(view, Gaussian(lens.row_px, 3.0), priors.horizon_row_px)
+    detector = make_detector(DETECTOR, load_model(DETECTOR), guess)
+    return calibrate_clip(
+        source, detector, height_m, evidence, priors, speed_mps=speed_mps, on_frame=on_frame
+    )
+
+
+def _refocused(lens: Lens, focal_px: float) -> Lens:
+    """A measured lens with the focal length that all that is known of the clip gives it together."""
+    return replace(lens, focal_x_px=focal_px, focal_y_px=focal_px)
+
+
+def _bends(lens: Lens, part: float, taken: bool) -> str:
+    """That the lens bends the picture, as its turns tell, and what comes of it."""
+    edge = lens.undistorted(np.array([[0.0, lens.row_px]]))[0, 0]
+    view_deg = 2 * math.degrees(math.atan(-edge))
+    told = (
+        f"the lens bends straight lines: by the turns in the clip it sees about {view_deg:.0f} degrees from "
+        f"side to side, with a focal length of {lens.focal_y_px:.0f} px ± {100 * part:.0f} %"
+    )
+    if taken:
+        return f"{told}; it is saved with the calibration and undone; for a better one give --lens"
+    return f"{told}; what was stated is taken as if it did not: give the lens with --lens"
 
 
 def _assumed(

@@ -2,14 +2,19 @@
 
 import json
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
-from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import default_path, read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.frame import ImageSize
+from fcw.self_calibration.clip import ClipCalibration
+from fcw.self_calibration.turning.lens import PlainLens
+from fcw.sources.straight import StraightSource
 from fcw_viz.cli import main
 from fcw_viz.commands.calibrate.from_clip import _assumed
 from fcw_viz.commands.calibrate.options import CalibrateCommand
@@ -193,6 +198,44 @@ def test_what_turns_tell_of_the_lens_is_said(focal_px, expected):
     assert expected in note
     assert note.endswith("give --field-of-view (degrees from side to side, by the data sheet)")
     assert _assumed(command, Gaussian(1.3, 0.026), Priors(), focal_px) == ()
+
+
+BENT = PlainLens(300.0, -0.3, (319.5, 179.5)).fisheye(ImageSize(640, 360))
+
+
+@pytest.fixture
+def bent_clip(tmp_path, monkeypatch):
+    """A clip whose turns tell a lens that bends; its straight pictures then tell a camera."""
+    clip = tmp_path / "wide.mp4"
+    writer = cv2.VideoWriter(str(clip), cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (640, 360))
+    for level in range(5):
+        writer.write(np.full((360, 640, 3), 100 + level, np.uint8))
+    writer.release()
+    straight = Calibration.from_camera(GroundPlaneCamera(0.03, 310.0, 179.5, 1.3, 319.5), ImageSize(640, 360))
+
+    def tells(source, *_args, **_kwargs):
+        if isinstance(source, StraightSource):
+            return ClipCalibration(straight, shows_road=True, by_motion=True)
+        return ClipCalibration(straight, True, True, None, Gaussian(300.0, 30.0), BENT)
+
+    monkeypatch.setattr("fcw.self_calibration.clip.calibrate_clip", tells)
+    return clip
+
+
+def test_a_lens_that_turns_show_to_bend_is_saved_with_the_focal_length_of_all_together(bent_clip, capsys):
+    assert main(["calibrate", str(bent_clip), "--from-clip"]) == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "the lens bends straight lines: by the turns in the clip it sees about 118 degrees" in told
+    assert "300 px ± 10 %; it is saved with the calibration and undone" in told
+    lens = read_calibration(default_path(bent_clip)).lens
+    assert lens == replace(BENT, focal_x_px=310.0, focal_y_px=310.0)
+
+
+def test_marks_in_a_bent_picture_are_taken_as_they_are_and_that_is_said(bent_clip, capsys):
+    assert main(["calibrate", str(bent_clip), "--from-clip", *LANES]) == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "what was stated is taken as if it did not: give the lens with --lens" in told
+    assert read_calibration(default_path(bent_clip)).lens is None
 
 
 @pytest.mark.slow

@@ -8,13 +8,19 @@ from helpers.drives.turning import AXIS_PX, SIZE, bends, driven, one_bend, strai
 
 from fcw.camera.calibration import Gaussian
 from fcw.self_calibration.turning.bundle import Told
-from fcw.self_calibration.turning.focal import COMMON_SIGMA, WINDOW_SIGMA, agreed_focal, lens_of_window
+from fcw.self_calibration.turning.focal import (
+    COMMON_SIGMA,
+    WINDOW_SIGMA,
+    agreed_focal,
+    agreed_lens,
+    lens_of_window,
+)
 from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.windows import turning_windows
 
 
-def told(focal_px: float, sigma: float = 0.03) -> Told:
-    return Told(Gaussian(math.log(focal_px), sigma), Gaussian(0.0, 0.02), 0.8, 100.0)
+def told(focal_px: float, sigma: float = 0.03, bend: float = 0.0) -> Told:
+    return Told(Gaussian(math.log(focal_px), sigma), Gaussian(bend, 0.02), 0.8, 100.0)
 
 
 @pytest.mark.slow
@@ -48,20 +54,57 @@ def test_a_straight_drive_and_a_standing_car_tell_nothing(speed_mps):
     assert agreed_focal([]) is None
 
 
-class Equidistant(PlainLens):
-    """A fisheye: places go with the angle from the axis."""
+@pytest.mark.slow
+@pytest.mark.parametrize("focal_px", [250.0, 333.0, 550.0])
+def test_a_fisheye_is_known_by_its_bends(focal_px):
+    pictures = driven(PlainLens(focal_px, -1 / 3, AXIS_PX), bends, 5.0)
+    windows = turning_windows(pictures, SIZE[0])
+    found = agreed_lens(
+        [lens for window in windows if (lens := lens_of_window(window, SIZE)) is not None], SIZE[0]
+    )
+    assert found is not None
+    assert found.bend == pytest.approx(-1 / 3, abs=0.02)
+    assert found.focal_px.value == pytest.approx(focal_px, rel=0.03)
+
+
+class Brown(PlainLens):
+    """A lens that is not of the family."""
 
     def bent(self, rays):
-        tangents = np.linalg.norm(rays, axis=1)[:, None]
-        return rays * np.arctan(tangents) / np.maximum(tangents, 1e-9)
+        return rays * (1 + self.bend * (rays**2).sum(axis=1))[:, None]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("focal_px", [333.0, 550.0])
-def test_a_fisheye_which_k1_does_not_describe_tells_nothing(focal_px):
-    pictures = driven(Equidistant(focal_px, 0.0, AXIS_PX), one_bend, 3.0)
-    (window, *_) = turning_windows(pictures, SIZE[0])
-    assert lens_of_window(window, SIZE) is None
+def test_a_lens_that_is_not_of_the_family_has_its_focal_length_too():
+    pictures = driven(Brown(600.0, -0.25, AXIS_PX), bends, 8.0, seed=1)
+    windows = turning_windows(pictures, SIZE[0])
+    found = agreed_lens(
+        [lens for window in windows if (lens := lens_of_window(window, SIZE)) is not None], SIZE[0]
+    )
+    assert found is not None
+    assert found.focal_px.value == pytest.approx(600.0, rel=0.05)
+
+
+def test_a_lens_bends_the_picture_where_most_windows_agree_on_it():
+    straight, bent = [told(400, bend=-0.02)], [told(330, bend=-0.34), told(335, bend=-0.35)]
+    one = agreed_lens(straight * 2 + bent[:1], 640)
+    assert one is not None
+    assert one.bend is None
+    assert one.focal_px.value == pytest.approx(400)
+    two = agreed_lens(straight + bent, 640)
+    assert two is not None
+    assert two.bend == pytest.approx(-0.345)
+    assert two.focal_px.value == pytest.approx(332.5, rel=0.01)
+
+
+def test_a_lens_that_bends_a_narrow_picture_leaves_it_nearly_straight():
+    found = agreed_lens([told(700, bend=-0.3), told(710, bend=-0.31)], 640)
+    assert found is not None
+    assert found.bend is None
+
+
+def test_windows_that_disagree_on_the_bend_tell_no_lens():
+    assert agreed_lens([told(400, bend=bend) for bend in (-0.2, -0.3, -0.4)], 640) is None
 
 
 def test_points_of_no_rigid_world_tell_nothing():
