@@ -33,7 +33,6 @@ from fcw.motion.state import Mount
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
 from fcw.self_calibration.turning.focal import LensByTurns, lens_by_turns
-from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.tracks import PointTracks
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
@@ -197,7 +196,7 @@ def calibrate_clip(
         piece_s = _before_or_after(seen.moved_s)
         seen = observe_clip(source, guess, detector, piece_s, on_frame, asks_turns=asks_turns)
     focal_px = None if seen.by_turns is None else seen.by_turns.focal_px
-    bent = None if seen.by_turns is None else _bent_lens(seen.by_turns, size)
+    bent = None if seen.by_turns is None else seen.by_turns.bent_lens(size)
     if bent is not None:
         if evidence == Evidence():
             return ClipCalibration(guess, False, False, piece_s, focal_px, bent)
@@ -219,14 +218,6 @@ def calibrate_clip(
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
     return ClipCalibration(calibration, shows_road, seen.travel_px is not None, piece_s, focal_px, bent)
-
-
-def _bent_lens(by_turns: LensByTurns, size: ImageSize) -> Lens | None:
-    """None of a picture that is nearly straight."""
-    if by_turns.bend is None:
-        return None
-    axis_px = (size.width - 1) / 2, (size.height - 1) / 2
-    return PlainLens(by_turns.focal_px.value, by_turns.bend, axis_px).fisheye(size)
 
 
 def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:

@@ -14,7 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.lens.model import Lens
+from fcw.frame import ImageSize
 from fcw.self_calibration.turning.bundle import Bundle, Told
+from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.tracks import PointTracks
 from fcw.self_calibration.turning.windows import HOP_S, LENGTH_S, TurningWindow, turning_windows
 
@@ -54,6 +57,17 @@ class LensByTurns:
 
     focal_px: Gaussian
     bend: float | None = None
+
+    def bent_lens(self, size: ImageSize) -> Lens | None:
+        """The lens, whose axis is taken to be in the middle; None of a picture that is straight enough.
+
+        Args:
+            size: of the whole picture.
+        """
+        if self.bend is None:
+            return None
+        axis_px = (size.width - 1) / 2, (size.height - 1) / 2
+        return PlainLens(self.focal_px.value, self.bend, axis_px).fisheye(size)
 
 
 def lens_by_turns(tracks: PointTracks) -> LensByTurns | None:
