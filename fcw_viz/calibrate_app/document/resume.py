@@ -94,7 +94,7 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
 def document_of(calibration: Calibration) -> Document:
     """What somebody must have said for this calibration: its points as marks, its priors as beliefs.
 
-    One without points (of a clip, of vehicles) is its camera, as well as that is known.
+    Without points (of a clip, of vehicles) what nobody stated is that of its camera, as well as it is known.
     """
     middle_px = (calibration.image_size.width - 1) / 2
     marks = tuple(
@@ -107,8 +107,13 @@ def document_of(calibration: Calibration) -> Document:
         for number, point in enumerate(calibration.points, 1)
     )
     priors = calibration.priors
-    if not (marks or priors.count or calibration.rectangles or calibration.plates):
-        priors = _of_camera(calibration)
+    if not (marks or calibration.rectangles or calibration.plates):
+        found = _of_camera(calibration)
+        priors = Priors(
+            priors.field_of_view_rad or found.field_of_view_rad,
+            priors.principal_row_px or found.principal_row_px,
+            priors.horizon_row_px or found.horizon_row_px,
+        )
     field_of_view, principal_row, horizon = (
         None if prior is None else Belief(prior)
         for prior in (priors.field_of_view_rad, priors.principal_row_px, priors.horizon_row_px)

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.camera.straight import Orientation
 from fcw.frame import ImageSize
+from fcw.self_calibration.turning.lens import PlainLens
 from fcw_viz.calibrate_app.document.resume import Beginning, begin
 from fcw_viz.calibrate_app.document.solution import calibration_of
 
@@ -27,10 +28,20 @@ def begun(calibration: Calibration, folder: Path) -> Beginning:
     return beginning
 
 
+VIEW = Gaussian(Calibration.from_camera(CAMERA, SIZE).field_of_view_rad, 0.1)
 TURNED = replace(Calibration.from_camera(CAMERA, SIZE), orientation=Orientation(yaw_rad=0.05, roll_rad=-0.02))
 
 
-@pytest.mark.parametrize("made", [TURNED, calibrate(POINTS, SIZE, 1.3, tape_error=0.03)])
+OF_A_CLIP = replace(TURNED, priors=Priors(VIEW))
+"""Whose view was stated: where the horizon lies was seen in the clip."""
+WIDE = replace(
+    Calibration.from_camera(CAMERA, SIZE),
+    lens=PlainLens(CAMERA.focal_y_px, -0.3, (639.5, 359.5)).fisheye(SIZE),
+    priors=Priors(VIEW, Gaussian(359.5, 3.0)),
+)
+
+
+@pytest.mark.parametrize("made", [TURNED, OF_A_CLIP, WIDE, calibrate(POINTS, SIZE, 1.3, tape_error=0.03)])
 def test_what_a_file_holds_is_shown_and_kept(made, tmp_path):
     """Also of a camera without any point: its distances stay as they are when the page saves it again."""
     document = begun(made, tmp_path).history.document
