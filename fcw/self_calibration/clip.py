@@ -32,7 +32,7 @@ from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
-from fcw.self_calibration.turning.focal import LensByTurns, lens_by_turns
+from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
 from fcw.self_calibration.turning.tracks import PointTracks
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}

@@ -30,7 +30,7 @@ from fcw.self_calibration.clip import (
     rough_calibration,
 )
 from fcw.self_calibration.lane_lines import agreed_meeting
-from fcw.self_calibration.turning.focal import LensByTurns
+from fcw.self_calibration.turning.by_turns import LensByTurns
 from fcw.self_calibration.turning.lens import PlainLens
 from fcw.sources import open_source
 from fcw.sources.forwarding import ForwardingSource

@@ -1,4 +1,4 @@
-"""Bundle adjustment of some seconds with the focal length and k1 open (Triggs et al. 2000).
+"""Bundle adjustment of some seconds with the focal length and the bend of the lens open (Triggs et al. 2000).
 
 Each point is one direction and one inverse depth, each picture one pose; points are eliminated first (the
 Schur complement), so that a step solves for poses and lens alone. The first pose stays, and so does the
@@ -18,7 +18,7 @@ from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.pair import NOISE_PX, motion_between
 
 BEND = Gaussian(-0.12, 0.15)
-"""k1 of any camera behind a windscreen: 0 of a straightened picture, -0.24 (Udacity), -0.37 (KITTI, raw)."""
+"""Of any camera behind a windscreen: 0 of a straightened picture, k1 -0.24 (Udacity), -0.37 (KITTI, raw)."""
 BEND_RANGE = (-0.45, 0.2)
 FOCAL_RANGE = (0.15, 3.0)
 """In widths of the picture."""
@@ -61,7 +61,7 @@ class Told:
 
     Attributes:
         log_focal: logarithm of the focal length in pixels, with what pixel noise alone makes of its error.
-        bend: k1 likewise.
+        bend: of the lens likewise, see `PlainLens`.
         inlying: mean weight of the points, 1 if all of them are where they should be.
         cost: half the squared misfits in sigmas, robust.
     """

@@ -131,7 +131,7 @@ def _look(
 
 
 def _refocused(lens: Lens, focal_px: float) -> Lens:
-    """A measured lens with the focal length that all that is known of the clip gives it together."""
+    """A measured lens with the focal length that the fit gave the straight picture, so that both stay one."""
     return replace(lens, focal_x_px=focal_px, focal_y_px=focal_px)
 
 

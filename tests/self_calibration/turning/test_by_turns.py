@@ -8,7 +8,7 @@ from helpers.drives.turning import AXIS_PX, SIZE, bends, driven, one_bend, strai
 
 from fcw.camera.calibration import Gaussian
 from fcw.self_calibration.turning.bundle import Told
-from fcw.self_calibration.turning.focal import (
+from fcw.self_calibration.turning.by_turns import (
     COMMON_SIGMA,
     WINDOW_SIGMA,
     agreed_focal,

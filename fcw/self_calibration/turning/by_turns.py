@@ -33,6 +33,7 @@ FEWEST_WINDOWS = 2
 TRUSTED_BEND = (-0.42, 0.18)
 """What comes out beside it is at the end of what is looked for."""
 STRAIGHT_BEND = -0.18
+"""Windows above it count together as those of a straight picture, whatever their bends: few tell it well."""
 SAME_BEND = 0.05
 """Windows of one bent lens differ by less: those of a wide dash camera by 0.01."""
 LEAST_BENT = 0.08
@@ -40,7 +41,7 @@ LEAST_BENT = 0.08
 WINDOW_SIGMA = 0.15
 """Of each window for itself, as a part of the focal length: those of KITTI odometry 03 differ by 0.12."""
 COMMON_SIGMA = 0.08
-"""Of all windows of a clip: an axis off the middle, what k1 leaves of the lens, a rolling shutter."""
+"""Of all windows of a clip: an axis off the middle, what the family leaves of the lens, a rolling shutter."""
 HUBER_SIGMAS = 1.5
 ROUNDS = 12
 WIDENED_BY = 1.15
@@ -88,7 +89,7 @@ def lens_by_turns(tracks: PointTracks) -> LensByTurns | None:
 
 
 def agreed_lens(windows: Sequence[Told], width_px: int) -> LensByTurns | None:
-    """The lens by all windows; None of too few, or where they disagree on whether it bends the picture.
+    """The lens by all windows; None of too few, or where most bend the picture and disagree by how much.
 
     Args:
         windows: what each tells.
