@@ -1,5 +1,6 @@
 """What a session begins with: the journal of the work so far, a calibration file's points, or nothing."""
 
+import math
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -107,6 +108,7 @@ def document_of(calibration: Calibration) -> Document:
         for number, point in enumerate(calibration.points, 1)
     )
     priors = calibration.priors
+    height_sigma_m = None
     if not (marks or calibration.rectangles or calibration.plates):
         found = _of_camera(calibration)
         priors = Priors(
@@ -114,6 +116,7 @@ def document_of(calibration: Calibration) -> Document:
             priors.principal_row_px or found.principal_row_px,
             priors.horizon_row_px or found.horizon_row_px,
         )
+        height_sigma_m = _height_sigma_m(calibration)
     field_of_view, principal_row, horizon = (
         None if prior is None else Belief(prior)
         for prior in (priors.field_of_view_rad, priors.principal_row_px, priors.horizon_row_px)
@@ -130,6 +133,7 @@ def document_of(calibration: Calibration) -> Document:
         len(marks) + 1,
         # What rectangles and plates tell again is not told twice.
         height_m=None if has_size else calibration.camera.height_m,
+        height_sigma_m=height_sigma_m,
         from_bumper=offset_m > 0,
         bumper_offset_m=offset_m if offset_m > 0 else None,
         # A camera known by other means has no clicks, and so no error of one.
@@ -153,6 +157,19 @@ def _turn(value_rad: float, sigma_rad: float, unknown_rad: float) -> Belief | No
     if value_rad == 0 and sigma_rad in (0.0, unknown_rad):
         return None
     return Belief(Gaussian(value_rad, sigma_rad or SURE_RAD))
+
+
+def _height_sigma_m(calibration: Calibration) -> float | None:
+    """What the file's rows have uncertain of all distances alike and its view does not say; None for nothing.
+
+    It is of the height, or of a measured lens's focal length, which does to distances what the height would.
+    """
+    part = camera_sigmas(calibration).focal_y_px / calibration.camera.focal_y_px
+    if calibration.lens is None:
+        view = calibration.priors.field_of_view_rad
+        said = part if view is None else view.sigma / math.sin(view.value)
+        part = math.sqrt(max(part**2 - said**2, 0.0))
+    return part * calibration.camera.height_m or None
 
 
 def _of_camera(calibration: Calibration) -> Priors:

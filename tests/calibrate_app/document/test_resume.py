@@ -1,5 +1,6 @@
 """What a session says of the calibration file it begins with."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,9 @@ import pytest
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
+from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.solve import calibrate
 from fcw.camera.straight import Orientation
 from fcw.frame import ImageSize
@@ -53,6 +57,23 @@ def test_what_a_file_holds_is_shown_and_kept(made, tmp_path):
         assert kept.tape_error == made.tape_error
     for distance_m in (8.0, 20.0, 40.0):
         assert kept.distance_at(made.row_at(distance_m)) == pytest.approx(distance_m, rel=1e-3)
+
+
+@pytest.mark.parametrize("bend", [None, -0.3])
+def test_a_camera_that_a_clip_tells_is_as_uncertain_on_the_page_as_in_its_file(bend, tmp_path):
+    seen = Evidence(travel_px=(Gaussian(639.5, 8.0), Gaussian(330.0, 2.0)))
+    priors = Priors(Gaussian(VIEW.value, 0.1 * math.sin(VIEW.value)), Gaussian(359.5, 3.0))
+    made = calibrate_jointly(Known(seen, SIZE, Gaussian(1.3, 0.12), priors=priors, rough=True))
+    if bend is not None:
+        focal_px = made.camera.focal_y_px
+        made = replace(made, lens=PlainLens(focal_px, bend, (639.5, 359.5)).fisheye(SIZE))
+    kept = calibration_of(begun(made, tmp_path).history.document)
+    assert kept is not None
+    for distance_m in (8.0, 20.0, 40.0):
+        row_px = made.row_at(distance_m)
+        low_m, high_m = made.distance_interval(row_px)
+        kept_low_m, kept_high_m = kept.distance_interval(row_px)
+        assert kept_high_m - kept_low_m == pytest.approx(high_m - low_m, rel=0.2)
 
 
 def test_of_an_ordinary_file_nothing_is_said_but_that_it_was_loaded(tmp_path):
