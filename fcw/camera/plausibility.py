@@ -13,7 +13,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Ruler
-from fcw.camera.joint.fit import FLEET_SIGMA
+from fcw.camera.joint.fit import FLEET_SIGMA, SLOPE_SIGMA_RAD
 from fcw.camera.lens.usual import across_picture
 from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
@@ -323,6 +323,7 @@ def vehicle_finding(calibration: Calibration, rulers: Sequence[Ruler]) -> Findin
         rulers: vehicles straight ahead, in the picture's pixels; several of one vehicle count as one only.
     """
     way, seen = calibration.straightening, []
+    slope_px = SLOPE_SIGMA_RAD * calibration.camera.focal_y_px
     for ruler in rulers:
         row_px = ruler.row_px
         if way is not None:
@@ -330,12 +331,13 @@ def vehicle_finding(calibration: Calibration, rulers: Sequence[Ruler]) -> Findin
         left_m = calibration.lateral_at(0.0, row_px)
         width_m = (left_m - calibration.lateral_at(1.0, row_px)) * ruler.width_px
         if math.isfinite(width_m):
-            seen.append((math.log(width_m / ruler.width_m.value), width_m, ruler))
+            by_slope = slope_px / (row_px - calibration.horizon_row_px)
+            seen.append((math.log(width_m / ruler.width_m.value), width_m, ruler, by_slope))
     if not seen:
         return None
-    off, width_m, ruler = sorted(seen, key=lambda item: item[0])[len(seen) // 2]
+    off, width_m, ruler, by_slope = sorted(seen, key=lambda item: item[0])[len(seen) // 2]
     spread = ruler.width_m.sigma / ruler.width_m.value / math.sqrt(len(seen))
-    if abs(off) <= OUTLIER_SIGMAS * math.hypot(FLEET_SIGMA, spread):
+    if abs(off) <= OUTLIER_SIGMAS * math.hypot(FLEET_SIGMA, spread, by_slope):
         return None
     return Finding(
         FindingKind.VEHICLES,

@@ -9,6 +9,8 @@ from fcw.motion.state import Mount
 SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.2)
 """A pitch farther off is said, until it comes back to less: 0.4 degrees are 15 % of 30 m, 1.4 m high."""
 SURE_SIGMAS = 3.0
+EXPECTED_SIGMAS = 2.0
+"""A pitch within so many sigmas of the calibration is what it expects: of a rough one, that is no news."""
 SAID_AFTER_S = 10.0
 """It must have been so for so long: a first few vehicles may all be wide."""
 SHOWN_AT_M = 30.0
@@ -19,10 +21,12 @@ class MountNote:
 
     Args:
         calibration: for the size of the pictures.
+        calibration_sigma_rad: 1-sigma of the horizon by the calibration.
     """
 
-    def __init__(self, calibration: Calibration) -> None:
+    def __init__(self, calibration: Calibration, calibration_sigma_rad: float) -> None:
         self._camera = calibration.camera
+        self._expected_rad = EXPECTED_SIGMAS * calibration_sigma_rad
         self._moved = False
         self._off_s = 0.0
         self._mount = Mount(pitch_rad=calibration.camera.pitch_rad)
@@ -32,7 +36,8 @@ class MountNote:
         self._mount = mount
         limit_rad = WITHDRAWN_RAD if self._moved else SAID_RAD
         off_rad = abs(mount.pitch_rad - self._camera.pitch_rad)
-        is_off = off_rad > limit_rad and (self._moved or off_rad > SURE_SIGMAS * mount.pitch_sigma_rad)
+        sure_rad = max(SURE_SIGMAS * mount.pitch_sigma_rad, self._expected_rad)
+        is_off = off_rad > limit_rad and (self._moved or off_rad > sure_rad)
         self._off_s = self._off_s + dt_s if is_off else 0.0
         self._moved = is_off and (self._moved or self._off_s >= SAID_AFTER_S)
 

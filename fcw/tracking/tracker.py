@@ -45,7 +45,7 @@ class Tracker:
         self._settings = settings or TrackerSettings()
         self._range = RangeFilter(calibration, self._settings.box_noise, self._settings.model)
         self._mount = MountWatch(self._range.calibration_sigma_rad, self._settings.mount)
-        self._mount_note = MountNote(calibration)
+        self._mount_note = MountNote(calibration, self._range.calibration_sigma_rad)
         self._doubts = Doubts(self._settings.belief, calibration.image_size.width)
         self._followed: list[Followed] = []
         self._time_ns: int | None = None

@@ -41,11 +41,16 @@ START_FIRST_M = (5.0, 9.0, 18.0)
 """Where the iteration may start: farther dashes look much like nearer ones through another lens."""
 FLEET_SIGMA = 0.04
 """Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
+SLOPE_SIGMA_RAD = math.radians(0.25)
+"""Of the road that all vehicles of a clip stand on, against the plane that the car stands on.
+
+However many there are, they tell the horizon no better than this.
+"""
 SMALLEST_DEPTH_M = 0.2
-TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP, LOG_TAPE = range(11)
+TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP, LOG_TAPE, SLOPE = range(12)
 """Of every fit; then come those of each rectangle in turn (`fcw.camera.joint.rectangle`)."""
-CAMERA_UNKNOWNS = 11
-STEPS = (1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5)
+CAMERA_UNKNOWNS = 12
+STEPS = (1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5, 1e-5)
 NO_BEND = Gaussian(0.0, CLOSED_SIGMA)
 LARGEST_BEND = 0.6
 FOCAL_SIGMA = 0.01
@@ -105,6 +110,7 @@ class JointFit:
                 bend.value,
                 0.0,
                 0.0,
+                0.0,
                 *RECTANGLE_MEANS * rectangles,
             )
         )
@@ -127,6 +133,7 @@ class JointFit:
                 bend.sigma,
                 slip.sigma,
                 max(known.tape_error, CLOSED_SIGMA) if rectangles else CLOSED_SIGMA,
+                SLOPE_SIGMA_RAD if evidence.rulers else CLOSED_SIGMA,
                 *RECTANGLE_SIGMAS * rectangles,
             )
         )
@@ -373,7 +380,8 @@ class JointFit:
             return np.zeros(0)
         places = self._straight([(ruler.column_px, ruler.row_px) for ruler in rulers])
         usual_focal_px = math.exp(float(self._means[LOG_FOCAL]))
-        return width_misfits(rulers, places, camera, float(x[LOG_FLEET]), usual_focal_px)
+        fleet, slope_rad = float(x[LOG_FLEET]), float(x[SLOPE])
+        return width_misfits(rulers, places, camera, fleet, slope_rad, usual_focal_px)
 
     def _of_plates(self, camera: GroundPlaneCamera) -> FloatArray:
         plates = self._evidence.plates

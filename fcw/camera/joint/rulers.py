@@ -26,6 +26,7 @@ def width_misfits(
     places: FloatArray,
     camera: GroundPlaneCamera,
     log_fleet: float,
+    slope_rad: float,
     usual_focal_px: float,
 ) -> FloatArray:
     """(2 N,) in sigmas: the width of each by its row, against that of its kind.
@@ -42,9 +43,10 @@ def width_misfits(
         places: (N, 2) columns and rows of their lower edges in the straight picture.
         camera: of it.
         log_fleet: how much wider all vehicles are together, as a logarithm.
+        slope_rad: by how much the road that they stand on falls away from the plane that the car stands on.
         usual_focal_px: focal length as it is believed beforehand, or of a lens that is known.
     """
-    below = np.maximum(places[:, 1] - camera.horizon_row_px, 1.0)
+    below = np.maximum(places[:, 1] - camera.horizon_row_px - usual_focal_px * slope_rad, 1.0)
     widths_px = np.array([ruler.width_px for ruler in rulers])
     metres_per_px = camera.height_m / (below * math.cos(camera.pitch_rad))
     usual_m = np.array([ruler.width_m.value for ruler in rulers])

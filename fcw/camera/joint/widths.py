@@ -47,7 +47,7 @@ def fit_of_widths(calibration: Calibration, rulers: Sequence[Ruler]) -> WidthsFi
     focal_px = size.width / 2 / math.tan(view.value / 2)
     misfits = np.array(
         [
-            np.sum(width_misfits(rulers, places, calibration.camera, fleet, focal_px) ** 2)
+            np.sum(width_misfits(rulers, places, calibration.camera, fleet, 0.0, focal_px) ** 2)
             for fleet in FLEETS.tolist()
         ]
     )

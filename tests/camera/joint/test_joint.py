@@ -135,7 +135,7 @@ def test_ways_without_taped_points_hold_their_intervals(kind):
             )
             there = way(Orientation())
             height = Gaussian(1.3 * (1 + 0.02 * rng.standard_normal()), 0.026)
-            evidence = evidence_of(kind, there, rng)
+            evidence = evidence_of(kind, there, rng, math.radians(0.25) * rng.standard_normal())
             found.append(calibrate_jointly(Known(evidence, SIZE, height)))
             places.append(shown(there, 0.0, 30.0))
     finally:
@@ -144,7 +144,9 @@ def test_ways_without_taped_points_hold_their_intervals(kind):
     assert np.mean(inside) == pytest.approx(0.68, abs=0.14)
 
 
-def evidence_of(kind: str, there: Straightening, rng: np.random.Generator) -> Evidence:
+def evidence_of(
+    kind: str, there: Straightening, rng: np.random.Generator, slope_rad: float = 0.0
+) -> Evidence:
     lines = lines_of(there, rng, 1.85, -1.85)
     if kind == "dashes":
         period_m, first_m = 12.0 * (1 + 0.01 * rng.standard_normal()), rng.uniform(7, 14)
@@ -162,7 +164,9 @@ def evidence_of(kind: str, there: Straightening, rng: np.random.Generator) -> Ev
         camera = there.camera
         depth_m = distance_m * math.cos(camera.pitch_rad) + camera.height_m * math.sin(camera.pitch_rad)
         width_px = camera.focal_y_px * width_m / depth_m
-        rulers.append(Ruler(640.0, row_px, width_px, Gaussian(1.8, 0.108), 1.0))
+        rulers.append(
+            Ruler(640.0, row_px + there.camera.focal_y_px * slope_rad, width_px, Gaussian(1.8, 0.108), 1.0)
+        )
     return Evidence(rulers=tuple(rulers), lines=lines)
 
 
@@ -228,6 +232,17 @@ def test_false_boxes_on_the_own_bonnet_do_not_outweigh_as_many_vehicles():
     rulers = rulers_of(camera, [(10.0, 0.5), (18.0, 1.0)]) + bonnet
     found = calibrate_jointly(Known(Evidence(rulers=rulers), ImageSize(640, 360), HEIGHT))
     assert found.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=8.0)
+
+
+def test_many_vehicles_tell_the_horizon_no_better_than_roads_are_level():
+    """Forty in a row stand on one road, which may fall or rise by 0.25 degrees."""
+    camera = GroundPlaneCamera(0.03, 1000.0, 359.5, HEIGHT.value, 639.5)
+    for count in (10, 40):
+        rulers = rulers_of(camera, [(d, 0.0) for d in np.linspace(15.0, 60.0, count).tolist()])
+        found = calibrate_jointly(Known(Evidence(rulers=rulers), SIZE, HEIGHT))
+        assert found.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=3.0)
+        least_px = 1000.0 * math.radians(0.25)
+        assert least_px * 0.9 < camera_sigmas(found).horizon_row_px < least_px * 2.0
 
 
 def test_wide_boxes_of_neighbours_do_not_make_a_lens_of_any_width():
