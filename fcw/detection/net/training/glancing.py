@@ -39,7 +39,7 @@ class GlanceSettings:
     """
 
     count: int = 32
-    steps: int = 12_000
+    steps: int = 24_000
     learning_rate: float = 3e-3
     weight_decay: float = 0.03
     smoothing: float = 0.01
@@ -122,9 +122,9 @@ def learn_glance(
 
 def _loss(net: Any, batch: _Batch, settings: GlanceSettings) -> Any:  # noqa: ANN401 - torch tensors
     pictures = torch.from_numpy(batch.pictures).permute(0, 3, 1, 2).float()
-    means = pictures.mean((1, 2, 3), keepdim=True)
-    pictures = (pictures - means) / (pictures.std((1, 2, 3), keepdim=True) + LEAST_CONTRAST)
-    seen = net(pictures.contiguous(memory_format=torch.channels_last))
+    pictures = pictures - pictures.mean((1, 2, 3), keepdim=True)
+    pictures = pictures / (pictures.square().mean((1, 2, 3), keepdim=True).sqrt() + LEAST_CONTRAST)
+    seen = net(pictures.contiguous(memory_format=torch.channels_last)).float()
     target, reaches = torch.from_numpy(batch.vehicle), torch.from_numpy(batch.reaches)
     known, inside = target != IGNORED, target > 0.5
     logits, wanted, smooth = seen[:, 0][known], target[known], settings.smoothing

@@ -38,7 +38,7 @@ class NetworkSettings:
     channels: tuple[int, ...] = (24, 48, 48, 96)
     strides: tuple[int, ...] = (2, 2, 1, 2)
     hidden: int = 64
-    steps: int = 12_000
+    steps: int = 16_000
     learning_rate: float = 4e-3
     weight_decay: float = 0.03
     offset_weight: float = 2.0
@@ -89,7 +89,7 @@ def learn(
 
 
 def _loss(net: Any, batch: Batch, settings: NetworkSettings) -> Any:  # noqa: ANN401
-    out = net(torch.from_numpy(normalised(batch.windows)))
+    out = net(torch.from_numpy(normalised(batch.windows))).float()
     target = torch.from_numpy(batch.vehicle)
     smooth = settings.smoothing
     loss = functional.binary_cross_entropy_with_logits(out[:, 0], target * (1 - 2 * smooth) + smooth)

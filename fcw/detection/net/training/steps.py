@@ -1,11 +1,19 @@
-"""Steps of a net's learning: AdamW with one cycle of the learning rate (Smith 2018)."""
+"""Steps of a net's learning: AdamW with one cycle of the learning rate (Smith 2018).
+
+Products are of bfloat16 where the processor has them, which makes a step half as long (Kalamkar et al. 2019);
+weights and losses stay float32.
+"""
 
 from collections.abc import Callable, Iterator
 from typing import Any, Protocol, TypeVar
 
+import llvmlite.binding
+
 from fcw.detection.net.training.pytorch import nn, torch
 
 B = TypeVar("B")
+HAS_BFLOAT16 = llvmlite.binding.get_host_cpu_features().get("avx512bf16", False)
+"""PyTorch imitates what a processor lacks, which takes longer than float32."""
 
 
 class Schedule(Protocol):
@@ -51,7 +59,8 @@ def learn_from(
     rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, schedule.learning_rate, total_steps=schedule.steps)
     net.train()
     for batch in batches:
-        loss = loss_of(batch)
+        with torch.autocast("cpu", torch.bfloat16, enabled=HAS_BFLOAT16):
+            loss = loss_of(batch)
         optimiser.zero_grad()
         loss.backward()
         if largest_gradient is not None:
