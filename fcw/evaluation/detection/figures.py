@@ -28,6 +28,7 @@ from fcw.evaluation.detection.intervals import (
     Interval,
     curve_intervals,
     interval,
+    vehicle_draws,
 )
 from fcw.evaluation.detection.labels import AnnotatedImage
 from fcw.json_form import without_non_finite
@@ -229,11 +230,11 @@ class DetectionEvaluation:
     def _stratum(
         self, vehicles: NDArray[np.bool_], detections: NDArray[np.bool_] | None, frames: int, resamples: int
     ) -> Stratum:
-        hit, weight = self.hit & vehicles, vehicles.astype(float)
-        rates = []
-        for drawn, _ in self.grouping.resamples(resamples) if vehicles.any() else ():
-            total = float(drawn @ weight)
-            rates.append(float(drawn @ hit) / total if total else math.nan)
+        hit, rates = self.hit & vehicles, np.zeros(0)
+        if vehicles.any():
+            draws = vehicle_draws(self.grouping, resamples)
+            totals = draws[:, vehicles].sum(axis=1)
+            rates = draws[:, hit].sum(axis=1)[totals > 0] / totals[totals > 0]
         sure = (self.matches.scores >= self.threshold) & (self.matches.vehicle < 0)
         count = int(vehicles.sum())
         return Stratum(

@@ -10,6 +10,7 @@ them drawn.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -86,6 +87,17 @@ class Grouping:
                         drawn = random.integers(members.groups, size=members.groups)
                         weights[members.places] += np.bincount(drawn, minlength=members.groups)[members.group]
             yield Weights(vehicles, frames)
+
+
+@lru_cache(maxsize=2)
+def vehicle_draws(grouping: Grouping, count: int) -> NDArray[np.float64]:
+    """(count, V): how often each vehicle is drawn in each of `Grouping.resamples`.
+
+    Kept, because every kind of vehicle and every clip asks for the same: drawing is most of the work.
+    """
+    draws = np.array([weights.vehicles for weights in grouping.resamples(count)])
+    draws.setflags(write=False)
+    return draws
 
 
 class _Members(NamedTuple):
