@@ -98,6 +98,21 @@ def blank(index: int, *notes: str) -> FrameResult:
     return replace(result(index, WarningLevel.NONE, None), notes=(*notes, NOTHING_SEEN))
 
 
+def test_too_few_pictures_a_second_are_told() -> None:
+    def at_hz(rate_hz: float, count: int = 30) -> DriveSummary:
+        results = (result(index, WarningLevel.NONE, None) for index in range(count))
+        return summed(
+            *(replace(r, time_ns=START_NS + round(i * 1e9 / rate_hz)) for i, r in enumerate(results))
+        )
+
+    (note,) = at_hz(5).all_notes
+    assert "5.0 pictures a second" in note
+    assert "early or of nothing" in note
+    assert at_hz(7.5).all_notes == ()
+    assert at_hz(5, count=8).all_notes == ()  # too short to tell
+    assert ["blind" in note for note in at_hz(0.5).all_notes] == [True]  # none was looked at for seconds
+
+
 def test_pictures_in_which_nothing_can_be_seen_are_told_and_counted_as_blind() -> None:
     seen = [result(index, WarningLevel.NONE, None) for index in range(10, 30)]
     summary = summed(
