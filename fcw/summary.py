@@ -22,8 +22,8 @@ BLIND_AFTER_S = 1.0
 """From one picture to the next; drivers take about as long to react."""
 SLOWEST_HZ = 7.0
 """Of seven harmless drives of 5 pictures a second five had a `warning`, of two of 8.3 none."""
-LEAST_RATE_S = 2.0
-"""Of a shorter time no rate is told."""
+RATE_TOLD_AFTER_S = 2.0
+"""A shorter time does not tell it."""
 MOST_SPANS = 3
 """Of times in which nothing could be seen are told one by one."""
 
@@ -197,7 +197,7 @@ class DriveSummary:
     @property
     def _rate_notes(self) -> tuple[str, ...]:
         seen_s = self.duration_s - self.unseen_s
-        if seen_s < LEAST_RATE_S or self.frames - 1 >= SLOWEST_HZ * seen_s:
+        if seen_s < RATE_TOLD_AFTER_S or self.frames - 1 >= SLOWEST_HZ * seen_s:
             return ()
         return (
             f"{(self.frames - 1) / seen_s:.1f} pictures a second: tracking is made for 10 and more; with so "

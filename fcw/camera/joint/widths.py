@@ -12,6 +12,8 @@ from fcw.camera.joint.fit import FLEET_SIGMA
 from fcw.camera.joint.rulers import width_misfits
 from fcw.camera.lens.usual import usual_lens
 
+LEVEL_RAD = 0.0
+"""The slope of the road: whatever it is, it is the same for the calibrations that are compared."""
 FLEETS = np.linspace(-1.5, 1.5, 301)
 """By how much wider than their kind all vehicles together may come out, as a logarithm."""
 
@@ -47,7 +49,7 @@ def fit_of_widths(calibration: Calibration, rulers: Sequence[Ruler]) -> WidthsFi
     focal_px = size.width / 2 / math.tan(view.value / 2)
     misfits = np.array(
         [
-            np.sum(width_misfits(rulers, places, calibration.camera, fleet, 0.0, focal_px) ** 2)
+            np.sum(width_misfits(rulers, places, calibration.camera, fleet, LEVEL_RAD, focal_px) ** 2)
             for fleet in FLEETS.tolist()
         ]
     )
