@@ -18,6 +18,7 @@ from fcw.camera.file import default_path, read_calibration
 from fcw.detection.choice import DEFAULT_DETECTOR, DETECTOR_NAMES, load_model, make_detector, model_path
 from fcw.detection.detector import Detection, Detector
 from fcw.detection.model import model_sha256
+from fcw.detection.schedule import DEFAULT_SEARCH_HZ
 from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import DatedSource, Frame, Source
@@ -66,6 +67,7 @@ class DriveJob:
         own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
         detection_threads: so many frames are searched at once, while others are decoded and written. 0 does
             everything in the thread that runs the job, as is best for one process of many.
+        search_hz: see `SearchSchedule`; with 0, or a detector of one's own, every picture is searched.
 
     Raises:
         UserError: a value is none of its field's.
@@ -84,6 +86,7 @@ class DriveJob:
     frame_rate_hz: float | None = None
     own_motion: bool = True
     detection_threads: int = DETECTION_THREADS
+    search_hz: float = DEFAULT_SEARCH_HZ
 
     def __post_init__(self) -> None:
         """Make paths of texts, and look at what no type checker need have looked at."""
@@ -102,6 +105,7 @@ class DriveJob:
             ("detector_classes", not isinstance(self.detector_classes, str), "a tuple of names"),
             ("ego_speed", speed_fits, "metres per second, the path of a CSV or GPX file, or an EgoSpeed"),
             ("warning_policy", _can_be(self.warning_policy, "update"), policies),
+            ("search_hz", _is_number(self.search_hz) and self.search_hz >= 0, "pictures a second, or 0"),
             ("frame_rate_hz", rate_hz is None or _is_number(rate_hz), "a number of pictures a second"),
         ):
             if not fits:
@@ -196,6 +200,7 @@ class PreparedDrive:
             EgoEstimator(self.header.calibration) if self.job.own_motion else None,
             known,
             one_thread=self.job.detection_threads == 0,
+            search_hz=self.job.search_hz if isinstance(self.job.detector, str) else 0.0,
         )
 
         def add(result: FrameResult) -> None:

@@ -1,8 +1,9 @@
 """The loop: source -> detect -> track -> warn -> sinks, with decoding, detection and writing overlapped.
 
-One thread decodes, one for each detector finds vehicles, one follows our own motion, one encodes where the
-source's video can't be relayed, and the caller's thread tracks, warns and writes, in the order of the frames.
-Or the caller's thread does it all, which takes less of the processor: for one process of many.
+One thread decodes, one for each detector finds vehicles in the pictures that are searched, one follows our
+own motion, one encodes where the source's video can't be relayed, and the caller's thread tracks, warns and
+writes, in the order of the frames. Or the caller's thread does it all, which takes less of the processor: for
+one process of many.
 """
 
 import queue
@@ -12,8 +13,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 
+from fcw.box import Box
 from fcw.detection.asking import vehicles_in
 from fcw.detection.detector import Aim, Detection, Detector
+from fcw.detection.schedule import SearchSchedule
 from fcw.frame import Frame, Source, VideoPacket, nothing_seen
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import NOTHING_SEEN, DriveHeader, FrameResult, Sink, in_single_precision
@@ -47,6 +50,8 @@ class Stages:
         ego: own motion and path, by the picture too; None goes by what is given alone.
         known: what was found in a frame before; None where it is yet to be looked for.
         one_thread: the caller's does everything, with the first detector.
+        search_hz: so many pictures a second are searched, and those that the tracker wants; see
+            `SearchSchedule`. 0 searches all.
     """
 
     detectors: Sequence[Detector]
@@ -58,6 +63,7 @@ class Stages:
     ego: EgoEstimator | None = None
     known: Callable[[Frame], tuple[Detection, ...] | None] = lambda frame: None
     one_thread: bool = False
+    search_hz: float = 0.0
 
 
 def run_pipeline(
@@ -83,8 +89,9 @@ def run_pipeline(
             stack.callback(sink.close)
         detected_frames = _in_one_thread if stages.one_thread else _overlapped
         aims = Aims(stages.tracker.believed_mount, max(stages.frames_in_flight, FRAMES_IN_FLIGHT))
+        schedule = SearchSchedule(source.frame_rate_hz, stages.search_hz)
         stop = stop or threading.Event()
-        frames = stack.enter_context(closing(detected_frames(source, stages, aims, stop)))
+        frames = stack.enter_context(closing(detected_frames(source, stages, aims, schedule, stop)))
         for frame, detections, ego, packets in frames:
             result = follow(frame, detections, ego, stages)
             aims.believe(stages.tracker.believed_mount)
@@ -93,12 +100,12 @@ def run_pipeline(
             on_result(result)
 
 
-def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: Stages) -> FrameResult:
+def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, stages: Stages) -> FrameResult:
     """What is believed after a frame, by what was found in it; frames must come in the order of their times.
 
     Args:
         frame: the picture and its time.
-        detections: the vehicles found in it.
+        detections: the vehicles found in it; None where it was not searched.
         ego: own motion and path by it.
         stages: whose tracker and policy take the frame.
     """
@@ -119,7 +126,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: St
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,
-        detections=tuple(in_single_precision(found) for found in detections if not found.faint),
+        detections=tuple(in_single_precision(found) for found in detections or () if not found.faint),
         tracks=tracks,
         lead_id=lead_id,
         warning=stages.policy.update(frame.time_ns, threats, own_mps),
@@ -127,12 +134,17 @@ def follow(frame: Frame, detections: tuple[Detection, ...], ego: Ego, stages: St
         notes=(*stages.tracker.notes, *((NOTHING_SEEN,) if nothing_seen(frame.image) else ())),
         own_motion=in_single_precision(ego.motion),
         own_path=in_single_precision(ego.path),
+        searched=detections is not None,
     )
 
 
-_Detected = tuple[Frame, tuple[Detection, ...], Ego, tuple[VideoPacket, ...]]
+_Found = tuple[Detection, ...] | None
+_Detected = tuple[Frame, _Found, Ego, tuple[VideoPacket, ...]]
 _Stream = Generator[_Detected, None, None]
-_Pending = tuple[Frame, Future[tuple[Detection, ...]], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
+_Pending = tuple[Frame, Aim, Future[_Found], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
+
+_UNSEARCHED: Future[_Found] = Future()
+_UNSEARCHED.set_result(None)
 
 
 def _search(detector: Detector, frame: Frame, aim: Aim) -> tuple[Detection, ...]:
@@ -146,17 +158,24 @@ def _known(stages: Stages, frame: Frame, aim: Aim, first: Aim) -> tuple[Detectio
     return found if aim == first else None
 
 
-def _in_one_thread(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> _Stream:
+def _in_one_thread(
+    source: Source, stages: Stages, aims: Aims, schedule: SearchSchedule, stop: threading.Event
+) -> _Stream:
     """Frames in order with their detections and packets."""
-    ego, encoder = stages.ego or EgoEstimator(), _encoder(source, stages)
+
+    def detect(frame: Frame, aim: Aim) -> tuple[Detection, ...]:
+        known = _known(stages, frame, aim, aims.first)
+        return _search(stages.detectors[0], frame, aim) if known is None else known
+
+    ego, encoder = _Ourselves(stages), _encoder(source, stages)
     try:
         for frame in source.frames():
             aim = aims.next()
-            detections = _known(stages, frame, aim, aims.first)
-            if detections is None:
-                detections = _search(stages.detectors[0], frame, aim)
-            packets = encoder.encode(frame) if encoder else frame.packets
-            yield frame, detections, _see_ourselves(ego, stages.ego_speed, frame, detections), packets
+            found = detect(frame, aim) if schedule.searches(frame.time_ns) else None
+            moving = ego.see(frame, found)
+            if found is None and stages.tracker.wants_search:
+                found = detect(frame, aim)
+            yield frame, found, moving, encoder.encode(frame) if encoder else frame.packets
             if stop.is_set():
                 break
     finally:
@@ -164,13 +183,15 @@ def _in_one_thread(source: Source, stages: Stages, aims: Aims, stop: threading.E
             encoder.close()
 
 
-def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Event) -> _Stream:
+def _overlapped(
+    source: Source, stages: Stages, aims: Aims, schedule: SearchSchedule, stop: threading.Event
+) -> _Stream:
     """Frames in order with their detections and packets; what failed in a thread is raised here."""
     idle_detectors: queue.SimpleQueue[Detector] = queue.SimpleQueue()
     for detector in stages.detectors:
         idle_detectors.put(detector)
 
-    def detect(frame: Frame, aim: Aim) -> tuple[Detection, ...]:
+    def detect(frame: Frame, aim: Aim) -> _Found:
         if (known := _known(stages, frame, aim, aims.first)) is not None:
             return known
         detector = idle_detectors.get()
@@ -179,10 +200,10 @@ def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Even
         finally:
             idle_detectors.put(detector)
 
-    def see_ourselves(frame: Frame, detecting: Future[tuple[Detection, ...]]) -> Ego:
-        return _see_ourselves(ego, stages.ego_speed, frame, detecting.result())
+    def see_ourselves(frame: Frame, detecting: Future[_Found]) -> Ego:
+        return ego.see(frame, detecting.result())
 
-    ego, encoder = stages.ego or EgoEstimator(), _encoder(source, stages)
+    ego, encoder = _Ourselves(stages), _encoder(source, stages)
     abandoned = threading.Event()
     pending: queue.SimpleQueue[_Pending | BaseException | None] = queue.SimpleQueue()
     size = source.image_size
@@ -195,8 +216,12 @@ def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Even
             # Room first: the frame is as new as can be when its detection begins.
             while room.acquire() and not abandoned.is_set() and (frame := next(frames, None)) is not None:
                 encoding = encoding_pool.submit(encoder.encode, frame) if encoder else None
-                detecting = detection_pool.submit(detect, frame, aims.next())
-                pending.put((frame, detecting, ego_pool.submit(see_ourselves, frame, detecting), encoding))
+                aim, detecting = aims.next(), _UNSEARCHED
+                if schedule.searches(frame.time_ns):
+                    detecting = detection_pool.submit(detect, frame, aim)
+                pending.put(
+                    (frame, aim, detecting, ego_pool.submit(see_ourselves, frame, detecting), encoding)
+                )
                 if stop.is_set():
                     break
             pending.put(None)
@@ -214,9 +239,12 @@ def _overlapped(source: Source, stages: Stages, aims: Aims, stop: threading.Even
             while (item := pending.get()) is not None:
                 if isinstance(item, BaseException):
                     raise item
-                frame, detecting, moving, encoding = item
+                frame, aim, detecting, moving, encoding = item
                 packets = encoding.result() if encoding else frame.packets
-                yield frame, detecting.result(), moving.result(), packets
+                found = detecting.result()
+                if found is None and stages.tracker.wants_search:
+                    found = detect(frame, aim)
+                yield frame, found, moving.result(), packets
                 room.release()
         finally:
             abandoned.set()
@@ -235,17 +263,18 @@ def _encoder(source: Source, stages: Stages) -> VideoEncoder | None:
     return None
 
 
-def _see_ourselves(
-    ego: EgoEstimator, given: EgoSpeed | None, frame: Frame, detections: tuple[Detection, ...]
-) -> Ego:
-    """In the order of the frames; other vehicles are masked by their boxes in the same frame."""
-    time_ns = frame.time_ns
-    speed_mps = given.at(time_ns) if given else None
-    yaw_rate_radps = given.yaw_rate_at(time_ns) if given else None
-    return ego.update(
-        time_ns,
-        frame.image,
-        [found.box for found in detections if not found.faint],
-        speed_mps,
-        yaw_rate_radps,
-    )
+class _Ourselves:
+    """Own motion and path, frame by frame in their order."""
+
+    def __init__(self, stages: Stages) -> None:
+        self._ego, self._given = stages.ego or EgoEstimator(), stages.ego_speed
+        self._others: list[Box] = []
+
+    def see(self, frame: Frame, detections: _Found) -> Ego:
+        """Take a frame; other vehicles are masked by their boxes in it, or in the last one searched."""
+        if detections is not None:
+            self._others = [found.box for found in detections if not found.faint]
+        time_ns, given = frame.time_ns, self._given
+        speed_mps = given.at(time_ns) if given else None
+        yaw_rate_radps = given.yaw_rate_at(time_ns) if given else None
+        return self._ego.update(time_ns, frame.image, self._others, speed_mps, yaw_rate_radps)

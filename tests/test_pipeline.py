@@ -138,6 +138,38 @@ def test_every_sink_gets_every_frame_in_order_with_its_own_detections_and_packet
 
 
 @overlapped_or_not
+def test_of_a_fast_drive_every_second_picture_is_searched_until_every_one_is_wanted(one_thread: bool) -> None:
+    sink, tracker = MemorySink(), WantingTracker(CALIBRATION, from_frame=20)
+    run(CountingSource(40), [sink], tracker=tracker, one_thread=one_thread, search_hz=12.0)
+    searched = [index for index in range(40) if index % 2 == 0 or index >= 20]
+    assert [result.index for result in sink.results if result.searched] == searched
+    assert [[found.score for found in result.detections] for result in sink.results] == [
+        [index] if index in searched else [] for index in range(40)
+    ]
+    assert [index for index, found in enumerate(tracker.asked) if found is not None] == searched
+    assert [packet.data for packet in sink.packets] == [b"%d" % i for i in range(40)]
+
+
+class WantingTracker(Tracker):
+    """Wants every frame to be searched from one on, and remembers which detections it was given."""
+
+    def __init__(self, calibration: Calibration, from_frame: int) -> None:
+        super().__init__(calibration)
+        self.asked: list[Sequence[Detection] | None] = []
+        self._from = from_frame
+
+    @property
+    def wants_search(self) -> bool:
+        return len(self.asked) >= self._from
+
+    def update(
+        self, time_ns: int, detections: Sequence[Detection] | None, *rest: Any, **named: Any
+    ) -> tuple[Track, ...]:
+        self.asked.append(detections)
+        return super().update(time_ns, detections, *rest, **named)
+
+
+@overlapped_or_not
 def test_a_picture_in_which_nothing_can_be_seen_is_noted_at_its_frame(one_thread: bool) -> None:
     sink = MemorySink()
     run(HalfCovered(20), [sink], one_thread=one_thread)

@@ -91,10 +91,11 @@ class SimulatedComparison:
 
     Attributes:
         frames: number of frames.
+        searched: how many of them were searched for vehicles.
         lead_frames: frames with a true lead between 5 and 60 m in sight.
         lead_errors: relative distance error, signed, of each of those frames in which the log has it as lead.
         track_errors: of every track of a vehicle between 5 and 60 m in sight.
-        vehicles: vehicles that count, over all frames.
+        vehicles: vehicles that count, over all frames that were searched.
         hits: how many of them were detected.
         false_positives: detections of nothing.
         due: the warnings that had to come.
@@ -102,6 +103,7 @@ class SimulatedComparison:
     """
 
     frames: int
+    searched: int
     lead_frames: int
     lead_errors: tuple[float, ...]
     track_errors: tuple[float, ...]
@@ -118,8 +120,8 @@ class SimulatedComparison:
 
     @property
     def false_positives_per_frame(self) -> float:
-        """Detections of nothing per frame."""
-        return self.false_positives / self.frames
+        """Detections of nothing per frame that was searched; nan when none was."""
+        return self.false_positives / self.searched if self.searched else float("nan")
 
     @property
     def needless(self) -> tuple[GivenWarning, ...]:
@@ -160,11 +162,13 @@ def compare_with_truth(
             lead_frames += 1
             if result.lead is not None and vehicle_at(result.lead.box, truth) is lead:
                 lead_errors.append(result.lead.distance_m / lead.distance_m - 1)
-        counted, found, false = _detections(result, truth, minimum_width_px)
-        vehicles, hits, false_positives = vehicles + counted, hits + found, false_positives + false
+        if result.searched:
+            counted, found, false = _detections(result, truth, minimum_width_px)
+            vehicles, hits, false_positives = vehicles + counted, hits + found, false_positives + false
     given = _given_warnings(results, truths)
     return SimulatedComparison(
         frames=len(results),
+        searched=sum(result.searched for result in results),
         lead_frames=lead_frames,
         lead_errors=tuple(lead_errors),
         track_errors=tuple(track_errors),

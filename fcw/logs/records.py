@@ -37,6 +37,8 @@ class FrameResult:
             Over the picture stands what is before a note's first colon: it should say enough.
         own_motion: speed, yaw rate and mount as believed now; None in logs of before they were known.
         own_path: the way that we will take; None likewise.
+        searched: whether the detector was asked; of a fast drive it is in every second or third frame and
+            while it may matter, else the vehicles are carried on.
     """
 
     index: int
@@ -49,6 +51,7 @@ class FrameResult:
     notes: tuple[str, ...] = ()
     own_motion: OwnMotion | None = None
     own_path: OwnPath | None = None
+    searched: bool = True
 
     @property
     def lead(self) -> Track | None:

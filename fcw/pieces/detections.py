@@ -13,6 +13,7 @@ from fcw.bounded.files import MalformedError
 from fcw.box import Box
 from fcw.detection.asking import vehicles_in
 from fcw.detection.detector import Detection
+from fcw.detection.schedule import SearchSchedule
 from fcw.files import whole_file
 from fcw.frame import Frame
 from fcw.job import DriveJob, prepare_drive
@@ -29,7 +30,7 @@ COLUMNS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PieceDetections:
-    """What was found in N frames: M boxes.
+    """What was found in N frames, those that were searched: M boxes.
 
     Attributes:
         key: of what was run; see `find_in_piece`.
@@ -90,7 +91,7 @@ class PieceDetections:
 
 
 def find_in_piece(job: DriveJob, piece: Piece, path: Path, key: str = "") -> Path:
-    """Find the vehicles in the frames of a piece.
+    """Find the vehicles in the frames of a piece that are to be searched.
 
     Args:
         job: the whole drive's.
@@ -110,9 +111,12 @@ def find_in_piece(job: DriveJob, piece: Piece, path: Path, key: str = "") -> Pat
     prepared = prepare_drive(job)
     detector = prepared.detectors[0]
     take_aim(detector, aim_at(Tracker(prepared.header.calibration).believed_mount))
+    schedule = SearchSchedule(prepared.source.frame_rate_hz, job.search_hz)
     times_ns, checksums, counts, rows = [], [], [], []
     with one_opencv_thread():
         for frame in PieceSource(prepared.source, piece).frames():
+            if not schedule.searches(frame.time_ns):
+                continue
             found = vehicles_in(detector, frame)
             times_ns.append(frame.time_ns)
             checksums.append(_checksum(frame))

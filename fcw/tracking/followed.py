@@ -31,9 +31,10 @@ class Followed:
         last_ns: when it was last seen, by the detector or in the picture.
         detected_ns: when the detector saw it last.
         confirmed: whether it is believed.
-        seen_by: what saw it in the latest frame.
+        seen_by: what saw it in the latest frame, or, where that was not searched, in the last one that was.
         doubtful: whether it may be none; see `fcw.tracking.belief`.
         looks: what is remembered of them.
+        free: edges of its box behind which it did not go on when it was last searched for; see `free_edges`.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class Followed:
         self.confirmed = False
         self.seen_by = SeenBy.DETECTOR
         self.looks = Follower(settings.following)
+        self.free = WHOLE
         self.track_id = track_id
         self._first_ns = self._time_ns = time_ns
         self._score = detection.score
@@ -59,7 +61,8 @@ class Followed:
         self._calibration = calibration
         self._settings = settings
         self._drift_pxps = 0.0
-        self._dt_s = 0.0
+        self._dt_s = self._search_s = self._unplaced_s = 0.0
+        self._searched = True
         self._credit_s = 0.0
         self._feet = self._feet_of(detection.box)
         self._hits = 1
@@ -81,8 +84,16 @@ class Followed:
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 
-    def predict(self, time_ns: int, dt_s: float, growth: float) -> None:
-        """Move on by dt to a time; counts as a miss until a detection says otherwise."""
+    def predict(self, time_ns: int, dt_s: float, growth: float, search_s: float | None) -> None:
+        """Move on by dt to a time.
+
+        Args:
+            time_ns: of the frame.
+            dt_s: since the frame before.
+            growth: of the vehicle in the picture since then.
+            search_s: since the last frame that was searched before this one, which counts as a miss until a
+                detection says otherwise; None where this one is not searched.
+        """
         self._time_ns = time_ns
         box, horizon_px = self.box, self._calibration.horizon_row_px
         axis_px = self._calibration.camera.principal_column_px
@@ -90,11 +101,16 @@ class Followed:
         bottom = horizon_px + (box.bottom - horizon_px) * growth
         center_x = axis_px + (box.center_x - axis_px) * growth
         self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
-        self._misses += 1
         self._dt_s = dt_s
+        self._unplaced_s = dt_s + (0.0 if self._searched else self._unplaced_s)
+        self._searched = search_s is not None
         self._across.predict(dt_s)
         self._next_m = self.state.distance_m - self.state.closing_speed_mps * dt_s
-        self.seen_by = SeenBy.COASTING
+        if search_s is not None:
+            self._misses += 1
+            self._search_s = search_s
+        if search_s is not None or self.seen_by is SeenBy.PICTURE:
+            self.seen_by = SeenBy.COASTING
 
     def carry(self, time_ns: int, moved: Moved, we_drive: bool) -> bool:
         """Take where the picture shows it, in place of what was predicted; False where it cannot be there.
@@ -118,7 +134,7 @@ class Followed:
             return False
         self._drift(moved.box, self._dt_s)
         self.box = self._seen = moved.box
-        if self._credit_s > 0:
+        if self._credit_s > 0 and self.seen_by is SeenBy.COASTING:
             self.seen_by = SeenBy.PICTURE
         return True
 
@@ -133,7 +149,8 @@ class Followed:
     def lose(self) -> None:
         """Whatever was carried is not this vehicle."""
         self.looks.forget()
-        self.seen_by = SeenBy.COASTING
+        if self.seen_by is SeenBy.PICTURE:
+            self.seen_by = SeenBy.COASTING
 
     def view_of(self, time_ns: int, found: Box, free: Edges) -> tuple[Box, Edges]:
         """Its box where it was found in this frame, and which edges of that were seen.
@@ -174,10 +191,11 @@ class Followed:
         self._seen = found
         self._misses -= 1
         if not faint:
-            self._credit_s = min(self._credit_s + following.credit * self._dt_s, following.longest_s)
+            search_s = self._search_s
+            self._credit_s = min(self._credit_s + following.credit * search_s, following.longest_s)
             self._hits += 1
-            self.found_s += self._dt_s
-            self._in_a_row += dt_s <= self._dt_s
+            self.found_s += search_s
+            self._in_a_row += dt_s <= search_s
         if not carried:
             self._drift(found, dt_s)
         self.box = _towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
@@ -233,6 +251,13 @@ class Followed:
         settings = self._settings
         return self.box.h >= settings.clear_sigmas * settings.box_noise.edge_sigma_px(self.box)
 
+    def wants_search(self) -> bool:
+        """Whether every frame should be searched for it: it is new, or we may soon be at its rear."""
+        settings, state = self._settings, self.state
+        is_new = (self._time_ns - self._first_ns) / 1e9 < settings.new_s
+        is_soon = state.distance_m < settings.soon_s * state.closing_speed_mps
+        return (is_new or is_soon) and abs(self._across.lateral_m) < settings.aside_m
+
     def track(self, time_ns: int, path: OwnPath, turn: Turn | None) -> Track:
         """The vehicle as believed now; called once a frame, for the path's hysteresis."""
         state = self.state
@@ -279,11 +304,11 @@ class Followed:
         if self._seen is not None:
             noise = self._settings.box_noise
             sigma_px = noise.edge_sigma_px(self._seen) / math.sqrt(2)
-            sigma_px *= math.sqrt(noise.white(max(self._dt_s, SHORTEST_STEP_S)))
+            sigma_px *= math.sqrt(noise.white(max(self._unplaced_s, SHORTEST_STEP_S)))
             sigma_m = sigma_px * self.state.distance_m / focal_px
             believed_m = self._across.lateral_m
             self._across.correct(self._lateral_m(self._seen, focal_px, path, believed_m), sigma_m)
-            self._seen = None
+            self._seen, self._unplaced_s = None, 0.0
 
     def _inner_edge_px(self, box: Box, believed_m: float, metres_per_px: float) -> float | None:
         """Column of the vehicle's inner side where its outer one is believed beyond the picture; else None.

@@ -36,6 +36,9 @@ class TrackerSettings:
             smallest are as large as their noise.
         part_hits: a vehicle found so often is known well enough to tell when a part of it is boxed,
         part_s: for so long.
+        new_s: every frame is worth a search while a vehicle was first found less than this ago,
+        soon_s: or while we would be at its rear within this time,
+        aside_m: and while it is no farther to the side of the camera than this.
         mount: when a moved mount is said.
         speed_prior: of other vehicles, where the own speed is known.
         following: how vehicles are followed by the picture.
@@ -58,6 +61,9 @@ class TrackerSettings:
     padding_sigmas: float = 2.0
     part_hits: int = 5
     part_s: float = 1.0
+    new_s: float = 0.7
+    soon_s: float = 5.0
+    aside_m: float = 5.0
     mount: MountWatchSettings = field(default_factory=MountWatchSettings)
     speed_prior: SpeedPrior = field(default_factory=SpeedPrior)
     following: FollowingSettings = field(default_factory=FollowingSettings)

@@ -49,6 +49,7 @@ class Tracker:
         self._doubts = Doubts(self._settings.belief, calibration.image_size.width)
         self._followed: list[Followed] = []
         self._time_ns: int | None = None
+        self._unsearched_s = 0.0
         self._own = OwnSpeed()
         self._next_id = 1
         self._lead_id: int | None = None
@@ -57,6 +58,11 @@ class Tracker:
     def lead_id(self) -> int | None:
         """Id of the lead among the tracks of the last update; None when the own path is free."""
         return self._lead_id
+
+    @property
+    def wants_search(self) -> bool:
+        """Whether the next frame should be searched: a vehicle is new, or we may soon be at its rear."""
+        return any(followed.wants_search() for followed in self._followed)
 
     @property
     def reference_offset_m(self) -> float:
@@ -82,7 +88,7 @@ class Tracker:
     def update(
         self,
         time_ns: int,
-        detections: Sequence[Detection],
+        detections: Sequence[Detection] | None,
         ego_speed_mps: float | None = None,
         yaw_rate_radps: float | None = None,
         image: NDArray[np.uint8] | None = None,
@@ -95,7 +101,8 @@ class Tracker:
 
         Args:
             time_ns: of the frame; intervals between frames may vary.
-            detections: of the frame.
+            detections: of the frame; None where it was not searched: then the vehicles move on, carried by
+                the picture where it is given, and none counts as missed.
             ego_speed_mps: own speed, which tells oncoming and standing vehicles; None when unknown.
             yaw_rate_radps: how fast we turn, positive to the left, which bends the own path; None when
                 unknown, then it is straight.
@@ -122,13 +129,16 @@ class Tracker:
         ego_speed_mps = self._own.speed_mps
         if path is None:
             path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
+        self._unsearched_s += dt_s
+        search_s = None if detections is None else self._unsearched_s
         before = [followed.box for followed in self._followed]
         growths = self._range.predict(dt_s, own_gain_mps, path, self._own.gain_sigma_mps)
         if mount is not None:
             self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
         for followed, growth in zip(self._followed, growths, strict=True):
-            followed.predict(time_ns, dt_s, growth)
+            followed.predict(time_ns, dt_s, growth, search_s)
         moved = {} if image is None else self._carry(time_ns, image, before)
+        detections = detections or ()
         pairs = self._associate(detections)
         unused = {index for index, detection in enumerate(detections) if not detection.faint}
         certain = [detection.box for detection in detections if not detection.faint]
@@ -137,19 +147,21 @@ class Tracker:
             slot: self._followed[slot].view_of(time_ns, detections[index].box, free[slot])
             for slot, index in pairs
         }
-        step_s = max(dt_s, SHORTEST_STEP_S)
         self._range.update(
             [(slot, box) for slot, (box, _) in views.items()],
-            step_s,
+            max(self._unsearched_s, SHORTEST_STEP_S),
             {slot: edges for slot, (_, edges) in views.items()},
         )
+        if search_s is not None:
+            for slot, followed in enumerate(self._followed):
+                followed.free = free.get(slot, WHOLE)
         # The looks of what comes out from behind another vehicle seem to grow.
         grown = [
             (slot, *one[1:])
             for slot, one in moved.items()
-            if math.isfinite(one.sigma) and free.get(slot, WHOLE) == WHOLE
+            if math.isfinite(one.sigma) and self._followed[slot].free == WHOLE
         ]
-        self._range.take_growths(grown, step_s)
+        self._range.take_growths(grown, max(dt_s, SHORTEST_STEP_S))
         whole = [(slot, box) for slot, (box, edges) in views.items() if edges == WHOLE]
         self._mount.update(self._rulers(whole), dt_s)
         self._mount_note.update(self._range.mount, dt_s)
@@ -157,8 +169,12 @@ class Tracker:
             found = detections[index]
             self._followed[slot].correct(time_ns, views[slot][0], found.score, found.faint)
             unused.discard(index)
-        if image is not None:
-            self._remember(time_ns, image)
+        if image is not None and search_s is not None:
+            self._remember(image, time_ns)
+        for followed in self._followed:
+            followed.settle(time_ns)
+        if search_s is not None:
+            self._unsearched_s = 0.0
         for slot, followed in enumerate(self._followed):
             followed.state = self._state(slot)
             followed.place_across(self._range.focal_px, path)
@@ -217,7 +233,7 @@ class Tracker:
                 moved[slot] = one
         return moved
 
-    def _remember(self, time_ns: int, image: NDArray[np.uint8]) -> None:
+    def _remember(self, image: NDArray[np.uint8], time_ns: int) -> None:
         """Take the looks of the lead and the nearest vehicles for the next pictures."""
         found = [followed for followed in self._followed if followed.seen_by == SeenBy.DETECTOR]
         hidden = set()
@@ -227,7 +243,6 @@ class Tracker:
                 # Its looks are another's by now: it is where it should be, until it is found again.
                 followed.lose()
                 hidden.add(slot)
-            followed.settle(time_ns)
         believed = [
             slot for slot, followed in enumerate(self._followed) if followed.confirmed and slot not in hidden
         ]

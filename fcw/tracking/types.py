@@ -39,7 +39,7 @@ class Track:
         ttc_s: distance over closing speed; None when the gap is not closing, or not surely: see
             `known_ttc_s`.
         age_s: time since its first detection.
-        seen_by: what saw it in this frame.
+        seen_by: what saw it in this frame, or, where that was not searched, in the last one that was.
         in_path: whether it stands in the own path ahead.
         closing_acceleration_mps2: rate at which the closing speed grows: a lead that brakes, and, where the
             own speed is unknown, we who accelerate; 0 where it is not estimated.

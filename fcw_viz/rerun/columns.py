@@ -147,6 +147,7 @@ def _frames(results: Sequence[FrameResult]) -> rr.ComponentColumnList:
         "fcw.Frame",
         index=pa.array([result.index for result in results], pa.int64()),
         time_ns=pa.array([result.time_ns for result in results], pa.int64()),
+        searched=pa.array([result.searched for result in results], pa.bool_()),
         lead_id=pa.array([result.lead_id for result in results], pa.int64()),
         ego_speed_mps=pa.array([result.ego_speed_mps for result in results], pa.float64()),
         **{name: pa.array([value(result) for result in results], pa.float64()) for name, value in OWN_VALUES},

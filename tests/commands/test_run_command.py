@@ -117,6 +117,20 @@ def test_either_detector_can_be_chosen_and_stands_in_the_log(detector: str, tmp_
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("options", "searched"), [((), [True, False, True, False, True]), (("--search-rate", "0"), [True] * 5)]
+)
+def test_every_second_picture_of_30_a_second_is_searched_and_all_on_demand(
+    options: tuple[str, ...], searched: list[bool], tmp_path: Path
+) -> None:
+    source = short_drive(tmp_path, frames=5)
+    command = ["run", str(source), "--out", str(tmp_path / "out"), "--frame-rate", "30", *options]
+    assert main(command) == 0
+    results = DriveLog(tmp_path / "out" / "drive.mcap").results()
+    assert [result.searched for result in results] == searched
+
+
+@pytest.mark.slow
 def test_ego_speed_stands_in_every_frame(tmp_path: Path) -> None:
     source = short_drive(tmp_path, frames=5)
     assert main(["run", str(source), "--out", str(tmp_path / "out"), "--ego-speed", "22.5"]) == 0
@@ -214,6 +228,13 @@ def test_an_unknown_detector_lists_the_known_ones(tmp_path: Path, capsys: pytest
     )
     assert "magic" in message
     assert "acf, acf-full" in message
+
+
+def test_a_negative_rate_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = "--out", str(tmp_path / "out"), "--search-rate", "-1"
+    message = wrong_input(capsys, "run", str(DEMO / "drive.mp4"), *options)
+    assert "--search-rate -1" in message
+    assert "e.g. 12" in message
 
 
 def test_a_file_where_the_logs_should_go_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

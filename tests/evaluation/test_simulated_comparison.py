@@ -72,6 +72,19 @@ def test_distance_errors_are_relative_and_signed():
     assert comparison.track_errors == comparison.lead_errors
 
 
+def test_what_was_not_searched_counts_neither_as_missed_nor_as_free_of_false_alarms():
+    truths = [instant(k, seen()) for k in range(4)]
+    found = seen().box, Box(100, 330, 40, 30)
+    results = [result(k, track(20.0), detections=() if k % 2 else found) for k in range(4)]
+    every = compare_with_truth(results, truths)
+    assert (every.detection_rate, every.false_positives_per_frame) == (0.5, 0.5)
+    second = compare_with_truth(
+        [dataclasses.replace(one, searched=one.index % 2 == 0) for one in results], truths
+    )
+    assert (second.detection_rate, second.false_positives_per_frame) == (1.0, 1.0)
+    assert second.lead_errors == every.lead_errors
+
+
 def test_a_lead_that_is_another_vehicle_has_no_error():
     other = seen("other", 40.0, box=Box(100, 330, 40, 30), in_path=False)
     comparison = compare_with_truth([result(0, track(40.0, other.box))], [instant(0, seen(), other)])

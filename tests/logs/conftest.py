@@ -99,6 +99,7 @@ frame_results = st.builds(
     notes=st.lists(st.text(max_size=12), max_size=2).map(tuple),
     own_motion=st.none() | own_motions,
     own_path=st.none() | own_paths,
+    searched=st.booleans(),
 )
 
 

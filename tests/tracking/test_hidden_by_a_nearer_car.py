@@ -7,7 +7,13 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
+from fcw.evaluation.simulated import vehicle_at
 from fcw.frame import ImageSize
+from fcw.simulation.drive import true_calibration
+from fcw.simulation.picture.renderer import Renderer
+from fcw.simulation.truth.truth import frame_truth
+from fcw.simulation.world.scenario import IMAGE_SIZE, load_scenario
+from fcw.simulation.world.world import World
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import SeenBy
 
@@ -80,3 +86,26 @@ def test_a_car_that_comes_out_from_behind_a_nearer_one_does_not_seem_to_come_nea
         closing_mps += [track.closing_speed_mps for track in tracks if track.distance_m > 30]
     assert len(closing_mps) > 45
     assert max(closing_mps) < 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("every", [1, 2])
+def test_a_rendered_car_that_comes_out_from_behind_another_comes_no_faster_than_it_does(every):
+    # Where a frame is not searched, its looks in the picture are all there is; they grow as it comes out.
+    scenario = load_scenario("bend-entry")
+    camera, offset_m = scenario.camera.camera(), scenario.camera.reference_offset_m
+    renderer, tracker = Renderer(camera, IMAGE_SIZE, 0), Tracker(true_calibration(scenario))
+    states = [state for state in World(scenario, 0).states() if 1.0e9 <= state.time_ns <= 3.25e9]
+    faster_mps = []
+    for number, state in enumerate(states):
+        truth = frame_truth(state, camera, IMAGE_SIZE, offset_m)
+        found = None
+        if number % every == 0:
+            seen = [vehicle for vehicle in truth.vehicles if vehicle.visible_fraction > 0.5]
+            found = [Detection(vehicle.box, 9.0) for vehicle in seen if vehicle.distance_m < 45]
+        for track in tracker.update(state.time_ns, found, image=renderer.render(state)):
+            vehicle = vehicle_at(track.box, truth)
+            if vehicle is not None:
+                faster_mps.append(track.closing_speed_mps - vehicle.closing_speed_mps)
+    assert len(faster_mps) > 50
+    assert max(faster_mps) < 1.5

@@ -14,6 +14,7 @@ from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
+from fcw.tracking.types import SeenBy
 
 CALIBRATION = Calibration.from_camera(
     GroundPlaneCamera(0.03, 740.0, 359.5, 1.3, 639.5), ImageSize(1280, 720), reference_offset_m=1.5
@@ -74,6 +75,66 @@ def test_identity_survives_a_short_miss_of_a_closing_vehicle():
     assert {track.track_id for tracks in missed for track in tracks} == {1}
     assert any(track.coasting for track in missed[50])
     assert not missed[-1][0].coasting
+
+
+def test_a_vehicle_is_followed_as_well_where_every_second_frame_is_searched():
+    tracker = Tracker(CALIBRATION)
+    shown = [
+        tracker.update(k * FRAME_NS, None if k % 2 else [seen(50 - 10 * k * FRAME_NS / 1e9)])
+        for k in range(90)
+    ]
+    (track,) = shown[-1]
+    true_m = 50 - 10 * 89 * FRAME_NS / 1e9
+    assert track.distance_m == pytest.approx(true_m, rel=0.02)
+    assert track.closing_speed_mps == pytest.approx(10, rel=0.05)
+    assert track.box.bottom == pytest.approx(seen(true_m).box.bottom, abs=2)
+    followed = [track for tracks in shown for track in tracks]
+    assert {(track.track_id, track.seen_by, track.found_part) for track in followed} == {
+        (1, SeenBy.DETECTOR, 1.0)
+    }
+    assert len(followed) == 90 - 4  # found for the third time in the fifth frame
+
+
+@pytest.mark.parametrize(
+    ("case", "wanted"),
+    [
+        # distance, closing speed, metres to the side
+        ((40.0, 5.0, 0.0), False),
+        ((40.0, 10.0, 0.0), True),
+        ((20.0, 10.0, 4.0), True),
+        ((20.0, 10.0, 8.0), False),
+        ((10.0, 0.0, 0.0), False),
+    ],
+)
+def test_every_frame_is_worth_a_search_at_first_and_while_we_may_soon_be_at_its_rear(case, wanted):
+    distance_m, closing_mps, aside_m = case
+    tracker = Tracker(CALIBRATION)
+    assert not tracker.wants_search
+    wishes = []
+    for k in range(60):
+        tracker.update(k * FRAME_NS, [seen(distance_m + closing_mps * (59 - k) / 30, aside_m)])
+        wishes.append(tracker.wants_search)
+    assert all(wishes[:15]) == (aside_m < 5)
+    assert wishes[-1] == wanted
+
+
+def test_a_frame_that_is_not_searched_says_nothing_of_a_vehicle_that_was_missed():
+    tracker = Tracker(CALIBRATION)
+    follow(tracker, 20, lambda t: [seen(20)])
+    (missed,) = tracker.update(20 * FRAME_NS, [])
+    (still,) = tracker.update(21 * FRAME_NS, None)
+    assert missed.coasting
+    assert still.coasting
+    assert still.found_part == missed.found_part < 1.0
+
+
+def test_what_is_missed_in_every_searched_frame_ends_though_others_are_not_searched():
+    tracker = Tracker(CALIBRATION, TrackerSettings(coast_s=0.5))
+    shown = [
+        tracker.update(k * FRAME_NS, None if k % 2 else [seen(20)] if k <= 30 else []) for k in range(60)
+    ]
+    alive = [k for k, tracks in enumerate(shown) if tracks]
+    assert alive[-1] == 30 + 15
 
 
 @pytest.mark.parametrize("frame_ns", [33_333_333, 100_000_000])

@@ -94,6 +94,7 @@ def result_message(result: FrameResult) -> drive_pb2.FrameResult:
         notes=result.notes,
         own_motion=None if result.own_motion is None else _motion_message(result.own_motion),
         own_path=None if result.own_path is None else drive_pb2.OwnPath(**_fields(result.own_path)),
+        unsearched=not result.searched,
     )
 
 
@@ -111,6 +112,7 @@ def result_from_message(data: bytes) -> FrameResult:
         notes=tuple(message.notes),
         own_motion=_motion(message.own_motion) if message.HasField("own_motion") else None,
         own_path=_path(message.own_path) if message.HasField("own_path") else None,
+        searched=not message.unsearched,
     )
 
 
