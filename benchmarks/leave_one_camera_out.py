@@ -83,7 +83,7 @@ def parsed() -> argparse.Namespace:
         nargs="+",
         metavar="CAMERA+CAMERA",
         default=["+".join(group) for group in GROUPS],
-        help=f"cameras to leave out together; {EACH}: every camera by itself",
+        help=f"cameras to leave out together; the others are learnt from; {EACH}: every camera by itself",
     )
     parser.add_argument("--detector", choices=("acf", "net"), default="acf", help="which is trained")
     parser.add_argument("--name", help="what it is called in the table; by default as it is")
@@ -94,8 +94,7 @@ def parsed() -> argparse.Namespace:
         nargs="+",
         default=[],
         metavar="DIR",
-        help="training folders to learn from as well, of the net the looks alone; cameras left out are left "
-        "out here too",
+        help="training folders to learn from as well; cameras left out are left out here too",
     )
     parser.add_argument(
         "--detections", type=Path, help="folder where what was found is kept, a file a detector"

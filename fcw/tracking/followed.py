@@ -61,7 +61,7 @@ class Followed:
         self._calibration = calibration
         self._settings = settings
         self._drift_pxps = 0.0
-        self._dt_s = self._search_s = self._unplaced_s = 0.0
+        self._dt_s = self._search_s = 0.0
         self._searched = True
         self._credit_s = 0.0
         self._feet = self._feet_of(detection.box)
@@ -102,7 +102,6 @@ class Followed:
         center_x = axis_px + (box.center_x - axis_px) * growth
         self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
         self._dt_s = dt_s
-        self._unplaced_s = dt_s + (0.0 if self._searched else self._unplaced_s)
         self._searched = search_s is not None
         self._across.predict(dt_s)
         self._next_m = self.state.distance_m - self.state.closing_speed_mps * dt_s
@@ -133,7 +132,9 @@ class Followed:
             self.lose()
             return False
         self._drift(moved.box, self._dt_s)
-        self.box = self._seen = moved.box
+        self.box = moved.box
+        if self._searched:
+            self._seen = moved.box
         if self._credit_s > 0 and self.seen_by is SeenBy.COASTING:
             self.seen_by = SeenBy.PICTURE
         return True
@@ -304,11 +305,11 @@ class Followed:
         if self._seen is not None:
             noise = self._settings.box_noise
             sigma_px = noise.edge_sigma_px(self._seen) / math.sqrt(2)
-            sigma_px *= math.sqrt(noise.white(max(self._unplaced_s, SHORTEST_STEP_S)))
+            sigma_px *= math.sqrt(noise.white(max(self._search_s, SHORTEST_STEP_S)))
             sigma_m = sigma_px * self.state.distance_m / focal_px
             believed_m = self._across.lateral_m
             self._across.correct(self._lateral_m(self._seen, focal_px, path, believed_m), sigma_m)
-            self._seen, self._unplaced_s = None, 0.0
+            self._seen = None
 
     def _inner_edge_px(self, box: Box, believed_m: float, metres_per_px: float) -> float | None:
         """Column of the vehicle's inner side where its outer one is believed beyond the picture; else None.

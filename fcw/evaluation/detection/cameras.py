@@ -123,12 +123,13 @@ def read_cameras(data: Path) -> LabelledCameras:
 
 
 def folds(cameras: LabelledCameras, groups: Sequence[Group]) -> tuple[Fold, ...]:
-    """What each model learns from and is tested on; every camera is in one test, and in no other.
+    """What each model learns from and is tested on: a group's cameras are in one test, and in no other.
 
-    Incomplete pictures are learnt from in every fold, but for those held out, which the folds share out.
+    Cameras in no group are learnt from in every fold and tested in none. So are incomplete pictures, but for
+    those held out, which the folds share out.
 
     Raises:
-        UserError: a group names a camera that is not there or twice, or a camera is in none.
+        UserError: a group names a camera that is not there or twice.
     """
     names, complete = cameras.cameras, cameras.complete
     known = sorted(set(names[complete].tolist()))
@@ -137,10 +138,8 @@ def folds(cameras: LabelledCameras, groups: Sequence[Group]) -> tuple[Fold, ...]
         if camera not in known or given.count(camera) > 1:
             raise UserError(
                 f"--groups: {camera} is {'named twice' if camera in known else 'no camera of the data'}; "
-                f"expected each of {', '.join(known)} once, those of a group joined by +"
+                f"expected cameras of {', '.join(known)}, each once, those of a group joined by +"
             )
-    if missing := [camera for camera in known if camera not in given]:
-        raise UserError(f"--groups: {', '.join(missing)} in no group; expected every camera in one")
     shared = np.flatnonzero(cameras.held_out)
     made = []
     for number, group in enumerate(groups):

@@ -72,14 +72,21 @@ def test_no_picture_is_tested_by_a_model_that_learnt_from_its_camera(data: Path)
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
-        ((("tusimple",), ("udacity",)), "mahfuz195 in no group"),
         ((*SMALL_GROUPS, ("tusimple",)), "tusimple is named twice"),
         ((*SMALL_GROUPS, ("level2",)), "level2 is no camera of the data"),
     ],
 )
-def test_groups_name_each_camera_once(data: Path, groups, message):
+def test_groups_name_no_camera_twice_and_none_that_is_not_there(data: Path, groups, message):
     with pytest.raises(UserError, match=message):
         folds(read_cameras(data), groups)
+
+
+def test_cameras_in_no_group_are_learnt_from_and_not_tested(data: Path):
+    cameras = read_cameras(data)
+    (fold,) = folds(cameras, [("tusimple",)])
+    assert set(cameras.cameras[fold.tested]) == {"level2", "tusimple"}
+    assert sorted(cameras.cameras[fold.learnt]) == ["level2"] * 2 + ["mahfuz195"] * 4 + ["udacity"] * 3
+    assert not set(fold.tested) & set(fold.learnt)
 
 
 class Seen:
