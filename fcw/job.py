@@ -6,7 +6,7 @@ import shlex
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -200,7 +200,7 @@ class PreparedDrive:
             EgoEstimator(self.header.calibration) if self.job.own_motion else None,
             known,
             one_thread=self.job.detection_threads == 0,
-            search_hz=self.job.search_hz if isinstance(self.job.detector, str) else 0.0,
+            search_hz=self.job.search_hz,
         )
 
         def add(result: FrameResult) -> None:
@@ -308,7 +308,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         count = max(job.detection_threads, 1)
         detectors = [make_detector(detector, model, calibration, for_tracker=True) for _ in range(count)]
     else:
-        sha256, detectors = "", [detector]
+        sha256, detectors, job = "", [detector], replace(job, search_hz=0.0)
     header = DriveHeader(
         source=source.name,
         image_size=source.image_size,

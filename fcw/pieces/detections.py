@@ -111,7 +111,7 @@ def find_in_piece(job: DriveJob, piece: Piece, path: Path, key: str = "") -> Pat
     prepared = prepare_drive(job)
     detector = prepared.detectors[0]
     take_aim(detector, aim_at(Tracker(prepared.header.calibration).believed_mount))
-    schedule = SearchSchedule(prepared.source.frame_rate_hz, job.search_hz)
+    schedule = SearchSchedule(prepared.source.frame_rate_hz, prepared.job.search_hz)
     times_ns, checksums, counts, rows = [], [], [], []
     with one_opencv_thread():
         for frame in PieceSource(prepared.source, piece).frames():

@@ -50,7 +50,8 @@ def run_in_pieces(
     """
     job = replace(job, detection_threads=1)
     # The process that follows decodes beside that, as the last frames wait for nothing else.
-    prepared = replace(prepared, job=job) if prepared else prepare_drive(job)
+    prepared = prepared or prepare_drive(job)
+    prepared = replace(prepared, job=replace(prepared.job, detection_threads=1))
     pieces = plan_pieces(prepared.source, piece_s)
     folder = job.out / PIECES_NAME
     paths = {piece: folder / f"{piece.number:04d}.npz" for piece in pieces}

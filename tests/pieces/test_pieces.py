@@ -65,6 +65,27 @@ def test_pieces_together_have_every_frame_once(job):
     assert all(found)
 
 
+class Own:
+    """A detector of one's own, which finds nothing."""
+
+    name = "own"
+
+    def detect(self, image: np.ndarray) -> tuple[Detection, ...]:
+        return ()
+
+
+@pytest.mark.slow
+def test_of_30_pictures_a_second_every_second_one_is_searched_and_all_by_a_detector_of_ones_own(
+    job, tmp_path
+):
+    times_ns = [frame.time_ns for frame in prepare_drive(job).source.frames()]
+    whole = Piece(0, None, None)
+    searched = PieceDetections.read(find_in_piece(job, whole, tmp_path / "0.npz")).times_ns
+    assert searched.tolist() == times_ns[::2]
+    own = dataclasses.replace(job, detector=Own())
+    assert PieceDetections.read(find_in_piece(own, whole, tmp_path / "1.npz")).times_ns.tolist() == times_ns
+
+
 @pytest.mark.slow
 def test_what_was_found_is_kept_for_the_next_run_by_its_key(job, tmp_path):
     piece, path = Piece(0, None, 100_000_000), tmp_path / "0.npz"
