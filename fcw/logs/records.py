@@ -37,8 +37,7 @@ class FrameResult:
             Over the picture stands what is before a note's first colon: it should say enough.
         own_motion: speed, yaw rate and mount as believed now; None in logs of before they were known.
         own_path: the way that we will take; None likewise.
-        searched: whether the detector was asked; of a fast drive it is in every second or third frame and
-            while it may matter, else the vehicles are carried on.
+        searched: whether the detector was asked; else the vehicles were carried on, see `SearchSchedule`.
     """
 
     index: int

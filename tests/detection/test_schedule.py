@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from searching import examples
 
-from fcw.detection.schedule import DEFAULT_SEARCH_HZ, SearchSchedule
+from fcw.detection.schedule import SearchSchedule
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ from fcw.detection.schedule import DEFAULT_SEARCH_HZ, SearchSchedule
     ],
 )
 def test_twelve_pictures_a_second_or_more_are_searched_where_there_are_as_many(frame_rate_hz, every):
-    assert SearchSchedule(frame_rate_hz, DEFAULT_SEARCH_HZ).every == every
+    assert SearchSchedule(frame_rate_hz, 12.0).every == every
 
 
 @pytest.mark.parametrize("frame_rate_hz", [10.0, 30.0, 240.0])
@@ -43,7 +43,7 @@ def test_zero_searches_every_picture(frame_rate_hz):
 )
 @examples(200)
 def test_one_picture_in_so_many_is_searched_though_the_times_are_uneven(frame_rate_hz, begins_s, late):
-    schedule = SearchSchedule(frame_rate_hz, DEFAULT_SEARCH_HZ)
+    schedule = SearchSchedule(frame_rate_hz, 12.0)
     times_ns = [round(1e9 * (begins_s + (k + off) / frame_rate_hz)) for k, off in enumerate(late)]
     searched = [k for k, time_ns in enumerate(times_ns) if schedule.searches(time_ns)]
     assert searched[0] == 0
@@ -57,7 +57,7 @@ def test_one_picture_in_so_many_is_searched_though_the_times_are_uneven(frame_ra
 @examples(100)
 def test_a_piece_searches_what_the_whole_drive_searches_and_its_own_first_picture(first, frame_rate_hz):
     times_ns = [round(k * 1e9 / frame_rate_hz) for k in range(90)]
-    whole, piece = (SearchSchedule(frame_rate_hz, DEFAULT_SEARCH_HZ) for _ in range(2))
+    whole, piece = (SearchSchedule(frame_rate_hz, 12.0) for _ in range(2))
     of_whole = [time_ns for time_ns in times_ns if whole.searches(time_ns)]
     of_piece = [time_ns for time_ns in times_ns[first:] if piece.searches(time_ns)]
     assert of_piece[0] == times_ns[first]
@@ -67,7 +67,7 @@ def test_a_piece_searches_what_the_whole_drive_searches_and_its_own_first_pictur
 
 
 def test_a_drive_that_stops_for_a_while_is_searched_at_once_when_it_goes_on():
-    schedule = SearchSchedule(30.0, DEFAULT_SEARCH_HZ)
+    schedule = SearchSchedule(30.0, 12.0)
     times_ns = [round(k * 1e9 / 30) for k in (0, 1, 2, 3, 57, 58, 59)]
     assert [schedule.searches(time_ns) for time_ns in times_ns] == [
         True,

@@ -42,7 +42,9 @@ def job(tmp_path_factory) -> DriveJob:
 
 
 @pytest.mark.slow
-def test_the_log_is_that_of_the_whole_drive_in_one_thread_to_the_byte(job):
+@pytest.mark.parametrize("search_hz", [0.0, 12.0])
+def test_the_log_is_that_of_the_whole_drive_in_one_thread_to_the_byte(job, search_hz):
+    job = dataclasses.replace(job, search_hz=search_hz)
     whole = run_drive(dataclasses.replace(job, detection_threads=0))
     pieces = dataclasses.replace(job, out=job.out.with_name("pieces"))
     told = run_in_pieces(pieces, 0.4, AtOnce())
@@ -75,9 +77,8 @@ class Own:
 
 
 @pytest.mark.slow
-def test_of_30_pictures_a_second_every_second_one_is_searched_and_all_by_a_detector_of_ones_own(
-    job, tmp_path
-):
+def test_a_piece_is_searched_as_often_as_the_drive_and_always_by_a_detector_of_ones_own(job, tmp_path):
+    job = dataclasses.replace(job, search_hz=12.0)
     times_ns = [frame.time_ns for frame in prepare_drive(job).source.frames()]
     whole = Piece(0, None, None)
     searched = PieceDetections.read(find_in_piece(job, whole, tmp_path / "0.npz")).times_ns

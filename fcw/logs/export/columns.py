@@ -225,7 +225,8 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "seen_by",
         "string",
         "",
-        "source of its position: detector, picture (tracked by its appearance) or coasting",
+        "source of its position: detector, picture (tracked by its appearance) or coasting; in a frame that "
+        "was not searched, that of the last one that was",
         lambda row: None if row.track is None else row.track.seen_by.value,
     ),
     _of_track("coasting", "bool", "", "whether neither the detector nor the picture showed it"),

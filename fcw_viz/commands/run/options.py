@@ -35,8 +35,9 @@ class RunCommand:
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
     """Classes of the ONNX model that count as vehicles. Default: cars, vans, trucks and buses."""
     search_rate: Annotated[float, tyro.conf.arg(metavar="HZ")] = DEFAULT_SEARCH_HZ
-    """Search at least this many pictures a second for vehicles: of a video with 30, every second one. While
-    it may matter every one is searched, else vehicles are followed in the picture. 0: always every one."""
+    """Search this many pictures a second for vehicles, or more: with 12, every second one of a video with 30.
+    While it may matter every one is searched, else vehicles are followed in the picture. 0: always every
+    one."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
     """Own speed: a number in metres per second, a CSV file with the columns time_s and speed_mps, or a GPX
     track. Default: the speed in an MCAP file, if it has one."""
