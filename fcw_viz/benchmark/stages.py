@@ -9,12 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.choice import NET
 from fcw.detection.net.detector import NetDetector
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
-from fcw.detection.schedule import SearchSchedule
 from fcw.job import DriveJob, prepare_drive
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink
@@ -118,26 +116,22 @@ def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
             stack.callback(clock.stage(name)(sink.close))  # the rerun log writes many frames at once
         if encoder is not None:
             stack.callback(encoder.close)
-        frames, schedule = iter(source.frames()), SearchSchedule(source.frame_rate_hz, job.search_hz)
-        others: list[Box] = []
+        frames = iter(source.frames())
         while done < count:
             with clock.stage(DECODING):
                 frame = next(frames, None)
             if frame is None:
                 break
-            detections = None
-            if schedule.searches(frame.time_ns) or stages.tracker.wants_search:
-                with clock.stage(HALVING):
-                    pyramid = detector.pyramid(frame.image)
-                with clock.stage(GLANCE):
-                    seen = detector.glance(pyramid)
-                with clock.stage(LOOK):
-                    boxes, logits = detector.look(pyramid, seen)
-                with clock.stage(DETECTION_REST):
-                    detections = detector.decide(*detector.with_glance(seen, boxes, logits))
-                others = [found.box for found in detections]
+            with clock.stage(HALVING):
+                pyramid = detector.pyramid(frame.image)
+            with clock.stage(GLANCE):
+                seen = detector.glance(pyramid)
+            with clock.stage(LOOK):
+                boxes, logits = detector.look(pyramid, seen)
+            with clock.stage(DETECTION_REST):
+                detections = detector.decide(*detector.with_glance(seen, boxes, logits))
             with clock.stage(OWN_MOTION):
-                moving = ego.update(frame.time_ns, frame.image, others)
+                moving = ego.update(frame.time_ns, frame.image, [found.box for found in detections])
             with clock.stage(_FOLLOWING):
                 result = follow(frame, detections, moving, stages)
             packets = frame.packets

@@ -16,7 +16,6 @@ import numpy as np
 
 from fcw.box import Box
 from fcw.detection.detector import Detection, Detector
-from fcw.detection.schedule import DEFAULT_SEARCH_HZ, SearchSchedule
 from fcw.evaluation.distance.kitti import tracker_settings
 from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.simulated import vehicle_at
@@ -27,7 +26,7 @@ from fcw.motion.ego import Ego, EgoEstimator
 from fcw.motion.state import OwnMotion
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
-from fcw.simulation.world.scenario import FRAMES_PER_SECOND, IMAGE_SIZE, Scenario
+from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
 from fcw.simulation.world.state import WorldState
 from fcw.simulation.world.world import World
 from fcw.threat.of_tracker import threats_of
@@ -86,14 +85,14 @@ class Seen(NamedTuple):
     Attributes:
         frame: its picture; None where there are boxes alone.
         truth: of it.
-        detections: in it; None where it was not searched.
+        detections: in it.
         ego: own motion and path as the picture tells them.
         in_sight: names of the vehicles that were found; from a picture, that could be.
     """
 
     frame: Frame | None
     truth: FrameTruth
-    detections: tuple[Detection, ...] | None
+    detections: tuple[Detection, ...]
     ego: Ego
     in_sight: frozenset[str]
 
@@ -123,11 +122,11 @@ def run_threat_trial(
     )
     seen: list[Seen] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
-    for one in _seen(scenario, seed, detector, sight, tracker):
+    for one in _seen(scenario, seed, detector, sight):
         seen.append(one._replace(frame=None))
         time_s, motion, path = one.truth.time_ns / 1e9, one.ego.motion, one.ego.path
         detections = one.detections
-        if ghost and detections is not None and GHOST_S[0] <= time_s < GHOST_S[1]:
+        if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
         turn = turn_of(motion)
         tracks = tracker.update(
@@ -212,21 +211,14 @@ def _judge(
     return ThreatTrial(window, warned_s, of_danger[0][0] if of_danger else None, tuple(false_s[:1]))
 
 
-def _seen(
-    scenario: Scenario, seed: int, detector: Detector | None, sight: Sight, tracker: Tracker
-) -> Iterator[Seen]:
-    """The frames, searched as `fcw.pipeline` does."""
-    schedule = SearchSchedule(FRAMES_PER_SECOND, DEFAULT_SEARCH_HZ)
+def _seen(scenario: Scenario, seed: int, detector: Detector | None, sight: Sight) -> Iterator[Seen]:
     if detector is not None:
-        estimator, others = EgoEstimator(true_calibration(scenario)), list[Box]()
+        estimator = EgoEstimator(true_calibration(scenario))
         for frame, truth in render_drive(scenario, seed):
-            detections = None
-            if schedule.searches(frame.time_ns):
-                detections = detector.detect(frame.image)
-                others = [found.box for found in detections if not found.faint]
-            ego = estimator.update(frame.time_ns, frame.image, others)
-            if detections is None and tracker.wants_search:
-                detections = detector.detect(frame.image)
+            detections = detector.detect(frame.image)
+            ego = estimator.update(
+                frame.time_ns, frame.image, [found.box for found in detections if not found.faint]
+            )
             yield Seen(frame, truth, detections, ego, _could_be_found(truth))
         return
     camera, eye = scenario.camera.camera(), Eye(sight, seed)
@@ -237,8 +229,7 @@ def _seen(
         if sight.own_motion:
             ego = measured.at(truth.time_ns, truth.ego_speed_mps, _yaw_rate_radps(state))
         found = eye.see(truth)
-        searched = schedule.searches(truth.time_ns) or tracker.wants_search
-        yield Seen(None, truth, tuple(found.values()) if searched else None, ego, frozenset(found))
+        yield Seen(None, truth, tuple(found.values()), ego, frozenset(found))
 
 
 def _could_be_found(truth: FrameTruth) -> frozenset[str]:
