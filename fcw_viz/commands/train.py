@@ -29,6 +29,11 @@ class TrainCommand:
     """net: score from which a window counts as a vehicle. Default: chosen on clips that a first training
     leaves out."""
 
+    start_from: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """net: a model to go on from, such as the shipped one, in a quarter of the steps: it learns your pictures
+    and keeps most of what it knew. Give what it learnt from as well, if you have it: nothing is forgotten
+    then."""
+
     seed: int = 0
     """Random seed: the same data and seed give the same model."""
 
@@ -43,6 +48,7 @@ def run_train(command: TrainCommand) -> int:
     from datetime import UTC, datetime
 
     from fcw.detection.model import model_sha256
+    from fcw.detection.net.model import NetModel
     from fcw.detection.training.folders import load_training_set
     from fcw.detection.training.training import TrainingSettings, train
     from fcw.errors import UserError
@@ -62,6 +68,9 @@ def run_train(command: TrainCommand) -> int:
         )
     if command.score_threshold is not None and command.detector != "net":
         raise UserError("--score-threshold: acf chooses its own; leave it out, or add --detector net")
+    if command.start_from is not None and command.detector != "net":
+        raise UserError("--start-from: acf learns from nothing; leave it out, or add --detector net")
+    start = None if command.start_from is None else NetModel.load(command.start_from)
     parts = command.out.with_name(command.out.name + ".parts")
     log_path = command.out.with_name(command.out.name + ".log.jsonl")
     check_kind(command.out, "model of this program", (b"first_", b"glance_"))
@@ -91,7 +100,10 @@ def run_train(command: TrainCommand) -> int:
             from fcw.detection.net.training.fitting import NetTrainingSettings, train_net
 
             settings = NetTrainingSettings().seeded(command.seed)
-            model = train_net(images, settings, bar_and_log, command.score_threshold)
+            if start is not None:
+                settings = settings.going_on()
+                bar_and_log.note(f"goes on from {command.start_from}")
+            model = train_net(images, settings, bar_and_log, command.score_threshold, start)
         else:
             model = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts).model
     model.save(command.out)

@@ -190,7 +190,17 @@ def test_without_pytorch_training_the_net_says_what_to_install(monkeypatch):
         importlib.import_module("fcw.detection.net.training.network")
 
 
-def test_the_other_detector_takes_no_options_of_the_net(tmp_path, capsys):
+@pytest.mark.parametrize("option", [("--score-threshold", "1.0"), ("--start-from", str(SHIPPED_NET_PATH))])
+def test_the_other_detector_takes_no_options_of_the_net(option, tmp_path, capsys):
     command = ["train", "--data", str(tmp_path), "--out", str(tmp_path / "model.npz")]
-    assert main([*command, "--score-threshold", "1.0"]) == 2
+    assert main([*command, *option]) == 2
     assert "--detector net" in capsys.readouterr().err
+
+
+def test_what_is_no_model_is_named_before_anything_is_learnt(tmp_path, capsys):
+    other = tmp_path / "other.npz"
+    other.write_text("no model")
+    command = ["train", "--data", str(tmp_path), "--out", str(tmp_path / "model.npz"), "--detector", "net"]
+    assert main([*command, "--start-from", str(other)]) == 2
+    assert f"{other}: not a model of the net" in capsys.readouterr().err
+    assert not (tmp_path / "model.npz").exists()

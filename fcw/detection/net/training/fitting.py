@@ -8,7 +8,7 @@ import numpy as np
 
 from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.model import NetModel
-from fcw.detection.net.onnx_layers import Convolution
+from fcw.detection.net.onnx_layers import Convolution, read_layers
 from fcw.detection.net.training.background import BackgroundSettings, mined
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
 from fcw.detection.net.training.glancing import GlanceSettings, learn_glance
@@ -23,6 +23,8 @@ from fcw.errors import UserError
 
 LOOKS = Looks(hazy_part=0.3, clearest=0.15, dark_part=0.25)
 """The nets can tell a vehicle in thicker fog than trees can."""
+GOING_ON_STEPS, GOING_ON_RATE = 0.25, 0.2
+"""Parts of the steps and of the learning rate that it takes to go on from what was learnt before."""
 LEFT_OUT_PART = 0.2
 """Of the pictures, to choose the threshold on."""
 
@@ -56,12 +58,25 @@ class NetTrainingSettings:
         glance, look = replace(self.glance, seed=seed), replace(self.look, seed=seed)
         return replace(self, glance=glance, look=look, seed=seed)
 
+    def going_on(self) -> "NetTrainingSettings":
+        """The same for nets that have learnt before: fewer and smaller steps."""
+        glance, look = (
+            replace(
+                each,
+                steps=max(round(GOING_ON_STEPS * each.steps), 1),
+                learning_rate=GOING_ON_RATE * each.learning_rate,
+            )
+            for each in (self.glance, self.look)
+        )
+        return replace(self, glance=glance, look=look)
+
 
 def fit_net(
     images: Sequence[TrainingImage],
     settings: NetTrainingSettings,
     progress: Progress,
     score_threshold: float,
+    start: NetModel | None = None,
 ) -> NetModel:
     """Train the detector.
 
@@ -70,13 +85,15 @@ def fit_net(
         settings: how.
         progress: who is told.
         score_threshold: that the model shall have.
+        start: a model to go on from; None: nothing was learnt before.
 
     Raises:
         UserError: PyTorch is not installed, or no background is in the pictures.
     """
     images = _by_clip(images)
-    glance = _glance(images, settings, progress)  # its pictures are given back before the look needs memory
-    return NetModel(glance, _look(images, glance, settings, progress), score_threshold)
+    # Its pictures are given back before the look needs memory.
+    glance = _glance(images, settings, progress, start)
+    return NetModel(glance, _look(images, glance, settings, progress, start), score_threshold)
 
 
 def _by_clip(images: Sequence[TrainingImage]) -> list[TrainingImage]:
@@ -85,13 +102,16 @@ def _by_clip(images: Sequence[TrainingImage]) -> list[TrainingImage]:
 
 
 def _glance(
-    images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress
+    images: Sequence[TrainingImage],
+    settings: NetTrainingSettings,
+    progress: Progress,
+    start: NetModel | None,
 ) -> tuple[Convolution, ...]:
     progress.stage("reading pictures for the glance", len(images))
     scenes = Scenes(images, settings.scenes, progress.advance)
     progress.note(f"the glance learns from {len(scenes)} vehicles", vehicles=len(scenes))
     with _counted_steps("the glance", settings.glance.steps, progress) as on_step:
-        return learn_glance(scenes.draw, settings.glance, on_step)
+        return learn_glance(scenes.draw, settings.glance, on_step, None if start is None else start.glance)
 
 
 def _look(
@@ -99,6 +119,7 @@ def _look(
     glance: Sequence[Convolution],
     settings: NetTrainingSettings,
     progress: Progress,
+    start: NetModel | None,
 ) -> bytes:
     progress.stage("cutting vehicles for the look", len(images))
     vehicles = Vehicles(images, settings.circumstances, progress.advance)
@@ -111,7 +132,10 @@ def _look(
     )
     with _counted_steps("the look", settings.look.steps, progress) as on_step:
         return learn(
-            lambda random: draw_batch(vehicles, background, settings.batches, random), settings.look, on_step
+            lambda random: draw_batch(vehicles, background, settings.batches, random),
+            settings.look,
+            on_step,
+            None if start is None else read_layers(start.look),
         )
 
 
@@ -135,6 +159,7 @@ def train_net(
     settings: NetTrainingSettings,
     progress: Progress,
     score_threshold: float | None = None,
+    start: NetModel | None = None,
 ) -> NetModel:
     """Train the detector, and choose its threshold on clips that a first training leaves out.
 
@@ -144,6 +169,7 @@ def train_net(
         progress: who is told.
         score_threshold: of the model; None: the lowest with no more than `fppi` detections of mere
             background for each picture left out.
+        start: a model to go on from; None: nothing was learnt before.
 
     Raises:
         UserError: PyTorch is not installed, or there are too few clips to leave one out.
@@ -151,9 +177,9 @@ def train_net(
     if score_threshold is None:
         left_out = _some_clips(images, settings.seed)
         learnt = [image for image in images if image not in left_out]
-        first = fit_net(learnt, settings, progress, 0.0)
+        first = fit_net(learnt, settings, progress, 0.0, start)
         score_threshold = _threshold(first, left_out, settings, progress)
-    return fit_net(images, settings, progress, score_threshold)
+    return fit_net(images, settings, progress, score_threshold, start)
 
 
 def _some_clips(images: Sequence[TrainingImage], seed: int) -> list[TrainingImage]:

@@ -1,8 +1,8 @@
 """How the glance's weights are learnt; needs PyTorch."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.pytorch import functional, nn, torch
 from fcw.detection.net.training.scenes import IGNORED, Scene
-from fcw.detection.net.training.steps import learn_from
+from fcw.detection.net.training.steps import learn_from, take_convolutions
 
 DROPPED = 0.1
 """Part of the coarse planes that is left out at a step, before their last convolution."""
@@ -56,9 +56,13 @@ class _Batch(NamedTuple):
 
 
 class _Net(nn.Module):
-    """As `fcw.detection.net.glance.GlanceNet`; all but the last are normalised (Ioffe & Szegedy 2015)."""
+    """As `fcw.detection.net.glance.GlanceNet`; all but the last are normalised (Ioffe & Szegedy 2015).
 
-    def __init__(self) -> None:
+    Args:
+        start: learnt weights to go on from, in which the normalisation is already; None: random ones.
+    """
+
+    def __init__(self, start: Sequence[Convolution] | None) -> None:
         super().__init__()
         strides = iter(STRIDES)
         self.parts = nn.ModuleList()
@@ -66,12 +70,18 @@ class _Net(nn.Module):
             is_last = number + 1 == len(CHANNELS)
             layers: list[Any] = []
             for inputs, outputs in pairwise(row):
-                layers.append(nn.Conv2d(inputs, outputs, 3, next(strides), 1, bias=is_last))
+                has_bias = is_last or start is not None
+                layers.append(nn.Conv2d(inputs, outputs, 3, next(strides), 1, bias=has_bias))
+                if not has_bias:
+                    layers.append(nn.BatchNorm2d(outputs))
                 if not is_last:
-                    layers += [nn.BatchNorm2d(outputs), nn.ReLU(inplace=True)]
+                    layers.append(nn.ReLU(inplace=True))
             self.parts.append(nn.Sequential(*layers))
         coarse: Any = self.parts[2]
         coarse.insert(len(coarse) - 3, nn.Dropout2d(DROPPED))
+        if start is not None:
+            take_convolutions(self, start)
+            return
         bias = self.outputs[0].bias
         nn.init.constant_(bias, 1.0)
         nn.init.constant_(bias[:1], UNLIKELY_LOGIT)
@@ -98,6 +108,7 @@ def learn_glance(
     draw: Callable[[np.random.Generator], Scene],
     settings: GlanceSettings,
     on_step: Callable[[float], None] = lambda loss: None,
+    start: Sequence[Convolution] | None = None,
 ) -> tuple[Convolution, ...]:
     """Learn from scenes; returns the convolutions of `fcw.detection.net.glance.SHAPES`.
 
@@ -105,6 +116,7 @@ def learn_glance(
         draw: makes a scene; called in a thread of its own, ahead of the steps.
         settings: how.
         on_step: told the loss after each step.
+        start: what was learnt before, to go on from; None: nothing.
     """
 
     def draw_batch(random: np.random.Generator) -> _Batch:
@@ -112,7 +124,7 @@ def learn_glance(
         return _Batch(*(np.stack(arrays) for arrays in zip(*scenes, strict=True)))
 
     torch.manual_seed(settings.seed)
-    net = _Net().to(memory_format=torch.channels_last)
+    net = _Net(start).to(memory_format=torch.channels_last)
     with drawn_ahead(draw_batch, settings.steps, settings.seed) as batches:
         learn_from(
             net, batches, lambda batch: _loss(net, batch, settings), settings, on_step, LARGEST_GRADIENT
@@ -149,13 +161,13 @@ def _intersection_over_union(reaches: Any, others: Any) -> Any:  # noqa: ANN401 
 def _convolutions(net: Any) -> Iterator[Convolution]:  # noqa: ANN401 - a torch module
     """Those of a net that has learnt, each with the normalisation that follows it."""
     strides = iter(STRIDES)
-    for part in list(net.parts)[:-1]:
-        convolutions = (layer for layer in part if isinstance(layer, nn.Conv2d))
-        norms = (layer for layer in part if isinstance(layer, nn.BatchNorm2d))
-        for convolution, norm in zip(convolutions, norms, strict=True):
-            scale = norm.weight / torch.sqrt(norm.running_var + norm.eps)
-            weights = convolution.weight * scale[:, None, None, None]
-            biases = norm.bias - norm.running_mean * scale
+    for part in net.parts:
+        convolutions: list[Any] = [layer for layer in part if isinstance(layer, nn.Conv2d)]
+        norms: list[Any] = [layer for layer in part if isinstance(layer, nn.BatchNorm2d)]
+        for convolution, norm in zip_longest(convolutions, norms):
+            weights, biases = convolution.weight, convolution.bias
+            if norm is not None:
+                scale = norm.weight / torch.sqrt(norm.running_var + norm.eps)
+                weights = weights * scale[:, None, None, None]
+                biases = norm.bias - norm.running_mean * scale
             yield Convolution(weights.detach().numpy(), biases.detach().numpy(), next(strides))
-    (last,) = net.outputs
-    yield Convolution(last.weight.detach().numpy(), last.bias.detach().numpy(), next(strides))

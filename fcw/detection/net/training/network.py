@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from fcw.detection.net.look import LOOK_PX, normalised
+from fcw.detection.net.onnx_layers import Layers
 from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.batches import Batch
 from fcw.detection.net.training.pytorch import functional, nn, torch
-from fcw.detection.net.training.steps import learn_from
+from fcw.detection.net.training.steps import learn_from, take_convolutions
 
 OUTPUTS = 5
 """The logit of a vehicle, and its four offsets."""
@@ -47,18 +48,22 @@ class NetworkSettings:
     seed: int = 0
 
 
-def build(settings: NetworkSettings) -> Any:  # noqa: ANN401 - a torch module
-    """The net with random weights: convolutions, each normalised (Ioffe & Szegedy 2015), and two layers."""
+def build(settings: NetworkSettings, start: Layers | None = None) -> Any:  # noqa: ANN401 - a torch module
+    """The net: convolutions, each normalised (Ioffe & Szegedy 2015), and two layers.
+
+    Args:
+        settings: its size.
+        start: learnt weights to go on from, in which the normalisation is already; None: random ones.
+    """
     before, layers = 3, []
     for channels, stride in zip(settings.channels, settings.strides, strict=True):
-        layers += [
-            nn.Conv2d(before, channels, 3, stride, 1, bias=False),
-            nn.BatchNorm2d(channels),
-            nn.ReLU(inplace=True),
-        ]
+        layers.append(nn.Conv2d(before, channels, 3, stride, 1, bias=start is not None))
+        if start is None:
+            layers.append(nn.BatchNorm2d(channels))
+        layers.append(nn.ReLU(inplace=True))
         before = channels
     side = LOOK_PX // math.prod(settings.strides)
-    return nn.Sequential(
+    net = nn.Sequential(
         *layers,
         nn.Dropout2d(0.1),
         nn.Flatten(),
@@ -67,12 +72,24 @@ def build(settings: NetworkSettings) -> Any:  # noqa: ANN401 - a torch module
         nn.Dropout(0.3),
         nn.Linear(settings.hidden, OUTPUTS),
     )
+    if start is not None:
+        take_convolutions(net, start.convolutions)
+        hidden, output = (layer for layer in net if isinstance(layer, nn.Linear))
+        with torch.no_grad():
+            for layer, weights, biases in (
+                (hidden, start.hidden, start.hidden_biases),
+                (output, start.output, start.output_biases),
+            ):
+                layer.weight.copy_(torch.from_numpy(weights))
+                layer.bias.copy_(torch.from_numpy(biases))
+    return net
 
 
 def learn(
     draw: Callable[[np.random.Generator], Batch],
     settings: NetworkSettings,
     on_step: Callable[[float], None] = lambda loss: None,
+    start: Layers | None = None,
 ) -> bytes:
     """Learn from batches; returns the net as an ONNX file's bytes.
 
@@ -80,9 +97,10 @@ def learn(
         draw: makes a batch; called in a thread of its own, ahead of the steps.
         settings: how.
         on_step: told the loss after each step.
+        start: what was learnt before, to go on from; None: nothing.
     """
     torch.manual_seed(settings.seed)
-    net = build(settings)
+    net = build(settings, start)
     with drawn_ahead(draw, settings.steps, settings.seed) as batches:
         learn_from(net, batches, lambda batch: _loss(net, batch, settings), settings, on_step)
     return _as_onnx(net)

@@ -4,11 +4,12 @@ Products are of bfloat16 where the processor has them, which makes a step a thir
 (Kalamkar et al. 2019); weights and losses stay float32.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, TypeVar
 
 import llvmlite.binding
 
+from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.training.pytorch import nn, torch
 
 B = TypeVar("B")
@@ -69,3 +70,12 @@ def learn_from(
         rate.step()
         on_step(float(loss.detach()))
     net.eval()
+
+
+def take_convolutions(net: Any, learnt: Sequence[Convolution]) -> None:  # noqa: ANN401 - a torch module
+    """Give a net's convolutions, in their order, weights and biases that were learnt before."""
+    convolutions = [layer for layer in net.modules() if isinstance(layer, nn.Conv2d)]
+    with torch.no_grad():
+        for layer, each in zip(convolutions, learnt, strict=True):
+            layer.weight.copy_(torch.from_numpy(each.weights))
+            layer.bias.copy_(torch.from_numpy(each.biases))
