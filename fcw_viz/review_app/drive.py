@@ -16,6 +16,7 @@ from fcw.logs.mcap.following import LogWatch
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader
+from fcw.logs.run_notes import notes_of_run
 from fcw.logs.series import DriveSeries
 
 NS_PER_S = 1_000_000_000
@@ -87,6 +88,11 @@ class Drive:
     def zero_utc_ns(self) -> int | None:
         """What the first frame's time is in UTC, in nanoseconds since 1970; None where nothing says so."""
         return self.header.begun_utc_ns(self.first_ns)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What the run that wrote the log told of the drive."""
+        return notes_of_run(self.log.path)
 
     @cached_property
     def track(self) -> GpxTrack | None:

@@ -32,7 +32,15 @@ class RemarksPanel:
         rows = [(entry.said.start_s, self._missed_html(entry)) for entry in review.missed]
         rows += [(entry.said.time_s, self._note_html(entry)) for entry in review.notes]
         html = "".join(row for _, row in sorted(rows, key=lambda row: row[0]))
-        set_html(self._list, text_block(html or '<p class="dim">No notes yet.</p>'))
+        set_html(self._list, text_block((html or '<p class="dim">No notes yet.</p>') + self._run_html()))
+
+    def _run_html(self) -> str:
+        """What the run told."""
+        drive = self._place.drive
+        if drive is None or not drive.notes:
+            return ""
+        notes = "".join(f'<p class="fcw-told">{escape(note)}</p>' for note in drive.notes)
+        return f'<div class="fcw-said"><b>From the run</b>{notes}</div>'
 
     def _note_html(self, entry: Entry[Note]) -> str:
         goes, moment = says(f"goto:{entry.said.time_s!r}"), time_text(entry.said.time_s)

@@ -1,5 +1,6 @@
 """What is wrong with a drive's review files is read on the page, also when it goes wrong later."""
 
+import json
 from pathlib import Path
 
 from review_helpers import OpenPage, Review, Reviewer, WaitFor
@@ -20,3 +21,16 @@ def test_a_file_that_is_no_review_is_named_in_the_list_and_in_the_drive(
     wait_for(lambda: "bert.jsonl: not a review of fcw" in person.words(panel))
     path.unlink()
     wait_for(lambda: not person.words(panel))
+
+
+def test_what_the_run_told_is_read_in_the_list_and_among_the_notes(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    told = "5.0 pictures a second: tracking is made for 10 and more"
+    drive_log.with_name("summary.json").write_text(json.dumps({"notes": [told]}))
+    person = Reviewer(open_page(review({"made": drive_log, "again": drive_log}).url, picture=False))
+    wait_for(lambda: told in person.words(".fcw-row .fcw-told"))
+    person.at(".fcw-row .fcw-mark").click()
+    wait_for(lambda: person.row >= 0)
+    person.tab("Notes")
+    wait_for(lambda: told in person.words(".mantine-Paper-root .fcw-told"))
