@@ -1,13 +1,13 @@
 """Training folders from public datasets, which `net` learns from beside the project's own data.
 
     python benchmarks/more_vehicles/build.py CLONES OUT
-    fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered,hard} --detector net --out net.npz
+    fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered,hard,later} --detector net --out net.npz
     fcw evaluate detection OUT/judge/labels.json --images OUT/judge/images --calibration OUT/judge/calibration
 
-and the same with `judge_hard`.
+and the same with `judge_hard` and `judge_later`.
 
 CLONES is a folder for clones of the repositories below; those that are missing are cloned (bare, about
-6 GB in all). `choice.json`, `gathered.json` and `hard.json` beside this file say which pictures are taken,
+6 GB in all). The JSON files beside this one say which pictures are taken,
 and what was judged by eye: of BDD100K which vehicles are seen from behind, of the Caltech cars the boxes. The
 boxes of what was gathered were proposed by a net (YOLOX-nano), or are a dataset's own, and each was judged by
 eye. Other boxes are the datasets' own.
@@ -21,6 +21,8 @@ eye. Other boxes are the datasets' own.
 | judge | the same of other drives, a quarter of those on the road: nothing learns from them | as above |
 | hard | bad weather and light, lorries, buses, vans, near and half-hidden vehicles | as above |
 | judge_hard | the same of other drives, a quarter: nothing learns from them | as above |
+| later | more of BDD100K, dash cameras of South Asia and elsewhere, night, fog, lorries, buses | as above |
+| judge_later | the same of other drives, a quarter: nothing learns from them | as above |
 
 Cameras are rough: height and field of view are assumed, the horizon lies where the vehicles' sizes put it.
 """
@@ -34,7 +36,7 @@ from typing import Any
 
 import numpy as np
 from folders import LEAST_WIDTH_PX, Folder, Rough
-from gathered import GATHERED, HARD, build_gathered
+from gathered import GATHERED, HARD, LATER, build_gathered
 from numpy.typing import NDArray
 from repositories import Files, Repository
 
@@ -168,7 +170,11 @@ def main() -> None:
         folder = Folder(arguments.out / name)
         build(arguments.clones, folder, kept[source])
         folder.write()
-    for choice, *names in ((GATHERED, "gathered", "judge"), (HARD, "hard", "judge_hard")):
+    for choice, *names in (
+        (GATHERED, "gathered", "judge"),
+        (HARD, "hard", "judge_hard"),
+        (LATER, "later", "judge_later"),
+    ):
         learn, judge = (Folder(arguments.out / name) for name in names)
         build_gathered(arguments.clones, choice, learn, judge)
         for folder in (learn, judge):

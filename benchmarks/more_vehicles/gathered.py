@@ -3,7 +3,8 @@
 `gathered.json` names each picture, its camera, and its boxes: of vehicles that are seen from behind, with
 kind and view, and of all others. `hard.json` names more of them, chosen for what the others show too seldom:
 bad weather and light, lorries, buses and vans, vehicles that are near, half-hidden or cut by the picture's
-edge. A quarter of the drives is for judging, the rest for learning.
+edge. `later.json` names more of both sorts, found when the weights that learnt from the others were in use.
+A quarter of the drives is for judging, the rest for learning.
 """
 
 import io
@@ -23,7 +24,9 @@ from repositories import Files, Repository
 
 from fcw.frame import ImageSize
 
-GATHERED, HARD = (Path(__file__).with_name(name) for name in ("gathered.json", "hard.json"))
+GATHERED, HARD, LATER = (
+    Path(__file__).with_name(name) for name in ("gathered.json", "hard.json", "later.json")
+)
 CAMERA = Rough(1.35, 0.8)
 """Of an unknown maker: a field of view of 64 degrees."""
 HEIGHTS_M = {"car": 1.5, "suv": 1.75, "van": 2.1, "truck": 3.2, "bus": 3.1}

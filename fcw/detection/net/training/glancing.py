@@ -1,6 +1,7 @@
 """How the glance's weights are learnt; needs PyTorch."""
 
 from collections.abc import Callable, Iterator, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from itertools import pairwise, zip_longest
 from typing import Any, NamedTuple
@@ -13,7 +14,7 @@ from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.pytorch import functional, nn, torch
 from fcw.detection.net.training.scenes import IGNORED, Scene
-from fcw.detection.net.training.steps import learn_from, take_convolutions
+from fcw.detection.net.training.steps import keep_some, learn_from, take_convolutions
 
 DROPPED = 0.1
 """Part of the coarse planes that is left out at a step, before their last convolution."""
@@ -125,10 +126,13 @@ def learn_glance(
 
     torch.manual_seed(settings.seed)
     net = _Net(start).to(memory_format=torch.channels_last)
+    begun = deepcopy(net.state_dict())
     with drawn_ahead(draw_batch, settings.steps, settings.seed) as batches:
         learn_from(
             net, batches, lambda batch: _loss(net, batch, settings), settings, on_step, LARGEST_GRADIENT
         )
+    if start is not None:
+        keep_some(net, begun)
     return tuple(_convolutions(net))
 
 

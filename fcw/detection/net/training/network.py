@@ -3,6 +3,7 @@
 import io
 import math
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,7 @@ from fcw.detection.net.onnx_layers import Layers
 from fcw.detection.net.training.ahead import drawn_ahead
 from fcw.detection.net.training.batches import Batch
 from fcw.detection.net.training.pytorch import functional, nn, torch
-from fcw.detection.net.training.steps import learn_from, take_convolutions
+from fcw.detection.net.training.steps import keep_some, learn_from, take_convolutions
 
 OUTPUTS = 5
 """The logit of a vehicle, and its four offsets."""
@@ -101,8 +102,11 @@ def learn(
     """
     torch.manual_seed(settings.seed)
     net = build(settings, start)
+    begun = deepcopy(net.state_dict())
     with drawn_ahead(draw, settings.steps, settings.seed) as batches:
         learn_from(net, batches, lambda batch: _loss(net, batch, settings), settings, on_step)
+    if start is not None:
+        keep_some(net, begun)
     return _as_onnx(net)
 
 
