@@ -39,7 +39,7 @@ class DriveCard:
         source: of which it is a run; empty before it was read.
         camera: the folder of its source, as a batch noted it; empty where none did.
         begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
-        notes: what a person should know of it, as its run told.
+        notes: what a person should know of it, as its run or its batch told.
     """
 
     name: str
@@ -121,7 +121,7 @@ def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: st
         review_troubles=review_troubles(troubles, len(lost)),
         camera="" if record is None else record.camera,
         begun_utc_ns=drive.zero_utc_ns,
-        notes=drive.notes,
+        notes=drive.notes if record is None else record.notes,
     )
 
 
