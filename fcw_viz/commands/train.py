@@ -30,9 +30,9 @@ class TrainCommand:
     leaves out."""
 
     start_from: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """net: a model to go on from, such as the shipped one, in a quarter of the steps: it learns your pictures
-    and keeps most of what it knew. Give what it learnt from as well, if you have it: nothing is forgotten
-    then."""
+    """net: a model to go on from, such as the shipped one, in a quarter of the steps; the new model is three
+    parts what is learnt and one part the old. Give the pictures that it learnt from as well, if you have
+    them: what it is not shown again it may forget."""
 
     seed: int = 0
     """Random seed: the same data and seed give the same model."""
