@@ -13,6 +13,10 @@ from hypothesis import HealthCheck, settings
 os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
 atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
+# As the command line does, before NumPy is loaded: beside other workers the threads of OpenBLAS wait for each
+# other, and what solves many small systems takes up to five times the processor time.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # No test is timed: the machine may be busy. Repeatable in CI, searching anew everywhere else.
 settings.register_profile(
     "fcw",
