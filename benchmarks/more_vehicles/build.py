@@ -1,10 +1,10 @@
 """Training folders from public datasets, which `net` learns from beside the project's own data.
 
     python benchmarks/more_vehicles/build.py CLONES OUT
-    fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered,hard,later} --detector net --out net.npz
+    fcw train --data $FCW_DATA OUT/{kitti,bdd,caltech,gathered,hard,later,latest} --detector net --out net.npz
     fcw evaluate detection OUT/judge/labels.json --images OUT/judge/images --calibration OUT/judge/calibration
 
-and the same with `judge_hard` and `judge_later`.
+and the same with `judge_hard`, `judge_later` and `judge_latest`.
 
 CLONES is a folder for clones of the repositories below; those that are missing are cloned (bare, about
 6 GB in all). The JSON files beside this one say which pictures are taken,
@@ -23,6 +23,8 @@ eye. Other boxes are the datasets' own.
 | judge_hard | the same of other drives, a quarter: nothing learns from them | as above |
 | later | more of BDD100K, dash cameras of South Asia and elsewhere, night, fog, lorries, buses | as above |
 | judge_later | the same of other drives, a quarter: nothing learns from them | as above |
+| latest | more of BDD100K, day and night, rain; lorries, buses, vans, dense traffic; some fog | as above |
+| judge_latest | the same of other drives, a fifth: nothing learns from them | as above |
 
 Cameras are rough: height and field of view are assumed, the horizon lies where the vehicles' sizes put it.
 """
@@ -36,7 +38,7 @@ from typing import Any
 
 import numpy as np
 from folders import LEAST_WIDTH_PX, Folder, Rough
-from gathered import GATHERED, HARD, LATER, build_gathered
+from gathered import GATHERED, HARD, LATER, LATEST, build_gathered
 from numpy.typing import NDArray
 from repositories import Files, Repository
 
@@ -174,6 +176,7 @@ def main() -> None:
         (GATHERED, "gathered", "judge"),
         (HARD, "hard", "judge_hard"),
         (LATER, "later", "judge_later"),
+        (LATEST, "latest", "judge_latest"),
     ):
         learn, judge = (Folder(arguments.out / name) for name in names)
         build_gathered(arguments.clones, choice, learn, judge)

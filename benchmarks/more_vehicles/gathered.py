@@ -3,7 +3,8 @@
 `gathered.json` names each picture, its camera, and its boxes: of vehicles that are seen from behind, with
 kind and view, and of all others. `hard.json` names more of them, chosen for what the others show too seldom:
 bad weather and light, lorries, buses and vans, vehicles that are near, half-hidden or cut by the picture's
-edge. `later.json` names more of both sorts, found when the weights that learnt from the others were in use.
+edge. `later.json` and `latest.json` name more of both sorts, each found when weights that learnt from the
+others were in use.
 A quarter of the drives is for judging, the rest for learning.
 """
 
@@ -24,8 +25,8 @@ from repositories import Files, Repository
 
 from fcw.frame import ImageSize
 
-GATHERED, HARD, LATER = (
-    Path(__file__).with_name(name) for name in ("gathered.json", "hard.json", "later.json")
+GATHERED, HARD, LATER, LATEST = (
+    Path(__file__).with_name(name) for name in ("gathered.json", "hard.json", "later.json", "latest.json")
 )
 CAMERA = Rough(1.35, 0.8)
 """Of an unknown maker: a field of view of 64 degrees."""
