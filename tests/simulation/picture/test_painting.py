@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fcw.simulation.picture.canvas import Canvas
@@ -51,13 +51,15 @@ def test_shade_is_interpolated_between_its_heights():
     size=st.tuples(st.floats(3, 70), st.floats(3, 70)),
     skew=st.floats(-4, 4),
 )
+@example(corner=(10.3125, 10.3125), size=(11.375, 11.34375), skew=0.0)
 def test_a_quad_covers_its_area(corner, size, skew):
     (x, y), (w, h) = corner, size
     corners = np.array([(x, y), (x + w, y + skew / 4), (x + w, y + h), (x, y + h - skew / 4)])
     image = np.zeros((128, 128, 3), np.float32)
     paint_quad(image, white(), corners)
-    # Each edge is right to an eighth of a pixel or so.
-    assert image[..., 0].sum() / 200 == pytest.approx(area(corners), rel=0.02, abs=0.25 * (w + h))
+    # An edge is soft over a texel of 0.7 to 1 px. Seen once a pixel, it is off by half of what the texel lacks of
+    # a pixel at most: 0.15 px.
+    assert image[..., 0].sum() / 200 == pytest.approx(area(corners), rel=0.02, abs=2 * 0.15 * (w + h))
     inside = image[int(y + 4) : int(y + h - 4), int(x + 4) : int(x + w - 4)]
     assert inside.size == 0 or inside == pytest.approx(200, abs=0.01)
 
