@@ -57,7 +57,7 @@ def test_a_quad_covers_its_area(corner, size, skew):
     corners = np.array([(x, y), (x + w, y + skew / 4), (x + w, y + h), (x, y + h - skew / 4)])
     image = np.zeros((128, 128, 3), np.float32)
     paint_quad(image, white(), corners)
-    # An edge is soft over a texel of 0.7 to 1 px. Seen once a pixel, it is off by half of what the texel lacks of
+    # An edge is soft over a texel of 0.7 to 1 px. Seen once a pixel, it is off by half of what that lacks of
     # a pixel at most: 0.15 px.
     assert image[..., 0].sum() / 200 == pytest.approx(area(corners), rel=0.02, abs=2 * 0.15 * (w + h))
     inside = image[int(y + 4) : int(y + h - 4), int(x + 4) : int(x + w - 4)]
