@@ -1,48 +1,81 @@
-"""Tiles of sums of products, as a product of matrices has them."""
+"""Tiles of sums of products of bytes, as a product of matrices has them."""
 
+import numba
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.kernels.jit import kernel
-from fcw.kernels.products import TILE_COLUMNS, TILE_ROWS, sum_products
+from fcw.kernels import products
+from fcw.kernels.products import (
+    TILE_COLUMNS,
+    TILE_ROWS,
+    WORD_BYTES,
+    sum_products,
+    sum_products_of_signed,
+)
 
 
-@kernel()
-def _one_tile(
-    values: np.ndarray,
-    first_value: int,
-    offsets: np.ndarray,
-    weights: np.ndarray,
-    first_weight: int,
-    weight_pitch: int,
-    sums: np.ndarray,
-    first_sum: int,
-    sum_pitch: int,
-) -> None:
-    sum_products(
+def compiled(tile):
+    """For one tile, compiled anew."""
+
+    @numba.njit
+    def one_tile(
         values, first_value, offsets, weights, first_weight, weight_pitch, sums, first_sum, sum_pitch
+    ):
+        tile(values, first_value, offsets, weights, first_weight, weight_pitch, sums, first_sum, sum_pitch)
+
+    return one_tile
+
+
+OF_UNSIGNED, OF_SIGNED = compiled(sum_products), compiled(sum_products_of_signed)
+
+
+def words(random, count, signed):
+    """So many words, and (count, bytes) the numbers in them; the outermost ones come often."""
+    numbers = (
+        random.integers(-128, 128, (count, WORD_BYTES)) if signed else random.integers(0, 256, (count, 4))
     )
+    outermost = random.random(numbers.shape) < 0.2
+    numbers[outermost] = random.choice([-128, 127] if signed else [0, 255], outermost.sum())
+    return numbers.astype(np.uint8).reshape(-1).view(np.int32), numbers
+
+
+def check(one_tile, signed, offsets, firsts, gaps, seed):
+    random = np.random.default_rng(seed)
+    first_value, first_weight, first_sum = firsts
+    weight_pitch, sum_pitch = TILE_ROWS + gaps[0], TILE_COLUMNS + gaps[1]
+    values, value_bytes = words(random, first_value + max(offsets) + TILE_COLUMNS, signed)
+    weights, weight_bytes = words(random, first_weight + len(offsets) * weight_pitch, not signed)
+    sums = np.full(first_sum + TILE_ROWS * sum_pitch, -1, np.int32)
+    places = np.array(offsets)
+    one_tile(values, first_value, places, weights, first_weight, weight_pitch, sums, first_sum, sum_pitch)
+    rows = value_bytes[first_value + places[:, None] + np.arange(TILE_COLUMNS)]
+    columns = weight_bytes[first_weight:].reshape(-1, weight_pitch, WORD_BYTES)[:, :TILE_ROWS]
+    tile = sums[first_sum:].reshape(TILE_ROWS, sum_pitch)
+    assert np.array_equal(tile[:, :TILE_COLUMNS], np.einsum("krb,kcb->rc", columns, rows))
+    assert (tile[:, TILE_COLUMNS:] == -1).all()
+    assert (sums[:first_sum] == -1).all()
 
 
 @given(
+    signed=st.booleans(),
     offsets=st.lists(st.integers(0, 200), min_size=1, max_size=60),
     firsts=st.tuples(st.integers(0, 40), st.integers(0, 40), st.integers(0, 40)),
     gaps=st.tuples(st.integers(0, 9), st.integers(0, 9)),
     seed=st.integers(0, 99),
 )
-def test_a_tile_is_a_product_of_matrices_and_nothing_beside_it_is_written(offsets, firsts, gaps, seed):
-    random = np.random.default_rng(seed)
-    first_value, first_weight, first_sum = firsts
-    weight_pitch, sum_pitch = TILE_ROWS + gaps[0], TILE_COLUMNS + gaps[1]
-    values = random.normal(size=first_value + max(offsets) + TILE_COLUMNS).astype(np.float32)
-    weights = random.normal(size=first_weight + len(offsets) * weight_pitch).astype(np.float32)
-    sums = np.full(first_sum + TILE_ROWS * sum_pitch, np.nan, np.float32)
-    places = np.array(offsets)
-    _one_tile(values, first_value, places, weights, first_weight, weight_pitch, sums, first_sum, sum_pitch)
-    rows = values[first_value + places[:, None] + np.arange(TILE_COLUMNS)]
-    columns = weights[first_weight:].reshape(-1, weight_pitch)[:, :TILE_ROWS]
-    tile = sums[first_sum:].reshape(TILE_ROWS, sum_pitch)
-    np.testing.assert_allclose(tile[:, :TILE_COLUMNS], columns.T @ rows, rtol=1e-5, atol=1e-4)
-    assert np.isnan(tile[:, TILE_COLUMNS:]).all()
-    assert np.isnan(sums[:first_sum]).all()
+def test_a_tile_is_a_product_of_matrices_and_nothing_beside_it_is_written(
+    signed, offsets, firsts, gaps, seed
+):
+    check(OF_SIGNED if signed else OF_UNSIGNED, signed, offsets, firsts, gaps, seed)
+
+
+@pytest.mark.parametrize("lacking", [("ONE_INSTRUCTION",), ("ONE_INSTRUCTION", "PAIRS")])
+@pytest.mark.parametrize("signed", [False, True])
+def test_processors_that_lack_the_instructions_come_to_the_same_sums(lacking, signed, monkeypatch):
+    for name in lacking:
+        monkeypatch.setattr(products, f"_HAS_{name}", False)
+    one_tile = compiled(sum_products_of_signed if signed else sum_products)
+    for seed in range(20):
+        check(one_tile, signed, [0, 7, 100, 7, seed], (3, 5, 2), (1, 2), seed)

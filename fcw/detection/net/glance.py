@@ -54,7 +54,7 @@ class GlanceMemory:
 
     def __init__(self, convolutions: Sequence[Convolution]) -> None:
         self.weights = [PlaneWeights(each) for each in convolutions]
-        self.work, self.planes = Scratch(), Scratch()
+        self.work, self.planes = Scratch(np.int32), Scratch()
 
 
 class GlanceNet:

@@ -133,6 +133,8 @@ def _tensor(data: bytes) -> tuple[str, FloatArray]:
     if _integers(data, _TENSOR_TYPE) != [_SINGLE_PRECISION]:
         raise ValueError("weights that are not in single precision")
     values = np.frombuffer(b"".join(_parts(data, _TENSOR_RAW)), "<f4")
+    if not np.isfinite(values).all():
+        raise ValueError("weights that are no numbers")
     return _text(data, _TENSOR_NAME), values.reshape(shape).astype(np.float32)
 
 

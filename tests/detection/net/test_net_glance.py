@@ -2,9 +2,11 @@
 
 import itertools
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import cv2
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,8 +25,8 @@ from fcw.detection.net.glance import (
     GlanceNet,
 )
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
-from fcw.detection.net.onnx_layers import Convolution
-from fcw.detection.net.planes import PlaneConvolution, PlaneWeights, Scratch
+from fcw.detection.net.onnx_layers import Convolution, read_layers
+from fcw.detection.net.planes import PlaneConvolution, PlaneWeights, Scratch, least_and_largest
 from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -43,10 +45,24 @@ def convolved(planes: np.ndarray, convolution: Convolution) -> np.ndarray:
     return np.einsum("cyxij,ocij->oyx", windows, convolution.weights) + convolution.biases[:, None, None]
 
 
-def used_scratch() -> Scratch:
+def in_bytes(planes: np.ndarray) -> np.ndarray:
+    """What is left of planes in whole steps, 255 of which reach from the least number to the largest."""
+    low, high = min(planes.min(), 0.0), max(planes.max(), 0.0)
+    step = max(high - low, 1e-30) / 255
+    zero = np.rint(-low / step)
+    return (np.clip(np.floor(planes / step + zero + 0.5), 0, 255) - zero) * step
+
+
+def with_bytes(convolution: Convolution) -> Convolution:
+    """With what is left of its weights in whole steps, 127 of which are an output's largest."""
+    steps = np.maximum(np.abs(convolution.weights).max(axis=(1, 2, 3), keepdims=True), 1e-30) / 127
+    return replace(convolution, weights=np.rint(convolution.weights / steps) * steps)
+
+
+def used_scratch(dtype: type = np.float32) -> Scratch:
     """Memory in which another computation left something."""
-    scratch = Scratch()
-    scratch.of(1 << 16)[:] = np.nan
+    scratch = Scratch(dtype)
+    scratch.of(1 << 16)[:] = np.nan if dtype is np.float32 else -1
     return scratch
 
 
@@ -67,12 +83,29 @@ def test_planes_are_convolved_as_by_the_definition(inputs, outputs, stride, half
         random.normal(size=outputs).astype(np.float32),
         stride,
     )
-    expected, memory = convolved(planes, convolution), used_scratch()
-    layer = PlaneConvolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width, used_scratch())
-    assert layer(planes, memory) == pytest.approx(np.maximum(expected, 0.0), abs=1e-4)
+    expected, memory = convolved(in_bytes(planes), with_bytes(convolution)), used_scratch()
+    work = used_scratch(np.int32)
+    layer = PlaneConvolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width, work)
+    # A number in the middle of two steps may go to either.
+    step, largest = np.ptp(np.append(planes, 0.0)) / 255, np.abs(convolution.weights).max()
+    assert layer(planes, memory) == pytest.approx(np.maximum(expected, 0.0), abs=1e-4 + step * largest)
     shown = memory.of(*planes.shape)
     shown[:] = planes
-    assert layer(shown, memory, least=-np.inf) == pytest.approx(expected, abs=1e-4)  # in its own place
+    in_place = layer(shown, memory, least=-np.inf)
+    assert in_place == pytest.approx(expected, abs=1e-4 + step * largest)
+    # Half a step of each number, and of each weight, is what bytes may cost.
+    lost = 9 * inputs * (step / 2 * largest + largest / 127 / 2 * np.abs(planes).max())
+    assert in_place == pytest.approx(convolved(planes, convolution), abs=1.01 * lost + 1e-4)
+
+
+@numba.njit
+def range_of(numbers: np.ndarray) -> tuple[float, float]:
+    return least_and_largest(numbers)
+
+
+@given(st.lists(st.floats(-1e6, 1e6, width=32), min_size=1, max_size=40))
+def test_the_least_and_the_largest_number_are_found_by_their_bits(numbers):
+    assert range_of(np.array(numbers, np.float32)) == (min(0.0, *numbers), max(0.0, *numbers))
 
 
 def test_planes_that_cannot_be_halved_are_refused():
@@ -81,14 +114,16 @@ def test_planes_that_cannot_be_halved_are_refused():
         PlaneConvolution(PlaneWeights(convolution), 4, 7, Scratch())
 
 
-def test_what_the_net_sees_is_what_its_layers_and_sums_give(model):
-    picture = np.random.default_rng(0).integers(0, 256, (SHOWN.height, SHOWN.width, 3)).astype(np.uint8)
+def seen_by_definition(
+    convolutions: Sequence[Convolution], picture: np.ndarray, shown: Callable[[np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """What layers and sums give, each convolution of planes as they are shown to it."""
     planes = picture.transpose(2, 0, 1).astype(np.float64)
-    layers = iter(model.glance)
+    layers = iter(convolutions)
 
     def after(planes: np.ndarray, count: int) -> np.ndarray:
         for layer in itertools.islice(layers, count):
-            planes = np.maximum(convolved(planes, layer), 0.0)
+            planes = np.maximum(convolved(shown(planes), layer), 0.0)
         return planes
 
     def doubled(planes: np.ndarray) -> np.ndarray:
@@ -97,8 +132,25 @@ def test_what_the_net_sees_is_what_its_layers_and_sums_give(model):
     fine = after((planes - planes.mean()) / (planes.std() + 8.0), 4)
     middle = after(fine, 2)
     middle = after(middle + doubled(after(middle, 3)), 1)
-    expected = convolved(after(fine + doubled(middle), 1), next(layers))
-    assert GlanceNet(GlanceMemory(model.glance), SHOWN)(picture) == pytest.approx(expected, abs=2e-4)
+    return convolved(shown(after(fine + doubled(middle), 1)), next(layers))
+
+
+def test_what_the_net_sees_is_what_its_layers_and_sums_give(model):
+    picture = np.random.default_rng(0).integers(0, 256, (SHOWN.height, SHOWN.width, 3)).astype(np.uint8)
+    seen = GlanceNet(GlanceMemory(model.glance), SHOWN)(picture)
+    expected = seen_by_definition([with_bytes(each) for each in model.glance], picture, in_bytes)
+    # A step more or less, of a number in the middle of two, goes on through all layers.
+    assert seen == pytest.approx(expected, abs=0.05)
+    assert np.abs(seen - expected).mean() < 5e-3
+
+
+def test_bytes_tell_of_a_real_picture_nearly_what_unrounded_numbers_do(model, data_dir):
+    pixels = cv2.imread(str(data_dir / "labels/images/kitti_object_first31/000001.jpg"))
+    assert pixels is not None
+    picture = np.asarray(cv2.resize(pixels, (SHOWN.width, SHOWN.height)), np.uint8)
+    seen = GlanceNet(GlanceMemory(model.glance), SHOWN)(picture)
+    expected = seen_by_definition(model.glance, picture, lambda planes: planes)
+    assert (np.abs(seen - expected).mean(axis=(1, 2)) < 0.05 * expected.std(axis=(1, 2))).all()
 
 
 def test_pictures_of_several_sizes_one_after_another_are_seen_as_each_alone(model):
@@ -214,4 +266,23 @@ def test_a_file_without_a_whole_glance_is_refused(model, tmp_path):
     with pytest.raises(
         UserError, match=r"net\.npz: not a model of the net \(no convolution of \(16, 3, 3, 3\)"
     ):
+        NetModel.load(tmp_path / "net.npz")
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_a_file_of_weights_that_are_no_numbers_is_refused(model, tmp_path, number):
+    first, *others = model.glance
+    weights = first.weights.copy()
+    weights[3, 1, 1, 1] = number
+    replace(model, glance=(replace(first, weights=weights), *others)).save(tmp_path / "net.npz")
+    with pytest.raises(
+        UserError,
+        match=r"not a model of the net \(weights that are no numbers, in the glance's",
+    ):
+        NetModel.load(tmp_path / "net.npz")
+    largest = np.abs(read_layers(model.look).hidden).max()
+    look = model.look.replace(np.float32(largest).tobytes(), np.float32(number).tobytes())
+    look = look.replace(np.float32(-largest).tobytes(), np.float32(number).tobytes())
+    replace(model, look=look).save(tmp_path / "net.npz")
+    with pytest.raises(UserError, match=r"not a model of the net \(weights that are no numbers"):
         NetModel.load(tmp_path / "net.npz")
