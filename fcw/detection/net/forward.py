@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.net.onnx_layers import Convolution, Layers
-from fcw.detection.net.planes import PlaneWeights, in_bytes
+from fcw.detection.net.planes import PlaneWeights, in_bytes, in_tiles
 from fcw.kernels.aligned import aligned_zeros
 from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
@@ -147,7 +147,7 @@ class ForwardPass:
             max(n * side**2 for n, side in zip(outputs, sides[1:], strict=True)),
         )
         self._work = _Work(
-            aligned_zeros((TILE_ROWS, _in_tiles(row)), np.int32),
+            aligned_zeros((TILE_ROWS, in_tiles(row)), np.int32),
             aligned_zeros((most * TOGETHER,), np.float32),
             *(aligned_zeros((row,), np.float32) for _ in range(4)),
         )
@@ -170,11 +170,6 @@ class ForwardPass:
         return hidden[:count, : self._hidden_count] @ self._output + self._output_biases
 
 
-def _in_tiles(count: int) -> int:
-    """So many numbers, or as many more as fill the last tile."""
-    return -(-count // TILE_COLUMNS) * TILE_COLUMNS
-
-
 def _places(columns: int, stride: int) -> NDArray[np.int64]:
     """(columns,) where in a row, which has one more on either side, a convolution wants its columns."""
     padded = np.arange(1, columns + 1)
@@ -186,7 +181,8 @@ def _layer(convolution: Convolution, side: int) -> _Layer:
     weights = PlaneWeights(convolution)
     pitch = (side + 2) * TOGETHER
     columns = np.array([0, 1, 2] if weights.stride == 1 else [0, side // 2 + 1, 1]) * TOGETHER
-    rows = (np.arange(weights.inputs)[:, None] * (side + 2) + np.arange(3)) * pitch
+    words = -(-weights.inputs // WORD_BYTES)
+    rows = (np.arange(words)[:, None] * (side + 2) + np.arange(3)) * pitch
     to_side = side // weights.stride
     return _Layer(
         weights.weights,
@@ -195,7 +191,7 @@ def _layer(convolution: Convolution, side: int) -> _Layer:
         weights.biases,
         np.array([weights.stride * pitch, to_side, to_side]),
         (rows[:, :, None] + columns).reshape(-1),
-        aligned_zeros((weights.inputs * (side + 2) * pitch + TILE_COLUMNS,), np.int32),
+        aligned_zeros((words * (side + 2) * pitch + TILE_COLUMNS,), np.int32),
     )
 
 
@@ -212,7 +208,7 @@ def _last_target(outputs: int, side: int) -> _Target:
 
 def _hidden(layers: Layers, planes: int) -> _Hidden:
     outputs, inputs = layers.hidden.shape
-    count, words = _in_tiles(outputs), -(-planes // WORD_BYTES)
+    count, words = in_tiles(outputs), -(-planes // WORD_BYTES)
     steps, scales = in_bytes(layers.hidden)
     weights = np.zeros((count, words * WORD_BYTES, inputs // planes), np.int8)
     weights[:outputs, :planes] = steps.reshape(outputs, planes, -1)

@@ -18,12 +18,20 @@ from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.suppression import keep_unlike
 from fcw.detection.net.bands import Band
 from fcw.detection.net.onnx_layers import Convolution
-from fcw.detection.net.planes import PlaneConvolution, PlaneWeights, Scratch
+from fcw.detection.net.planes import (
+    PlaneConvolution,
+    PlaneWeights,
+    Scratch,
+    convolve,
+    plane_convolution,
+)
 from fcw.detection.net.windows import Pyramid
 from fcw.frame import ImageSize
+from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
 
 FloatArray = NDArray[np.float32]
+WordArray = NDArray[np.int32]
 
 CELL_PX = 8
 """Side of a cell, in what the net is shown."""
@@ -54,7 +62,8 @@ class GlanceMemory:
 
     def __init__(self, convolutions: Sequence[Convolution]) -> None:
         self.weights = [PlaneWeights(each) for each in convolutions]
-        self.work, self.planes = Scratch(np.int32), Scratch()
+        self.words, self.sums = Scratch(np.int32), Scratch(np.int32)
+        self.planes, self.fine, self.middle = Scratch(), Scratch(), Scratch()
 
 
 class GlanceNet:
@@ -66,15 +75,18 @@ class GlanceNet:
     """
 
     def __init__(self, memory: GlanceMemory, shown: ImageSize) -> None:
-        self._planes, self._shown = memory.planes, shown
-        self._layers: list[PlaneConvolution] = []
+        self._memory = memory
+        layers: list[PlaneConvolution] = []
         halvings = 0
         for number, each in enumerate(memory.weights):
             if number in (FINE + MIDDLE + COARSE, FINE + MIDDLE + COARSE + 1):  # after a sum
                 halvings -= 1
-            height, width = shown.height >> halvings, shown.width >> halvings
-            self._layers.append(PlaneConvolution(each, height, width, memory.work))
+            layers.append(plane_convolution(each, shown.height >> halvings, shown.width >> halvings))
             halvings += each.stride - 1
+        self._layers = tuple(layers)
+        self._word_count = max(each.word_count for each in layers)
+        self._sum_count = max(each.sum_count for each in layers)
+        self._plane_count = max(math.prod(shape) for each in layers for shape in (each.inputs, each.outputs))
 
     def __call__(self, picture: NDArray[np.uint8]) -> FloatArray:
         """(5, rows, columns): each cell's logit, and how far the vehicle reaches to left, top, right, bottom.
@@ -82,24 +94,52 @@ class GlanceNet:
         The latter from the cell's middle, as logarithms, in cells. They are in memory that the next call of
         any of the nets overwrites.
         """
-        planes = self._planes.of(3, self._shown.height, self._shown.width)
-        _normalise(picture, LEAST_CONTRAST, planes)
-        layers = iter(self._layers)
-
-        def after(planes: FloatArray, count: int) -> FloatArray:
-            for _ in range(count):
-                planes = next(layers)(planes, self._planes)
-            return planes
-
-        fine = after(planes, FINE).copy()  # what comes next overwrites it
-        middle = after(fine, MIDDLE).copy()
-        _add_doubled(middle, after(middle, COARSE))
-        _add_doubled(fine, after(middle, 1))
-        fine = after(fine, 1)
-        return next(layers)(fine, self._planes, least=-np.inf)
+        memory, outputs = self._memory, self._layers[-1].outputs
+        planes = memory.planes.of(self._plane_count)
+        _see(
+            picture,
+            LEAST_CONTRAST,
+            self._layers,
+            memory.words.of(self._word_count),
+            memory.sums.of(self._sum_count),
+            planes,
+            memory.fine.of(math.prod(self._layers[FINE - 1].outputs)),
+            memory.middle.of(math.prod(self._layers[FINE + MIDDLE - 1].outputs)),
+        )
+        return planes[: math.prod(outputs)].reshape(outputs)
 
 
 @kernel()
+def _see(
+    picture: NDArray[np.uint8],
+    least_contrast: float,
+    layers: tuple[PlaneConvolution, ...],
+    words: WordArray,
+    sums: WordArray,
+    planes: FloatArray,
+    fine: FloatArray,
+    middle: FloatArray,
+) -> None:
+    """All of the net in one call: between calls the interpreter's lock would be asked for, and waited for."""
+    _normalise(picture, least_contrast, planes)
+    number, least = 0, np.float32(0)
+    for number in range(FINE):
+        convolve(planes, layers[number], least, words, sums, planes)
+    _copy(planes, fine)
+    for number in range(FINE, FINE + MIDDLE):
+        convolve(planes, layers[number], least, words, sums, planes)
+    _copy(planes, middle)
+    for number in range(FINE + MIDDLE, FINE + MIDDLE + COARSE):
+        convolve(planes, layers[number], least, words, sums, planes)
+    number = FINE + MIDDLE + COARSE
+    _add_doubled(middle, layers[number].inputs, planes)
+    convolve(middle, layers[number], least, words, sums, planes)
+    _add_doubled(fine, layers[number + 1].inputs, planes)
+    convolve(fine, layers[number + 1], least, words, sums, planes)
+    convolve(planes, layers[number + 2], np.float32(-np.inf), words, sums, planes)
+
+
+@inner_kernel(no_alias=True)
 def _normalise(picture: NDArray[np.uint8], least_contrast: float, planes: FloatArray) -> None:
     """The picture's brightness taken away and its contrast divided out, plane by plane."""
     height, width, _ = picture.shape
@@ -116,19 +156,29 @@ def _normalise(picture: NDArray[np.uint8], least_contrast: float, planes: FloatA
     middle, scale = np.float32(mean), np.float32(1.0 / (deviation + least_contrast))
     for channel in range(3):
         for row in range(height):
+            start = (channel * height + row) * width
             for column in range(width):
-                planes[channel, row, column] = (np.float32(picture[row, column, channel]) - middle) * scale
+                planes[start + column] = (np.float32(picture[row, column, channel]) - middle) * scale
 
 
-@kernel()
-def _add_doubled(planes: FloatArray, coarse: FloatArray) -> None:
+@inner_kernel(no_alias=True)
+def _copy(planes: FloatArray, to: FloatArray) -> None:
+    for i in range(len(to)):
+        to[i] = planes[i]
+
+
+@inner_kernel(no_alias=True)
+def _add_doubled(planes: FloatArray, shape: tuple[int, int, int], coarse: FloatArray) -> None:
     """To every element that of coarser planes at its place: each of theirs to four."""
-    for plane in range(len(planes)):
-        for row in range(planes.shape[1]):
-            for column in range(coarse.shape[2]):
-                value = coarse[plane, row // 2, column]
-                planes[plane, row, 2 * column] += value
-                planes[plane, row, 2 * column + 1] += value
+    count, rows, columns = shape
+    for plane in range(count):
+        for row in range(rows):
+            start = (plane * rows + row) * columns
+            coarse_start = (plane * (rows // 2) + row // 2) * (columns // 2)
+            for column in range(columns // 2):
+                value = coarse[coarse_start + column]
+                planes[start + 2 * column] += value
+                planes[start + 2 * column + 1] += value
 
 
 @dataclass(frozen=True, slots=True, eq=False)

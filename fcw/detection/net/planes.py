@@ -20,31 +20,10 @@ from numpy.typing import NDArray
 from fcw.detection.net.onnx_layers import Convolution
 from fcw.kernels.aligned import aligned_zeros
 from fcw.kernels.inner import inner_kernel
-from fcw.kernels.jit import kernel
 from fcw.kernels.products import TILE_COLUMNS, TILE_ROWS, WORD_BYTES, sum_products
 
 FloatArray = NDArray[np.float32]
 WordArray = NDArray[np.int32]
-
-
-class _Geometry(NamedTuple):
-    """Where a convolution's numbers lie.
-
-    Attributes:
-        stride: 1 or 2.
-        rows: of a parted plane, with the ring of zeros.
-        columns: likewise, and so elements from one of its rows to the next.
-        outputs: planes of them.
-        to_rows: of an output.
-        to_columns: of an output.
-    """
-
-    stride: int
-    rows: int
-    columns: int
-    outputs: int
-    to_rows: int
-    to_columns: int
 
 
 class Scratch:
@@ -71,7 +50,7 @@ class PlaneWeights:
     """A convolution's weights in bytes, in the order in which they are read, for planes of any size.
 
     Attributes:
-        inputs: words of planes that it takes.
+        inputs: planes that it takes.
         outputs: planes that it gives.
         stride: 1 or 2.
         weights: the outputs' in blocks of `TILE_ROWS`; in each the order is word of inputs, row, column,
@@ -82,15 +61,15 @@ class PlaneWeights:
     """
 
     def __init__(self, convolution: Convolution) -> None:
-        self.outputs, inputs = convolution.weights.shape[:2]
-        self.inputs, self.stride = -(-inputs // WORD_BYTES), convolution.stride
+        self.outputs, self.inputs = convolution.weights.shape[:2]
+        self.stride = convolution.stride
         steps, self.scales = in_bytes(convolution.weights.reshape(self.outputs, -1))
         self.totals = steps.sum(axis=1, dtype=np.float32)
-        blocks = -(-self.outputs // TILE_ROWS)
-        weights = np.zeros((blocks * TILE_ROWS, self.inputs * WORD_BYTES, 9), np.int8)
-        weights[: self.outputs, :inputs] = steps.reshape(self.outputs, inputs, 9)
-        words = weights.reshape(blocks, TILE_ROWS, self.inputs, WORD_BYTES, 9).transpose(0, 2, 4, 1, 3)
-        self.weights = np.ascontiguousarray(words).reshape(-1).view(np.int32)
+        blocks, words = -(-self.outputs // TILE_ROWS), -(-self.inputs // WORD_BYTES)
+        weights = np.zeros((blocks * TILE_ROWS, words * WORD_BYTES, 9), np.int8)
+        weights[: self.outputs, : self.inputs] = steps.reshape(self.outputs, self.inputs, 9)
+        ordered = weights.reshape(blocks, TILE_ROWS, words, WORD_BYTES, 9).transpose(0, 2, 4, 1, 3)
+        self.weights = np.ascontiguousarray(ordered).reshape(-1).view(np.int32)
         self.biases = convolution.biases.astype(np.float32)
 
 
@@ -100,101 +79,118 @@ def in_bytes(weights: FloatArray) -> tuple[NDArray[np.int8], FloatArray]:
     return np.rint(weights / scales[:, None]).astype(np.int8), scales
 
 
-class PlaneConvolution:
-    """A convolution of planes of one size: one for each thread.
+class PlaneConvolution(NamedTuple):
+    """A convolution of planes of one size, as kernels read it; `plane_convolution` makes it.
 
-    Args:
-        weights: of the convolution.
-        height: of the planes; even where the convolution goes two rows a step.
-        width: likewise.
-        scratch: what it works in, with others of its thread: of int32.
+    Attributes:
+        weights: as of `PlaneWeights`, and likewise the three next ones.
+        scales: (outputs,)
+        totals: (outputs,)
+        biases: (outputs,).
+        offsets: where its products find their words, from the first one's.
+        inputs: planes, rows and columns that it takes.
+        outputs: planes, rows and columns that it gives.
+        part: rows and columns of a part, with the ring of zeros.
+        stride: 1 or 2.
+    """
+
+    weights: WordArray
+    scales: FloatArray
+    totals: FloatArray
+    biases: FloatArray
+    offsets: NDArray[np.int64]
+    inputs: tuple[int, int, int]
+    outputs: tuple[int, int, int]
+    part: tuple[int, int]
+    stride: int
+
+    @property
+    def word_count(self) -> int:
+        """Words that it needs for its inputs, and what tiles read beyond."""
+        words = -(-self.inputs[0] // WORD_BYTES)
+        return words * self.stride**2 * math.prod(self.part) + TILE_COLUMNS
+
+    @property
+    def sum_count(self) -> int:
+        """Sums that it needs room for."""
+        return TILE_ROWS * in_tiles(self.outputs[1] * self.part[1])
+
+
+def plane_convolution(weights: PlaneWeights, height: int, width: int) -> PlaneConvolution:
+    """A convolution of planes of a size.
 
     Raises:
         ValueError: planes of this size cannot be halved.
     """
-
-    def __init__(self, weights: PlaneWeights, height: int, width: int, scratch: Scratch) -> None:
-        stride = weights.stride
-        if height % stride or width % stride:
-            raise ValueError(f"planes of {width}x{height}, which cannot be halved")
-        self._weights, self._scratch = weights, scratch
-        rows, columns = height // stride + 3 - stride, width // stride + 3 - stride
-        self._geometry = _Geometry(stride, rows, columns, weights.outputs, height // stride, width // stride)
-        places = np.arange(3)
-        part = (
-            np.arange(weights.inputs)[:, None, None] * stride + places[:, None] % stride
-        ) * stride + places % stride
-        inside = places[:, None] // stride * columns + places // stride
-        self._offsets = (part * rows * columns + inside).reshape(-1)
-        # In whole tiles, as both start on a cache line's boundary.
-        self._source_count = _in_tiles(weights.inputs * stride**2 * rows * columns + TILE_COLUMNS)
-        self._sums_pitch = _in_tiles(height // stride * columns)
-
-    def __call__(self, planes: FloatArray, outputs: Scratch, least: float = 0.0) -> FloatArray:
-        """(outputs, rows, columns) of (inputs, height, width) planes; `least` where they would be less.
-
-        Args:
-            planes: they may be in the memory of the outputs, and are overwritten then.
-            outputs: memory for what is returned.
-            least: no output is less.
-        """
-        geometry, weights = self._geometry, self._weights
-        memory = self._scratch.of(self._source_count + TILE_ROWS * self._sums_pitch)
-        convolved = outputs.of(geometry.outputs, geometry.to_rows, geometry.to_columns)
-        _convolve(
-            np.ascontiguousarray(planes, np.float32),
-            geometry,
-            memory[: self._source_count],
-            self._offsets,
-            (weights.weights, weights.scales, weights.totals, weights.biases),
-            np.float32(least),
-            memory[self._source_count :].reshape(TILE_ROWS, -1),
-            convolved,
-        )
-        return convolved
+    stride, words = weights.stride, -(-weights.inputs // WORD_BYTES)
+    if height % stride or width % stride:
+        raise ValueError(f"planes of {width}x{height}, which cannot be halved")
+    rows, columns = height // stride + 3 - stride, width // stride + 3 - stride
+    places = np.arange(3)
+    part = (np.arange(words)[:, None, None] * stride + places[:, None] % stride) * stride + places % stride
+    inside = places[:, None] // stride * columns + places // stride
+    return PlaneConvolution(
+        weights.weights,
+        weights.scales,
+        weights.totals,
+        weights.biases,
+        (part * rows * columns + inside).reshape(-1),
+        (weights.inputs, height, width),
+        (weights.outputs, height // stride, width // stride),
+        (rows, columns),
+        stride,
+    )
 
 
-def _in_tiles(count: int) -> int:
+def in_tiles(count: int) -> int:
     """So many numbers, or as many more as fill the last tile."""
     return -(-count // TILE_COLUMNS) * TILE_COLUMNS
 
 
-@kernel()
-def _convolve(
+@inner_kernel()
+def convolve(
     planes: FloatArray,
-    geometry: _Geometry,
-    source: WordArray,
-    offsets: NDArray[np.int64],
-    weights: tuple[WordArray, FloatArray, FloatArray, FloatArray],
+    convolution: PlaneConvolution,
     least: np.float32,
+    words: WordArray,
     sums: WordArray,
     outputs: FloatArray,
 ) -> None:
-    pitch = geometry.columns
-    weight_words, scales, totals, biases = weights
-    step, zero = _put_in_bytes(planes, geometry.stride, geometry.rows, pitch, source)
-    numbers, convolved = sums.reshape(-1), outputs.reshape(-1)
-    count = (geometry.to_rows - 1) * pitch + geometry.to_columns
-    for block in range(0, geometry.outputs, TILE_ROWS):
-        for first in range(0, count, TILE_COLUMNS):
+    """A convolution of planes, for kernels to call.
+
+    Args:
+        planes: flat, what it takes.
+        convolution: of what size they are and what is made of them.
+        least: no output is less.
+        words: flat memory to work in, at least `word_count`.
+        sums: likewise `sum_count`; both start where a cache line does.
+        outputs: flat memory for what it gives; it may be the planes' own.
+    """
+    count, to_rows, to_columns = convolution.outputs
+    pitch, weight_count = convolution.part[1], TILE_ROWS * len(convolution.offsets)
+    step, zero = _put_in_bytes(planes, convolution.inputs, convolution.stride, convolution.part, words)
+    length = (to_rows - 1) * pitch + to_columns
+    sums_pitch = -(-length // TILE_COLUMNS) * TILE_COLUMNS
+    for block in range(0, count, TILE_ROWS):
+        for first in range(0, length, TILE_COLUMNS):
             sum_products(
-                source,
+                words,
                 first,
-                offsets,
-                weight_words,
-                block * len(offsets),
+                convolution.offsets,
+                convolution.weights,
+                block // TILE_ROWS * weight_count,
                 TILE_ROWS,
-                numbers,
+                sums,
                 first,
-                sums.shape[1],
+                sums_pitch,
             )
-        for q in range(min(TILE_ROWS, geometry.outputs - block)):
-            scale = step * scales[block + q]
-            bias = biases[block + q] - scale * zero * totals[block + q]
-            for row in range(geometry.to_rows):
-                to = ((block + q) * geometry.to_rows + row) * geometry.to_columns
-                start = q * sums.shape[1] + row * pitch
-                _put_outputs(numbers, start, geometry.to_columns, scale, bias, least, convolved, to)
+        for q in range(min(TILE_ROWS, count - block)):
+            scale = step * convolution.scales[block + q]
+            bias = convolution.biases[block + q] - scale * zero * convolution.totals[block + q]
+            for row in range(to_rows):
+                to = ((block + q) * to_rows + row) * to_columns
+                start = q * sums_pitch + row * pitch
+                _put_outputs(sums, start, to_columns, scale, bias, least, outputs, to)
 
 
 @inner_kernel(no_alias=True)
@@ -214,15 +210,15 @@ def _put_outputs(
 
 
 @inner_kernel()
-def least_and_largest(numbers: FloatArray) -> tuple[np.float32, np.float32]:
-    """Of so many float32 and zero; by their bits, as of floats LLVM makes no SIMD code here.
+def least_and_largest(numbers: FloatArray, count: int) -> tuple[np.float32, np.float32]:
+    """Of the first so many numbers and zero; by their bits, as of floats LLVM makes no SIMD code here.
 
     Bits of numbers from zero on are ordered as the numbers are; those below zero the other way round, and
     without a sign they come after all others.
     """
     high, low = np.int32(0), np.uint32(0)
     signed, unsigned = numbers.view(np.int32), numbers.view(np.uint32)
-    for i in range(len(numbers)):
+    for i in range(count):
         high, low = max(high, signed[i]), max(low, unsigned[i])
     least, most = np.uint32(low), np.int32(high)  # numba views only what has one definition
     return min(least.view(np.float32), np.float32(0)), most.view(np.float32)
@@ -230,15 +226,21 @@ def least_and_largest(numbers: FloatArray) -> tuple[np.float32, np.float32]:
 
 @inner_kernel(no_alias=True)
 def _put_in_bytes(
-    planes: FloatArray, stride: int, rows: int, pitch: int, source: WordArray
+    planes: FloatArray,
+    shape: tuple[int, int, int],
+    stride: int,
+    part_shape: tuple[int, int],
+    source: WordArray,
 ) -> tuple[np.float32, np.float32]:
     """Planes as bytes, parted, with a ring of zeros; returns what a step is, and which byte is zero."""
-    low, high = least_and_largest(planes.reshape(-1))
+    count, height, width = shape
+    rows, pitch = part_shape
+    low, high = least_and_largest(planes, count * height * width)
     step = max(high - low, np.float32(1e-30)) / np.float32(255)
     inverse, zero = np.float32(1) / step, np.int32(np.rint(-low / step))
     offset = np.float32(zero) + np.float32(0.5)
     ring = np.int32(zero * 0x01010101)
-    words = -(-len(planes) // WORD_BYTES)
+    words = -(-count // WORD_BYTES)
     for part in range(words * stride**2):  # what is written over right after as well
         start = part * rows * pitch
         last = start + (rows - 1) * pitch
@@ -246,19 +248,17 @@ def _put_in_bytes(
             source[start + column] = source[last + column] = ring
         for row in range(start, last, pitch):
             source[row] = source[row + pitch - 1] = ring
-    height, width = planes.shape[1:]
-    numbers = planes.reshape(-1)
-    for plane in range(len(planes)):
+    for plane in range(count):
         word, byte = plane // WORD_BYTES, plane % WORD_BYTES
         for row in range(height):
             part, at = (word * stride + (row + 1) % stride) * stride, (row + 1) // stride
             for first in range(stride):
                 to = ((part + (first + 1) % stride) * rows + at) * pitch + (first + 1) // stride
-                start, count = (plane * height + row) * width + first, width // stride
+                start, columns = (plane * height + row) * width + first, width // stride
                 if stride == 1:
-                    _put_row(numbers, start, 1, count, inverse, offset, byte, source, to)
+                    _put_row(planes, start, 1, columns, inverse, offset, byte, source, to)
                 else:
-                    _put_row(numbers, start, 2, count, inverse, offset, byte, source, to)
+                    _put_row(planes, start, 2, columns, inverse, offset, byte, source, to)
     return step, np.float32(zero)
 
 
