@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.detection.net.onnx_layers import Convolution, Layers
-from fcw.detection.net.planes import PlaneWeights, in_bytes, in_tiles
+from fcw.detection.net.planes import PlaneWeights, in_bytes, in_tiles, mean_and_deviation
 from fcw.kernels.aligned import aligned_zeros
 from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
@@ -157,7 +157,7 @@ class ForwardPass:
         count = len(windows)
         hidden = np.empty((-(-count // TOGETHER) * TOGETHER, len(self._hidden.biases)), np.float32)
         _forward(
-            windows.reshape(count, -1),
+            np.ascontiguousarray(windows).reshape(count, -1),
             self._side_px,
             self._least_contrast,
             self._first_places,
@@ -266,15 +266,9 @@ def _see(
     zeros: FloatArray,
 ) -> None:
     """Windows beside each other, and by what they are without their brightness and over their contrast."""
-    pitch, last = side + 2, side + 1
+    pitch, last, pixels = side + 2, side + 1, windows.reshape(-1)
     for n in range(len(windows)):
-        total, squares = np.int64(0), np.int64(0)
-        for i in range(windows.shape[1]):
-            value = np.int64(windows[n, i])
-            total += value
-            squares += value * value
-        mean = total / windows.shape[1]
-        deviation = np.sqrt(max(squares / windows.shape[1] - mean * mean, 0.0))
+        mean, deviation = mean_and_deviation(pixels, n * windows.shape[1], windows.shape[1])
         for i in range(n, len(steps), TOGETHER):
             steps[i], zeros[i] = np.float32(1 / (deviation + least_contrast)), np.float32(mean)
         ring = np.int32(np.rint(mean)) * np.int32(0x010101)

@@ -6,7 +6,6 @@ added to what is seen finely. The same net sees the whole picture and, of what i
 larger (`fcw.detection.net.bands`): to it all vehicles are near.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,11 +18,14 @@ from fcw.detection.boxes.suppression import keep_unlike
 from fcw.detection.net.bands import Band
 from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.planes import (
+    BEYOND,
     PlaneConvolution,
     PlaneWeights,
     Scratch,
     convolve,
     plane_convolution,
+    put_picture,
+    put_planes,
 )
 from fcw.detection.net.windows import Pyramid
 from fcw.frame import ImageSize
@@ -86,7 +88,7 @@ class GlanceNet:
         self._layers = tuple(layers)
         self._word_count = max(each.word_count for each in layers)
         self._sum_count = max(each.sum_count for each in layers)
-        self._plane_count = max(math.prod(shape) for each in layers for shape in (each.inputs, each.outputs))
+        self._plane_count = max(each.output_count for each in layers)
 
     def __call__(self, picture: NDArray[np.uint8]) -> FloatArray:
         """(5, rows, columns): each cell's logit, and how far the vehicle reaches to left, top, right, bottom.
@@ -94,19 +96,19 @@ class GlanceNet:
         The latter from the cell's middle, as logarithms, in cells. They are in memory that the next call of
         any of the nets overwrites.
         """
-        memory, outputs = self._memory, self._layers[-1].outputs
+        memory, (outputs, rows, columns) = self._memory, self._layers[-1].outputs
         planes = memory.planes.of(self._plane_count)
         _see(
-            picture,
+            np.ascontiguousarray(picture),
             LEAST_CONTRAST,
             self._layers,
             memory.words.of(self._word_count),
             memory.sums.of(self._sum_count),
             planes,
-            memory.fine.of(math.prod(self._layers[FINE - 1].outputs)),
-            memory.middle.of(math.prod(self._layers[FINE + MIDDLE - 1].outputs)),
+            memory.fine.of(self._layers[FINE - 1].output_count),
+            memory.middle.of(self._layers[FINE + MIDDLE - 1].output_count),
         )
-        return planes[: math.prod(outputs)].reshape(outputs)
+        return planes[: self._layers[-1].output_count].reshape(outputs, rows, -1)[:, :, :columns]
 
 
 @kernel()
@@ -121,49 +123,27 @@ def _see(
     middle: FloatArray,
 ) -> None:
     """All of the net in one call: between calls the interpreter's lock would be asked for, and waited for."""
-    _normalise(picture, least_contrast, planes)
-    number, least = 0, np.float32(0)
-    for number in range(FINE):
-        convolve(planes, layers[number], least, words, sums, planes)
-    _copy(planes, fine)
-    for number in range(FINE, FINE + MIDDLE):
-        convolve(planes, layers[number], least, words, sums, planes)
-    _copy(planes, middle)
-    for number in range(FINE + MIDDLE, FINE + MIDDLE + COARSE):
-        convolve(planes, layers[number], least, words, sums, planes)
-    number = FINE + MIDDLE + COARSE
-    _add_doubled(middle, layers[number].inputs, planes)
-    convolve(middle, layers[number], least, words, sums, planes)
-    _add_doubled(fine, layers[number + 1].inputs, planes)
-    convolve(fine, layers[number + 1], least, words, sums, planes)
-    convolve(planes, layers[number + 2], np.float32(-np.inf), words, sums, planes)
-
-
-@inner_kernel(no_alias=True)
-def _normalise(picture: NDArray[np.uint8], least_contrast: float, planes: FloatArray) -> None:
-    """The picture's brightness taken away and its contrast divided out, plane by plane."""
-    height, width, _ = picture.shape
-    total, squares = np.int64(0), np.int64(0)
-    for row in range(height):
-        for column in range(width):
-            for channel in range(3):
-                value = np.int64(picture[row, column, channel])
-                total += value
-                squares += value * value
-    count = 3 * height * width
-    mean = total / count
-    deviation = math.sqrt(max(squares / count - mean * mean, 0.0))
-    middle, scale = np.float32(mean), np.float32(1.0 / (deviation + least_contrast))
-    for channel in range(3):
-        for row in range(height):
-            start = (channel * height + row) * width
-            for column in range(width):
-                planes[start + column] = (np.float32(picture[row, column, channel]) - middle) * scale
+    step, zero = put_picture(picture, layers[0], least_contrast, words, sums)
+    convolve(layers[0], step, zero, np.float32(0), words, sums, planes)
+    for number in range(1, len(layers)):
+        if number == FINE:
+            _copy(planes, fine)
+        elif number == FINE + MIDDLE:
+            _copy(planes, middle)
+        elif number == FINE + MIDDLE + COARSE:
+            _add_doubled(middle, layers[number].inputs, planes)
+            _copy(middle, planes)
+        elif number == FINE + MIDDLE + COARSE + 1:
+            _add_doubled(fine, layers[number].inputs, planes)
+            _copy(fine, planes)
+        step, zero = put_planes(planes, layers[number], words, sums)
+        least = np.float32(0 if number + 1 < len(layers) else -np.inf)
+        convolve(layers[number], step, zero, least, words, sums, planes)
 
 
 @inner_kernel(no_alias=True)
 def _copy(planes: FloatArray, to: FloatArray) -> None:
-    for i in range(len(to)):
+    for i in range(min(len(planes), len(to))):
         to[i] = planes[i]
 
 
@@ -171,10 +151,11 @@ def _copy(planes: FloatArray, to: FloatArray) -> None:
 def _add_doubled(planes: FloatArray, shape: tuple[int, int, int], coarse: FloatArray) -> None:
     """To every element that of coarser planes at its place: each of theirs to four."""
     count, rows, columns = shape
+    pitch, coarse_pitch = columns + BEYOND, columns // 2 + BEYOND
     for plane in range(count):
         for row in range(rows):
-            start = (plane * rows + row) * columns
-            coarse_start = (plane * (rows // 2) + row // 2) * (columns // 2)
+            start = (plane * rows + row) * pitch
+            coarse_start = (plane * (rows // 2) + row // 2) * coarse_pitch
             for column in range(columns // 2):
                 value = coarse[coarse_start + column]
                 planes[start + 2 * column] += value

@@ -1,14 +1,14 @@
 """Convolutions of a whole picture's planes, in kernels of our own and in bytes.
 
 Weights are bytes, each output's with a scale of its own, and so are the planes while they are convolved, with
-one scale from the least to the largest number of the picture in hand; what comes out is float32 again (Jacob
-et al. 2018). Nothing is learnt or measured for it, and on cameras left out as much is found as with float32.
+one scale from zero to the largest number of the picture in hand; what comes out is float32 again (Jacob et
+al. 2018). Nothing is learnt or measured for it, and on cameras left out as much is found as with float32.
 
 Four planes lie in a word's bytes. Where a convolution goes two columns and two rows a step, the words are
 parted into four parts, of even and odd rows and columns. All that one product of its sums takes from then
 lies side by side, from the first row of outputs to the last: a part is one long row of words to
 `fcw.kernels.products`, whatever its width. Sums between the rows, of what lies around the planes, are made as
-well, and left where they are.
+well, and become zeros: `BEYOND` of them end each row of all planes.
 """
 
 import math
@@ -79,6 +79,12 @@ def in_bytes(weights: FloatArray) -> tuple[NDArray[np.int8], FloatArray]:
     return np.rint(weights / scales[:, None]).astype(np.int8), scales
 
 
+BEYOND = 2
+"""Zeros at the end of each row of planes: of the ring to the right of it, and to the left of the next."""
+SUMMED = 16384
+"""So many bytes' squares are summed in 32 bits."""
+
+
 class PlaneConvolution(NamedTuple):
     """A convolution of planes of one size, as kernels read it; `plane_convolution` makes it.
 
@@ -90,7 +96,7 @@ class PlaneConvolution(NamedTuple):
         offsets: where its products find their words, from the first one's.
         inputs: planes, rows and columns that it takes.
         outputs: planes, rows and columns that it gives.
-        part: rows and columns of a part, with the ring of zeros.
+        part_rows: rows of a part, with the ring of zeros.
         stride: 1 or 2.
     """
 
@@ -101,19 +107,25 @@ class PlaneConvolution(NamedTuple):
     offsets: NDArray[np.int64]
     inputs: tuple[int, int, int]
     outputs: tuple[int, int, int]
-    part: tuple[int, int]
+    part_rows: int
     stride: int
 
     @property
     def word_count(self) -> int:
         """Words that it needs for its inputs, and what tiles read beyond."""
-        words = -(-self.inputs[0] // WORD_BYTES)
-        return words * self.stride**2 * math.prod(self.part) + TILE_COLUMNS
+        parts = -(-self.inputs[0] // WORD_BYTES) * self.stride**2
+        return parts * self.part_rows * (self.outputs[2] + BEYOND) + TILE_COLUMNS
 
     @property
     def sum_count(self) -> int:
         """Sums that it needs room for."""
-        return TILE_ROWS * in_tiles(self.outputs[1] * self.part[1])
+        return TILE_ROWS * in_tiles(self.outputs[1] * (self.outputs[2] + BEYOND))
+
+    @property
+    def output_count(self) -> int:
+        """Numbers that it gives."""
+        count, rows, columns = self.outputs
+        return count * rows * (columns + BEYOND)
 
 
 def plane_convolution(weights: PlaneWeights, height: int, width: int) -> PlaneConvolution:
@@ -125,19 +137,19 @@ def plane_convolution(weights: PlaneWeights, height: int, width: int) -> PlaneCo
     stride, words = weights.stride, -(-weights.inputs // WORD_BYTES)
     if height % stride or width % stride:
         raise ValueError(f"planes of {width}x{height}, which cannot be halved")
-    rows, columns = height // stride + 3 - stride, width // stride + 3 - stride
+    part_rows, pitch = height // stride + 3 - stride, width // stride + BEYOND
     places = np.arange(3)
     part = (np.arange(words)[:, None, None] * stride + places[:, None] % stride) * stride + places % stride
-    inside = places[:, None] // stride * columns + places // stride
+    inside = places[:, None] // stride * pitch + places // stride
     return PlaneConvolution(
         weights.weights,
         weights.scales,
         weights.totals,
         weights.biases,
-        (part * rows * columns + inside).reshape(-1),
+        (part * part_rows * pitch + inside).reshape(-1),
         (weights.inputs, height, width),
         (weights.outputs, height // stride, width // stride),
-        (rows, columns),
+        part_rows,
         stride,
     )
 
@@ -148,31 +160,92 @@ def in_tiles(count: int) -> int:
 
 
 @inner_kernel()
-def convolve(
-    planes: FloatArray,
+def put_picture(
+    picture: NDArray[np.uint8],
     convolution: PlaneConvolution,
+    least_contrast: float,
+    words: WordArray,
+    work: WordArray,
+) -> tuple[np.float32, np.float32]:
+    """A picture to where a convolution that halves it looks for it, for kernels to call.
+
+    Args:
+        picture: (height, width, 3), contiguous.
+        convolution: which.
+        least_contrast: counts added to the picture's standard deviation.
+        words: flat memory of the convolution's, at least `word_count`.
+        work: likewise `sum_count`.
+
+    Returns:
+        What a byte's step is, and which byte would be zero, of the picture without its brightness and over
+        its contrast.
+    """
+    mean, deviation = mean_and_deviation(picture.reshape(-1), 0, picture.size)
+    _fill_ring(convolution, np.int32(np.rint(mean)) * np.int32(0x010101), words)
+    _put_pixels(picture, work)
+    _part(work, convolution.inputs, convolution.part_rows, 0, words)
+    return np.float32(1.0 / (deviation + least_contrast)), np.float32(mean)
+
+
+@inner_kernel()
+def put_planes(
+    planes: FloatArray, convolution: PlaneConvolution, words: WordArray, work: WordArray
+) -> tuple[np.float32, np.float32]:
+    """Planes to where a convolution looks for them, as bytes, for kernels to call.
+
+    Args:
+        planes: flat, each row with `BEYOND` zeros at its end; none is below zero.
+        convolution: which.
+        words: flat memory of the convolution's, at least `word_count`.
+        work: likewise `sum_count`.
+
+    Returns:
+        What a byte's step is, and which byte is zero.
+    """
+    count, height, width = convolution.inputs
+    size = height * (width + BEYOND)
+    step = max(_largest(planes, count * size), np.float32(1e-30)) / np.float32(255)
+    inverse = np.float32(1) / step
+    _fill_ring(convolution, np.int32(0), words)
+    for plane in range(count):
+        word, byte = plane // WORD_BYTES, plane % WORD_BYTES
+        if convolution.stride == 1:
+            to = (word * convolution.part_rows + 1) * (width + BEYOND) + 1
+            _put_bytes(planes, plane * size, size, inverse, byte, words, to)
+        else:
+            _put_bytes(planes, plane * size, size, inverse, byte, work, 0)
+            if byte + 1 == WORD_BYTES or plane + 1 == count:
+                _part(work, convolution.inputs, convolution.part_rows, word, words)
+    return step, np.float32(0)
+
+
+@inner_kernel()
+def convolve(
+    convolution: PlaneConvolution,
+    step: np.float32,
+    zero: np.float32,
     least: np.float32,
     words: WordArray,
     sums: WordArray,
     outputs: FloatArray,
 ) -> None:
-    """A convolution of planes, for kernels to call.
+    """A convolution of what was put into words, for kernels to call.
 
     Args:
-        planes: flat, what it takes.
-        convolution: of what size they are and what is made of them.
+        convolution: which.
+        step: of the words' bytes.
+        zero: which byte is zero.
         least: no output is less.
-        words: flat memory to work in, at least `word_count`.
-        sums: likewise `sum_count`; both start where a cache line does.
-        outputs: flat memory for what it gives; it may be the planes' own.
+        words: where its inputs are.
+        sums: flat memory to work in, at least `sum_count`; both start where a cache line does.
+        outputs: flat memory for what it gives, each row with `BEYOND` zeros at its end.
     """
-    count, to_rows, to_columns = convolution.outputs
-    pitch, weight_count = convolution.part[1], TILE_ROWS * len(convolution.offsets)
-    step, zero = _put_in_bytes(planes, convolution.inputs, convolution.stride, convolution.part, words)
-    length = (to_rows - 1) * pitch + to_columns
-    sums_pitch = -(-length // TILE_COLUMNS) * TILE_COLUMNS
+    count, rows, columns = convolution.outputs
+    pitch, weight_count = columns + BEYOND, TILE_ROWS * len(convolution.offsets)
+    size = rows * pitch
+    sums_pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
     for block in range(0, count, TILE_ROWS):
-        for first in range(0, length, TILE_COLUMNS):
+        for first in range(0, size - BEYOND, TILE_COLUMNS):
             sum_products(
                 words,
                 first,
@@ -187,10 +260,10 @@ def convolve(
         for q in range(min(TILE_ROWS, count - block)):
             scale = step * convolution.scales[block + q]
             bias = convolution.biases[block + q] - scale * zero * convolution.totals[block + q]
-            for row in range(to_rows):
-                to = ((block + q) * to_rows + row) * to_columns
-                start = q * sums_pitch + row * pitch
-                _put_outputs(sums, start, to_columns, scale, bias, least, outputs, to)
+            _put_outputs(sums, q * sums_pitch, size, scale, bias, least, outputs, (block + q) * size)
+            for row in range(rows):
+                for beyond in range(columns, pitch):
+                    outputs[(block + q) * size + row * pitch + beyond] = 0
 
 
 @inner_kernel(no_alias=True)
@@ -204,79 +277,84 @@ def _put_outputs(
     outputs: FloatArray,
     to: int,
 ) -> None:
-    for column in range(count):
-        value = np.float32(sums[np.uint64(start + column)]) * scale + bias
-        outputs[np.uint64(to + column)] = max(value, least)
+    for i in range(count):
+        value = np.float32(sums[np.uint64(start + i)]) * scale + bias
+        outputs[np.uint64(to + i)] = max(value, least)
 
 
 @inner_kernel()
-def least_and_largest(numbers: FloatArray, count: int) -> tuple[np.float32, np.float32]:
-    """Of the first so many numbers and zero; by their bits, as of floats LLVM makes no SIMD code here.
-
-    Bits of numbers from zero on are ordered as the numbers are; those below zero the other way round, and
-    without a sign they come after all others.
-    """
-    high, low = np.int32(0), np.uint32(0)
-    signed, unsigned = numbers.view(np.int32), numbers.view(np.uint32)
-    for i in range(count):
-        high, low = max(high, signed[i]), max(low, unsigned[i])
-    least, most = np.uint32(low), np.int32(high)  # numba views only what has one definition
-    return min(least.view(np.float32), np.float32(0)), most.view(np.float32)
+def mean_and_deviation(numbers: NDArray[np.uint8], start: int, count: int) -> tuple[float, float]:
+    """Of so many bytes of flat memory from there on, for kernels to call."""
+    total, squares = np.int64(0), np.int64(0)
+    for first in range(start, start + count, SUMMED):
+        some, some_squares = np.int32(0), np.int32(0)
+        for i in range(first, min(first + SUMMED, start + count)):
+            value = np.int32(numbers[np.uint64(i)])
+            some += value
+            some_squares += value * value
+        total += some
+        squares += some_squares
+    mean = total / count
+    return mean, math.sqrt(max(squares / count - mean * mean, 0.0))
 
 
 @inner_kernel(no_alias=True)
-def _put_in_bytes(
-    planes: FloatArray,
-    shape: tuple[int, int, int],
-    stride: int,
-    part_shape: tuple[int, int],
-    source: WordArray,
-) -> tuple[np.float32, np.float32]:
-    """Planes as bytes, parted, with a ring of zeros; returns what a step is, and which byte is zero."""
-    count, height, width = shape
-    rows, pitch = part_shape
-    low, high = least_and_largest(planes, count * height * width)
-    step = max(high - low, np.float32(1e-30)) / np.float32(255)
-    inverse, zero = np.float32(1) / step, np.int32(np.rint(-low / step))
-    offset = np.float32(zero) + np.float32(0.5)
-    ring = np.int32(zero * 0x01010101)
-    words = -(-count // WORD_BYTES)
-    for part in range(words * stride**2):  # what is written over right after as well
-        start = part * rows * pitch
+def _put_pixels(picture: NDArray[np.uint8], words: WordArray) -> None:
+    """A word a pixel, in rows with room for what lies beyond."""
+    height, width, _ = picture.shape
+    for row in range(height):
+        start = row * (width + BEYOND)
+        for column in range(width):
+            low = np.int32(picture[row, column, 0]) | np.int32(picture[row, column, 1]) << np.int32(8)
+            words[start + column] = low | np.int32(picture[row, column, 2]) << np.int32(16)
+
+
+@inner_kernel()
+def _fill_ring(convolution: PlaneConvolution, ring: np.int32, words: WordArray) -> None:
+    """What lies around the inputs, in all parts of words."""
+    rows, pitch = convolution.part_rows, convolution.outputs[2] + BEYOND
+    parts = -(-convolution.inputs[0] // WORD_BYTES) * convolution.stride**2
+    for start in range(0, parts * rows * pitch, rows * pitch):
         last = start + (rows - 1) * pitch
         for column in range(pitch):
-            source[start + column] = source[last + column] = ring
+            words[start + column] = words[last + column] = ring
         for row in range(start, last, pitch):
-            source[row] = source[row + pitch - 1] = ring
-    for plane in range(count):
-        word, byte = plane // WORD_BYTES, plane % WORD_BYTES
-        for row in range(height):
-            part, at = (word * stride + (row + 1) % stride) * stride, (row + 1) // stride
-            for first in range(stride):
-                to = ((part + (first + 1) % stride) * rows + at) * pitch + (first + 1) // stride
-                start, columns = (plane * height + row) * width + first, width // stride
-                if stride == 1:
-                    _put_row(planes, start, 1, columns, inverse, offset, byte, source, to)
-                else:
-                    _put_row(planes, start, 2, columns, inverse, offset, byte, source, to)
-    return step, np.float32(zero)
+            words[row] = words[row + pitch - BEYOND] = words[row + pitch - 1] = ring
+
+
+@inner_kernel()
+def _largest(numbers: FloatArray, count: int) -> np.float32:
+    """Of so many numbers from zero on, by their bits, which are ordered alike: of floats LLVM makes no SIMD
+    code here."""
+    bits, most = numbers.view(np.int32), np.int32(0)
+    for i in range(count):
+        most = max(most, bits[i])
+    largest = np.int32(most)  # numba views only what has one definition
+    return largest.view(np.float32)
 
 
 @inner_kernel(no_alias=True)
-def _put_row(
-    numbers: FloatArray,
-    start: int,
-    stride: int,
-    count: int,
-    inverse: np.float32,
-    offset: np.float32,
-    byte: int,
-    source: WordArray,
-    to: int,
+def _put_bytes(
+    numbers: FloatArray, start: int, count: int, inverse: np.float32, byte: int, words: WordArray, to: int
 ) -> None:
-    """Every number, or every other one, as so manieth byte of words; the first one clears them."""
+    """So many numbers as one byte of words each; the first byte clears them."""
     bits, kept = np.int32(8 * byte), np.int32(-1 if byte else 0)
-    for column in range(count):
-        value = np.int32(numbers[np.uint64(start + stride * column)] * inverse + offset)
-        place = np.uint64(to + column)
-        source[place] = source[place] & kept | min(value, np.int32(255)) << bits
+    for i in range(count):
+        value = np.int32(numbers[np.uint64(start + i)] * inverse + np.float32(0.5))
+        place = np.uint64(to + i)
+        words[place] = words[place] & kept | min(value, np.int32(255)) << bits
+
+
+@inner_kernel(no_alias=True)
+def _part(work: WordArray, shape: tuple[int, int, int], part_rows: int, word: int, words: WordArray) -> None:
+    """A plane of words, parted into even and odd rows and columns, inside the ring."""
+    _, height, width = shape
+    half, pitch = width // 2, width // 2 + BEYOND
+    for row in range(height):
+        start = row * (width + BEYOND)
+        to = ((word * 4 + (row + 1) % 2 * 2) * part_rows + (row + 1) // 2) * pitch
+        odd = to + part_rows * pitch
+        for column in range(half):
+            words[np.uint64(odd + column)] = work[np.uint64(start + 2 * column)]
+        for column in range(half):
+            words[np.uint64(to + column + 1)] = work[np.uint64(start + 2 * column + 1)]

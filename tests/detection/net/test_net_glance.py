@@ -26,7 +26,16 @@ from fcw.detection.net.glance import (
 )
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.detection.net.onnx_layers import Convolution, read_layers
-from fcw.detection.net.planes import PlaneConvolution, PlaneWeights, Scratch, least_and_largest
+from fcw.detection.net.planes import (
+    BEYOND,
+    PlaneConvolution,
+    PlaneWeights,
+    Scratch,
+    convolve,
+    plane_convolution,
+    put_picture,
+    put_planes,
+)
 from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -46,11 +55,9 @@ def convolved(planes: np.ndarray, convolution: Convolution) -> np.ndarray:
 
 
 def in_bytes(planes: np.ndarray) -> np.ndarray:
-    """What is left of planes in whole steps, 255 of which reach from the least number to the largest."""
-    low, high = min(planes.min(), 0.0), max(planes.max(), 0.0)
-    step = max(high - low, 1e-30) / 255
-    zero = np.rint(-low / step)
-    return (np.clip(np.floor(planes / step + zero + 0.5), 0, 255) - zero) * step
+    """What is left of planes, of which nothing is below zero, in whole steps: 255 are the largest number."""
+    step = max(planes.max(), 1e-30) / 255
+    return np.floor(planes / step + 0.5) * step
 
 
 def with_bytes(convolution: Convolution) -> Convolution:
@@ -59,15 +66,55 @@ def with_bytes(convolution: Convolution) -> Convolution:
     return replace(convolution, weights=np.rint(convolution.weights / steps) * steps)
 
 
-def used_scratch(dtype: type = np.float32) -> Scratch:
-    """Memory in which another computation left something."""
-    scratch = Scratch(dtype)
-    scratch.of(1 << 16)[:] = np.nan if dtype is np.float32 else -1
-    return scratch
+@numba.njit
+def convolved_planes(
+    planes: np.ndarray,
+    convolution: PlaneConvolution,
+    least: float,
+    words: np.ndarray,
+    sums: np.ndarray,
+    outputs: np.ndarray,
+) -> None:
+    step, zero = put_planes(planes, convolution, words, sums)
+    convolve(convolution, step, zero, np.float32(least), words, sums, outputs)
+
+
+@numba.njit
+def convolved_picture(
+    picture: np.ndarray,
+    convolution: PlaneConvolution,
+    words: np.ndarray,
+    sums: np.ndarray,
+    outputs: np.ndarray,
+) -> None:
+    step, zero = put_picture(picture, convolution, 8.0, words, sums)
+    convolve(convolution, step, zero, np.float32(-np.inf), words, sums, outputs)
+
+
+def used_memory(convolution: PlaneConvolution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Words, sums and outputs in which another computation left something."""
+    words, sums = Scratch(np.int32).of(convolution.word_count), Scratch(np.int32).of(convolution.sum_count)
+    words[:], sums[:] = -1, -1
+    count, rows, columns = convolution.inputs
+    outputs = Scratch().of(max(convolution.output_count, count * rows * (columns + BEYOND)))
+    outputs[:] = np.nan
+    return words, sums, outputs
+
+
+def with_zeros_beyond(planes: np.ndarray) -> np.ndarray:
+    return np.pad(planes, ((0, 0), (0, 0), (0, BEYOND))).reshape(-1)
+
+
+def of_size(outputs: np.ndarray, convolution: PlaneConvolution) -> np.ndarray:
+    """Outputs without what lies beyond, all of which is zero."""
+    count, rows, columns = convolution.outputs
+    planes = outputs[: convolution.output_count].reshape(count, rows, -1)
+    assert not planes[:, :, columns:].any()
+    return planes[:, :, :columns]
 
 
 @given(
-    st.integers(1, 5),
+    st.integers(1, 9),
     st.sampled_from([1, 3, 8, 11]),
     st.sampled_from([1, 2]),
     st.integers(1, 9),
@@ -77,48 +124,63 @@ def used_scratch(dtype: type = np.float32) -> Scratch:
 @settings(deadline=None)
 def test_planes_are_convolved_as_by_the_definition(inputs, outputs, stride, half_height, half_width, seed):
     random = np.random.default_rng(seed)
-    planes = random.normal(size=(inputs, 2 * half_height, 2 * half_width)).astype(np.float32)
+    planes = np.maximum(random.normal(size=(inputs, 2 * half_height, 2 * half_width)), 0).astype(np.float32)
     convolution = Convolution(
         random.normal(size=(outputs, inputs, 3, 3)).astype(np.float32),
         random.normal(size=outputs).astype(np.float32),
         stride,
     )
-    expected, memory = convolved(in_bytes(planes), with_bytes(convolution)), used_scratch()
-    work = used_scratch(np.int32)
-    layer = PlaneConvolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width, work)
+    expected = convolved(in_bytes(planes), with_bytes(convolution))
+    layer = plane_convolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width)
+    words, sums, memory = used_memory(layer)
+    convolved_planes(with_zeros_beyond(planes), layer, 0.0, words, sums, memory)
     # A number in the middle of two steps may go to either.
-    step, largest = np.ptp(np.append(planes, 0.0)) / 255, np.abs(convolution.weights).max()
-    assert layer(planes, memory) == pytest.approx(np.maximum(expected, 0.0), abs=1e-4 + step * largest)
-    shown = memory.of(*planes.shape)
-    shown[:] = planes
-    in_place = layer(shown, memory, least=-np.inf)
-    assert in_place == pytest.approx(expected, abs=1e-4 + step * largest)
+    step, largest = float(planes.max()) / 255, float(np.abs(convolution.weights).max())
+    found = of_size(memory, layer)
+    assert found == pytest.approx(np.maximum(expected, 0.0), abs=1e-4 + step * largest)
+    shown = with_zeros_beyond(planes)
+    memory[: len(shown)] = shown
+    convolved_planes(memory, layer, -np.inf, words, sums, memory)  # in its own place
+    found = of_size(memory, layer)
+    assert found == pytest.approx(expected, abs=1e-4 + step * largest)
     # Half a step of each number, and of each weight, is what bytes may cost.
-    lost = 9 * inputs * (step / 2 * largest + largest / 127 / 2 * np.abs(planes).max())
-    assert in_place == pytest.approx(convolved(planes, convolution), abs=1.01 * lost + 1e-4)
+    lost = 9 * inputs * (step / 2 * largest + largest / 127 * 255 / 2 * step)
+    assert found == pytest.approx(convolved(planes, convolution), abs=1.01 * lost + 1e-4)
 
 
-@numba.njit
-def range_of(numbers: np.ndarray) -> tuple[float, float]:
-    return least_and_largest(numbers)
-
-
-@given(st.lists(st.floats(-1e6, 1e6, width=32), min_size=1, max_size=40))
-def test_the_least_and_the_largest_number_are_found_by_their_bits(numbers):
-    assert range_of(np.array(numbers, np.float32)) == (min(0.0, *numbers), max(0.0, *numbers))
+@given(st.integers(1, 12), st.integers(1, 40), st.integers(0, 255), st.integers(0, 1000))
+@settings(deadline=None)
+def test_a_picture_is_convolved_without_its_brightness_and_over_its_contrast(
+    half_height, half_width, least, seed
+):
+    random = np.random.default_rng(seed)
+    picture = random.integers(least, 256, (2 * half_height, 2 * half_width, 3)).astype(np.uint8)
+    convolution = Convolution(
+        random.normal(size=(11, 3, 3, 3)).astype(np.float32), random.normal(size=11).astype(np.float32), 2
+    )
+    layer = plane_convolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width)
+    memory = used_memory(layer)
+    convolved_picture(picture, layer, *memory)
+    # Around the picture is the byte that is next to its mean.
+    ringed = np.pad(picture, ((1, 1), (1, 1), (0, 0)), constant_values=round(picture.mean()))
+    shown = ((ringed - picture.mean()) / (picture.std() + 8.0)).transpose(2, 0, 1)
+    windows = np.lib.stride_tricks.sliding_window_view(shown, (3, 3), axis=(1, 2))[:, ::2, ::2]
+    expected = np.einsum("cyxij,ocij->oyx", windows, with_bytes(convolution).weights)
+    expected += convolution.biases[:, None, None]
+    assert of_size(memory[2], layer) == pytest.approx(expected, abs=2e-3)
 
 
 def test_planes_that_cannot_be_halved_are_refused():
     convolution = Convolution(np.zeros((1, 1, 3, 3), np.float32), np.zeros(1, np.float32), 2)
     with pytest.raises(ValueError, match="7x4, which cannot be halved"):
-        PlaneConvolution(PlaneWeights(convolution), 4, 7, Scratch())
+        plane_convolution(PlaneWeights(convolution), 4, 7)
 
 
 def seen_by_definition(
     convolutions: Sequence[Convolution], picture: np.ndarray, shown: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
     """What layers and sums give, each convolution of planes as they are shown to it."""
-    planes = picture.transpose(2, 0, 1).astype(np.float64)
+    pixels = picture.astype(np.float64).transpose(2, 0, 1)
     layers = iter(convolutions)
 
     def after(planes: np.ndarray, count: int) -> np.ndarray:
@@ -129,7 +191,8 @@ def seen_by_definition(
     def doubled(planes: np.ndarray) -> np.ndarray:
         return np.kron(planes, np.ones((1, 2, 2)))
 
-    fine = after((planes - planes.mean()) / (planes.std() + 8.0), 4)
+    first = convolved((pixels - pixels.mean()) / (pixels.std() + 8.0), next(layers))
+    fine = after(np.maximum(first, 0.0), 3)
     middle = after(fine, 2)
     middle = after(middle + doubled(after(middle, 3)), 1)
     return convolved(shown(after(fine + doubled(middle), 1)), next(layers))
