@@ -3,6 +3,7 @@
 import os
 import shutil
 import signal
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -14,35 +15,49 @@ from running.programs import serve_page
 
 PORTS = {"review": FIRST_PORT + 90, "calibrate": FIRST_PORT + 91}
 """Nobody else's, for a page must come back where it was."""
+ENDED = {
+    "review": (signal.SIGINT, "The program has ended"),
+    "calibrate": (signal.SIGKILL, "The program does not answer"),
+}
+"""How, and what its page says then."""
 TRIES = 12
 """So many seconds, each a try of viser's own, are more than Chromium answers at once."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("command", "end"), [("review", signal.SIGINT), ("calibrate", signal.SIGKILL)])
-def test_a_page_whose_program_is_gone_says_so_and_returns_with_it(
-    command: str, end: signal.Signals, tmp_path: Path, open_page: OpenPage, wait_for: WaitFor
+def test_pages_whose_program_is_gone_say_so_and_return_with_it(
+    tmp_path: Path, open_page: OpenPage, wait_for: WaitFor
 ):
-    if command == "review":
-        source = write_drive(tmp_path / "drive.mcap", QUIET_S)
-    else:
-        source = Path(shutil.copy(DEMO_DRIVE, tmp_path))
-    process, url = serve_page(command, source, "--no-open", "--port", PORTS[command])
-    person = Reviewer(open_page(url))
-    person.browser.page.evaluate("window.isOld = true")
-    os.kill(process.pid, end)
-    process.communicate(timeout=PATIENCE_S)
-    ended = "The program has ended" if end is signal.SIGINT else "The program does not answer"
-    wait_for(lambda: ended in person.words(".fcw-gone"))
-    person.browser.page.wait_for_timeout(TRIES * 1000)
-    assert ended in person.words(".fcw-gone")
-
-    process, again = serve_page(command, source, "--no-open", "--port", PORTS[command])
-    try:
-        assert again == url
-        person.browser.page.wait_for_function("!window.isOld")
-        person.browser.wait_until_ready()
-        assert person.browser.page.locator(".fcw-gone").count() == 0
-    finally:
-        process.send_signal(signal.SIGINT)
+    # Both at once: most of this is waiting.
+    sources = {
+        "review": write_drive(tmp_path / "drive.mcap", QUIET_S),
+        "calibrate": Path(shutil.copy(DEMO_DRIVE, tmp_path)),
+    }
+    started = {command: serve(command, source) for command, source in sources.items()}
+    people = {command: Reviewer(open_page(url)) for command, (_, url) in started.items()}
+    for command, (process, _) in started.items():
+        people[command].browser.page.evaluate("window.isOld = true")
+        os.kill(process.pid, ENDED[command][0])
         process.communicate(timeout=PATIENCE_S)
+    for command, person in people.items():
+        wait_for(lambda person=person, says=ENDED[command][1]: says in person.words(".fcw-gone"))
+    people["review"].browser.page.wait_for_timeout(TRIES * 1000)
+    for command, person in people.items():
+        assert ENDED[command][1] in person.words(".fcw-gone")
+
+    again = {command: serve(command, source) for command, source in sources.items()}
+    try:
+        for command, person in people.items():
+            assert again[command][1] == started[command][1]
+            person.browser.page.wait_for_function("!window.isOld")
+            person.browser.wait_until_ready()
+            assert person.browser.page.locator(".fcw-gone").count() == 0
+    finally:
+        for process, _ in again.values():
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=PATIENCE_S)
+
+
+def serve(command: str, source: Path) -> tuple["subprocess.Popen[str]", str]:
+    """Where it was before, for pages to find it."""
+    return serve_page(command, source, "--no-open", "--port", PORTS[command])

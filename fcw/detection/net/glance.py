@@ -44,6 +44,9 @@ LARGEST_REACH = 4.0
 CUT_PX = 3.0
 """What ends so near to where a band was cut out may go on beyond."""
 
+LOWEST = float(np.finfo(np.float32).min)
+"""No output is less: kernels may take for granted that nothing is infinite."""
+
 FINE, MIDDLE, COARSE = 4, 2, 3
 """How many convolutions come first, see cells twice as large, and four times."""
 CHANNELS = ((3, 16, 32, 48, 48), (48, 96, 96), (96, 128, 128, 96), (96, 48), (48, 48), (48, 5))
@@ -137,7 +140,7 @@ def _see(
             _add_doubled(fine, layers[number].inputs, planes)
             _copy(fine, planes)
         step, zero = put_planes(planes, layers[number], words, sums)
-        least = np.float32(0 if number + 1 < len(layers) else -np.inf)
+        least = np.float32(0 if number + 1 < len(layers) else LOWEST)
         convolve(layers[number], step, zero, least, words, sums, planes)
 
 

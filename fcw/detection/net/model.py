@@ -88,6 +88,10 @@ def _convolution(arrays: Mapping[str, NDArray[Any]], number: int) -> Convolution
     shape = SHAPES[number]
     if weights is None or biases is None or weights.shape != shape or biases.shape != shape[:1]:
         raise ValueError(f"no convolution of {shape} as the glance's number {number}")
+    if weights.dtype.kind != "f" or biases.dtype.kind != "f":
+        raise ValueError(
+            f"weights of {weights.dtype}, biases of {biases.dtype}, in the glance's number {number}"
+        )
     if not np.isfinite(weights).all() or not np.isfinite(biases).all():
-        raise ValueError(f"weights that are no numbers, in the glance's convolution {number}")
+        raise ValueError(f"weights that are no numbers, in the glance's number {number}")
     return Convolution(weights.astype(np.float32), biases.astype(np.float32), STRIDES[number])

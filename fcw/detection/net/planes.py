@@ -324,8 +324,10 @@ def _fill_ring(convolution: PlaneConvolution, ring: np.int32, words: WordArray) 
 
 @inner_kernel()
 def _largest(numbers: FloatArray, count: int) -> np.float32:
-    """Of so many numbers from zero on, by their bits, which are ordered alike: of floats LLVM makes no SIMD
-    code here."""
+    """Of so many numbers from zero on, by their bits, which are ordered alike.
+
+    Of the numbers themselves LLVM makes no SIMD code here.
+    """
     bits, most = numbers.view(np.int32), np.int32(0)
     for i in range(count):
         most = max(most, bits[i])

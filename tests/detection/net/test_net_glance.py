@@ -17,6 +17,7 @@ from fcw.detection.net.bands import SHOWN, bands_of, whole
 from fcw.detection.net.glance import (
     CELL_PX,
     CUT_PX,
+    LOWEST,
     SHAPES,
     STRIDES,
     Glance,
@@ -88,7 +89,7 @@ def convolved_picture(
     outputs: np.ndarray,
 ) -> None:
     step, zero = put_picture(picture, convolution, 8.0, words, sums)
-    convolve(convolution, step, zero, np.float32(-np.inf), words, sums, outputs)
+    convolve(convolution, step, zero, np.float32(LOWEST), words, sums, outputs)
 
 
 def used_memory(convolution: PlaneConvolution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -140,7 +141,7 @@ def test_planes_are_convolved_as_by_the_definition(inputs, outputs, stride, half
     assert found == pytest.approx(np.maximum(expected, 0.0), abs=1e-4 + step * largest)
     shown = with_zeros_beyond(planes)
     memory[: len(shown)] = shown
-    convolved_planes(memory, layer, -np.inf, words, sums, memory)  # in its own place
+    convolved_planes(memory, layer, LOWEST, words, sums, memory)  # in its own place
     found = of_size(memory, layer)
     assert found == pytest.approx(expected, abs=1e-4 + step * largest)
     # Half a step of each number, and of each weight, is what bytes may cost.
