@@ -27,16 +27,18 @@ WORD_BYTES = 4
 
 def _processor_features() -> frozenset[str]:
     settings: Any = config  # its attributes are made when it is loaded
-    return frozenset((settings.CPU_FEATURES or get_host_cpu_features()).split(","))
+    told: str | None = settings.CPU_FEATURES  # none at all with NUMBA_CPU_NAME=generic
+    return frozenset((get_host_cpu_features() if told is None else told).split(","))
 
 
 _FEATURES = _processor_features()
 _REGISTERS = 3
-# Numbers in a register, and rows of registers: as many sums as there is room for.
-_LANES, TILE_ROWS = (16, 8) if "+avx512bw" in _FEATURES else (8, 4)
+# Numbers in a register, and rows of registers: as many sums as there is room for. LLVM knows instructions for
+# the longest registers only where it is told to use them (`in_whole_registers`).
+_LANES, TILE_ROWS = (16, 8) if {"+avx512bw", "-prefer-256-bit"} <= _FEATURES else (8, 4)
 TILE_COLUMNS = _LANES * _REGISTERS
 
-_HAS_ONE_INSTRUCTION = bool({"+avx512vnni", "+avxvnni"} & _FEATURES)
+_HAS_ONE_INSTRUCTION = "+avxvnni" in _FEATURES or {"+avx512vnni", "+avx512vl"} <= _FEATURES
 _HAS_PAIRS = "+avx2" in _FEATURES
 
 _INDEX, _WORD, _HALF = ir.IntType(64), ir.IntType(32), ir.IntType(16)

@@ -1,5 +1,10 @@
 """Tiles of sums of products of bytes, as a product of matrices has them."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numba
 import numpy as np
 import pytest
@@ -79,3 +84,20 @@ def test_processors_that_lack_the_instructions_come_to_the_same_sums(lacking, si
     one_tile = compiled(sum_products_of_signed if signed else sum_products)
     for seed in range(20):
         check(one_tile, signed, [0, 7, 100, 7, seed], (3, 5, 2), (1, 2), seed)
+
+
+@pytest.mark.parametrize(
+    "told", [{"NUMBA_CPU_NAME": "generic"}, {"NUMBA_CPU_NAME": "haswell"}, {"NUMBA_CPU_FEATURES": "+sse2"}]
+)
+def test_sums_are_the_same_for_a_processor_that_numba_was_told_of(told):
+    # In a process of its own: numba reads this once, and LLVM ends it where an instruction is missing.
+    program = "import test_products as t; t.check(t.OF_UNSIGNED, False, [0, 7], (3, 5, 2), (1, 2), 0)"
+    ran = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=Path(__file__).parent,
+        env=os.environ | told,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
