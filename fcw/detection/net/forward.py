@@ -117,7 +117,7 @@ class ForwardPass:
     Args:
         layers: of the net.
         side_px: of the windows.
-        least_contrast: as of `fcw.detection.net.looks.normalised`.
+        least_contrast: as of `fcw.detection.net.look.normalised`.
 
     Raises:
         ValueError: windows of this size do not fit the layers.
