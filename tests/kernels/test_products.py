@@ -38,11 +38,10 @@ OF_UNSIGNED, OF_SIGNED = compiled(sum_products), compiled(sum_products_of_signed
 
 def words(random, count, signed):
     """So many words, and (count, bytes) the numbers in them; the outermost ones come often."""
-    numbers = (
-        random.integers(-128, 128, (count, WORD_BYTES)) if signed else random.integers(0, 256, (count, 4))
-    )
+    least, largest = (-128, 127) if signed else (0, 255)
+    numbers = random.integers(least, largest + 1, (count, WORD_BYTES))
     outermost = random.random(numbers.shape) < 0.2
-    numbers[outermost] = random.choice([-128, 127] if signed else [0, 255], outermost.sum())
+    numbers[outermost] = random.choice([least, largest], outermost.sum())
     return numbers.astype(np.uint8).reshape(-1).view(np.int32), numbers
 
 
@@ -91,7 +90,11 @@ def test_processors_that_lack_the_instructions_come_to_the_same_sums(lacking, si
 )
 def test_sums_are_the_same_for_a_processor_that_numba_was_told_of(told):
     # In a process of its own: numba reads this once, and LLVM ends it where an instruction is missing.
-    program = "import test_products as t; t.check(t.OF_UNSIGNED, False, [0, 7], (3, 5, 2), (1, 2), 0)"
+    program = (
+        "import test_products as t\n"
+        "for signed, tile in ((False, t.OF_UNSIGNED), (True, t.OF_SIGNED)):\n"
+        "    t.check(tile, signed, [0, 7], (3, 5, 2), (1, 2), 0)"
+    )
     ran = subprocess.run(
         [sys.executable, "-c", program],
         cwd=Path(__file__).parent,
