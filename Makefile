@@ -46,14 +46,16 @@ lint: $(VENV)/.dev-installed
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
-# The tests of the pages drive a real Chromium; on a new machine root gets Debian's, others are told.
+# The tests of the pages drive a real Chromium; on a new machine root gets Debian's, others are told. Its headless
+# shell is enough and the quickest; any other Chromium that is there is taken as well.
+INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 chromium:
-	@if [ -n "$$FCW_CHROMIUM" ] || command -v chromium >/dev/null || command -v chromium-browser >/dev/null; then :; \
-	elif [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	@if [ -n "$$FCW_CHROMIUM" ]; then exit; fi; \
+	for name in chromium-headless-shell chromium chromium-browser; do command -v $$name >/dev/null && exit; done; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 		echo "Installing Chromium for the browser tests (once)"; \
-		apt-get update -qq && \
-		DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null; \
-	else echo "No Chromium, so the browser tests are skipped. For them: sudo apt-get install chromium"; fi
+		apt-get update -qq && { $(INSTALL) chromium-headless-shell || $(INSTALL) chromium; } >/dev/null; \
+	else echo "No Chromium, so the browser tests are skipped. For them: apt-get install chromium-headless-shell"; fi
 
 bench: $(VENV)/.runtime-installed
 	$(BIN)/fcw bench $(ARGS)

@@ -25,7 +25,8 @@ READY = "!!window.fcwChannel && !document.querySelector('.fcw-first')"
 def option_parser(description: str | None) -> argparse.ArgumentParser:
     """Which browser; the description is what a script says of itself first."""
     parser = argparse.ArgumentParser(description=description.split("\n\n")[0] if description else None)
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
+    found = shutil.which("chromium") or shutil.which("chromium-headless-shell")
+    parser.add_argument("--browser", default=found, help="the Chromium to use")
     return parser
 
 

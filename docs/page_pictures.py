@@ -33,7 +33,8 @@ def option_parser(description: str | None) -> argparse.ArgumentParser:
     """The options that all of the scripts have; the description is what a script says of itself first."""
     parser = argparse.ArgumentParser(description=description.split("\n\n")[0] if description else None)
     parser.add_argument("--out", type=Path, default=IMAGES, help="folder of the pictures")
-    parser.add_argument("--browser", default=shutil.which("chromium"), help="the Chromium to use")
+    found = shutil.which("chromium") or shutil.which("chromium-headless-shell")
+    parser.add_argument("--browser", default=found, help="the Chromium to use")
     parser.add_argument("--size", default="1400x900", help="of the window, WIDTHxHEIGHT")
     return parser
 

@@ -8,6 +8,7 @@ this machine: the viewer is served locally, the browser reaches nothing else, re
 
 import argparse
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -46,7 +47,8 @@ def main() -> None:
     parser.add_argument("picture", type=Path, help="the .png to write")
     parser.add_argument("--size", default="1600x1000", help="of the window, WIDTHxHEIGHT")
     parser.add_argument("--theme", choices=("dark", "light"), default="dark")
-    parser.add_argument("--browser", default="/usr/bin/chromium", help="the Chromium to use")
+    found = shutil.which("chromium") or shutil.which("chromium-headless-shell")
+    parser.add_argument("--browser", default=found, help="the Chromium to use")
     options = parser.parse_args()
     width, height = (int(length) for length in options.size.split("x"))
 

@@ -1,8 +1,6 @@
 """A real Chromium for all browser tests: one for each test process, a fresh profile for each test."""
 
 import logging
-import os
-import shutil
 import sys
 import time
 from collections.abc import Callable, Generator
@@ -13,6 +11,7 @@ import pytest
 from browser_page import PATIENCE_S, BrowserPage
 from calibrate_helpers import FIRST_PORT
 from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
+from running.chromium_path import chromium_path
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.server import CalibrationPage
@@ -51,16 +50,10 @@ class OpenPage(Protocol):
 
 @pytest.fixture(scope="session")
 def chromium() -> Generator[Browser]:
-    """The browser; FCW_CHROMIUM names it where it is not on the path."""
-    path = os.environ.get("FCW_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
-    if path is None or not Path(path).is_file():
-        reason = "needs Chromium: install it (Debian: apt-get install chromium) or name it in FCW_CHROMIUM"
-        if os.environ.get("CI"):
-            pytest.fail(reason)
-        pytest.skip(reason)
+    """The browser of this process's tests."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
-            executable_path=path, args=CHROMIUM_FLAGS, timeout=PATIENCE_S * 1000
+            executable_path=chromium_path(), args=CHROMIUM_FLAGS, timeout=PATIENCE_S * 1000
         )
         yield browser
         browser.close()

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -24,6 +23,7 @@ from marked_drives import FRAMES, GREY, RATE_HZ, box_of, export, read_video
 from numpy.typing import NDArray
 from playwright.sync_api import sync_playwright
 from rerun.chunk import RrdReader
+from running.chromium_path import chromium_path
 
 from fcw.box import Box
 from fcw.logs.mcap.reader import DriveLog
@@ -219,9 +219,7 @@ def played(url: str, chromium: str) -> dict[str, Any]:
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("--no-overlay",)], ids=["overlay", "relayed"])
 def test_a_browser_plays_the_video_to_its_end(drives, tmp_path, served, options):
-    chromium = os.environ.get("FCW_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("needs Chromium: install it (Debian: apt-get install chromium), or name it: FCW_CHROMIUM")
+    chromium = chromium_path()
     assert export(drives / "monday", "--format", "mp4", "--out", tmp_path / "out.mp4", *options) == 0
     (tmp_path / "page.html").write_text("<!doctype html><title>video</title>")
     # A thread of its own: other tests of this process may have Playwright's event loop in this one.
