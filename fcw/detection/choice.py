@@ -1,5 +1,6 @@
 """Detectors by the names that the command line has for them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,9 @@ FAINT_MARGIN = 1.5
 
 Chosen on seven clips of strangers: farther down hardly more of what is followed is found (docs/figures.md).
 """
+SEARCHED_RAD = math.radians(12.0)
+"""How far above and below a guess far vehicles are searched for; near ones are everywhere. Nine in ten
+cameras that people put up to look ahead are within it (`fcw.camera.prior_sigmas`)."""
 
 DetectorModel = NetModel | Model | OnnxModel
 
@@ -103,3 +107,14 @@ def make_detector(
         settings = AcfSettings(score_threshold=score_threshold)
         return AcfDetector(model, calibration, replace(settings, **enlarging))
     return FullAcfDetector(model, replace(FullAcfSettings(score_threshold=score_threshold), **enlarging))
+
+
+def searching_detector(guess: Calibration) -> Detector:
+    """A detector for pictures of a camera that nobody has calibrated: where the road is, is the question.
+
+    Args:
+        guess: of the camera, for the size of the pictures.
+    """
+    model = load_model(NET)
+    assert isinstance(model, NetModel)
+    return NetDetector(model, guess, NetSettings(pitch_tolerance_rad=SEARCHED_RAD))

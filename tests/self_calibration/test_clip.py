@@ -14,7 +14,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Gaussian, GroundPoint, Priors
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.solve import calibrate
-from fcw.detection.choice import load_model, make_detector
+from fcw.detection.choice import searching_detector
 from fcw.detection.detector import Detection
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
@@ -64,7 +64,7 @@ def test_the_udacity_clips_without_any_mark(clip, rows_px, true_height_m, height
     # `calibrations.txt`: by the chessboards, lane and dashes.
     truth = calibrate(list(map(GroundPoint, (8, 15, 40), rows_px)), SIZE, true_height_m, exact=True)
     guess = rough_calibration(SIZE, height_m.value, priors)
-    detector = make_detector("acf-full", load_model("acf-full"), guess)
+    detector = searching_detector(guess)
     shown = calibrate_clip(source, detector, height_m, priors=priors)
     assert shown.shows_road
     found = shown.calibration
@@ -152,7 +152,7 @@ def test_lanes_and_motion_that_contradict_each_other_are_less_sure_together():
 @pytest.mark.slow
 def test_the_shipped_drive_leads_where_its_lanes_do():
     source = open_source(DEMO)
-    detector = make_detector("acf-full", load_model("acf-full"), rough_calibration(SIZE, 1.3))
+    detector = searching_detector(rough_calibration(SIZE, 1.3))
     seen = observe_clip(source, rough_calibration(SIZE, 1.3), detector, piece_s=(0.0, 4.0))
     assert seen.lanes_px is not None
     column, row = seen.lanes_px

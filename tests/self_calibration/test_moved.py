@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.camera.calibration import Gaussian
-from fcw.detection.choice import load_model, make_detector
+from fcw.detection.choice import searching_detector
 from fcw.frame import Frame
 from fcw.self_calibration.clip import BEFORE_MOVE_S, calibrate_clip, rough_calibration
 from fcw.self_calibration.moved import moved_at
@@ -64,7 +64,7 @@ class Knocked:
 
 def calibrated(source):
     guess = rough_calibration(source.image_size, 1.3)
-    detector = make_detector("acf-full", load_model("acf-full"), guess)
+    detector = searching_detector(guess)
     return calibrate_clip(source, detector, Gaussian(1.3, 0.12))
 
 

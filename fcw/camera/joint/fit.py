@@ -20,7 +20,7 @@ from fcw.camera.joint.rectangle import (
     placed,
     seen_from,
 )
-from fcw.camera.joint.rulers import horizon_by_widths, width_misfits
+from fcw.camera.joint.rulers import horizons_by_widths, width_misfits
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
@@ -247,10 +247,10 @@ class JointFit:
         starts = starts or [start]
         if self._evidence.rulers:
             # A vehicle above the horizon that the fit starts with would not pull it up.
-            there = start.copy()
-            row_px = horizon_by_widths(self._evidence.rulers, math.exp(start[LOG_HEIGHT]))
-            there[TANGENT] = (start[AXIS] - row_px) / math.exp(start[LOG_FOCAL])
-            starts.append(there)
+            for row_px in horizons_by_widths(self._evidence.rulers, math.exp(start[LOG_HEIGHT])):
+                there = start.copy()
+                there[TANGENT] = (start[AXIS] - row_px) / math.exp(start[LOG_FOCAL])
+                starts.append(there)
         if not self._evidence.first_unknown:
             return starts
         dashed = []

@@ -16,7 +16,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Ruler
-from fcw.detection.choice import load_model, make_detector
+from fcw.detection.choice import searching_detector
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.motion.estimator import MotionEstimator
@@ -47,8 +47,7 @@ LONGEST_LOOK_S, ENOUGH_S = 90.0, 10.0
 LEAST_KNOWN_S = 1.0
 LEAST_KNOWN_PART = 0.5
 """Of the time since the speed was first known: where it comes and goes, the motion was not understood."""
-DETECTOR, VEHICLES_S = "acf-full", 20.0
-"""It looks everywhere: where the road is, is the question."""
+VEHICLES_S = 20.0
 LARGEST_SIGMA_HEIGHTS = 0.012
 ROAD_SIGMA_HEIGHTS = 0.004
 """In picture heights: root mean square of what the drives of `test_drive_look.py` missed, with the error of
@@ -175,9 +174,7 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
         UserError: the pictures cannot be read.
     """
     size = pictures.image_size
-    detector = make_detector(
-        DETECTOR, load_model(DETECTOR), Calibration.from_camera(assumed_camera(size), size)
-    )
+    detector = searching_detector(Calibration.from_camera(assumed_camera(size), size))
     rulers, frames = vehicles_of(pictures.source, detector, VEHICLES_S, going_on)
     if len(rulers) < FEWEST_VEHICLES:
         found = "1 vehicle" if len(rulers) == 1 else f"{len(rulers)} vehicles"

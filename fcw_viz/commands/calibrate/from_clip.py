@@ -27,8 +27,6 @@ from fcw_viz.console import progress
 if TYPE_CHECKING:
     from fcw.self_calibration.clip import ClipCalibration
 
-DETECTOR = "acf-full"
-"""It looks everywhere: where the road is, is the question."""
 LENS_SIGMA = 0.01
 """Of the focal length of a lens that is given, as a part."""
 NO_ROAD = (
@@ -106,7 +104,7 @@ def _look(
 ) -> "ClipCalibration":
     """Look through a clip, and through its lens where it is known, to `lens_sigma` of its focal length."""
     from fcw.camera.straight import Straightening
-    from fcw.detection.choice import load_model, make_detector
+    from fcw.detection.choice import searching_detector
     from fcw.self_calibration.clip import calibrate_clip, rough_calibration
     from fcw.sources.straight import StraightSource
 
@@ -124,7 +122,7 @@ def _look(
         view_rad = guess.field_of_view_rad
         view = Gaussian(view_rad, lens_sigma * math.sin(view_rad))
         priors = Priors(view, Gaussian(lens.row_px, 3.0), priors.horizon_row_px)
-    detector = make_detector(DETECTOR, load_model(DETECTOR), guess)
+    detector = searching_detector(guess)
     return calibrate_clip(
         source, detector, height_m, evidence, priors, speed_mps=speed_mps, on_frame=on_frame
     )

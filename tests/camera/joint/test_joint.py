@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.file import calibration_text, parse_calibration
@@ -232,6 +234,21 @@ def test_false_boxes_on_the_own_bonnet_do_not_outweigh_as_many_vehicles():
     rulers = rulers_of(camera, [(10.0, 0.5), (18.0, 1.0)]) + bonnet
     found = calibrate_jointly(Known(Evidence(rulers=rulers), ImageSize(640, 360), HEIGHT))
     assert found.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=8.0)
+
+
+@given(
+    st.lists(st.tuples(st.floats(100, 1180), st.floats(150, 700), st.floats(30, 400)), min_size=1, max_size=3)
+)
+def test_boxes_that_are_no_vehicles_hardly_move_the_horizon(strays):
+    """Houses, reflections and signs, of any size anywhere, among six vehicles: half a degree at most."""
+    camera = GroundPlaneCamera(0.03, 1000.0, 359.5, HEIGHT.value, 639.5)
+    places = [(12.0, 0.5), (15.0, -0.5), (20.0, 0.0), (26.0, 1.0), (35.0, 0.0), (50.0, -1.0)]
+    rulers = rulers_of(camera, places)
+    rulers += tuple(
+        Ruler(column_px, row_px, width_px, Gaussian(1.8, 0.16), 2.0) for column_px, row_px, width_px in strays
+    )
+    found = calibrate_jointly(Known(Evidence(rulers=rulers), SIZE, HEIGHT))
+    assert found.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=1000.0 * math.radians(0.5))
 
 
 def test_many_vehicles_tell_the_horizon_no_better_than_roads_are_level():

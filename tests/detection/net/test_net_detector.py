@@ -12,7 +12,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.detection.acf import AcfSettings
 from fcw.detection.boxes.overlap import intersection_over_union
-from fcw.detection.choice import load_model, make_detector
+from fcw.detection.choice import load_model, make_detector, searching_detector
 from fcw.detection.detector import Aim
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
@@ -51,6 +51,21 @@ def test_a_model_comes_back_from_its_file(model, tmp_path):
         assert np.array_equal(one.weights, other.weights)
         assert np.array_equal(one.biases, other.biases)
     assert loaded.score_threshold == model.score_threshold
+
+
+@pytest.mark.parametrize("shift_px", [-150, 0, 150])
+def test_without_a_calibration_vehicles_are_found_wherever_the_road_is(shift_px, calibration, picture):
+    """As with a camera that looks 8 degrees farther down or up."""
+    camera = replace(calibration.camera, pitch_rad=math.radians(2))
+    down = np.float32([[1, 0, 0], [0, 1, shift_px]])
+    moved = cv2.warpAffine(picture, down, picture.shape[1::-1], borderMode=cv2.BORDER_REFLECT)
+    found = searching_detector(Calibration.from_camera(camera, calibration.image_size)).detect(moved)
+    for vehicle in make_detector("net", load_model("net"), calibration).detect(picture):
+        box = replace(vehicle.box, y=vehicle.box.y + shift_px)
+        overlaps = intersection_over_union(
+            np.array([astuple(box)]), np.array([astuple(one.box) for one in found])
+        )
+        assert overlaps.max() > 0.6
 
 
 @pytest.mark.parametrize("name", ["net", "acf"])
