@@ -7,7 +7,7 @@ as fast as the camera is high: with a known speed, the height follows. All of it
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Evidence, Ruler
+from fcw.camera.joint.evidence import Evidence, Ruler
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.vanishing import PixelPoint
-from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
 from fcw.frame import ImageSize, Source
@@ -34,19 +33,13 @@ from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lane
 from fcw.self_calibration.moved import moved_at
 from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
 from fcw.self_calibration.turning.tracks import PointTracks
+from fcw.self_calibration.vehicles import DETECTED_EVERY_S, LONGEST_S, VehicleRulers
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
-DETECTED_EVERY_S = 0.5
-RULER_COUNT = 40
 SLOPE_SIGMA_RAD = math.radians(0.25)
 """The road ahead is not level with the direction of travel, averaged over a clip."""
-AHEAD_PARTS = (0.2, 0.8)
-"""Boxes whose middle lies farther aside, as parts of the picture's width, show their sides."""
-SMALLEST_RULER_PX = 24.0
-BOTTOM_SIGMA_PART = 0.02
-"""Of the lower edge of a box, as a part of its height."""
 FASTEST_TURN_RADPS = math.radians(3.0)
 SLOWEST_TRAVEL_MPS = 3.0
 GUESS_PITCH_SIGMA_RAD = math.radians(2.0)
@@ -57,10 +50,7 @@ TOLD_PART = 0.5
 SPEED_SIGMA = 0.04
 """Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
 FEWEST_SPEEDS = 10
-LONGEST_S = 40.0
 PASSES = 4
-SAME_OVERLAP = 0.2
-"""Boxes half a second apart that overlap so are of one vehicle."""
 SETTLED_PX = 1.0
 WHOLE_CLIP_S = (0.0, LONGEST_S)
 FARTHEST_SIGN_PART = 0.15
@@ -250,7 +240,7 @@ def observe_clip(
     estimator = MotionEstimator(guess, settings)
     tracks = PointTracks(guess.image_size.width) if asks_turns else None
     boxes: tuple[Box, ...] = ()
-    rulers: list[Ruler] = []
+    vehicles = VehicleRulers(guess.image_size)
     mounts, speeds = [], []
     meetings: list[PixelPoint] = []
     signs: list[tuple[float, float]] = []
@@ -276,12 +266,10 @@ def observe_clip(
         ):
             detected_ns, frames = frame.time_ns, frames + 1
             found = detector.detect(frame.image)
-            before, boxes = boxes, tuple(detection.box for detection in found)
-            new = _new_rulers(boxes, before, guess.image_size)
-            rulers += new
+            boxes = tuple(detection.box for detection in found)
             signs += [
                 (time_s, ruler.row_px - ruler.width_px * camera.height_m / ruler.width_m.value)
-                for ruler in new
+                for ruler in vehicles.look(boxes)
                 if ruler.width_px < FARTHEST_SIGN_PART * camera.focal_y_px
             ]
         motion = estimator.update(frame.time_ns, frame.image, boxes)
@@ -302,7 +290,7 @@ def observe_clip(
     lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
     moved_s = moved_at(signs, camera.focal_y_px)
     by_turns = None if tracks is None or moved_s is not None else lens_by_turns(tracks)
-    return ClipObservations(travel, lanes, _spread(rulers), speed, frames, moved_s, by_turns)
+    return ClipObservations(travel, lanes, vehicles.spread(), speed, frames, moved_s, by_turns)
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:
@@ -339,62 +327,3 @@ def _travel(
         Gaussian(guess.principal_column_px + focal_px * math.tan(yaw.value), focal_px * yaw.sigma),
         Gaussian(guess.principal_row_px - focal_px * math.tan(pitch.value), focal_px * pitch.sigma),
     )
-
-
-def vehicles_of(
-    source: Source,
-    detector: Detector,
-    longest_s: float = LONGEST_S,
-    going_on: Callable[[], bool] = lambda: True,
-) -> tuple[tuple[Ruler, ...], int]:
-    """Vehicles of a clip, each once, and how many pictures were looked at; arguments as of `observe_clip`."""
-    rulers: list[Ruler] = []
-    before: tuple[Box, ...] = ()
-    first_ns = detected_ns = None
-    frames = 0
-    for frame in source.frames():
-        first_ns = frame.time_ns if first_ns is None else first_ns
-        if (frame.time_ns - first_ns) / 1e9 > longest_s or not going_on():
-            break
-        if detected_ns is not None and (frame.time_ns - detected_ns) / 1e9 < DETECTED_EVERY_S:
-            continue
-        detected_ns, frames = frame.time_ns, frames + 1
-        boxes = tuple(detection.box for detection in detector.detect(frame.image))
-        rulers += _new_rulers(boxes, before, source.image_size)
-        before = boxes
-    return _spread(rulers), frames
-
-
-def _new_rulers(boxes: Sequence[Box], before: Sequence[Box], size: ImageSize) -> list[Ruler]:
-    """A vehicle that stays is one ruler, however often it is seen: the first time it is seen whole."""
-    found = (_ruler(box, size) for box in boxes if not _was_there(box, before))
-    return [ruler for ruler in found if ruler is not None]
-
-
-def _ruler(box: Box, size: ImageSize) -> Ruler | None:
-    """A box as a ruler; None where it is cut, small or far aside."""
-    left, right = (part * size.width for part in AHEAD_PARTS)
-    whole = box.x > 1 and box.right < size.width - 2 and box.bottom < size.height - 2
-    if not whole or not left < box.center_x < right or box.w < SMALLEST_RULER_PX:
-        return None
-    return Ruler(box.center_x, box.bottom, box.w, VEHICLE_WIDTH_M, max(1.0, BOTTOM_SIGMA_PART * box.h))
-
-
-def _was_there(box: Box, before: Sequence[Box]) -> bool:
-    """Whether the vehicle was seen before, wherever its box has moved to."""
-    if not before:
-        return False
-    (row,), others = (
-        np.array([(box.x, box.y, box.w, box.h)]),
-        np.array([(b.x, b.y, b.w, b.h) for b in before]),
-    )
-    return bool(intersection_over_union(row[None], others).max() > SAME_OVERLAP)
-
-
-def _spread(rulers: list[Ruler]) -> tuple[Ruler, ...]:
-    """Some of them, evenly over all sizes: near and far ones tell different things."""
-    ordered = sorted(rulers, key=lambda ruler: ruler.width_px)
-    if len(ordered) <= RULER_COUNT:
-        return tuple(ordered)
-    places = np.linspace(0, len(ordered) - 1, RULER_COUNT).round().astype(int)
-    return tuple(ordered[place] for place in places)

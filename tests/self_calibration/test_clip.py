@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fcw.box import Box
 from fcw.camera.calibration import Gaussian, GroundPoint, Priors
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.solve import calibrate
@@ -23,7 +22,6 @@ from fcw.motion.state import Mount
 from fcw.self_calibration.clip import (
     SLOPE_SIGMA_RAD,
     ClipObservations,
-    _ruler,
     _travel,
     calibrate_clip,
     observe_clip,
@@ -87,17 +85,6 @@ def test_a_clip_that_turns_gives_the_focal_length_as_evidence():
     assert ClipObservations(None, None, (), None, 10, by_turns=by_turns).evidence() == Evidence(
         focal_px=focal_px
     )
-
-
-def test_boxes_that_are_cut_small_or_aside_are_no_rulers():
-    assert _ruler(Box(600, 400, 80, 60), SIZE) is not None
-    for box in (
-        Box(600, 400, 20, 15),
-        Box(0, 400, 200, 100),
-        Box(1100, 400, 80, 60),
-        Box(600, 700, 80, 60),
-    ):
-        assert _ruler(box, SIZE) is None
 
 
 def test_what_was_guessed_of_the_mount_is_no_evidence():

@@ -22,7 +22,7 @@ from fcw.frame import ImageSize
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
-from fcw.self_calibration.clip import vehicles_of
+from fcw.self_calibration.vehicles import vehicles_of
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.page.pictures import Pictures

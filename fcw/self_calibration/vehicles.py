@@ -1,0 +1,110 @@
+"""The vehicles of a clip as rulers: each counts once, however often it is seen."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fcw.box import Box
+from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
+from fcw.detection.boxes.overlap import intersection_over_union
+from fcw.detection.detector import Detector
+from fcw.frame import ImageSize, Source
+
+DETECTED_EVERY_S = 0.5
+LONGEST_S = 40.0
+RULER_COUNT = 40
+AHEAD_PARTS = (0.2, 0.8)
+"""Boxes whose middle lies farther aside, as parts of the picture's width, show their sides."""
+SMALLEST_RULER_PX = 24.0
+BOTTOM_SIGMA_PART = 0.02
+"""Of the lower edge of a box, as a part of its height."""
+SAME_OVERLAP = 0.2
+"""Boxes half a second apart that overlap so are of one vehicle."""
+SAME_PLACE_OVERLAP = 0.7
+"""Boxes at any time that overlap so show the same, or tell no more than one of them."""
+
+
+class VehicleRulers:
+    """Collects them, look by look.
+
+    A vehicle that stays is one ruler: the first time it is seen whole. So is what comes back to the same
+    place: a lead that was missed for a moment, or the own bonnet.
+
+    Args:
+        size: of the pictures.
+    """
+
+    def __init__(self, size: ImageSize) -> None:
+        self._size = size
+        self._before: tuple[Box, ...] = ()
+        self._counted: list[Box] = []
+        self._rulers: list[Ruler] = []
+
+    def look(self, boxes: Sequence[Box]) -> list[Ruler]:
+        """Take what was found in a picture; gives the new ones."""
+        new: list[Ruler] = []
+        for box in boxes:
+            known = _any_overlaps(box, self._before, SAME_OVERLAP)
+            known = known or _any_overlaps(box, self._counted, SAME_PLACE_OVERLAP)
+            ruler = None if known else ruler_of(box, self._size)
+            if ruler is not None:
+                self._counted.append(box)
+                new.append(ruler)
+        self._before = tuple(boxes)
+        self._rulers += new
+        return new
+
+    def spread(self) -> tuple[Ruler, ...]:
+        """Some of all, evenly over all sizes: near and far ones tell different things."""
+        ordered = sorted(self._rulers, key=lambda ruler: ruler.width_px)
+        if len(ordered) <= RULER_COUNT:
+            return tuple(ordered)
+        places = np.linspace(0, len(ordered) - 1, RULER_COUNT).round().astype(int)
+        return tuple(ordered[place] for place in places)
+
+
+def vehicles_of(
+    source: Source,
+    detector: Detector,
+    longest_s: float = LONGEST_S,
+    going_on: Callable[[], bool] = lambda: True,
+) -> tuple[tuple[Ruler, ...], int]:
+    """Vehicles of a clip, and how many pictures were looked at.
+
+    Args:
+        source: straight pictures.
+        detector: that needs no calibration: it looks everywhere.
+        longest_s: so much of the clip is looked through.
+        going_on: whether somebody still wants to know.
+    """
+    vehicles = VehicleRulers(source.image_size)
+    first_ns = detected_ns = None
+    frames = 0
+    for frame in source.frames():
+        first_ns = frame.time_ns if first_ns is None else first_ns
+        if (frame.time_ns - first_ns) / 1e9 > longest_s or not going_on():
+            break
+        if detected_ns is not None and (frame.time_ns - detected_ns) / 1e9 < DETECTED_EVERY_S:
+            continue
+        detected_ns, frames = frame.time_ns, frames + 1
+        vehicles.look([detection.box for detection in detector.detect(frame.image)])
+    return vehicles.spread(), frames
+
+
+def ruler_of(box: Box, size: ImageSize) -> Ruler | None:
+    """A box as a ruler; None where it is cut, small or far aside."""
+    left, right = (part * size.width for part in AHEAD_PARTS)
+    whole = box.x > 1 and box.right < size.width - 2 and box.bottom < size.height - 2
+    if not whole or not left < box.center_x < right or box.w < SMALLEST_RULER_PX:
+        return None
+    return Ruler(box.center_x, box.bottom, box.w, VEHICLE_WIDTH_M, max(1.0, BOTTOM_SIGMA_PART * box.h))
+
+
+def _any_overlaps(box: Box, others: Sequence[Box], least_iou: float) -> bool:
+    if not others:
+        return False
+    (row,), rows = (
+        np.array([(box.x, box.y, box.w, box.h)]),
+        np.array([(b.x, b.y, b.w, b.h) for b in others]),
+    )
+    return bool(intersection_over_union(row[None], rows).max() > least_iou)
