@@ -247,10 +247,10 @@ class JointFit:
         starts = starts or [start]
         if self._evidence.rulers:
             # A vehicle above the horizon that the fit starts with would not pull it up.
-            for row_px in horizons_by_widths(self._evidence.rulers, math.exp(start[LOG_HEIGHT])):
-                there = start.copy()
-                there[TANGENT] = (start[AXIS] - row_px) / math.exp(start[LOG_FOCAL])
-                starts.append(there)
+            height_m, focal_px = math.exp(start[LOG_HEIGHT]), math.exp(start[LOG_FOCAL])
+            for row_px in horizons_by_widths(self._evidence.rulers, height_m, focal_px):
+                starts.append(start.copy())
+                starts[-1][TANGENT] = (start[AXIS] - row_px) / focal_px
         if not self._evidence.first_unknown:
             return starts
         dashed = []

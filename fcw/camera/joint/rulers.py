@@ -17,12 +17,18 @@ STRAY_DENSITY = 0.01
 is no vehicle, and of any width, the widest three e-folds above the narrowest; vehicles are alike to 9 %."""
 STARTS = (0.1, 0.3, 0.5, 0.7, 0.9)
 """Which of the horizons by each vehicle alone, in their order, a fit starts from: strays may be many."""
+APART_RAD = math.radians(1.0)
+"""Starts that are nearer to each other lead to the same fit."""
 
 
-def horizons_by_widths(rulers: Sequence[Ruler], height_m: float) -> list[float]:
+def horizons_by_widths(rulers: Sequence[Ruler], height_m: float, focal_px: float) -> list[float]:
     """Where the horizon may be: a width stands as far above the lower edge as the camera above the road."""
-    rows_px = [ruler.row_px - ruler.width_px * height_m / ruler.width_m.value for ruler in rulers]
-    return sorted(set(np.quantile(rows_px, STARTS, method="nearest").tolist()))
+    by_each = [ruler.row_px - ruler.width_px * height_m / ruler.width_m.value for ruler in rulers]
+    found: list[float] = []
+    for row_px in np.quantile(by_each, STARTS, method="nearest").tolist():
+        if not found or row_px - found[-1] > APART_RAD * focal_px:
+            found.append(row_px)
+    return found
 
 
 def width_misfits(
