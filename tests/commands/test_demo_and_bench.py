@@ -117,7 +117,7 @@ def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
 
 @pytest.mark.slow
 def test_the_trees_whose_boxes_are_wider_measure_the_shipped_drive_too(demo: Demo, tmp_path: Path) -> None:
-    """Off by 3.2 to 4.1 %, as the processor rounds the trees' channels (docs/figures.md)."""
+    """Off by 3.2 to 4.1 %, by how a processor rounds the trees' channels (docs/figures.md)."""
     folder = demo_folder()
     run_drive(
         DriveJob(
