@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import io
 import json
+import os
 import statistics
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,13 @@ import cv2
 import numpy as np
 import pytest
 from running.demo_cut import cut_demo
+from running.programs import start_program
 from running.tiny_nets import write_net
 
 from fcw.camera.file import read_calibration
 from fcw.errors import UserError
 from fcw.evaluation.simulated import compare_with_truth
-from fcw.job import DriveJob, run_drive
+from fcw.job import DriveJob
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.records import FrameResult
 from fcw.simulation.drive import true_calibration
@@ -117,20 +119,21 @@ def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
 
 @pytest.mark.slow
 def test_the_trees_whose_boxes_are_wider_measure_the_shipped_drive_too(demo: Demo, tmp_path: Path) -> None:
-    """Off by 3.2 to 4.1 %, by how a processor rounds the trees' channels (docs/figures.md)."""
+    """Compiled for any processor, so that all round alike: by that the lead is off by 3.2 to 4.1 %.
+
+    numba reads what it is told once, so this needs a process of its own.
+    """
     folder = demo_folder()
-    run_drive(
-        DriveJob(
-            source=folder / "drive.mp4",
-            out=tmp_path / "out",
-            ego_speed=str(folder / "drive.speed.csv"),
-            detector="acf",
-        )
-    )
+    program = start_program(
+        "run", folder / "drive.mp4", "--detector", "acf", "--ego-speed", folder / "drive.speed.csv",
+        "--out", tmp_path / "out", env=os.environ | {"NUMBA_CPU_NAME": "generic"},
+    )  # fmt: skip
+    _, told = program.communicate()
+    assert program.returncode == 0, told
     results = list(DriveLog(tmp_path / "out" / "drive.mcap").results())
     comparison = compare_with_truth(results, demo.truth)
-    assert statistics.median(map(abs, comparison.lead_errors)) < 0.05
-    assert statistics.median(map(abs, comparison.track_errors)) < 0.05
+    assert statistics.median(map(abs, comparison.lead_errors)) < 0.035
+    assert statistics.median(map(abs, comparison.track_errors)) < 0.04
 
 
 @pytest.mark.slow
