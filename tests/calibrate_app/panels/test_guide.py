@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from session_helpers import SIZE
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.solution import solve
 from fcw_viz.calibrate_app.document.ways.ways import VEHICLES
@@ -31,6 +32,14 @@ def test_who_looks_for_vehicles_is_told_how_that_goes_and_what_else_would_do():
     assert "how high the camera is" in words(with_horizon, look=TOO_FEW)
     assert looked_words(document, TOO_FEW).endswith("instead.")
     assert looked_words(with_horizon, TOO_FEW) == "1 vehicle found."
+
+
+def test_vehicles_that_were_taken_are_not_offered_again():
+    rulers = tuple(Ruler(column_px, 400.0, 90.0, VEHICLE_WIDTH_M, 1.0) for column_px in (500.0, 640.0))
+    offered = Look(None, "2 vehicles found; press again to take them as rulers.", vehicles=rulers)
+    document = Document(SIZE, way="clip")
+    assert looked_words(document, offered) == offered.words
+    assert looked_words(replace(document, vehicles=rulers), offered) == "2 vehicles are taken as rulers."
 
 
 def test_no_other_way_is_told_of_vehicles():

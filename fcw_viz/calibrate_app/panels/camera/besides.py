@@ -236,6 +236,8 @@ class BesidesPanel:
 
 def looked_words(document: Document, look: Look) -> str:
     """What came of a look for vehicles, and what else would do unless it is there."""
+    if document.vehicles:
+        return f"{len(document.vehicles)} vehicles are taken as rulers."
     shown = document.horizon is not None or None not in document.lane_lines
     return look.words if shown or not look.instead else f"{look.words} {look.instead}"
 
