@@ -170,7 +170,7 @@ def served(tmp_path: Path) -> Iterator[str]:
     server.server_close()
 
 
-PLAY = """async () => {
+PLAY = """async (rateHz) => {
   const video = document.createElement("video");
   video.muted = true;
   // The test's server gives no parts of files, which seeking needs; memory does.
@@ -182,8 +182,14 @@ PLAY = """async () => {
   document.body.append(video);
   await event("loadeddata");
   const pixel = async (time_s, x, y) => {
-    // A picture may be drawn after its place was found.
-    const drawn = new Promise((resolve) => video.requestVideoFrameCallback(resolve));
+    // A picture may be drawn after its place was found, and the one before it later still.
+    const drawn = new Promise((resolve) => {
+      const look = (now, { mediaTime }) =>
+        mediaTime <= time_s && time_s < mediaTime + 1 / rateHz
+          ? resolve()
+          : video.requestVideoFrameCallback(look);
+      video.requestVideoFrameCallback(look);
+    });
     video.currentTime = time_s;
     await drawn;
     const canvas = document.createElement("canvas");
@@ -211,7 +217,7 @@ def played(url: str, chromium: str) -> dict[str, Any]:
         page = browser.new_page()
         page.set_default_timeout(PATIENCE_S * 1000)
         page.goto(url)
-        found = page.evaluate(PLAY)
+        found = page.evaluate(PLAY, RATE_HZ)
         browser.close()
     return found
 
