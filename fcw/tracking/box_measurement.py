@@ -58,7 +58,9 @@ class Measurements(NamedTuple):
     """Of M edges and widths.
 
     Attributes:
-        rows: (M, N) Jacobian.
+        rows: (M, N) Jacobian, but for K and C: as if C and the overhangs grew with K and the distances. All
+            that is farther away through a longer lens looks the same then. It nearly does: what is left is
+            far less than a box is off that shows a side or is cut, and such boxes would halve K in a second.
         residuals: (M,) measured less expected.
         variances: (M,) of the measurement's own noise.
         common: (M,) whether it tells of the camera.
@@ -211,7 +213,6 @@ class BoxGeometry:
         pitched_px = horizon_px + slow_px + fast_px
         log_focal = log_scale - math.log(math.hypot(height_m, pole_m))
         focal_px = math.exp(log_focal)
-        focal_by_pole = -pole_m / (height_m**2 + pole_m**2)
         rows = np.zeros((3 * len(sightings), len(x)))
         residuals: list[float] = []
         variances: list[float] = []
@@ -231,16 +232,16 @@ class BoxGeometry:
                 tyres_m = depth_m + self.prior.overhangs_m[kind]
                 foot_px = scale / tyres_m
                 row[HORIZON] = row[SLOW] = row[FAST] = row[at + BUMP] = 1.0
-                row[SCALE], row[POLE] = foot_px, -foot_px / tyres_m
-                row[at + DISTANCE] = -foot_px * distance_m / tyres_m
+                row[SCALE] = foot_px * distance_m / tyres_m
+                row[at + DISTANCE] = -row[SCALE]
                 residuals.append(box.bottom - pitched_px - bump_px - foot_px)
                 variances.append(noise.bottom_sigma_px(box) ** 2 * white)
             if edges.top and measures_height(box, size, noise):
                 ratio = math.exp(log_height) / height_m
                 row = rows[len(residuals)]
                 row[HORIZON] = row[SLOW] = row[FAST] = row[at + BUMP] = 1.0
-                row[SCALE], row[POLE] = below_px * (1 - ratio), -below_px / depth_m * (1 - ratio)
-                row[at + DISTANCE] = -below_px * distance_m / depth_m * (1 - ratio)
+                row[SCALE] = below_px * distance_m / depth_m * (1 - ratio)
+                row[at + DISTANCE] = -row[SCALE]
                 row[at + HEIGHT] = -below_px * ratio
                 residuals.append(box.y - pitched_px - bump_px - below_px * (1 - ratio))
                 variances.append(noise.edge_sigma_px(box) ** 2 * white)
@@ -249,8 +250,8 @@ class BoxGeometry:
                 if kind < self.prior.rear_count and noise.shows_side:
                     side_m = self._side_m(box, distance_m, width_m, focal_px)
                 row = rows[len(residuals)]
-                row[SCALE], row[POLE] = 1.0, focal_by_pole - 1 / depth_m
-                row[at + DISTANCE] = -distance_m / depth_m
+                row[SCALE] = distance_m / depth_m
+                row[at + DISTANCE] = -row[SCALE]
                 row[WIDER] = row[at + WIDTH] = row[at + ASPECT] = 1.0
                 expected = log_focal + math.log((width_m + side_m) / depth_m) + wider + aspect
                 residuals.append(math.log(box.w) - expected)

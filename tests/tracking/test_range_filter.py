@@ -13,7 +13,7 @@ from fcw.camera.calibration import Calibration, GroundPoint, matrix3
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
-from fcw.tracking.box_measurement import CAMERA, VEHICLE, BoxGeometry, Sighting
+from fcw.tracking.box_measurement import CAMERA, DISTANCE, POLE, SCALE, VEHICLE, BoxGeometry, Sighting
 from fcw.tracking.own_speed import OwnSpeed
 from fcw.tracking.range.filter import RangeFilter
 from fcw.tracking.range.model import RangeModel
@@ -270,7 +270,7 @@ def test_a_box_cut_below_starts_a_vehicle_by_its_width():
 
 
 @pytest.mark.parametrize("distance_m", [6.0, 25.0, 70.0])
-def test_the_jacobian_is_the_derivative_of_the_residuals(distance_m):
+def test_the_jacobian_is_the_derivative_of_the_residuals_but_teaches_no_scale(distance_m):
     geometry = BoxGeometry(CAMERA_MODEL, SIZE, NOISE, RangeModel())
     camera = CAMERA_MODEL
     x = np.array([camera.horizon_row_px, math.log(camera.row_scale_m_px), camera.pole_m, 1.0, -2.0, 0.04])
@@ -285,7 +285,10 @@ def test_the_jacobian_is_the_derivative_of_the_residuals(distance_m):
         change = (
             geometry.measure(sightings, down, 0.1).residuals - geometry.measure(sightings, up, 0.1).residuals
         )
-        assert rows[:, k] == pytest.approx(change / (2 * step), rel=1e-4, abs=1e-6)
+        if k not in (SCALE, POLE):
+            assert rows[:, k] == pytest.approx(change / (2 * step), rel=1e-4, abs=1e-6)
+    assert rows[:, SCALE] == pytest.approx(-rows[:, CAMERA + DISTANCE])
+    assert not rows[:, POLE].any()
 
 
 def test_own_braking_is_known_and_no_doing_of_the_lead():
@@ -343,6 +346,22 @@ def test_the_distances_of_many_vehicles_teach_no_scale():
         assert range_filter.state(0).log_distance_sigma > 0.28
         range_filter.keep([])
     assert range_filter.focal_px == pytest.approx(740.0, rel=0.03)
+
+
+@pytest.mark.parametrize("too_wide", [0.8, 1.25])
+@pytest.mark.parametrize(("noise", "lead"), [(NOISE, seen(25.0)), (AT_TYRES, seen_to_tyres(25.0))])
+def test_a_vehicle_whose_box_is_wrong_while_it_passes_teaches_no_scale(noise, lead, too_wide):
+    """It is cut by the picture's edge or by another one, or shows more of its side than we think."""
+    range_filter = RangeFilter(roughly_known(0.3), noise, RangeModel())
+    assert range_filter.add(lead, None)
+    for distance_m in np.concatenate((np.arange(30.0, 3.0, -0.2), np.full(50, 3.0))):
+        passing = seen(distance_m, lateral_m=-2.5)
+        box = Box(passing.x, passing.y, passing.w * too_wide, passing.h)
+        if range_filter.count == 1:
+            assert range_filter.add(box, None)
+        range_filter.predict(0.04)
+        range_filter.update([(0, lead), (1, box)], 0.04)
+    assert range_filter.focal_px == pytest.approx(740.0, rel=0.05)
 
 
 def test_an_unknown_focal_length_leaves_places_across_the_road_known():

@@ -78,6 +78,8 @@ STRONGEST_SHRINK = 0.2
 """One prediction step leaves at least this part of the distance: the gap never turns negative."""
 DIFFUSE_LOG_SIGMA = 1.0
 """Of the distance before the first box is taken: a factor of three either way."""
+NOTHING = np.zeros((CAMERA, CAMERA))
+"""Is what the camera's state learns of what concerns one vehicle alone."""
 KIND_INTERVAL = 5
 """The kind of a vehicle is judged anew every so many frames."""
 
@@ -114,6 +116,11 @@ class RangeFilter:
         self._calibrated_row_px = camera.horizon_row_px
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
         self._p[HORIZON, HORIZON] += (self._focal_px * model.calibration_pitch_sigma_rad) ** 2
+        # Of the row map boxes teach the horizon; K and C go with it as far as the calibration ties them.
+        self._learns = np.eye(CAMERA)
+        by_horizon = self._p[:, HORIZON] / max(self._p[HORIZON, HORIZON], 1e-12)
+        for place in (SCALE, POLE):
+            self._learns[place, place], self._learns[place, HORIZON] = 0.0, by_horizon[place]
 
     @property
     def count(self) -> int:
@@ -281,7 +288,7 @@ class RangeFilter:
         by_state = np.zeros((1, len(self._x)))
         by_state[0, HORIZON] = 1.0
         residual = np.array([row_px - self._x[HORIZON]])
-        self._take(by_state, residual, np.array([variance]), learns_camera=True)
+        self._take(by_state, residual, np.array([variance]), self._learns)
 
     def update(
         self, boxes: Sequence[tuple[int, Box]], dt_s: float, edges: Mapping[int, Edges] = EVERY_EDGE
@@ -299,11 +306,11 @@ class RangeFilter:
         for (slot, _), view in zip(boxes, views, strict=True):
             self._views[slot] = view
         if common.any():
-            self._take(rows[common], residuals[common], variances[common], learns_camera=True)
+            self._take(rows[common], residuals[common], variances[common], self._learns)
         if not common.all():
             aside = rows[~common]
             moved = residuals[~common] - aside @ (self._x - before)
-            self._take(aside, moved, variances[~common], learns_camera=False)
+            self._take(aside, moved, variances[~common], NOTHING)
         self._frame += 1
         for slot in range(self._frame % KIND_INTERVAL, self.count, KIND_INTERVAL):
             self._judge_kind(slot)
@@ -343,7 +350,7 @@ class RangeFilter:
             rows[row, at + DISTANCE], rows[row, POLE] = -by_distance, -by_pole
             residuals[row] = log_growth - (self._x[at + LOOKS] - math.log(depth_m))
             variances[row] = sigma**2 * white
-        self._take(rows, residuals, variances, learns_camera=False)
+        self._take(rows, residuals, variances, NOTHING)
 
     def _depth(self, slot: int) -> tuple[float, float, float]:
         """D + C of a vehicle, and how its logarithm grows with log D and with C."""
@@ -371,10 +378,9 @@ class RangeFilter:
         )
 
     def _take(
-        self, rows: FloatArray, residuals: FloatArray, variances: FloatArray, learns_camera: bool
+        self, rows: FloatArray, residuals: FloatArray, variances: FloatArray, learns: FloatArray
     ) -> None:
-        fixed = 0 if learns_camera else CAMERA
-        self._x, self._p = kalman_update(self._x, self._p, rows, residuals, variances, fixed)
+        self._x, self._p = kalman_update(self._x, self._p, rows, residuals, variances, learns)
 
     def _judge_kind(self, slot: int) -> None:
         """Replace the prior of its sizes where a vehicle turns out to be of another kind."""

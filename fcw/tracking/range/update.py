@@ -15,7 +15,7 @@ def kalman_update(
     rows: FloatArray,
     residuals: FloatArray,
     variances: FloatArray,
-    fixed: int = 0,
+    learns: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """State and covariance after a measurement.
 
@@ -25,18 +25,19 @@ def kalman_update(
         rows: (M, N) the measurement by the state.
         residuals: (M,) measured less expected.
         variances: (M,) of the measurement's errors.
-        fixed: the first so many of the state stay as they are; their error is part of the others' (Schmidt
-            1966).
+        learns: (F, F) what the first F of the state make of the gain that would be theirs: with zeros they
+            stay as they are, and their error is part of the others' (Schmidt 1966). None: all that is learnt.
     """
     spread = p @ rows.T
     predicted = rows @ spread
     variances = np.maximum(variances, (residuals / OUTLIER_SIGMAS) ** 2 - predicted.diagonal())
     predicted.flat[:: len(residuals) + 1] += variances
     gain = np.linalg.solve(predicted, spread.T).T
-    gain[:fixed] = 0.0
     # Joseph's form is right for any gain; for the optimal one two of its three terms cancel.
-    used = gain @ spread.T
-    covariance = p - used
-    if fixed:
-        covariance += gain @ predicted @ gain.T - used.T
+    if learns is None:
+        covariance = p - gain @ spread.T
+    else:
+        gain[: len(learns)] = learns @ gain[: len(learns)]
+        used = gain @ spread.T
+        covariance = p - used - used.T + gain @ predicted @ gain.T
     return x + gain @ residuals, (covariance + covariance.T) / 2
