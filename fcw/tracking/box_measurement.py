@@ -46,12 +46,14 @@ class Sighting(NamedTuple):
         kind: index of its kind.
         box: in the picture.
         edges: which of its edges are the vehicle's own.
+        doubtful: whether it may be none.
     """
 
     slot: int
     kind: int
     box: Box
     edges: Edges = WHOLE
+    doubtful: bool = False
 
 
 class Measurements(NamedTuple):
@@ -183,7 +185,7 @@ class BoxGeometry:
             Pitch against the calibration, angle of its lower edge below the horizon, sigma of its log width,
             and sigma of the pitch by the box's noise; None where it is cut, or far aside.
         """
-        _, kind, box, _ = sighting
+        _, kind, box, _, _ = sighting
         noise, size, camera = self._noise, self._image_size, self._calibrated
         if not (measures_row(box, size, noise) and measures_width(box, size, noise)):
             return None
@@ -218,7 +220,7 @@ class BoxGeometry:
         variances: list[float] = []
         common: list[bool] = []
         views: list[View] = []
-        for slot, kind, box, edges in sightings:
+        for slot, kind, box, edges, doubtful in sightings:
             at = CAMERA + VEHICLE * slot
             log_distance, _, _, log_width, log_height, aspect, bump_px, _ = x[at : at + VEHICLE].tolist()
             distance_m, width_m = math.exp(log_distance), math.exp(log_width)
@@ -256,7 +258,8 @@ class BoxGeometry:
                 expected = log_focal + math.log((width_m + side_m) / depth_m) + wider + aspect
                 residuals.append(math.log(box.w) - expected)
                 variances.append(noise.log_width_sigma(box) ** 2 * white)
-            common += [view.lateral_m <= self._model.common_path_m] * (len(residuals) - before)
+            tells = view.lateral_m <= self._model.common_path_m and not doubtful
+            common += [tells] * (len(residuals) - before)
         count = len(residuals)
         return Measurements(
             rows[:count], np.array(residuals), np.array(variances), np.array(common, bool), views

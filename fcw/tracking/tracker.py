@@ -151,6 +151,7 @@ class Tracker:
             [(slot, box) for slot, (box, _) in views.items()],
             max(self._unsearched_s, SHORTEST_STEP_S),
             {slot: edges for slot, (_, edges) in views.items()},
+            [slot for slot, followed in enumerate(self._followed) if followed.doubtful],
         )
         if search_s is not None:
             for slot, followed in enumerate(self._followed):

@@ -364,6 +364,21 @@ def test_a_vehicle_whose_box_is_wrong_while_it_passes_teaches_no_scale(noise, le
     assert range_filter.focal_px == pytest.approx(740.0, rel=0.05)
 
 
+def test_what_may_be_no_vehicle_teaches_nothing_of_the_camera():
+    """A near box that sinks by three degrees, say: a shadow, or the whole road at night."""
+    pitches_rad = []
+    for doubtful in ((), (1,)):
+        range_filter = RangeFilter(EXACT, NOISE, RangeModel())
+        for box in (seen(25.0), seen(6.0)):
+            assert range_filter.add(box, None)
+        for lower_px in np.linspace(0.0, 40.0, 50):
+            range_filter.predict(0.04)
+            range_filter.update([(0, seen(25.0)), (1, seen(6.0, lower_px=lower_px))], 0.04, doubtful=doubtful)
+        pitches_rad.append(abs(range_filter.pitch_rad))
+    taught_rad, untaught_rad = pitches_rad
+    assert untaught_rad < taught_rad / 4
+
+
 def test_an_unknown_focal_length_leaves_places_across_the_road_known():
     """They are the camera's height times columns over rows: the focal length is in neither."""
     rough, exact = (

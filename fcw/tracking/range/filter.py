@@ -35,7 +35,7 @@ and, where it is followed by its looks, by how much they have grown, which knows
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -43,7 +43,6 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
-from fcw.camera.ground_plane import FloatArray
 from fcw.motion.state import STRAIGHT, Mount, OwnPath
 from fcw.tracking.association import WHOLE, Edges
 from fcw.tracking.box_measurement import (
@@ -288,10 +287,15 @@ class RangeFilter:
         by_state = np.zeros((1, len(self._x)))
         by_state[0, HORIZON] = 1.0
         residual = np.array([row_px - self._x[HORIZON]])
-        self._take(by_state, residual, np.array([variance]), self._learns)
+        variances = np.array([variance])
+        self._x, self._p = kalman_update(self._x, self._p, by_state, residual, variances, self._learns)
 
     def update(
-        self, boxes: Sequence[tuple[int, Box]], dt_s: float, edges: Mapping[int, Edges] = EVERY_EDGE
+        self,
+        boxes: Sequence[tuple[int, Box]],
+        dt_s: float,
+        edges: Mapping[int, Edges] = EVERY_EDGE,
+        doubtful: Collection[int] = (),
     ) -> None:
         """Take the boxes of one frame.
 
@@ -299,18 +303,20 @@ class RangeFilter:
             boxes: number of the vehicle, and its box.
             dt_s: since the frame before; infinite for the first box of a vehicle.
             edges: by number, those that a box shares with the vehicle, where a part of it was boxed.
+            doubtful: numbers of those that may be none: they teach nothing of the camera.
         """
         before = self._x
-        sightings = [Sighting(slot, self._kinds[slot], box, edges.get(slot, WHOLE)) for slot, box in boxes]
+        sightings = [Sighting(n, self._kinds[n], box, edges.get(n, WHOLE), n in doubtful) for n, box in boxes]
         rows, residuals, variances, common, views = self._geometry.measure(sightings, before, dt_s)
         for (slot, _), view in zip(boxes, views, strict=True):
             self._views[slot] = view
         if common.any():
-            self._take(rows[common], residuals[common], variances[common], self._learns)
+            told = rows[common], residuals[common], variances[common]
+            self._x, self._p = kalman_update(self._x, self._p, *told, self._learns)
         if not common.all():
             aside = rows[~common]
             moved = residuals[~common] - aside @ (self._x - before)
-            self._take(aside, moved, variances[~common], NOTHING)
+            self._x, self._p = kalman_update(self._x, self._p, aside, moved, variances[~common], NOTHING)
         self._frame += 1
         for slot in range(self._frame % KIND_INTERVAL, self.count, KIND_INTERVAL):
             self._judge_kind(slot)
@@ -350,7 +356,7 @@ class RangeFilter:
             rows[row, at + DISTANCE], rows[row, POLE] = -by_distance, -by_pole
             residuals[row] = log_growth - (self._x[at + LOOKS] - math.log(depth_m))
             variances[row] = sigma**2 * white
-        self._take(rows, residuals, variances, NOTHING)
+        self._x, self._p = kalman_update(self._x, self._p, rows, residuals, variances, NOTHING)
 
     def _depth(self, slot: int) -> tuple[float, float, float]:
         """D + C of a vehicle, and how its logarithm grows with log D and with C."""
@@ -376,11 +382,6 @@ class RangeFilter:
         return RangeState.of(
             self._x[at : at + 3], self._p[np.ix_(index, index)], width_m, overhang_m, self._model
         )
-
-    def _take(
-        self, rows: FloatArray, residuals: FloatArray, variances: FloatArray, learns: FloatArray
-    ) -> None:
-        self._x, self._p = kalman_update(self._x, self._p, rows, residuals, variances, learns)
 
     def _judge_kind(self, slot: int) -> None:
         """Replace the prior of its sizes where a vehicle turns out to be of another kind."""
