@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fcw.box import Box
-from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
+from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.evidence import CAR_HEIGHT_M, TALL_WIDTH_M, VEHICLE_WIDTH_M, Ruler
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.detector import Detector
 from fcw.frame import ImageSize, Source
@@ -92,12 +93,19 @@ def vehicles_of(
 
 
 def ruler_of(box: Box, size: ImageSize) -> Ruler | None:
-    """A box as a ruler; None where it is cut, small or far aside."""
+    """A box as a ruler; None where it is cut, small or far aside.
+
+    What is wider than the rear of a car that high shows its side, or is seen from the side alone: as wide as
+    its height tells.
+    """
     left, right = (part * size.width for part in AHEAD_PARTS)
     whole = box.x > 1 and box.right < size.width - 2 and box.bottom < size.height - 2
     if not whole or not left < box.center_x < right or box.w < SMALLEST_RULER_PX:
         return None
-    return Ruler(box.center_x, box.bottom, box.w, VEHICLE_WIDTH_M, max(1.0, BOTTOM_SIGMA_PART * box.h))
+    by_height = Gaussian(*(metres * box.w / box.h for metres in (CAR_HEIGHT_M.value, CAR_HEIGHT_M.sigma)))
+    shows_side = by_height.value > VEHICLE_WIDTH_M.value
+    width_m = by_height if shows_side else TALL_WIDTH_M if box.h > box.w else VEHICLE_WIDTH_M
+    return Ruler(box.center_x, box.bottom, box.w, width_m, max(1.0, BOTTOM_SIGMA_PART * box.h), shows_side)
 
 
 def _any_overlaps(box: Box, others: Sequence[Box], least_iou: float) -> bool:

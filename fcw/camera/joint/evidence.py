@@ -7,6 +7,10 @@ from fcw.camera.vanishing import Segment
 
 VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
 """Of passenger cars, vans among them, with what a box adds and takes."""
+CAR_HEIGHT_M = Gaussian(1.5, 0.15)
+"""Likewise."""
+TALL_WIDTH_M = Gaussian(2.2, 0.45)
+"""Of what is taller than wide: vans, lorries and buses, three-wheelers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +23,7 @@ class Ruler:
         width_px: of its rear.
         width_m: of its rear, as its kind has it.
         row_sigma_px: error of the lower edge.
+        side_known: whether the width, in the picture and in metres, is that of rear and side together.
     """
 
     column_px: float
@@ -26,6 +31,7 @@ class Ruler:
     width_px: float
     width_m: Gaussian
     row_sigma_px: float
+    side_known: bool = False
 
 
 @dataclass(frozen=True, slots=True)

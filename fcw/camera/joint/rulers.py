@@ -65,6 +65,7 @@ def width_misfits(
     outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
     distances_m = usual_focal_px * metres_per_px
     sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
+    sides_m[[ruler.side_known for ruler in rulers]] = 0.0
     seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
     relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])
     row_parts = np.array([ruler.row_sigma_px for ruler in rulers]) * usual_m / (widths_px * camera.height_m)
