@@ -127,7 +127,7 @@ class Doubts:
 
     def _has_earned(self, one: Followed, seen_s: float) -> bool:
         settings, state = self._settings, one.state
-        if one.found_part < settings.earned_part:
+        if one.found_part < settings.earned_part or one.box.w >= settings.filling_part * self._width_px:
             return False
         speed_mps, sigma_mps = abs(state.closing_speed_mps), state.closing_speed_sigma_at_distance_mps
         if speed_mps <= max(settings.moving_sigmas * sigma_mps, settings.moving_mps):

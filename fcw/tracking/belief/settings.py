@@ -20,6 +20,9 @@ class BeliefSettings:
         earned_surely_s: or after so long where it does so at `surely_sigmas` of the closing speed: a
             reflection does not grow.
         earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
+        filling_part: as long as its box is so wide, as a part of the picture's width, it is not believed at
+            all: what fills the picture was seen before it did. The whole road at night was boxed for five
+            seconds, and seemed to move.
         earned_part: all this where the detector found it in so large a part of its frames, as for a track to
             be confirmed (not tuned): plain road that is boxed now and then seems to move, too, if carried.
         kept_part: what was believed is doubted again where the detector found it in a smaller part: a vehicle
@@ -44,6 +47,7 @@ class BeliefSettings:
     earned_surely_s: float = 0.25
     surely_sigmas: float = 4.0
     earned_still_s: float = 4.0
+    filling_part: float = 0.5
     earned_part: float = 0.34
     kept_part: float = 0.25
     well_found_s: float = 1.0

@@ -56,6 +56,30 @@ def test_a_ghost_of_three_seconds_at_3_m_never_hides_the_lead_and_is_not_warned_
     assert max(state.level for *_, state in frames) == WarningLevel.NONE
 
 
+def test_what_fills_the_picture_from_one_moment_to_the_next_is_not_warned_of():
+    """The whole road at night was boxed for a while, and its box grew."""
+
+    def detections(time_s):
+        return [ghost_at(time_s)] if 2 <= time_s < 8 else []
+
+    def ghost_at(time_s):
+        width_px = min(700.0 + 500.0 * (time_s - 2), 1000.0)
+        return Detection(Box(640.0 - width_px / 2, 210.0, width_px, 450.0), 9.0)
+
+    frames = list(drive(detections, 9, own_mps=None))
+    assert any(tracks for _, tracks, _, _ in frames)
+    assert all(lead is None for _, _, lead, _ in frames)
+    assert max(state.level for *_, state in frames) == WarningLevel.NONE
+
+
+def test_a_lead_that_comes_to_fill_the_picture_is_believed_all_the_way():
+    frames = list(drive(lambda time_s: [seen(max(25.0 - 7.0 * time_s, 0.5))], 4, own_mps=None))
+    widest = max(track.box.w for _, tracks, _, _ in frames for track in tracks)
+    assert widest > 0.6 * 1280
+    assert not any(track.doubtful for _, tracks, _, _ in frames for track in tracks)
+    assert max(state.level for *_, state in frames) == WarningLevel.WARNING
+
+
 def test_what_is_behind_a_ghost_is_still_warned_of():
     def detections(time_s):
         return seen(max(60 - 12 * time_s, 6.0)), seen(3.0) if time_s > 1.5 else None
