@@ -17,6 +17,8 @@ RULER_COUNT = 40
 AHEAD_PARTS = (0.2, 0.8)
 """Boxes whose middle lies farther aside, as parts of the picture's width, show their sides."""
 SMALLEST_RULER_PX = 24.0
+WIDEST_REAR = 0.7
+"""Height over width of the flattest rears; what is flatter shows its side, or is seen from the side alone."""
 BOTTOM_SIGMA_PART = 0.02
 """Of the lower edge of a box, as a part of its height."""
 SAME_OVERLAP = 0.2
@@ -95,16 +97,16 @@ def vehicles_of(
 def ruler_of(box: Box, size: ImageSize) -> Ruler | None:
     """A box as a ruler; None where it is cut, small or far aside.
 
-    What is wider than the rear of a car that high shows its side, or is seen from the side alone: as wide as
-    its height tells.
+    What shows its side is as wide as its height tells.
     """
     left, right = (part * size.width for part in AHEAD_PARTS)
     whole = box.x > 1 and box.right < size.width - 2 and box.bottom < size.height - 2
     if not whole or not left < box.center_x < right or box.w < SMALLEST_RULER_PX:
         return None
-    by_height = Gaussian(*(metres * box.w / box.h for metres in (CAR_HEIGHT_M.value, CAR_HEIGHT_M.sigma)))
-    shows_side = by_height.value > VEHICLE_WIDTH_M.value
-    width_m = by_height if shows_side else TALL_WIDTH_M if box.h > box.w else VEHICLE_WIDTH_M
+    shows_side = box.h < WIDEST_REAR * box.w
+    width_m = TALL_WIDTH_M if box.h > box.w else VEHICLE_WIDTH_M
+    if shows_side:
+        width_m = Gaussian(*(metres * box.w / box.h for metres in (CAR_HEIGHT_M.value, CAR_HEIGHT_M.sigma)))
     return Ruler(box.center_x, box.bottom, box.w, width_m, max(1.0, BOTTOM_SIGMA_PART * box.h), shows_side)
 
 
