@@ -17,7 +17,7 @@ RULER_COUNT = 40
 AHEAD_PARTS = (0.2, 0.8)
 """Boxes whose middle lies farther aside, as parts of the picture's width, show their sides."""
 SMALLEST_RULER_PX = 24.0
-WIDEST_REAR = 0.7
+FLATTEST_REAR = 0.7
 """Height over width of the flattest rears; what is flatter shows its side, or is seen from the side alone."""
 BOTTOM_SIGMA_PART = 0.02
 """Of the lower edge of a box, as a part of its height."""
@@ -103,7 +103,7 @@ def ruler_of(box: Box, size: ImageSize) -> Ruler | None:
     whole = box.x > 1 and box.right < size.width - 2 and box.bottom < size.height - 2
     if not whole or not left < box.center_x < right or box.w < SMALLEST_RULER_PX:
         return None
-    shows_side = box.h < WIDEST_REAR * box.w
+    shows_side = box.h < FLATTEST_REAR * box.w
     width_m = TALL_WIDTH_M if box.h > box.w else VEHICLE_WIDTH_M
     if shows_side:
         width_m = Gaussian(*(metres * box.w / box.h for metres in (CAR_HEIGHT_M.value, CAR_HEIGHT_M.sigma)))

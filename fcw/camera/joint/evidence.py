@@ -8,7 +8,7 @@ from fcw.camera.vanishing import Segment
 VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
 """Of passenger cars, vans among them, with what a box adds and takes."""
 CAR_HEIGHT_M = Gaussian(1.5, 0.15)
-"""Likewise."""
+"""Of passenger cars, likewise."""
 TALL_WIDTH_M = Gaussian(2.2, 0.45)
 """Of what is taller than wide: vans, lorries and buses, three-wheelers."""
 

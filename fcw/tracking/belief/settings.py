@@ -22,7 +22,7 @@ class BeliefSettings:
         earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
         filling_part: as long as its box is so wide, as a part of the picture's width, it is not believed at
             all: what fills the picture was seen before it did. The whole road at night was boxed for five
-            seconds, and seemed to move.
+            seconds, and seemed to move. Not tuned.
         earned_part: all this where the detector found it in so large a part of its frames, as for a track to
             be confirmed (not tuned): plain road that is boxed now and then seems to move, too, if carried.
         kept_part: what was believed is doubted again where the detector found it in a smaller part: a vehicle

@@ -15,7 +15,7 @@ def kalman_update(
     rows: FloatArray,
     residuals: FloatArray,
     variances: FloatArray,
-    learns: FloatArray | None = None,
+    learns: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """State and covariance after a measurement.
 
@@ -26,18 +26,15 @@ def kalman_update(
         residuals: (M,) measured less expected.
         variances: (M,) of the measurement's errors.
         learns: (F, F) what the first F of the state make of the gain that would be theirs: with zeros they
-            stay as they are, and their error is part of the others' (Schmidt 1966). None: all that is learnt.
+            stay as they are, and their error is part of the others' (Schmidt 1966).
     """
     spread = p @ rows.T
     predicted = rows @ spread
     variances = np.maximum(variances, (residuals / OUTLIER_SIGMAS) ** 2 - predicted.diagonal())
     predicted.flat[:: len(residuals) + 1] += variances
     gain = np.linalg.solve(predicted, spread.T).T
-    # Joseph's form is right for any gain; for the optimal one two of its three terms cancel.
-    if learns is None:
-        covariance = p - gain @ spread.T
-    else:
-        gain[: len(learns)] = learns @ gain[: len(learns)]
-        used = gain @ spread.T
-        covariance = p - used - used.T + gain @ predicted @ gain.T
+    gain[: len(learns)] = learns @ gain[: len(learns)]
+    # Joseph's form, which is right for any gain.
+    used = gain @ spread.T
+    covariance = p - used - used.T + gain @ predicted @ gain.T
     return x + gain @ residuals, (covariance + covariance.T) / 2
