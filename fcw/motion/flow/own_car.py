@@ -1,9 +1,10 @@
-"""Which of the picture is the own car: bonnet, dashboard, wipers, and what lies on them.
+"""Which of the picture is the own car: bonnet, dashboard, wipers, and what lies on them; sunshade and mirror.
 
-It stands still in the picture while the rest moves, and it reaches the lower edge. Taken for road, it says
-that we stand, at any speed. How far a cell has moved between two pictures follows without any search from how
-its grey values changed, by the gradients that they have (Horn & Schunck 1981); that is right up to about a
-pixel, and more than that is only known to be more, which is enough.
+It stands still in the picture while the rest moves, and it reaches the lower or the upper edge. Taken for the
+road, it says that we stand, at any speed; taken for what is far, that we drive elsewhere. How far a cell has
+moved between two pictures follows without any search from how its grey values changed, by the gradients that
+they have (Horn & Schunck 1981); that is right up to about a pixel, and more than that is only known to be
+more, which is enough.
 
 The limits were set while looking at eight clips with a dashboard or bonnet in view and six without, eight of
 them not of the project's data; none was left out. By their medians, cells of the own car were still in nine
@@ -32,9 +33,11 @@ STILL_PART = 0.8
 FEWEST_LOOKS = 5.0
 FORGOTTEN_S = 60.0
 PLAIN_ROWS = 3
-"""So many cells that show nothing may lie between the lower edge and the own car, and within it."""
+"""So many cells that show nothing may lie between the edge and the own car, and within it."""
 BESIDE = 2
-"""The upper edge of the own car is the median over so many columns to either side."""
+"""How far the own car reaches is the median over so many columns to either side."""
+UPPER_PART = 1 / 3
+"""Of the picture's height it reaches down no farther: what is far stands still, too."""
 
 
 class OwnCar:
@@ -114,20 +117,25 @@ class OwnCar:
         return np.sqrt(change / np.maximum(slope, 1e-6)), slope > PLAIN
 
     def _standing(self) -> NDArray[np.bool_]:
-        """(rows, columns) which cells are of the own car: still ones, as far up as they reach."""
+        """(rows, columns) which cells are of the own car: still ones, as far from an edge as they reach."""
         looks = self._still + self._moved
         known = looks >= FEWEST_LOOKS
         still = known & (self._still > STILL_PART * looks)
-        first = np.full(self._columns, self._rows)
+        rows = np.arange(self._rows)[:, None]
+        above = np.minimum(self._reach(still, known), UPPER_PART * self._rows)
+        return (rows < above) | (rows >= self._rows - self._reach(still[::-1], known[::-1]))
+
+    def _reach(self, still: NDArray[np.bool_], known: NDArray[np.bool_]) -> FloatArray:
+        """(columns,) how many rows the own car reaches from the first one on."""
+        reach = np.zeros(self._columns)
         for column in range(self._columns):
             plain = 0
-            for row in range(self._rows - 1, -1, -1):
+            for row in range(self._rows):
                 if still[row, column]:
-                    first[column], plain = row, 0
+                    reach[column], plain = row + 1, 0
                 elif known[row, column] or plain == PLAIN_ROWS:
                     break
                 else:
                     plain += 1
-        around = np.pad(first, BESIDE, mode="edge")
-        first = np.median(np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1), axis=1)
-        return np.arange(self._rows)[:, None] >= first
+        around = np.pad(reach, BESIDE, mode="edge")
+        return np.median(np.lib.stride_tricks.sliding_window_view(around, 2 * BESIDE + 1), axis=1)
