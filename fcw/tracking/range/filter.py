@@ -128,7 +128,7 @@ class RangeFilter:
 
     @property
     def focal_px(self) -> float:
-        """Focal length as it is believed now: widths teach what three clicks leave open."""
+        """Focal length as it is believed now: it goes with the horizon where three clicks tie the two."""
         return math.exp(float(self._x[SCALE])) / math.hypot(self._geometry.height_m, float(self._x[POLE]))
 
     @property
