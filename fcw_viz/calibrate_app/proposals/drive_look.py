@@ -137,9 +137,9 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
             break
     mount = estimator.state.mount
     sigma_px = math.inf if mount is None else camera.focal_y_px * mount.pitch_sigma_rad
-    understood = known_s >= LEAST_KNOWN_S and known_s >= LEAST_KNOWN_PART * since_s
-    if mount is None or not understood or sigma_px > LARGEST_SIGMA_HEIGHTS * size.height:
-        return Look(None, "The drive does not show it (too dark, too short, or it stands): drag the horizon.")
+    why_not = _why_not(known_s, since_s, sigma_px, size)
+    if mount is None or why_not:
+        return Look(None, f"The drive does not show it: {why_not}; drag the horizon.")
     row_px = camera.principal_row_px - camera.focal_y_px * math.tan(mount.pitch_rad)
     sigma_px = math.hypot(sigma_px, ROAD_SIGMA_HEIGHTS * size.height)
     yaw_rad = _yaw(mount)
@@ -148,6 +148,18 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     # The road flows by as fast as lens and height together make it: what was assumed for both cancels.
     scale = camera.focal_y_px * camera.height_m / float(np.mean(speeds_mps))
     return Look(Gaussian(row_px, sigma_px), words, scale, times_ns=tuple(times_ns), yaw_rad=yaw_rad)
+
+
+def _why_not(known_s: float, since_s: float, sigma_px: float, size: ImageSize) -> str:
+    """Why a drive shows no horizon; empty where it does."""
+    if known_s < LEAST_KNOWN_S:
+        return "no motion is seen in it (it is too dark or too short, or it stands)"
+    if known_s < LEAST_KNOWN_PART * since_s:
+        return f"its motion is understood in only {known_s:.0f} of {since_s:.0f} s"
+    if sigma_px > LARGEST_SIGMA_HEIGHTS * size.height:
+        spread = f"± {sigma_px:.0f} rows" if math.isfinite(sigma_px) else "any row"
+        return f"{known_s:.0f} s of driving leave it at {spread} (a longer or straighter piece may do)"
+    return ""
 
 
 def _yaw(mount: Mount) -> Gaussian | None:

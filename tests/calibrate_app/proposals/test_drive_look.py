@@ -95,7 +95,18 @@ def test_a_picture_and_a_standing_drive_show_none_and_say_what_to_do(tmp_path: P
     for source in (tmp_path / "00.png", tmp_path):
         look = look_at(Pictures(open_source(source)))
         assert look.horizon is None
+        assert "motion is seen" in look.words or "shows no motion" in look.words
         assert "drag the horizon" in look.words
+
+
+def test_a_drive_whose_motion_comes_and_goes_shows_none_and_says_so(data_dir: Path, tmp_path: Path):
+    frames = open_source(data_dir / "kitti-odometry-03" / "drive.mp4").frames()
+    pictures = [frame.image for _, frame in zip(range(60), frames, strict=False)]
+    for number, image in enumerate([*pictures, *[np.zeros_like(pictures[0])] * 120]):
+        cv2.imwrite(str(tmp_path / f"{number:03}.jpg"), image)
+    look = look_at(Pictures(open_source(tmp_path)))
+    assert look.horizon is None
+    assert "its motion is understood in only" in look.words
 
 
 def test_a_look_is_done_once_and_its_listeners_are_told(tmp_path: Path):
