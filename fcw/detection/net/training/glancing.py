@@ -39,8 +39,8 @@ class GlanceSettings:
         seed: of weights and scenes.
     """
 
-    count: int = 32
-    steps: int = 24_000
+    count: int = 64
+    steps: int = 20_000
     learning_rate: float = 3e-3
     weight_decay: float = 0.03
     smoothing: float = 0.01

@@ -40,7 +40,7 @@ class NetworkSettings:
     channels: tuple[int, ...] = (24, 48, 48, 96)
     strides: tuple[int, ...] = (2, 2, 1, 2)
     hidden: int = 64
-    steps: int = 16_000
+    steps: int = 20_000
     learning_rate: float = 4e-3
     weight_decay: float = 0.03
     offset_weight: float = 2.0
