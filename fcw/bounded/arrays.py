@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 import tokenize
 import warnings
 import zipfile
@@ -18,6 +19,12 @@ from fcw.bounded.files import MalformedError, read_bytes
 MOST_ARCHIVE_BYTES = 256 << 20
 MOST_UNPACKED_BYTES = 256 << 20
 """Of all arrays together; the largest model of ours has 6 MB."""
+ORDINARY_HEADER = re.compile(
+    rb"\x93NUMPY[\1\2]\0(?s:.{2}|.{4})"
+    rb"\{'descr': '[<>|=]?[a-zA-Z]\d+', 'fortran_order': (True|False), 'shape': \([\d, ]*\), \} *\n"
+)
+"""Of an array of numbers, as NumPy writes it. Nothing in it makes Python warn, so the process's filters of
+warnings need not be changed: no two threads can do that at once, and models are read in threads."""
 
 
 def npz_arrays(source: Path | bytes) -> dict[str, NDArray[Any]]:
@@ -73,9 +80,12 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
     read_header = (
         np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of Python, about what a header that is none looks like
+    if ORDINARY_HEADER.match(content):
         shape, by_columns, dtype = read_header(stream)
+    else:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of Python, about what a header that is none looks like
+            shape, by_columns, dtype = read_header(stream)
     if dtype.hasobject:
         raise MalformedError(f"{member.filename} contains Python objects")
     if math.prod(shape) * dtype.itemsize != len(content) - stream.tell():

@@ -5,6 +5,7 @@ import io
 import json
 import os
 import struct
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -173,6 +174,22 @@ def test_archives_of_arrays_are_read_and_bombs_are_not_unpacked():
     for data in (b"", b"PK\x03\x04", npy(array), npz(a=b"no array")):
         with pytest.raises(MalformedError, match="not an archive of arrays"):
             npz_arrays(data)
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.arange(6, dtype=np.float32).reshape(2, 3),
+        np.frombuffer(b"look", np.uint8),
+        np.array(2.5),
+        np.zeros((0,)),
+    ],
+)
+def test_reading_an_ordinary_array_leaves_the_filters_of_warnings_to_other_threads(
+    array: np.ndarray, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(warnings, "catch_warnings", lambda: pytest.fail("filters are changed"))
+    assert np.array_equal(npz_arrays(npz(a=npy(array)))["a"], array)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".bmp", ".webp"])
