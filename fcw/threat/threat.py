@@ -138,7 +138,9 @@ def required_deceleration_mps2(distance_m: float, closing_speed_mps: float) -> f
     """
     if closing_speed_mps <= 0:
         return None
-    return closing_speed_mps**2 / (2 * distance_m) if distance_m > 0 else math.inf
+    if distance_m <= 0:
+        return math.inf
+    return closing_speed_mps * closing_speed_mps / (2 * distance_m)  # a power raises where this is inf
 
 
 def _assess_one(

@@ -49,6 +49,8 @@ class Tidying:
     def _run(self) -> None:
         while self._told.wait() and not self._stop.wait(PAUSE_S):
             self._told.clear()
+            if self._stop.is_set():  # it was told of the end, after the pause
+                return
             _tidy()
             if not self._told.wait(LATER_S):
                 _tidy()

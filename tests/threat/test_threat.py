@@ -118,3 +118,4 @@ def test_required_deceleration_stops_the_closing_exactly_at_contact(distance_m, 
 def test_required_deceleration_of_a_gap_that_opens_is_none_and_at_contact_infinite():
     assert required_deceleration_mps2(10, 0) is None
     assert required_deceleration_mps2(0, 1) == math.inf
+    assert required_deceleration_mps2(1, 1e300) == math.inf  # as a log may state it

@@ -137,6 +137,8 @@ def test_what_is_typed_is_understood_or_stays_with_what_was_expected(
     # A deleted letter is used again.
     person.press("2", "Delete")
     wait_for(lambda: len(distances()) == 2)
+    wait_for(lambda: person.field("B, metres").count() == 0)  # what is still drawn takes the click
+    person.browser.wait_until_still()
     person.browser.click(*DEMO_MARKS_PX[1])
     wait_for(lambda: person.cursor_is_in("B, metres"))
 
