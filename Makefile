@@ -5,9 +5,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-# Two workers; each keeps to its half of the files while it can, so that what a file's tests share is made once.
-# While one waits for a browser the other one works.
-PYTEST := $(BIN)/pytest -n 2 --dist worksteal
+# Three workers; each keeps to its half of the files while it can, so that what a file's tests share is made once.
+# While one waits for a browser the others work.
+PYTEST := $(BIN)/pytest -n 3 --dist worksteal
 KERNELS := fcw/kernels/__pycache__/.compiled
 
 # Where the shell forbids bytecode, every worker and every program that a test starts would compile all anew.

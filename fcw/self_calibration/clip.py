@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,8 @@ class ClipObservations:
         frames: how many pictures were looked at for vehicles.
         moved_s: between which times the camera was moved; None where it was not.
         by_turns: the lens, by how the picture turns; None where that was not asked, or it turns too little.
+        focal_px: focal length that was taken for granted: with another one the speed is another, too.
+        speed_times_ns: of the pictures whose speed that mean is of.
     """
 
     travel_px: tuple[Gaussian, Gaussian] | None
@@ -82,6 +85,8 @@ class ClipObservations:
     frames: int
     moved_s: tuple[float, float] | None = None
     by_turns: LensByTurns | None = None
+    focal_px: float = 0.0
+    speed_times_ns: tuple[int, ...] = ()
 
     def evidence(self) -> Evidence:
         """As the joint fit takes it."""
@@ -117,6 +122,7 @@ class ClipCalibration:
 
     Attributes:
         calibration: with what is not known in its intervals.
+        seen: what it is made of.
         shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
         by_motion: whether the motion of the camera tells where the road lies.
         piece_s: the piece of the clip that it holds for, where the camera was moved in it; else None.
@@ -126,6 +132,7 @@ class ClipCalibration:
     """
 
     calibration: Calibration
+    seen: ClipObservations
     shows_road: bool
     by_motion: bool
     piece_s: tuple[float, float] | None = None
@@ -157,6 +164,8 @@ def calibrate_clip(
     lens: Lens | None = None,
     speed_mps: float | None = None,
     on_frame: Callable[[], None] = lambda: None,
+    turns: bool = True,
+    enough_s: float = math.inf,
 ) -> ClipCalibration:
     """Calibrate a recorded clip from what it shows and what is known besides.
 
@@ -169,6 +178,8 @@ def calibrate_clip(
         lens: intrinsics where they are known.
         speed_mps: mean speed over the clip, where it is known.
         on_frame: called after each picture.
+        turns: whether to look for the lens in the turns of the clip, where it is not stated.
+        enough_s: so much straight driving is enough.
 
     Raises:
         UserError: a speed is given, and the clip does not show how fast the road goes by.
@@ -180,34 +191,36 @@ def calibrate_clip(
     else:
         guess = rough_calibration(size, height_m.value, priors)
     calibration, piece_s, shows_road = guess, None, False
-    asks_turns = lens is None and priors.field_of_view_rad is None
-    seen = observe_clip(source, guess, detector, on_frame=on_frame, asks_turns=asks_turns)
+    asks_turns = turns and lens is None and priors.field_of_view_rad is None
+    look = partial(observe_clip, source, on_frame=on_frame, enough_s=enough_s)
+    seen = look(guess, detector, asks_turns=asks_turns)
     if seen.moved_s is not None:
         piece_s = _before_or_after(seen.moved_s)
-        seen = observe_clip(source, guess, detector, piece_s, on_frame, asks_turns=asks_turns)
+        seen = look(guess, detector, piece_s, asks_turns=asks_turns)
     focal_px = None if seen.by_turns is None else seen.by_turns.focal_px
     bent = None if seen.by_turns is None else seen.by_turns.bent_lens(size)
     if bent is not None:
         if evidence == Evidence():
-            return ClipCalibration(guess, False, False, piece_s, focal_px, bent)
+            return ClipCalibration(guess, seen, False, False, piece_s, focal_px, bent)
         seen = replace(seen, by_turns=None)
     for turn in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         if turn:
-            seen = observe_clip(source, calibration, None, piece_s or WHOLE_CLIP_S, on_frame, seen)
+            seen = look(calibration, None, piece_s or WHOLE_CLIP_S, seen=seen)
         told = seen.evidence()
         all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
         if speed_mps is not None:
             # How fast the road flows by tells height times focal length: with another lens another height.
-            now_px, by_speed = calibration.camera.focal_y_px, seen.height_by_speed(speed_mps)
-            scale = Gaussian(by_speed.value * now_px, by_speed.sigma * now_px)
+            by_speed = seen.height_by_speed(speed_mps)
+            scale = Gaussian(by_speed.value * seen.focal_px, by_speed.sigma * seen.focal_px)
             all_known = replace(all_known, scale_px_m=scale)
         known = Known(all_known, size, height_m, priors=priors, lens=lens, rough=True)
         before, calibration = calibration, calibrate_jointly(known)
         shows_road = known.tells_of_the_road or bool(seen.rulers)
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
-    return ClipCalibration(calibration, shows_road, seen.travel_px is not None, piece_s, focal_px, bent)
+    by_motion = seen.travel_px is not None
+    return ClipCalibration(calibration, seen, shows_road, by_motion, piece_s, focal_px, bent)
 
 
 def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:
@@ -224,6 +237,7 @@ def observe_clip(
     on_frame: Callable[[], None] = lambda: None,
     seen: ClipObservations | None = None,
     asks_turns: bool = False,
+    enough_s: float = math.inf,
 ) -> ClipObservations:
     """Look through a clip.
 
@@ -235,13 +249,17 @@ def observe_clip(
         on_frame: called after each picture.
         seen: the earlier look.
         asks_turns: whether to look for the lens in the turns.
+        enough_s: so much straight driving is enough.
     """
     camera, settings = guess.camera, MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD)
     estimator = MotionEstimator(guess, settings)
     tracks = PointTracks(guess.image_size.width) if asks_turns else None
     boxes: tuple[Box, ...] = ()
     vehicles = VehicleRulers(guess.image_size)
-    mounts, speeds = [], []
+    mounts: list[Mount] = []
+    speeds: list[float] = []
+    speed_times_ns: list[int] = []
+    straight_s, last_s = 0.0, None
     meetings: list[PixelPoint] = []
     signs: list[tuple[float, float]] = []
     pictures: list[NDArray[np.uint8]] = []
@@ -277,20 +295,38 @@ def observe_clip(
             tracks.update(time_s, frame.image)
         if motion.mount is not None and motion.speed_mps is not None:
             speeds.append(motion.speed_mps / camera.height_m)
+            speed_times_ns.append(frame.time_ns)
             turns = abs(motion.yaw_rate_radps or 0.0) >= FASTEST_TURN_RADPS
             if motion.speed_mps > SLOWEST_TRAVEL_MPS and not turns:
                 mounts.append(motion.mount)
+                straight_s += 0.0 if last_s is None else time_s - last_s
+        last_s = time_s
         on_frame()
+        if straight_s >= enough_s:
+            break
     travel = _travel(mounts[-1], camera, settings) if mounts else None
     speed = float(np.mean(speeds)) if len(speeds) >= FEWEST_SPEEDS else None
     if seen is not None:
         # A later look may tell less than an earlier one did, in a short clip.
-        travel, speed = travel or seen.travel_px, speed or seen.speed_heights
-        return replace(seen, travel_px=travel, speed_heights=speed, moved_s=None)
+        seen = replace(seen, travel_px=travel or seen.travel_px, moved_s=None)
+        if not speed:
+            return seen
+        times_ns = tuple(speed_times_ns)
+        return replace(seen, speed_heights=speed, focal_px=camera.focal_y_px, speed_times_ns=times_ns)
     lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
     moved_s = moved_at(signs, camera.focal_y_px)
     by_turns = None if tracks is None or moved_s is not None else lens_by_turns(tracks)
-    return ClipObservations(travel, lanes, vehicles.spread(), speed, frames, moved_s, by_turns)
+    return ClipObservations(
+        travel,
+        lanes,
+        vehicles.spread(),
+        speed,
+        frames,
+        moved_s,
+        by_turns,
+        camera.focal_y_px,
+        tuple(speed_times_ns),
+    )
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:

@@ -1,27 +1,32 @@
 """What a drive shows of its camera without any calibration: where the horizon is, and where it looks.
 
-While a car drives straight, everything that stands streams out of one point of the picture, which lies on the
-horizon of a flat road (`fcw.motion` finds it together with speed and turning). That row hardly depends on the
-height and the lens that are taken for granted here; the yaw that follows from the column does, on the lens.
+It is what `fcw calibrate --from-clip` finds (`fcw.self_calibration.clip`): where straight driving leads to,
+and where the own lane's lines meet. That row hardly depends on the height and the lens that are taken for
+granted here; the yaw that follows from the column does, on the lens.
 """
 
 import logging
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Ruler
+from fcw.camera.straight import Orientation
 from fcw.detection.choice import searching_detector
 from fcw.errors import UserError
 from fcw.frame import ImageSize
-from fcw.motion.estimator import MotionEstimator
-from fcw.motion.settings import MotionSettings
-from fcw.motion.state import Mount
+from fcw.self_calibration.clip import (
+    VEHICLE_HEIGHTS_M,
+    ClipCalibration,
+    ClipObservations,
+    calibrate_clip,
+    rough_calibration,
+)
 from fcw.self_calibration.vehicles import vehicles_of
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
@@ -31,34 +36,19 @@ LOGGER = logging.getLogger(__name__)
 
 ASSUMED_HEIGHT_M, ASSUMED_VIEW_RAD = 1.3, math.radians(65.0)
 """The field of view is that along the longer side of the picture."""
-SETTINGS = replace(
-    MotionSettings(),
-    calibration_pitch_sigma_rad=math.radians(4.0),
-    calibration_yaw_sigma_rad=math.radians(4.0),
-    calibration_roll_sigma_rad=math.radians(2.0),
-    mount_after_s=0.0,
-    direction_s=math.inf,
-)
-"""Nothing has been calibrated yet: only that somebody put the camera up to look ahead. Whether the motion was
-understood is judged at the end, of the whole look (`LEAST_KNOWN_PART`), not second by second. And nobody has
-looked for vehicles: without the road, what moves in the picture may be them."""
-LONGEST_LOOK_S, ENOUGH_S = 90.0, 10.0
-"""So much of the drive is looked at, or until so much of it had a known speed."""
-LEAST_KNOWN_S = 1.0
+ENOUGH_S = 10.0
+"""Of straight driving."""
 LEAST_KNOWN_PART = 0.5
-"""Of the time since the speed was first known: where it comes and goes, the motion was not understood."""
+"""Of the pictures whose speed is asked for."""
+LEAST_MEAN_MPS = 1.0
+"""Who drives slower over the whole look stood in most of it: what one knows of the speed is no scale then."""
 VEHICLES_S = 20.0
-LARGEST_SIGMA_HEIGHTS = 0.012
+LARGEST_SIGMA_HEIGHTS = 0.05
 ROAD_SIGMA_HEIGHTS = 0.004
-"""In picture heights: root mean square of what the drives of `test_drive_look.py` missed, with the error of
-their own truth; roads are not level with the travel."""
+"""In picture heights: roads are not level with the travel."""
 
-LARGEST_YAW_SIGMA_RAD = math.radians(1.0)
-ROAD_YAW_SIGMA_RAD = math.radians(0.5)
-"""Roads bend. Twice what nine drives missed (root mean square) of the yaw by `--from-clip`, which is not
-independent: it sees the same motion, and lane lines besides."""
-LENS_PART = 0.2
-"""Other lenses have so much more or less focal length than the one assumed, and the yaw less or more."""
+LARGEST_YAW_SIGMA_RAD = math.radians(1.5)
+"""Less sure, what is believed of every camera is about as good."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +58,8 @@ class Look:
     Attributes:
         horizon: row, with its standard deviation; None where the drive does not show it.
         words: what to tell, either way.
-        scale_per_mps: focal length times height, in px m, for each m/s of the mean speed; None where unknown.
+        scale_per_mps: focal length times height, in px m, for each m/s of the mean speed; None where unknown,
+            or where the car stood for most of the time.
         vehicles: seen on the way.
         times_ns: of the pictures whose speed that mean is of.
         yaw_rad: of the camera, to the left of the direction of travel; None where the drive does not show it.
@@ -116,58 +107,69 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     if pictures.count < 2:
         return Look(None, "One picture shows no motion: drag the horizon, or draw two lane lines.")
     size = pictures.image_size
-    camera = assumed_camera(size)
-    estimator = MotionEstimator(Calibration.from_camera(camera, size), SETTINGS)
-    first_s = last_s = None
-    known_s = since_s = 0.0
-    speeds_mps: list[float] = []
-    times_ns: list[int] = []
-    for frame in pictures.source.frames():
-        now_s = frame.time_ns / 1e9
-        first_s = now_s if first_s is None else first_s
-        motion = estimator.update(frame.time_ns, frame.image)
-        step_s = 0.0 if last_s is None else now_s - last_s
-        last_s = now_s
-        known_s += step_s if motion.picture_speed_mps else 0.0
-        if motion.picture_speed_mps:
-            speeds_mps.append(motion.picture_speed_mps)
-            times_ns.append(frame.time_ns)
-        since_s += step_s if known_s else 0.0
-        if known_s >= ENOUGH_S or now_s - first_s >= LONGEST_LOOK_S or not going_on():
-            break
-    mount = estimator.state.mount
-    sigma_px = math.inf if mount is None else camera.focal_y_px * mount.pitch_sigma_rad
-    why_not = _why_not(known_s, since_s, sigma_px, size)
-    if mount is None or why_not:
-        return Look(None, f"The drive does not show it: {why_not}; drag the horizon.")
-    row_px = camera.principal_row_px - camera.focal_y_px * math.tan(mount.pitch_rad)
-    sigma_px = math.hypot(sigma_px, ROAD_SIGMA_HEIGHTS * size.height)
-    yaw_rad = _yaw(mount)
-    words = f"Over {known_s:.0f} s of driving the horizon is at row {row_px:.0f} ± {sigma_px:.0f}"
+
+    def on_frame() -> None:
+        if not going_on():
+            raise _NobodyAsksError
+
+    try:
+        found = calibrate_clip(
+            pictures.source,
+            searching_detector(rough_calibration(size, ASSUMED_HEIGHT_M)),
+            VEHICLE_HEIGHTS_M["car"],
+            on_frame=on_frame,
+            turns=False,
+            enough_s=ENOUGH_S,
+        )
+    except _NobodyAsksError:
+        return Look(None, "")
+    seen = found.seen
+    scale, times_ns = _scale_per_mps(seen), seen.speed_times_ns
+    horizon = None if seen.leads_to_px is None else seen.leads_to_px[1]
+    if horizon is None or horizon.sigma > LARGEST_SIGMA_HEIGHTS * size.height:
+        instead = "take the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""
+        words = "The drive does not show it, neither by its motion nor by lane lines"
+        return Look(None, f"{words}: {instead}drag the horizon.", scale, times_ns=times_ns)
+    horizon = Gaussian(horizon.value, math.hypot(horizon.sigma, ROAD_SIGMA_HEIGHTS * size.height))
+    yaw_rad = _yaw(found.calibration.orientation)
+    words = f"By {_sources(seen)} the horizon is at row {horizon.value:.0f} ± {horizon.sigma:.0f}"
     words += "." if yaw_rad is None else f", and the camera looks {_turn_words(yaw_rad)}."
-    # The road flows by as fast as lens and height together make it: what was assumed for both cancels.
-    scale = camera.focal_y_px * camera.height_m / float(np.mean(speeds_mps))
-    return Look(Gaussian(row_px, sigma_px), words, scale, times_ns=tuple(times_ns), yaw_rad=yaw_rad)
+    if seen.travel_px is None:
+        words += " Does a flat road end there? If not, drag it."
+    return Look(horizon, words + _jump(found), scale, times_ns=times_ns, yaw_rad=yaw_rad)
 
 
-def _why_not(known_s: float, since_s: float, sigma_px: float, size: ImageSize) -> str:
-    """Why a drive shows no horizon; empty where it does."""
-    if known_s < LEAST_KNOWN_S:
-        return "no motion is seen in it (it is too dark or too short, or it stands)"
-    if known_s < LEAST_KNOWN_PART * since_s:
-        return f"its motion is understood in only {known_s:.0f} of {since_s:.0f} s"
-    if sigma_px > LARGEST_SIGMA_HEIGHTS * size.height:
-        spread = f"± {sigma_px:.0f} rows" if math.isfinite(sigma_px) else "any row"
-        return f"{known_s:.0f} s of driving leave it at {spread} (a longer or straighter piece may do)"
-    return ""
+class _NobodyAsksError(Exception):
+    """Nobody wants to know any more."""
 
 
-def _yaw(mount: Mount) -> Gaussian | None:
-    """Of the assumed lens, with what another one and the road may add."""
-    if mount.yaw_sigma_rad > LARGEST_YAW_SIGMA_RAD:
+def _scale_per_mps(seen: ClipObservations) -> float | None:
+    """See `Look`: the road flows by as fast as lens and height together make it."""
+    if seen.speed_heights is None or seen.speed_heights * ASSUMED_HEIGHT_M < LEAST_MEAN_MPS:
         return None
-    sigma_rad = math.hypot(mount.yaw_sigma_rad, ROAD_YAW_SIGMA_RAD, LENS_PART * mount.yaw_rad)
-    return Gaussian(mount.yaw_rad, sigma_rad)
+    return seen.focal_px / seen.speed_heights
+
+
+def _sources(seen: ClipObservations) -> str:
+    if seen.travel_px is None:
+        return "its lane lines alone"
+    return "the drive's motion" if seen.lanes_px is None else "the drive's motion and lane lines"
+
+
+def _jump(found: ClipCalibration) -> str:
+    """That the camera was moved, and for which piece the horizon holds; else empty."""
+    if found.piece_s is None:
+        return ""
+    begin_s, end_s = found.piece_s
+    piece = f"from {begin_s:.0f} s on" if begin_s else f"until {end_s:.0f} s"
+    return f" It holds {piece}: the horizon jumps there, the camera was moved."
+
+
+def _yaw(orientation: Orientation) -> Gaussian | None:
+    """With what another lens and the road may make of it; None where that is too much."""
+    if orientation.yaw_sigma_rad > LARGEST_YAW_SIGMA_RAD:
+        return None
+    return Gaussian(orientation.yaw_rad, orientation.yaw_sigma_rad)
 
 
 def _turn_words(yaw_rad: Gaussian) -> str:

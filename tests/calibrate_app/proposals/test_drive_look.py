@@ -1,5 +1,6 @@
 """The horizon and yaw that a drive shows are the true ones, within their intervals, whatever the camera."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -9,13 +10,17 @@ import cv2
 import numpy as np
 import pytest
 
-from fcw.camera.calibration import GroundPoint
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.file import default_path, read_calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
+from fcw.self_calibration.clip import ClipCalibration, ClipObservations
 from fcw.sources import open_source
 from fcw.warning.ego_speed import EgoSpeed
+from fcw_viz.calibrate_app.proposals import drive_look
 from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, Look, look_at
 from fcw_viz.page.pictures import Pictures
 
@@ -57,6 +62,13 @@ def test_a_drive_seen_aside_shows_the_yaw(cut_px: int):
     assert f"to the {'right' if cut_px > 0 else 'left'}" in look.words
 
 
+def observations(
+    travel_px: tuple[Gaussian, Gaussian] | None, lanes_px: tuple[Gaussian, Gaussian] | None, vehicles: int = 0
+) -> ClipObservations:
+    rulers = tuple(Ruler(640.0, 400.0 + number, 90.0, VEHICLE_WIDTH_M, 1.0) for number in range(vehicles))
+    return ClipObservations(travel_px, lanes_px, rulers, None, 10)
+
+
 class Cropped:
     """Pictures without so many of their first columns; below 0, of their last."""
 
@@ -95,18 +107,64 @@ def test_a_picture_and_a_standing_drive_show_none_and_say_what_to_do(tmp_path: P
     for source in (tmp_path / "00.png", tmp_path):
         look = look_at(Pictures(open_source(source)))
         assert look.horizon is None
-        assert "motion is seen" in look.words or "shows no motion" in look.words
+        assert "neither by its motion" in look.words or "shows no motion" in look.words
         assert "drag the horizon" in look.words
 
 
-def test_a_drive_whose_motion_comes_and_goes_shows_none_and_says_so(data_dir: Path, tmp_path: Path):
+def test_a_drive_whose_motion_comes_and_goes_shows_what_it_showed(data_dir: Path, tmp_path: Path):
     frames = open_source(data_dir / "kitti-odometry-03" / "drive.mp4").frames()
     pictures = [frame.image for _, frame in zip(range(60), frames, strict=False)]
     for number, image in enumerate([*pictures, *[np.zeros_like(pictures[0])] * 120]):
         cv2.imwrite(str(tmp_path / f"{number:03}.jpg"), image)
     look = look_at(Pictures(open_source(tmp_path)))
-    assert look.horizon is None
-    assert "its motion is understood in only" in look.words
+    assert look.horizon is not None
+    assert abs(look.horizon.value - KITTI_HORIZON_ROW_PX) < 2 * look.horizon.sigma
+    assert look.words.startswith("By the drive's motion ")
+
+
+LANES = Gaussian(640.0, 5.0), Gaussian(330.0, 6.0)
+TRAVEL = Gaussian(640.0, 3.0), Gaussian(320.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("seen", "piece_s", "row_px", "words"),
+    [
+        (observations(TRAVEL, None), None, 320.0, "By the drive's motion the horizon is at row 320"),
+        (observations(TRAVEL, LANES), None, 322.0, "By the drive's motion and lane lines the horizon"),
+        (observations(None, LANES), None, 330.0, "By its lane lines alone .* Does a flat road end there?"),
+        (observations(TRAVEL, None), (0.0, 7.0), 320.0, "It holds until 7 s: the horizon jumps there"),
+        (observations(TRAVEL, None), (8.0, 40.0), 320.0, "It holds from 8 s on"),
+        (observations(None, None), None, None, "neither .*: drag the horizon"),
+        (observations(None, None, vehicles=5), None, None, "take the vehicles ahead as rulers, or drag"),
+    ],
+)
+def test_a_look_says_what_tells_the_horizon_and_how_far_to_trust_it(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    seen: ClipObservations,
+    piece_s: tuple[float, float] | None,
+    row_px: float | None,
+    words: str,
+):
+    for name in ("0.png", "1.png"):
+        cv2.imwrite(str(tmp_path / name), np.zeros((720, 1280, 3), np.uint8))
+    calibration = Calibration.from_camera(
+        GroundPlaneCamera(0.035, 1000.0, 359.5, 1.3, 639.5), ImageSize(1280, 720)
+    )
+    found = ClipCalibration(calibration, seen, True, seen.travel_px is not None, piece_s)
+    monkeypatch.setattr(drive_look, "calibrate_clip", lambda *_args, **_kwargs: found)
+    look = look_at(Pictures(open_source(tmp_path)))
+    assert re.search(words, look.words)
+    assert (look.horizon is None) == (row_px is None)
+    if look.horizon is not None:
+        assert look.horizon.value == pytest.approx(row_px, abs=0.1)
+
+
+def test_a_car_that_stands_for_most_of_the_look_gives_no_scale(tmp_path: Path, data_dir: Path):
+    first = next(iter(open_source(data_dir / "kitti-odometry-03" / "drive.mp4").frames())).image
+    for number in range(60):
+        cv2.imwrite(str(tmp_path / f"{number:02}.png"), first)
+    assert look_at(Pictures(open_source(tmp_path))).scale_per_mps is None
 
 
 def test_a_look_is_done_once_and_its_listeners_are_told(tmp_path: Path):

@@ -12,7 +12,7 @@ from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import default_path, read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
-from fcw.self_calibration.clip import ClipCalibration
+from fcw.self_calibration.clip import ClipCalibration, ClipObservations
 from fcw.self_calibration.turning.lens import PlainLens
 from fcw.sources.straight import StraightSource
 from fcw_viz.cli import main
@@ -212,11 +212,12 @@ def bent_clip(tmp_path, monkeypatch):
         writer.write(np.full((360, 640, 3), 100 + level, np.uint8))
     writer.release()
     straight = Calibration.from_camera(GroundPlaneCamera(0.03, 310.0, 179.5, 1.3, 319.5), ImageSize(640, 360))
+    seen = ClipObservations(None, None, (), None, 5)
 
     def tells(source, *_args, **_kwargs):
         if isinstance(source, StraightSource):
-            return ClipCalibration(straight, shows_road=True, by_motion=True)
-        return ClipCalibration(straight, True, True, None, Gaussian(300.0, 30.0), BENT)
+            return ClipCalibration(straight, seen, shows_road=True, by_motion=True)
+        return ClipCalibration(straight, seen, True, True, None, Gaussian(300.0, 30.0), BENT)
 
     monkeypatch.setattr("fcw.self_calibration.clip.calibrate_clip", tells)
     return clip

@@ -25,7 +25,7 @@ from fcw_viz.page.style import set_html, text_block
 
 LOOK = "Find the horizon in the drive"
 TAKE, TAKE_BOTH = "Take this horizon", "Take this horizon and yaw"
-LOOKING_WORDS = "Looking at the drive; some seconds."
+LOOKING_WORDS = "Looking at the drive; up to half a minute."
 DRAG_HORIZON = "Drag the horizon"
 FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove them"
 HORIZON_WORDS = (
