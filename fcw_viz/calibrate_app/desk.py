@@ -16,7 +16,7 @@ from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.calibrate_app.document.ways.ways import clicks_corners, clicks_plates
 from fcw_viz.calibrate_app.drawing.overlay import PictureOverlay
 from fcw_viz.calibrate_app.fields import NumberFields
-from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLooks
 from fcw_viz.calibrate_app.session import CalibrationSession, Person
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.channel import PageChannel
@@ -54,8 +54,7 @@ class Desk:
         source: the path that the pictures come from.
         session: what all tabs share.
         pictures: of the source.
-        look: at the drive, for its horizon.
-        vehicles: the same, for the vehicles on it.
+        looks: at the drive.
         channel: from the page's own HTML.
         view: the picture of this tab.
         run: does something in this tab's thread, after everything that came before.
@@ -79,15 +78,14 @@ class Desk:
         pictures: Pictures,
         source: Path,
         display: Display,
-        look: DriveLook,
-        vehicles: DriveLook,
+        looks: DriveLooks,
     ) -> None:
         self.client, self.view = tab.client, tab.view
         self.run, self.notify, self._refuse = tab.run, tab.notify, tab.refuse
         self.source = source
         self.session = session
         self.pictures = pictures
-        self.look, self.vehicles = look, vehicles
+        self.looks = looks
         self.channel = PageChannel(tab.client, tab.run)
         self.selected: int | None = None
         self.tool = Tool.POINTS
@@ -107,8 +105,7 @@ class Desk:
     def sit_down(self) -> None:
         """Join the session, and show it: the display is ready."""
         self.channel.open()
-        looks = (self.look, self.vehicles)
-        self._forget_looks = [look.listen(lambda: self.run(self.refresh)) for look in looks]
+        self._forget_looks = [look.listen(lambda: self.run(self.refresh)) for look in self.looks]
         self.view.on_click(self._clicked)
         self.person = self.session.join(self._hear)
         self.run(self.refresh)

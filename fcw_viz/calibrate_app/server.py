@@ -6,7 +6,7 @@ import viser
 
 from fcw.errors import UserError
 from fcw.sources import open_source
-from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, find_vehicles
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLooks
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
 from fcw_viz.page.guard.guard import bare_address
@@ -23,8 +23,7 @@ class CalibrationPage(PageServer):
     Attributes:
         session: what its tabs share.
         pictures: of the source.
-        look: at the drive, for its horizon.
-        vehicles: the same, for the vehicles on it.
+        looks: at the drive.
     """
 
     def __init__(
@@ -50,18 +49,18 @@ class CalibrationPage(PageServer):
                 f"{source}: its pictures are {size} pixels, too small to click points in; expected at least "
                 f"{SMALLEST_PX} both ways"
             )
-        self.look, self.vehicles = DriveLook(self.pictures), DriveLook(self.pictures, find_vehicles)
+        self.looks = DriveLooks.at(self.pictures)
         self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
         super().__init__(port, f"fcw calibrate · {self.pictures.name}", dark)
         self.session.announce(bare_address(self.port))
 
     def open_tab(self, client: viser.ClientHandle) -> Tab:
         """A tab on the session."""
-        return Tab(client, self.session, self.pictures, self._source, self._dark, self.look, self.vehicles)
+        return Tab(client, self.session, self.pictures, self._source, self._dark, self.looks)
 
     def stop(self) -> None:
         """End it; what is being typed in a tab is kept."""
-        self.look.close()
-        self.vehicles.close()
+        for look in self.looks:
+            look.close()
         super().stop()
         self.session.close()

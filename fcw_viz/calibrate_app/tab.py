@@ -8,7 +8,7 @@ from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.handles import PictureHandles
 from fcw_viz.calibrate_app.keys import all_keys
 from fcw_viz.calibrate_app.panels.layout import Panels
-from fcw_viz.calibrate_app.proposals.drive_look import DriveLook
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLooks
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.page.keys import add_keys
 from fcw_viz.page.pictures import Pictures
@@ -29,11 +29,10 @@ class Tab(PageTab):
         pictures: Pictures,
         source: Path,
         dark: bool,
-        look: DriveLook,
-        vehicles: DriveLook,
+        looks: DriveLooks,
     ) -> None:
         super().__init__(client, f"{pictures.name} · fcw calibrate", pictures.image_size)
-        desk = self.desk = Desk(self, session, pictures, source, self, look, vehicles)
+        desk = self.desk = Desk(self, session, pictures, source, self, looks)
         self._handles = PictureHandles(desk)
         self._panels = Panels(client.gui, desk, dark)
         add_keys(client.gui, self.run, all_keys(desk))

@@ -45,7 +45,7 @@ class ComparePanel:
         self._table = gui.add_html("")
         self._judge = gui.add_button(JUDGE, color="gray", icon=viser.Icon.CAR, visible=False)
         on_choice(self._list, desk.run, self._choose)
-        on_button(self._judge, desk.run, desk.vehicles.start)
+        on_button(self._judge, desk.run, desk.looks.vehicles.start)
 
     def show(self, state: SessionState) -> None:
         """Bring the table to a moment of the session."""
@@ -55,7 +55,7 @@ class ComparePanel:
         if tuple(self._list.options) != names:
             self._list.options = names
             self._list.value = self._chosen
-        look = self._desk.vehicles
+        look = self._desk.looks.vehicles
         compares = self._chosen != NOTHING and state.shown is not None
         unseen = look.look is None and not look.running and not state.document.vehicles
         self._judge.visible = compares and unseen and self._desk.pictures.count > 1
@@ -75,7 +75,7 @@ class ComparePanel:
             other = read_calibration(path).for_image_size(state.document.image_size)
         except UserError as error:
             return f'<p class="fcw-wrong" role="alert">{escape(str(error))}</p>'
-        here, look = state.shown.calibration, self._desk.vehicles
+        here, look = state.shown.calibration, self._desk.looks.vehicles
         words = LOOKING_WORDS if look.running else "" if look.look is None else TOO_FEW_WORDS
         rulers = state.document.vehicles or (() if look.look is None else look.look.vehicles)
         if rulers:

@@ -38,7 +38,7 @@ class Guide:
 
     def show(self, state: SessionState) -> None:
         """Say what to do next at a moment of the session."""
-        look = self._desk.vehicles
+        look = self._desk.looks.vehicles
         words = vehicle_words(state, look.running, look.look) or _words(state)
         words = self._desk.tool_words or words
         kind = "" if self._desk.tool_words else _kind(state)

@@ -1,4 +1,4 @@
-"""What a drive shows of its camera without any calibration: where the horizon is, and where it looks.
+"""What a drive shows of its camera without any calibration: where the horizon is, where it looks, its lens.
 
 It is what `fcw calibrate --from-clip` finds (`fcw.self_calibration.clip`): where straight driving leads to,
 and where the own lane's lines meet. That row hardly depends on the height and the lens that are taken for
@@ -8,7 +8,7 @@ granted here; the yaw that follows from the column does, on the lens.
 import logging
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +27,9 @@ from fcw.self_calibration.clip import (
     calibrate_clip,
     rough_calibration,
 )
-from fcw.self_calibration.vehicles import vehicles_of
+from fcw.self_calibration.turning.by_turns import lens_by_turns
+from fcw.self_calibration.turning.tracks import PointTracks
+from fcw.self_calibration.vehicles import LONGEST_S, vehicles_of
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.page.pictures import Pictures
@@ -63,6 +65,7 @@ class Look:
         vehicles: seen on the way.
         times_ns: of the pictures whose speed that mean is of.
         yaw_rad: of the camera, to the left of the direction of travel; None where the drive does not show it.
+        view_rad: horizontal field of view of the whole picture; None where the drive does not show it.
         instead: what else would do, where that was not done yet.
     """
 
@@ -72,6 +75,7 @@ class Look:
     vehicles: tuple[Ruler, ...] = ()
     times_ns: tuple[int, ...] = ()
     yaw_rad: Gaussian | None = None
+    view_rad: Gaussian | None = None
     instead: str = ""
 
     def mean_speed_mps(self, own_speed: EgoSpeed, name: str) -> float:
@@ -128,8 +132,8 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     horizon = None if seen.leads_to_px is None else seen.leads_to_px[1]
     if horizon is None or horizon.sigma > LARGEST_SIGMA_HEIGHTS * size.height:
         instead = "take the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""
-        words = "The drive does not show it, neither by its motion nor by lane lines"
-        return Look(None, f"{words}: {instead}drag the horizon.", scale, times_ns=times_ns)
+        words = f"The drive does not show it: {_why_not(seen)}; {instead}drag the horizon."
+        return Look(None, words, scale, times_ns=times_ns)
     horizon = Gaussian(horizon.value, math.hypot(horizon.sigma, ROAD_SIGMA_HEIGHTS * size.height))
     yaw_rad = _yaw(found.calibration.orientation)
     words = f"By {_sources(seen)} the horizon is at row {horizon.value:.0f} ± {horizon.sigma:.0f}"
@@ -153,7 +157,20 @@ def _scale_per_mps(seen: ClipObservations) -> float | None:
 def _sources(seen: ClipObservations) -> str:
     if seen.travel_px is None:
         return "its lane lines alone"
-    return "the drive's motion" if seen.lanes_px is None else "the drive's motion and lane lines"
+    return "the drive's motion alone" if seen.lanes_px is None else "the drive's motion and lane lines"
+
+
+def _why_not(seen: ClipObservations) -> str:
+    """Why there is no horizon to propose."""
+    by_motion, by_lanes = (
+        None if place is None else f"row {place[1].value:.0f} ± {place[1].sigma:.0f}"
+        for place in (seen.travel_px, seen.lanes_px)
+    )
+    if by_motion and by_lanes:
+        return f"its motion says {by_motion}, its lane lines {by_lanes}"
+    if by_motion or by_lanes:
+        return f"{_sources(seen)} leave it at {by_motion or by_lanes}"
+    return "neither its motion nor its lane lines tell"
 
 
 def _jump(found: ClipCalibration) -> str:
@@ -199,6 +216,39 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
         )
     words = f"{len(rulers)} vehicles found in {frames} pictures; press again to take them as rulers."
     return Look(None, words, vehicles=rulers)
+
+
+def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:
+    """The field of view, by how the picture moves in turns.
+
+    Args:
+        pictures: of the drive.
+        going_on: whether somebody still wants to know.
+
+    Raises:
+        UserError: the pictures cannot be read.
+    """
+    size, first_ns = pictures.image_size, None
+    tracks = PointTracks(size.width)
+    for frame in pictures.source.frames():
+        first_ns = frame.time_ns if first_ns is None else first_ns
+        time_s = (frame.time_ns - first_ns) / 1e9
+        if time_s > LONGEST_S or not going_on():
+            break
+        tracks.update(time_s, frame.image)
+    told = lens_by_turns(tracks)
+    if told is None:
+        return Look(None, "The drive does not show it: it turns too little, or traffic hides what stands.")
+    half_px, focal_px = size.width / 2, told.focal_px
+    if told.bend is not None:
+        words = (
+            f"The turns show that the lens bends straight lines (its focal length is {focal_px.value:.0f} px"
+        )
+        return Look(None, f"{words} ± {focal_px.sigma:.0f}): import it, or click along something straight.")
+    sigma_rad = 2 * half_px * focal_px.sigma / (focal_px.value**2 + half_px**2)
+    view = Gaussian(2 * math.atan(half_px / focal_px.value), sigma_rad)
+    words = f"By the drive's turns it is {math.degrees(view.value):.0f} ± {math.degrees(sigma_rad):.0f}°."
+    return Look(None, words, view_rad=view)
 
 
 class DriveLook:
@@ -248,10 +298,10 @@ class DriveLook:
         try:
             look = self._look_at(self._pictures, lambda: not self._closed.is_set())
         except UserError as error:
-            look = Look(None, f"{error}. Drag the horizon instead.")
+            look = Look(None, f"{error}. Say it yourself instead.")
         except Exception:
             LOGGER.exception("the look at the drive failed")
-            look = Look(None, "That failed by a fault of the program; drag the horizon instead.")
+            look = Look(None, "That failed by a fault of the program; say it yourself instead.")
         self.look, self.running = look, False
         if not self._closed.is_set():
             self._tell()
@@ -259,6 +309,29 @@ class DriveLook:
     def _tell(self) -> None:
         for listener in list(self._listeners):
             listener()
+
+
+@dataclass(frozen=True, slots=True)
+class DriveLooks:
+    """All that is looked for in a drive, each once it is wanted.
+
+    Attributes:
+        horizon: and where the camera looks.
+        vehicles: as rulers.
+        view: the field of view.
+    """
+
+    horizon: DriveLook
+    vehicles: DriveLook
+    view: DriveLook
+
+    @classmethod
+    def at(cls, pictures: Pictures) -> "DriveLooks":
+        """The looks at a drive; none has begun."""
+        return cls(DriveLook(pictures), DriveLook(pictures, find_vehicles), DriveLook(pictures, find_view))
+
+    def __iter__(self) -> Iterator[DriveLook]:
+        return iter((self.horizon, self.vehicles, self.view))
 
 
 def assumed_camera(size: ImageSize, horizon: Gaussian | None = None) -> GroundPlaneCamera:

@@ -7,10 +7,20 @@ from typing import Any
 
 import pytest
 from browser_page import NOTIFICATION
-from calibrate_helpers import DEMO_MARKS_PX, OpenPage, Person, Serve, WaitFor, copy_of_demo_drive
+from calibrate_helpers import (
+    DEMO_MARKS_PX,
+    OpenPage,
+    Person,
+    Serve,
+    WaitFor,
+    copy_of_demo_drive,
+    pictures_of_demo_drive,
+)
 from running.demo_cut import cut_demo
 
+from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path, read_calibration
+from fcw.self_calibration.turning.by_turns import LensByTurns
 from fcw_viz.calibrate_app.document.edits import AddMark, ChooseWay, SetHeight
 from fcw_viz.calibrate_app.document.state import Status
 from fcw_viz.calibrate_app.document.ways.presets import DASH_PRESETS
@@ -85,6 +95,26 @@ def test_a_clip_without_a_tape_measure_is_calibrated_in_ten_actions(
     short = cut_demo(tmp_path / "short", 0, 1)
     shutil.copy(default_path(source), default_path(short))
     assert main(["run", str(short), "--out", str(tmp_path / "out"), "--detector", "acf"]) == 0
+
+
+def test_the_field_of_view_that_turns_show_is_taken_in_two_presses(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor, monkeypatch: pytest.MonkeyPatch
+):
+    told = LensByTurns(Gaussian(1000.0, 80.0))
+    monkeypatch.setattr("fcw_viz.calibrate_app.proposals.drive_look.lens_by_turns", lambda _: told)
+    page = serve(pictures_of_demo_drive(tmp_path))
+    page.session.apply(SOMEBODY, ChooseWay("clip"), SetHeight(1.3))
+    person = Person(open_page(page.url))
+    person.button("Find it in the drive's turns").click()
+    person.button("Take this field of view").click()
+    wait_for(lambda: page.session.state.document.field_of_view is not None)
+    said = page.session.state.document.field_of_view
+    assert said is not None
+    assert said.prior.value == pytest.approx(2 * math.atan(0.64))
+    # As much as 8 % of the focal length make of it.
+    assert said.prior.sigma == pytest.approx(2 * math.atan(0.64) - 2 * math.atan(0.64 / 1.08), rel=0.1)
+    wait_for(lambda: person.button("Take this field of view").count() == 0)
+    assert person.browser.page.get_by_text("By the drive's turns it is 65 ± 4°.").count() == 1
 
 
 def test_what_is_typed_is_understood_or_stays_with_what_was_expected(

@@ -18,15 +18,17 @@ from fcw.camera.solve import calibrate
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.self_calibration.clip import ClipCalibration, ClipObservations
+from fcw.self_calibration.turning.by_turns import LensByTurns
 from fcw.sources import open_source
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.proposals import drive_look
-from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, Look, look_at
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, Look, find_view, look_at
 from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[3] / "recordings" / "demo" / "drive.mp4"
 KITTI_HORIZON_ROW_PX = 172.854 + 721.538 * np.tan(np.radians(0.3))
 """Of `kitti-odometry-03`: the axis is 0.3 degrees above the direction of travel."""
+KITTI_VIEW_RAD = 2 * np.arctan(1241 / 2 / 721.538)
 CLIPS = {
     "udacity_test_video": (8, 593.75, 15, 512.67, 40, 454.75),
     "udacity_test_small1": (8, 592.62, 15, 511.83, 40, 454.12),
@@ -107,7 +109,7 @@ def test_a_picture_and_a_standing_drive_show_none_and_say_what_to_do(tmp_path: P
     for source in (tmp_path / "00.png", tmp_path):
         look = look_at(Pictures(open_source(source)))
         assert look.horizon is None
-        assert "neither by its motion" in look.words or "shows no motion" in look.words
+        assert "neither its motion nor its lane lines" in look.words or "shows no motion" in look.words
         assert "drag the horizon" in look.words
 
 
@@ -123,18 +125,36 @@ def test_a_drive_whose_motion_comes_and_goes_shows_what_it_showed(data_dir: Path
 
 
 LANES = Gaussian(640.0, 5.0), Gaussian(330.0, 6.0)
+FAR_LANES, VAGUE = (Gaussian(640.0, 5.0), Gaussian(480.0, 6.0)), Gaussian(330.0, 50.0)
 TRAVEL = Gaussian(640.0, 3.0), Gaussian(320.0, 3.0)
 
 
 @pytest.mark.parametrize(
     ("seen", "piece_s", "row_px", "words"),
     [
-        (observations(TRAVEL, None), None, 320.0, "By the drive's motion the horizon is at row 320"),
+        (observations(TRAVEL, None), None, 320.0, "By the drive's motion alone the horizon is at row 320"),
         (observations(TRAVEL, LANES), None, 322.0, "By the drive's motion and lane lines the horizon"),
         (observations(None, LANES), None, 330.0, "By its lane lines alone .* Does a flat road end there?"),
         (observations(TRAVEL, None), (0.0, 7.0), 320.0, "It holds until 7 s: the horizon jumps there"),
         (observations(TRAVEL, None), (8.0, 40.0), 320.0, "It holds from 8 s on"),
-        (observations(None, None), None, None, "neither .*: drag the horizon"),
+        (
+            observations(TRAVEL, FAR_LANES),
+            None,
+            None,
+            "motion says row 320 ± 3, its lane lines row 480 ± 6; drag",
+        ),
+        (
+            observations(None, (TRAVEL[0], VAGUE)),
+            None,
+            None,
+            "its lane lines alone leave it at row 330 ± 50;",
+        ),
+        (
+            observations(None, None),
+            None,
+            None,
+            "neither its motion nor its lane lines tell; drag the horizon",
+        ),
         (observations(None, None, vehicles=5), None, None, "take the vehicles ahead as rulers, or drag"),
     ],
 )
@@ -165,6 +185,25 @@ def test_a_car_that_stands_for_most_of_the_look_gives_no_scale(tmp_path: Path, d
     for number in range(60):
         cv2.imwrite(str(tmp_path / f"{number:02}.png"), first)
     assert look_at(Pictures(open_source(tmp_path))).scale_per_mps is None
+
+
+def test_turns_show_the_field_of_view(data_dir: Path):
+    view = find_view(Pictures(open_source(data_dir / "kitti-odometry-03" / "drive.mp4"))).view_rad
+    assert view is not None
+    assert abs(view.value - KITTI_VIEW_RAD) < view.sigma < np.radians(8)
+
+
+def test_a_straight_drive_shows_no_field_of_view_and_says_so(data_dir: Path):
+    look = find_view(Pictures(open_source(data_dir / "clips" / "udacity_test_video.mp4")))
+    assert look.view_rad is None
+    assert "it turns too little" in look.words
+
+
+def test_of_a_lens_that_bends_lines_no_field_of_view_is_offered(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(drive_look, "lens_by_turns", lambda _: LensByTurns(Gaussian(800.0, 80.0), -0.3))
+    look = find_view(Pictures(open_source(DEMO)), lambda: False)
+    assert look.view_rad is None
+    assert "bends straight lines (its focal length is 800 px ± 80): import it" in look.words
 
 
 def test_a_look_is_done_once_and_its_listeners_are_told(tmp_path: Path):

@@ -171,7 +171,7 @@ class BesidesPanel:
         for controls in self._turns:
             controls.show(state)
         self._find.label = FORGET_VEHICLES if document.vehicles else FIND_VEHICLES
-        look = self._desk.vehicles
+        look = self._desk.looks.vehicles
         too_few = look.look is not None and len(look.look.vehicles) < FEWEST_VEHICLES
         self._find.disabled = look.running or (too_few and not document.vehicles)
         words = "" if look.look is None else looked_words(document, look.look)
@@ -199,10 +199,10 @@ class BesidesPanel:
         self._desk.use(Tool.EDGE, clicked, EDGE_WORDS)
 
     def _speed_edit(self, belief: Belief | None) -> SetSpeed:
-        look = self._desk.look.look
+        look = self._desk.looks.horizon.look
         scale = self._desk.state.document.scale_per_mps if look is None else look.scale_per_mps
         if belief is not None and scale is None:
-            self._desk.look.start()
+            self._desk.looks.horizon.start()
             raise UserError(
                 "the drive has not shown yet how fast the road goes by; it is looked at now: type the speed "
                 "when the horizon is found"
@@ -210,7 +210,7 @@ class BesidesPanel:
         return SetSpeed(belief, scale)
 
     def _speed_imported(self, name: str, content: bytes) -> None:
-        look = self._desk.look.look
+        look = self._desk.looks.horizon.look
         if look is None or look.scale_per_mps is None:
             raise UserError("the drive has not shown yet how fast the road goes by; wait for its horizon")
         speed_mps = look.mean_speed_mps(_read_as_file(name, content, _own_speed), name)
@@ -222,9 +222,9 @@ class BesidesPanel:
         if desk.state.document.vehicles:
             desk.apply(SetVehicles(()))
             return
-        look = desk.vehicles.look
+        look = desk.looks.vehicles.look
         if look is None:
-            desk.vehicles.start()
+            desk.looks.vehicles.start()
         elif len(look.vehicles) >= FEWEST_VEHICLES:
             desk.apply(SetVehicles(look.vehicles))
 

@@ -86,19 +86,19 @@ class HorizonPanel:
         """Bring it to a moment of the session, and to what is known of the drive."""
         way = chosen_way(state.document)
         if way is not None and Part.LENS in way.parts:
-            self._desk.look.start()
-        look, belief = self._desk.look.look, state.document.horizon
+            self._desk.looks.horizon.start()
+        look, belief = self._desk.looks.horizon.look, state.document.horizon
         taken = look is not None and belief is not None and belief.prior == look.horizon
         self._look.visible = (
             self._desk.pictures.count > 1 and not taken and (look is None or bool(look.horizon))
         )
-        self._look.disabled = self._desk.look.running
+        self._look.disabled = self._desk.looks.horizon.running
         take = TAKE if look is None or yaw_to_take(look, state.document) is None else TAKE_BOTH
         self._look.label = LOOK if look is None else take
         proposed = None if look is None or belief is not None else look.horizon
         size = self._desk.pictures.image_size
         self._proposed.show(() if proposed is None else proposal_lines(proposed, size))
-        words = LOOKING_WORDS if self._desk.look.running else "" if look is None else look.words
+        words = LOOKING_WORDS if self._desk.looks.horizon.running else "" if look is None else look.words
         set_html(self._words, text_block(f'<p class="dim">{escape(words)}</p>') if words else "")
         drawn = any(line is not None for line in state.document.lane_lines)
         self._lines_used.visible = drawn
@@ -109,9 +109,9 @@ class HorizonPanel:
         set_html(self._lines_words, text_block(f'<p class="dim">{words}{effect}</p>') if words else "")
 
     def _pressed(self) -> None:
-        look = self._desk.look.look
+        look = self._desk.looks.horizon.look
         if look is None:
-            self._desk.look.start()
+            self._desk.looks.horizon.start()
         elif look.horizon is not None:
             yaw = yaw_to_take(look, self._desk.state.document)
             turned = () if yaw is None else (SetYaw(yaw),)
@@ -122,7 +122,7 @@ class HorizonPanel:
 
     def _find_lines(self) -> None:
         """Propose the lane's lines in this picture; they count once the person says so."""
-        desk, shown, look = self._desk, self._desk.state.shown, self._desk.look.look
+        desk, shown, look = self._desk, self._desk.state.shown, self._desk.looks.horizon.look
         size = desk.pictures.image_size
         horizon = None if look is None else look.horizon
         camera = assumed_camera(size, horizon) if shown is None else shown.calibration.camera

@@ -1,9 +1,11 @@
 """Step 4 of the job: what is known of the lens, and where the horizon is."""
 
 import math
+from html import escape
 
 import viser
 
+from fcw.camera.calibration import Gaussian
 from fcw.camera.prior_sigmas import (
     FIELD_OF_VIEW_SIGMA_DEG,
     HORIZON_ROW_SIGMA_PX,
@@ -18,11 +20,13 @@ from fcw_viz.calibrate_app.panels.camera.belief import BeliefControls, BeliefKin
 from fcw_viz.calibrate_app.panels.camera.besides import BesidesPanel
 from fcw_viz.calibrate_app.panels.camera.horizon import HorizonPanel
 from fcw_viz.calibrate_app.quantities import ANGLE_ERROR, FIELD_OF_VIEW, ROW, ROW_ERROR
-from fcw_viz.page.controls import on_choice
+from fcw_viz.page.controls import on_button, on_choice
 from fcw_viz.page.style import set_html, step_heading, text_block
 
 FIRST_WORDS = '<p class="dim">Each of these makes far distances better, or stands in for a point.</p>'
 DATA_SHEET = "By its data sheet"
+FIND_VIEW, TAKE_VIEW = "Find it in the drive's turns", "Take this field of view"
+LOOKING_WORDS = "Looking at the drive's turns; up to half a minute."
 
 
 class LensPanel:
@@ -56,6 +60,9 @@ class LensPanel:
                     SetFieldOfView,
                 ),
             )
+            several = desk.pictures.count > 1
+            self._find_view = gui.add_button(FIND_VIEW, icon=viser.Icon.SEARCH, visible=several)
+            self._view_words = gui.add_html("")
             self._horizon = HorizonPanel(gui, desk)
             self._beliefs = [
                 BeliefControls(gui, desk, kind)
@@ -85,6 +92,7 @@ class LensPanel:
             self._besides = BesidesPanel(gui, desk)
         on_choice(self._typical, desk.run, self._take_typical)
         on_choice(self._more, desk.run, self._open)
+        on_button(self._find_view, desk.run, self._view_pressed)
 
     def show(self, state: SessionState) -> None:
         """Bring the step to a moment of the session."""
@@ -108,10 +116,28 @@ class LensPanel:
             DATA_SHEET,
         )
         self._view.show(state)
+        self._show_view_look(view)
         self._horizon.show(state)
         for controls in self._beliefs:
             controls.show(state)
         self._besides.show(state)
+
+    def _show_view_look(self, said: Gaussian | None) -> None:
+        look = self._desk.looks.view
+        found = None if look.look is None else look.look.view_rad
+        useful = look.look is None or (found is not None and found != said)
+        self._find_view.visible = self._desk.pictures.count > 1 and useful
+        self._find_view.disabled = look.running
+        self._find_view.label = FIND_VIEW if look.look is None else TAKE_VIEW
+        words = LOOKING_WORDS if look.running else "" if look.look is None else look.look.words
+        set_html(self._view_words, text_block(f'<p class="dim">{escape(words)}</p>') if words else "")
+
+    def _view_pressed(self) -> None:
+        look = self._desk.looks.view
+        if look.look is None:
+            look.start()
+        elif look.look.view_rad is not None:
+            self._desk.apply(SetFieldOfView(Belief(look.look.view_rad)))
 
     def _open(self, opened: bool) -> None:
         self._opened = opened
