@@ -233,7 +233,9 @@ def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -
     for frame in pictures.source.frames():
         first_ns = frame.time_ns if first_ns is None else first_ns
         time_s = (frame.time_ns - first_ns) / 1e9
-        if time_s > LONGEST_S or not going_on():
+        if not going_on():
+            return Look(None, "")
+        if time_s > LONGEST_S:
             break
         tracks.update(time_s, frame.image)
     told = lens_by_turns(tracks)

@@ -199,9 +199,12 @@ def test_a_straight_drive_shows_no_field_of_view_and_says_so(data_dir: Path):
     assert "it turns too little" in look.words
 
 
-def test_of_a_lens_that_bends_lines_no_field_of_view_is_offered(monkeypatch: pytest.MonkeyPatch):
+def test_of_a_lens_that_bends_lines_no_field_of_view_is_offered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     monkeypatch.setattr(drive_look, "lens_by_turns", lambda _: LensByTurns(Gaussian(800.0, 80.0), -0.3))
-    look = find_view(Pictures(open_source(DEMO)), lambda: False)
+    cv2.imwrite(str(tmp_path / "one.png"), np.zeros((360, 640, 3), np.uint8))
+    look = find_view(Pictures(open_source(tmp_path / "one.png")))
     assert look.view_rad is None
     assert "bends straight lines (its focal length is 800 px ± 80): import it" in look.words
 
