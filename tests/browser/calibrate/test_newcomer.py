@@ -117,6 +117,19 @@ def test_the_field_of_view_that_turns_show_is_taken_in_two_presses(
     assert person.browser.page.get_by_text("By the drive's turns it is 65 ± 4°.").count() == 1
 
 
+def test_a_speed_is_refused_where_the_drive_does_not_show_how_fast_the_road_goes_by(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(pictures_of_demo_drive(tmp_path))
+    page.session.apply(SOMEBODY, ChooseWay("speed"), SetHeight(1.3))
+    person = Person(open_page(page.url))
+    page.looks.horizon.wait()
+    person.field("Mean speed").fill("50")
+    wait_for(lambda: person.browser.page.locator(".fcw-wrong").count() == 1)
+    assert "it is too plain, or too dark, or the car stands" in person.words(".fcw-wrong")
+    assert page.session.state.document.speed is None
+
+
 def test_what_is_typed_is_understood_or_stays_with_what_was_expected(
     tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
 ):

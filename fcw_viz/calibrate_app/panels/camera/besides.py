@@ -199,23 +199,36 @@ class BesidesPanel:
         self._desk.use(Tool.EDGE, clicked, EDGE_WORDS)
 
     def _speed_edit(self, belief: Belief | None) -> SetSpeed:
-        look = self._desk.looks.horizon.look
-        scale = self._desk.state.document.scale_per_mps if look is None else look.scale_per_mps
-        if belief is not None and scale is None:
-            self._desk.looks.horizon.start()
-            raise UserError(
-                "the drive has not shown yet how fast the road goes by; it is looked at now: type the speed "
-                "when the horizon is found"
-            )
-        return SetSpeed(belief, scale)
+        if belief is None:
+            return SetSpeed(None, self._desk.state.document.scale_per_mps)
+        if self._desk.looks.horizon.look is None and self._desk.state.document.scale_per_mps is not None:
+            return SetSpeed(belief, self._desk.state.document.scale_per_mps)
+        return SetSpeed(belief, self._look_for_speed().scale_per_mps)
 
     def _speed_imported(self, name: str, content: bytes) -> None:
-        look = self._desk.looks.horizon.look
-        if look is None or look.scale_per_mps is None:
-            raise UserError("the drive has not shown yet how fast the road goes by; wait for its horizon")
+        look = self._look_for_speed()
         speed_mps = look.mean_speed_mps(_read_as_file(name, content, _own_speed), name)
-        belief = Belief(Gaussian(speed_mps, SPEED_SIGMA_MPS))
-        self._desk.apply(SetSpeed(belief, look.scale_per_mps))
+        self._desk.apply(SetSpeed(Belief(Gaussian(speed_mps, SPEED_SIGMA_MPS)), look.scale_per_mps))
+
+    def _look_for_speed(self) -> Look:
+        """The look at the drive, which tells how fast the road goes by.
+
+        Raises:
+            UserError: it is under way, and begins now at the latest; or it does not tell.
+        """
+        look = self._desk.looks.horizon.look
+        if look is None:
+            self._desk.looks.horizon.start()
+            raise UserError(
+                "the drive has not shown yet how fast the road goes by; it is looked at now: say the speed "
+                "when that is done"
+            )
+        if look.scale_per_mps is None:
+            raise UserError(
+                "the drive does not show how fast the road goes by: it is too plain, or too dark, or the car "
+                "stands; a speed says nothing here, so say the lens instead"
+            )
+        return look
 
     def _vehicles_pressed(self) -> None:
         desk = self._desk
