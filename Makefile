@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-# Three workers; each keeps to its half of the files while it can, so that what a file's tests share is made once.
+# Three workers; each keeps to its part of the files while it can, so that what a file's tests share is made once.
 # While one waits for a browser the others work.
 PYTEST := $(BIN)/pytest -n 3 --dist worksteal
 KERNELS := fcw/kernels/__pycache__/.compiled

@@ -51,6 +51,8 @@ TOLD_PART = 0.5
 SPEED_SIGMA = 0.04
 """Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
 FEWEST_SPEEDS = 10
+SLOWEST_MEAN_MPS = 1.0
+"""Who is slower over a clip stood in most of it: what is seen of the speed tells no scale then."""
 PASSES = 4
 SETTLED_PX = 1.0
 WHOLE_CLIP_S = (0.0, LONGEST_S)
@@ -70,7 +72,8 @@ class ClipObservations:
         travel_px: column and row that straight driving leads to; None where the car stood, or turned always.
         lanes_px: column and row where the own lane's lines meet; None where few are seen, or they disagree.
         rulers: vehicles.
-        speed_heights: speed by the picture in camera heights a second; None where it is not known.
+        speed_heights: speed by the picture in camera heights a second; None where it is not known, or the car
+            stood for most of the clip.
         frames: how many pictures were looked at for vehicles.
         moved_s: between which times the camera was moved; None where it was not.
         by_turns: the lens, by how the picture turns; None where that was not asked, or it turns too little.
@@ -138,6 +141,14 @@ class ClipCalibration:
     piece_s: tuple[float, float] | None = None
     focal_px: Gaussian | None = None
     lens: Lens | None = None
+
+    @property
+    def piece_words(self) -> str:
+        """For which piece of the clip it holds; empty for all of it."""
+        if self.piece_s is None:
+            return ""
+        begin_s, end_s = self.piece_s
+        return f"from {begin_s:.0f} s on" if begin_s else f"until {end_s:.0f} s"
 
 
 def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | None = None) -> Calibration:
@@ -306,10 +317,12 @@ def observe_clip(
             break
     travel = _travel(mounts[-1], camera, settings) if mounts else None
     speed = float(np.mean(speeds)) if len(speeds) >= FEWEST_SPEEDS else None
+    if speed is not None and speed * camera.height_m < SLOWEST_MEAN_MPS:
+        speed = None
     if seen is not None:
         # A later look may tell less than an earlier one did, in a short clip.
         seen = replace(seen, travel_px=travel or seen.travel_px, moved_s=None)
-        if not speed:
+        if speed is None:
             return seen
         times_ns = tuple(speed_times_ns)
         return replace(seen, speed_heights=speed, focal_px=camera.focal_y_px, speed_times_ns=times_ns)

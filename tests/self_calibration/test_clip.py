@@ -40,6 +40,18 @@ LENS = Priors(Gaussian(math.radians(58), math.radians(3)))
 """As a data sheet would say it; the chessboards say 57.8 degrees."""
 
 
+def test_a_clip_of_a_car_that_stands_gives_no_height_by_its_speed(data_dir, tmp_path):
+    first = next(iter(open_source(data_dir / "kitti-odometry-03" / "drive.mp4").frames())).image
+    for number in range(40):
+        cv2.imwrite(str(tmp_path / f"{number:02}.png"), first)
+    source = open_source(tmp_path)
+    detector = searching_detector(rough_calibration(source.image_size, 1.65))
+    seen = observe_clip(source, rough_calibration(source.image_size, 1.65), detector)
+    assert len(seen.speed_times_ns) > 10  # that it stands is known
+    with pytest.raises(UserError, match="does not tell how fast the road goes by"):
+        calibrate_clip(source, detector, Gaussian(1.65, 0.1), speed_mps=10.0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("clip", "rows_px", "true_height_m"),

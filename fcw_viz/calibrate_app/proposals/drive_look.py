@@ -8,6 +8,7 @@ granted here; the yaw that follows from the column does, on the lens.
 import logging
 import math
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -22,7 +23,6 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.self_calibration.clip import (
     VEHICLE_HEIGHTS_M,
-    ClipCalibration,
     ClipObservations,
     calibrate_clip,
     rough_calibration,
@@ -42,10 +42,12 @@ ENOUGH_S = 10.0
 """Of straight driving."""
 LEAST_KNOWN_PART = 0.5
 """Of the pictures whose speed is asked for."""
-LEAST_MEAN_MPS = 1.0
-"""Who drives slower over the whole look stood in most of it: what one knows of the speed is no scale then."""
 VEHICLES_S = 20.0
+TOLD_EVERY_S = 1.0
+"""How far a look has come."""
 LARGEST_SIGMA_HEIGHTS = 0.05
+"""In picture heights: a horizon that is known less well is not proposed. Set with the clips of
+docs/figures.md, "The newest set", in view."""
 ROAD_SIGMA_HEIGHTS = 0.004
 """In picture heights: roads are not level with the travel."""
 
@@ -128,7 +130,9 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     except _NobodyAsksError:
         return Look(None, "")
     seen = found.seen
-    scale, times_ns = _scale_per_mps(seen), seen.speed_times_ns
+    # The road flows by as fast as lens and height together make it.
+    scale = None if seen.speed_heights is None else seen.focal_px / seen.speed_heights
+    times_ns = seen.speed_times_ns
     horizon = None if seen.leads_to_px is None else seen.leads_to_px[1]
     if horizon is None or horizon.sigma > LARGEST_SIGMA_HEIGHTS * size.height:
         instead = "take the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""
@@ -140,18 +144,13 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     words += "." if yaw_rad is None else f", and the camera looks {_turn_words(yaw_rad)}."
     if seen.travel_px is None:
         words += " Does a flat road end there? If not, drag it."
-    return Look(horizon, words + _jump(found), scale, times_ns=times_ns, yaw_rad=yaw_rad)
+    if found.piece_words:
+        words += f" It holds {found.piece_words}: the horizon jumps there, the camera was moved."
+    return Look(horizon, words, scale, times_ns=times_ns, yaw_rad=yaw_rad)
 
 
 class _NobodyAsksError(Exception):
     """Nobody wants to know any more."""
-
-
-def _scale_per_mps(seen: ClipObservations) -> float | None:
-    """See `Look`: the road flows by as fast as lens and height together make it."""
-    if seen.speed_heights is None or seen.speed_heights * ASSUMED_HEIGHT_M < LEAST_MEAN_MPS:
-        return None
-    return seen.focal_px / seen.speed_heights
 
 
 def _sources(seen: ClipObservations) -> str:
@@ -171,15 +170,6 @@ def _why_not(seen: ClipObservations) -> str:
     if by_motion or by_lanes:
         return f"{_sources(seen)} leave it at {by_motion or by_lanes}"
     return "neither its motion nor its lane lines tell"
-
-
-def _jump(found: ClipCalibration) -> str:
-    """That the camera was moved, and for which piece the horizon holds; else empty."""
-    if found.piece_s is None:
-        return ""
-    begin_s, end_s = found.piece_s
-    piece = f"from {begin_s:.0f} s on" if begin_s else f"until {end_s:.0f} s"
-    return f" It holds {piece}: the horizon jumps there, the camera was moved."
 
 
 def _yaw(orientation: Orientation) -> Gaussian | None:
@@ -258,6 +248,7 @@ class DriveLook:
 
     Attributes:
         running: whether it is under way.
+        picture_count: how many pictures were looked at so far, each as often as it was.
         look: what came of it; None before.
     """
 
@@ -269,7 +260,9 @@ class DriveLook:
         self._closed = threading.Event()
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
+        self._told_s = 0.0
         self.running = False
+        self.picture_count = 0
         self.look: Look | None = None
 
     def listen(self, listener: Callable[[], None]) -> Callable[[], None]:
@@ -298,7 +291,7 @@ class DriveLook:
 
     def _run(self) -> None:
         try:
-            look = self._look_at(self._pictures, lambda: not self._closed.is_set())
+            look = self._look_at(self._pictures, self._going_on)
         except UserError as error:
             look = Look(None, f"{error}. Say it yourself instead.")
         except Exception:
@@ -308,7 +301,14 @@ class DriveLook:
         if not self._closed.is_set():
             self._tell()
 
+    def _going_on(self) -> bool:
+        self.picture_count += 1
+        if time.monotonic() - self._told_s >= TOLD_EVERY_S:
+            self._tell()
+        return not self._closed.is_set()
+
     def _tell(self) -> None:
+        self._told_s = time.monotonic()
         for listener in list(self._listeners):
             listener()
 

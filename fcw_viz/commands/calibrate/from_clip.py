@@ -87,8 +87,8 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         notes += (NO_ROAD,)
     elif not found.by_motion:
         notes += (NO_MOTION,)
-    if found.piece_s is not None:
-        notes += (_jump(found.piece_s),)
+    if found.piece_words:
+        notes += (_jump(found.piece_words),)
     return save_and_report(calibration, save, command, notes)
 
 
@@ -173,9 +173,7 @@ def _assumed(
     return (f"{text}; give {' and '.join(options)}",)
 
 
-def _jump(piece_s: tuple[float, float]) -> str:
-    begin_s, end_s = piece_s
-    piece = f"from {begin_s:.0f} s on" if begin_s else f"until {end_s:.0f} s"
+def _jump(piece: str) -> str:
     return (
         "the horizon jumps in this clip: the camera was moved, or the road gets very steep; the calibration "
         f"holds {piece}, and distances are wrong in the rest; cut the clip there and calibrate each piece"

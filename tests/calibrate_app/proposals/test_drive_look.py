@@ -1,7 +1,7 @@
 """The horizon and yaw that a drive shows are the true ones, within their intervals, whatever the camera."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -221,6 +221,21 @@ def test_a_look_is_done_once_and_its_listeners_are_told(tmp_path: Path):
     look.start()
     forget()
     assert heard == [True, False]
+
+
+def test_a_look_tells_how_far_it_has_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def look_thrice(_: Pictures, going_on: Callable[[], bool]) -> Look:
+        assert all(going_on() for _ in range(3))
+        return Look(None, "")
+
+    monkeypatch.setattr(drive_look, "TOLD_EVERY_S", 0.0)
+    cv2.imwrite(str(tmp_path / "one.png"), np.zeros((90, 160, 3), np.uint8))
+    look = DriveLook(Pictures(open_source(tmp_path / "one.png")), look_thrice)
+    counts: list[int] = []
+    look.listen(lambda: counts.append(look.picture_count))
+    look.start()
+    look.wait()
+    assert counts == [0, 1, 2, 3, 3]
 
 
 def test_a_file_of_speeds_gives_the_mean_over_the_pictures_that_were_looked_at():

@@ -25,7 +25,7 @@ from fcw_viz.page.style import set_html, text_block
 
 LOOK = "Find the horizon in the drive"
 TAKE, TAKE_BOTH = "Take this horizon", "Take this horizon and yaw"
-LOOKING_WORDS = "Looking at the drive; up to half a minute."
+LOOKING_WORDS = "Looking at the drive: {} pictures so far."
 DRAG_HORIZON = "Drag the horizon"
 FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove them"
 HORIZON_WORDS = (
@@ -98,7 +98,9 @@ class HorizonPanel:
         proposed = None if look is None or belief is not None else look.horizon
         size = self._desk.pictures.image_size
         self._proposed.show(() if proposed is None else proposal_lines(proposed, size))
-        words = LOOKING_WORDS if self._desk.looks.horizon.running else "" if look is None else look.words
+        words = "" if look is None else look.words
+        if self._desk.looks.horizon.running:
+            words = LOOKING_WORDS.format(self._desk.looks.horizon.picture_count)
         set_html(self._words, text_block(f'<p class="dim">{escape(words)}</p>') if words else "")
         drawn = any(line is not None for line in state.document.lane_lines)
         self._lines_used.visible = drawn

@@ -26,7 +26,7 @@ from fcw_viz.page.style import set_html, step_heading, text_block
 FIRST_WORDS = '<p class="dim">Each of these makes far distances better, or stands in for a point.</p>'
 DATA_SHEET = "By its data sheet"
 FIND_VIEW, TAKE_VIEW = "Find it in the drive's turns", "Take this field of view"
-LOOKING_WORDS = "Looking at the drive's turns; up to half a minute."
+LOOKING_WORDS = "Looking at the drive's turns: {} pictures so far."
 
 
 class LensPanel:
@@ -129,7 +129,9 @@ class LensPanel:
         self._find_view.visible = self._desk.pictures.count > 1 and useful
         self._find_view.disabled = look.running
         self._find_view.label = FIND_VIEW if look.look is None else TAKE_VIEW
-        words = LOOKING_WORDS if look.running else "" if look.look is None else look.look.words
+        words = "" if look.look is None else look.look.words
+        if look.running:
+            words = LOOKING_WORDS.format(look.picture_count)
         set_html(self._view_words, text_block(f'<p class="dim">{escape(words)}</p>') if words else "")
 
     def _view_pressed(self) -> None:
