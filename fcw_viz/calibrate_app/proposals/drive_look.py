@@ -136,7 +136,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     horizon = None if seen.leads_to_px is None else seen.leads_to_px[1]
     if horizon is None or horizon.sigma > LARGEST_SIGMA_HEIGHTS * size.height:
         instead = "take the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""
-        words = f"The drive does not show it: {_why_not(seen)}; {instead}drag the horizon."
+        words = f"The drive shows no horizon: {_why_not(seen)}; {instead}drag the horizon."
         return Look(None, words, scale, times_ns=times_ns)
     horizon = Gaussian(horizon.value, math.hypot(horizon.sigma, ROAD_SIGMA_HEIGHTS * size.height))
     yaw_rad = _yaw(found.calibration.orientation)
@@ -230,7 +230,9 @@ def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -
         tracks.update(time_s, frame.image)
     told = lens_by_turns(tracks)
     if told is None:
-        return Look(None, "The drive does not show it: it turns too little, or traffic hides what stands.")
+        return Look(
+            None, "The drive shows no field of view: it turns too little, or traffic hides what stands."
+        )
     half_px, focal_px = size.width / 2, told.focal_px
     if told.bend is not None:
         words = (
@@ -239,7 +241,8 @@ def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -
         return Look(None, f"{words} ± {focal_px.sigma:.0f}): import it, or click along something straight.")
     sigma_rad = 2 * half_px * focal_px.sigma / (focal_px.value**2 + half_px**2)
     view = Gaussian(2 * math.atan(half_px / focal_px.value), sigma_rad)
-    words = f"By the drive's turns it is {math.degrees(view.value):.0f} ± {math.degrees(sigma_rad):.0f}°."
+    view_deg, sigma_deg = math.degrees(view.value), math.degrees(sigma_rad)
+    words = f"By the drive's turns the field of view is {view_deg:.0f} ± {sigma_deg:.0f}°."
     return Look(None, words, view_rad=view)
 
 

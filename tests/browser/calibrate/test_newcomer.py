@@ -114,7 +114,7 @@ def test_the_field_of_view_that_turns_show_is_taken_in_two_presses(
     # As much as 8 % of the focal length make of it.
     assert said.prior.sigma == pytest.approx(2 * math.atan(0.64) - 2 * math.atan(0.64 / 1.08), rel=0.1)
     wait_for(lambda: person.button("Take this field of view").count() == 0)
-    assert person.browser.page.get_by_text("By the drive's turns it is 65 ± 4°.").count() == 1
+    assert person.browser.page.get_by_text("By the drive's turns the field of view is 65 ± 4°.").count() == 1
 
 
 def test_a_speed_is_refused_where_the_drive_does_not_show_how_fast_the_road_goes_by(
