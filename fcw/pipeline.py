@@ -109,7 +109,8 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         ego: own motion and path by it.
         stages: whose tracker and policy take the frame.
     """
-    own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
+    own_mps, own_sigma_mps = ego.motion.speed_mps, ego.motion.speed_sigma_mps
+    turn = turn_of(ego.motion)
     tracks = stages.tracker.update(
         frame.time_ns,
         detections,
@@ -117,12 +118,12 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         image=frame.image,
         path=ego.path,
         mount=ego.motion.mount,
-        ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+        ego_speed_sigma_mps=own_sigma_mps,
         turn=turn,
     )
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
-    threats = threats_of(stages.tracker, tracks, own_mps, path=ego.path, turn=turn)
+    threats = threats_of(stages.tracker, tracks, own_mps, None, ego.path, turn, own_sigma_mps)
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,

@@ -11,6 +11,7 @@ from fcw.camera.calibration import Calibration
 from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, MotionFilter
 from fcw.motion.flow.pacing import Pacing
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
+from fcw.motion.flow.road_plane import RoadPair, RoadPlane
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH_TURN, TRAVEL, YAW_TURN, Solution, solve
 from fcw.motion.state import Mount, OwnMotion, SpeedSource
@@ -20,6 +21,9 @@ INLYING = 0.25
 """A point with this weight keeps to the motion: it is within one scale of the weights."""
 ANY_SPEED_MPS = 15.0
 """Of a vehicle that drives, and the 1-sigma of it."""
+POINTS_TELL_S = 1.0
+"""Once points have told a speed for so long, the road as a whole is not asked. Until then it goes first: of a
+few points many agree by chance on a speed that is too low."""
 
 
 class _Attempt:
@@ -89,6 +93,7 @@ class MotionEstimator:
         self._camera = calibration.camera
         self._follower = PointFollower(self._camera, calibration.image_size.width, self._settings)
         self._filter = MotionFilter(self._settings)
+        self._plane = RoadPlane()
         self._pacing = Pacing()
         self._last: SmallPicture | None = None
         self._known = False
@@ -131,6 +136,8 @@ class MotionEstimator:
         if dt_s <= settings.longest_step_s:
             self._follower.find_own_car(last, now)
             self._take_step((last, now), dt_s, before)
+        else:
+            self._plane.forget()
         self._known &= (
             self._filter.sigma(SPEED)
             < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
@@ -157,13 +164,18 @@ class MotionEstimator:
         known = self._known and is_sure and self._found_s >= settings.confirmed_s
         turn_radps, turn_sigma_radps = self._turn[0], math.sqrt(self._turn[1])
         turn_known = known or turn_sigma_radps < settings.known_turn_radps
+        mount = self._believed_mount
+        if not known or self._found_s < POINTS_TELL_S:
+            by_road = self._plane.speed_mps(self._camera.height_m, mount.pitch_sigma_rad)
+            if by_road is not None:
+                speed_mps, sigma_mps, known = by_road.value, by_road.sigma, True
         return OwnMotion(
             speed_mps=speed_mps if known else None,
             speed_sigma_mps=sigma_mps if known else None,
             speed_source=SpeedSource.PICTURE if known else SpeedSource.UNKNOWN,
             yaw_rate_radps=turn_radps if turn_known else None,
             yaw_rate_sigma_radps=turn_sigma_radps if turn_known else None,
-            mount=self._believed_mount,
+            mount=mount,
             picture_speed_mps=speed_mps if known else None,
         )
 
@@ -220,21 +232,44 @@ class MotionEstimator:
                     best, needed = other, other.evidence
                     self._known_s, self._found_s, self._doubtful_s = 0.0, -dt_s, 0.0
         if best is None or best.solution is None:
-            self._take_turn(pictures, dt_s)
+            self._look_at_road(pictures, self._take_turn(pictures, dt_s), dt_s)
             return
         self._filter, self._known = best.filter, True
         self._found_s += dt_s
+        if self._found_s < POINTS_TELL_S:
+            self._look_at_road(pictures, best.solution, dt_s)
+        else:
+            self._plane.forget()
         self._turn = self._filter.yaw_rate()
         self.points = best.points
         if float(self._filter.x[SPEED]) > settings.learns_above_mps:
             self._known_s += dt_s
             self._follower.learn(best.flow.cells, best.solution.inlying, dt_s)
 
-    def _take_turn(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> None:
+    def _look_at_road(
+        self, pictures: tuple[SmallPicture, SmallPicture], solution: Solution | None, dt_s: float
+    ) -> None:
+        """Gather what the road as a whole tells of the speed; how the camera turned is solved, or unknown.
+
+        Nothing else learns of it: where it is wrong, points and mount go on as without it.
+        """
+        pitch_rad, yaw_rad, roll_rad = (float(angle) for angle in self._mount[0])
+        turns = np.zeros(2) if solution is None else solution.unknowns[[PITCH_TURN, YAW_TURN]]
+        down_rad, left_rad = (-float(turn) for turn in turns)
+        view = self._follower.view
+        views = view.turned(pitch_rad, roll_rad), view.turned(pitch_rad + down_rad, roll_rad)
+        greys = pictures[0].grey, pictures[1].grey
+        boxes = self._follower.small_boxes(pictures[1])
+        self._plane.look(RoadPair(greys, views, yaw_rad, left_rad, boxes, dt_s))
+
+    def _take_turn(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> Solution | None:
         """Take how two pictures turn, and now and then where we drive to, at whatever speed.
 
         A plain road tells no speed. All beside and above it still turns as we do, and flows out of the point
         that we drive to.
+
+        Returns:
+            What points beside the road tell; None where they are few.
         """
         settings, filtered, speed = self._settings, self._filter.copy(), self._filter.speed()
         asked = self._since_direction_s >= settings.direction_s
@@ -247,18 +282,19 @@ class MotionEstimator:
         flow = self._follower.follow(*pictures, mean)
         others = flow.of(~flow.road)
         if len(others.cells) < settings.turn_points:
-            return
+            return None
         solution = solve(*others[1:], self._camera.height_m, mean, covariance, settings.scales)
         inlying = solution.inlying > INLYING
         few = inlying.sum() < settings.turn_points or inlying.mean() < settings.standing_part
         if few or not np.isfinite(solution.unknowns).all():
-            return
+            return None
         filtered.correct(solution, mean, covariance, by_state)
         self._turn = filtered.yaw_rate()
         if asked and self._leads_somewhere(solution, dt_s):
             filtered.take_speed(speed)
             self._filter = filtered
             self._directed_s += settings.direction_s
+        return solution
 
     def _leads_somewhere(self, solution: Solution, dt_s: float) -> bool:
         """Whether points beside the road tell where we drive to: we drive, straight on and level."""

@@ -17,6 +17,7 @@ def threats_of(
     yaw_rate_radps: float | None = None,
     path: OwnPath | None = None,
     turn: Turn | None = None,
+    own_sigma_mps: float | None = None,
 ) -> tuple[Threat, ...]:
     """The threats of a frame's vehicles, the most urgent first.
 
@@ -27,6 +28,7 @@ def threats_of(
         yaw_rate_radps: how fast we turn, positive to the left; None when unknown.
         path: our own where it was measured; None for what speed and yaw rate say of it.
         turn: our turning now where it was measured; None takes the path to bend as we turn.
+        own_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
     """
     path = path or assumed_path(own_mps, yaw_rate_radps)
-    return assess(tracks, tracker.lead_id, path, own_mps, tracker.reference_offset_m, turn)
+    return assess(tracks, tracker.lead_id, path, own_mps, tracker.reference_offset_m, turn, own_sigma_mps)

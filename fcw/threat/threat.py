@@ -101,6 +101,7 @@ def assess(
     own_mps: float | None,
     reference_offset_m: float = 0.0,
     turn: Turn | None = None,
+    own_sigma_mps: float | None = None,
 ) -> tuple[Threat, ...]:
     """The threats of all vehicles, the most urgent first, and after them those that may be none.
 
@@ -111,9 +112,17 @@ def assess(
         own_mps: own speed; None when unknown.
         reference_offset_m: how far the reference of distances is ahead of the camera.
         turn: our turning now; None takes the path to bend as we turn.
+        own_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
     """
     threats = [
-        _assess_one(track, track.track_id == lead_id, path, own_mps, reference_offset_m, turn)
+        _assess_one(
+            track,
+            track.track_id == lead_id,
+            is_oncoming(track, own_mps, own_sigma_mps),
+            path,
+            reference_offset_m,
+            turn,
+        )
         for track in tracks
     ]
     threats.sort(key=lambda threat: (threat.track.doubtful, -threat.urgency, threat.track.distance_m))
@@ -146,8 +155,8 @@ def required_deceleration_mps2(distance_m: float, closing_speed_mps: float) -> f
 def _assess_one(
     track: Track,
     is_lead: bool,
+    comes_towards_us: bool,
     path: OwnPath,
-    own_mps: float | None,
     reference_offset_m: float,
     turn: Turn | None,
 ) -> Threat:
@@ -178,7 +187,7 @@ def _assess_one(
     return Threat(
         track=track,
         is_lead=is_lead,
-        is_oncoming=is_oncoming(track, own_mps),
+        is_oncoming=comes_towards_us,
         reach_s=time_s,
         reach_low_s=low_s,
         reach_high_s=high_s,

@@ -68,23 +68,26 @@ def path_curvature_per_m(ego_speed_mps: float | None, yaw_rate_radps: float | No
     return yaw_rate_radps / ego_speed_mps
 
 
-def is_oncoming(track: Track, ego_speed_mps: float | None) -> bool:
+def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None) -> bool:
     """Whether the vehicle surely comes towards us: it closes faster than a standing one would.
 
     Unknown own speed: never.
     """
     if ego_speed_mps is None:
         return False
-    surely_mps = track.closing_speed_mps - ONCOMING_SIGMAS * track.closing_speed_sigma_mps
+    sigma_mps = math.hypot(track.closing_speed_sigma_mps, ego_speed_sigma_mps or 0.0)
+    surely_mps = track.closing_speed_mps - ONCOMING_SIGMAS * sigma_mps
     return surely_mps > ego_speed_mps + ONCOMING_MARGIN_MPS
 
 
-def select_lead(tracks: Iterable[Track], ego_speed_mps: float | None) -> Track | None:
+def select_lead(
+    tracks: Iterable[Track], ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None
+) -> Track | None:
     """The nearest vehicle in the own path that is believed and not oncoming; None when the path is free."""
     candidates = (
         track
         for track in tracks
-        if track.in_path and not track.doubtful and not is_oncoming(track, ego_speed_mps)
+        if track.in_path and not track.doubtful and not is_oncoming(track, ego_speed_mps, ego_speed_sigma_mps)
     )
     return min(candidates, key=lambda track: track.distance_m, default=None)
 

@@ -14,6 +14,7 @@ from fcw.motion.bend.turn import turn_of
 from fcw.motion.state import STRAIGHT, OwnMotion, OwnPath
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import assess, reach_s, required_deceleration_mps2
+from fcw.tracking.lead import select_lead
 
 PARTS = [(0.25, 1.325), (0.5, 0.8875), (0.75, 0.44375), (-0.1, 1.95)]
 
@@ -119,3 +120,12 @@ def test_required_deceleration_of_a_gap_that_opens_is_none_and_at_contact_infini
     assert required_deceleration_mps2(10, 0) is None
     assert required_deceleration_mps2(0, 1) == math.inf
     assert required_deceleration_mps2(1, 1e300) == math.inf  # as a log may state it
+
+
+@pytest.mark.parametrize(("own_sigma_mps", "oncoming"), [(None, True), (0.0, True), (3.0, False)])
+def test_a_standing_car_comes_towards_us_only_if_our_speed_is_surely_lower(own_sigma_mps, oncoming):
+    """It closes at 20 m/s, and we are said to drive at 16."""
+    track = make_lead(40, 20.0, 0.3)
+    (found,) = assess((track,), 1, STRAIGHT, 16.0, own_sigma_mps=own_sigma_mps)
+    assert found.is_oncoming is oncoming
+    assert (select_lead((track,), 16.0, own_sigma_mps) is None) is oncoming

@@ -13,6 +13,7 @@ from fcw.errors import UserError
 from fcw.evaluation.motion.poses import SLOWEST_MPS, TrueMotion, true_motion
 from fcw.frame import Source
 from fcw.motion.estimator import MotionEstimator
+from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount, OwnMotion
 from fcw.threads import one_opencv_thread
 
@@ -64,6 +65,7 @@ def evaluate_motion(
     calibration: Calibration,
     poses: FloatArray,
     on_frame: Callable[[], None] = lambda: None,
+    settings: MotionSettings | None = None,
 ) -> MotionEvaluation:
     """Run own motion alone over a drive, other vehicles unmasked, and compare it with its poses.
 
@@ -72,11 +74,12 @@ def evaluate_motion(
         calibration: for their size.
         poses: (N, 3, 4), one for each picture; more are allowed at the end.
         on_frame: called after each picture.
+        settings: of own motion.
 
     Raises:
         UserError: there are fewer poses than pictures, or fewer than two pictures.
     """
-    estimator = MotionEstimator(calibration)
+    estimator = MotionEstimator(calibration, settings)
     states: list[OwnMotion] = []
     times_ns: list[int] = []
     taken_ms: list[float] = []

@@ -147,17 +147,18 @@ def kitti_threats(
             ego = Ego(OwnMotion(speed_mps=known_mps), assumed_path(known_mps))
             if measured is not None:
                 ego = measured.at(time_ns(frame), speed_mps, yaw_rates_radps[frame])
-        own_mps, turn = ego.motion.speed_mps, turn_of(ego.motion)
+        own_mps, own_sigma_mps = ego.motion.speed_mps, ego.motion.speed_sigma_mps
+        turn = turn_of(ego.motion)
         tracks = tracker.update(
             time_ns(frame),
             detections_of(vehicles, sequence.image_size, box_noise_px, rng),
             own_mps,
             path=ego.path,
             mount=ego.motion.mount,
-            ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+            ego_speed_sigma_mps=own_sigma_mps,
             turn=turn,
         )
-        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn)
+        threats = threats_of(tracker, tracks, own_mps, None, ego.path, turn, own_sigma_mps)
         yield KittiMoment(frame, tracks, threats, own_mps, speed_mps)
 
 

@@ -128,7 +128,7 @@ def run_threat_trial(
         detections = one.detections
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
-        turn = turn_of(motion)
+        turn, own_sigma_mps = turn_of(motion), motion.speed_sigma_mps
         tracks = tracker.update(
             one.truth.time_ns,
             detections,
@@ -136,10 +136,10 @@ def run_threat_trial(
             image=None if one.frame is None else one.frame.image,
             path=path,
             mount=motion.mount,
-            ego_speed_sigma_mps=motion.speed_sigma_mps,
+            ego_speed_sigma_mps=own_sigma_mps,
             turn=turn,
         )
-        threats = threats_of(tracker, tracks, motion.speed_mps, path=path, turn=turn)
+        threats = threats_of(tracker, tracks, motion.speed_mps, None, path, turn, own_sigma_mps)
         state = policy.update(one.truth.time_ns, threats, motion.speed_mps)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)

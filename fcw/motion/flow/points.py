@@ -107,9 +107,12 @@ class PointFollower:
     def find_own_car(self, last: SmallPicture, now: SmallPicture) -> None:
         """Learn from two pictures where the own car is; no point is taken there from now on."""
         if self._own_car is not None:
-            k = 1 / self._factor
-            others = [Box(k * box.x, k * box.y, k * box.w, k * box.h) for box in now.boxes]
-            self._own_car.look(now.time_ns, last.grey, now.grey, others)
+            self._own_car.look(now.time_ns, last.grey, now.grey, self.small_boxes(now))
+
+    def small_boxes(self, picture: SmallPicture) -> list[Box]:
+        """The boxes of other vehicles, in the pixels of the small picture."""
+        k = 1 / self._factor
+        return [Box(k * box.x, k * box.y, k * box.w, k * box.h) for box in picture.boxes]
 
     @property
     def picture_moves(self) -> bool:
