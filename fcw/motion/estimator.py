@@ -26,6 +26,12 @@ POINTS_TELL_S = 1.0
 few points many agree by chance on a speed that is too low."""
 
 
+HARDEST_BRAKING_MPS2 = 10.0
+"""Of a car on a dry road: a speed that is found is no lower than this allows,"""
+BRAKED_FROM_SIGMAS = 3.0
+"""from the one that was known, less so many of its sigmas."""
+
+
 class _Attempt:
     """What two pictures say if the motion was about as a filter expects it; the filter has taken it."""
 
@@ -105,6 +111,8 @@ class MotionEstimator:
         """Mean and variance of the yaw rate. The filter does not take it where no speed is known: on one of
         ten clips more speeds were found by chance with it, and on another the horizon became wrong."""
         self._since_search_s = float("inf")
+        self._slowest_mps = -math.inf
+        """What we may have braked down to since a speed was last known."""
         self.points = (0, 0)
 
     def update(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box] = ()) -> OwnMotion:
@@ -143,7 +151,12 @@ class MotionEstimator:
             < settings.lost_part * abs(float(self._filter.x[SPEED])) + settings.lost_mps
         )
         self._judge_mount()
-        return self.state
+        state = self.state
+        self._slowest_mps -= HARDEST_BRAKING_MPS2 * dt_s
+        if state.speed_mps is not None and not (self._known and self._doubtful_s):
+            assert state.speed_sigma_mps is not None
+            self._slowest_mps = state.speed_mps - BRAKED_FROM_SIGMAS * state.speed_sigma_mps
+        return state
 
     def _judge_mount(self) -> None:
         """What a short acquaintance with the speed taught of the mount is forgotten with it."""
@@ -228,7 +241,9 @@ class MotionEstimator:
                 supposed.forget_speed(speed_mps, settings.supposed_sigma_mps)
                 supposed.predict(dt_s)
                 other = self._attempt(pictures, dt_s, supposed)
-                if other.solution is not None and not other.doubtful and other.evidence > needed:
+                if other.solution is None or other.solution.unknowns[TRAVEL] < self._slowest_mps * dt_s:
+                    continue
+                if not other.doubtful and other.evidence > needed:
                     best, needed = other, other.evidence
                     self._known_s, self._found_s, self._doubtful_s = 0.0, -dt_s, 0.0
         if best is None or best.solution is None:
@@ -253,6 +268,8 @@ class MotionEstimator:
 
         Nothing else learns of it: where it is wrong, points and mount go on as without it.
         """
+        if not self._settings.asks_road:
+            return
         pitch_rad, yaw_rad, roll_rad = (float(angle) for angle in self._mount[0])
         turns = np.zeros(2) if solution is None else solution.unknowns[[PITCH_TURN, YAW_TURN]]
         down_rad, left_rad = (-float(turn) for turn in turns)

@@ -97,6 +97,7 @@ class MotionSettings:
         trust_s: time in which trust follows what is seen.
         trust_lasts_s: time in which it is forgotten.
         learns_above_mps: of trust and of the mount; what stands proves nothing.
+        asks_road: whether the road as a whole is asked for the speed where its points do not tell it.
         mount_after_s: what pictures tell of the mount counts once they have told one speed for so long, and
             is forgotten if they stop before: a speed found by chance turns the mount by degrees.
     """
@@ -173,4 +174,5 @@ class MotionSettings:
     trust_s: float = 3.0
     trust_lasts_s: float = 60.0
     learns_above_mps: float = 3.0
+    asks_road: bool = True
     mount_after_s: float = 1.0

@@ -262,7 +262,9 @@ def observe_clip(
         asks_turns: whether to look for the lens in the turns.
         enough_s: so much straight driving is enough.
     """
-    camera, settings = guess.camera, MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD)
+    # What the road as a whole tells of the speed is too rough for a scale, and tells nothing of the mount.
+    settings = MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD, asks_road=False)
+    camera = guess.camera
     estimator = MotionEstimator(guess, settings)
     tracks = PointTracks(guess.image_size.width) if asks_turns else None
     boxes: tuple[Box, ...] = ()

@@ -12,6 +12,9 @@ ACCELERATION_S = 2.0
 """Own acceleration and how long it lasts (Singer 1970)."""
 ERRORS_LAST_S = 0.5
 """Correlation time of the picture's errors: a third is left after half a second on `kitti-odometry-03`."""
+ROUGH_PART, ROUGH_MPS = 0.07, 0.7
+"""A speed with a larger 1-sigma than this part of it, or this, tells no gain: its errors change by more than
+the speed of a car does."""
 JUMP_MPS = 3.0
 """About what the filter lags behind in the hardest braking (10 m/s^2),"""
 JUMP_SIGMAS = 3.0
@@ -33,6 +36,8 @@ class OwnSpeed:
         self.speed_mps: float | None = None
         self.sigma_mps = self.gain_sigma_mps = 0.0
         self._acceleration_mps2 = 0.0
+        self._rough = False
+        """Whether the speed is known roughly."""
         self._jumped_s = 0.0
         """For how long another speed has been told."""
         self._vv = self._va = 0.0
@@ -50,13 +55,15 @@ class OwnSpeed:
             sigma_mps: 1-sigma; 0 where it was given.
 
         Returns:
-            By how much we became faster since the frame before; 0 where that is unknown.
+            By how much we became faster since the frame before; 0 where that is unknown, as where the speed
+            is known roughly.
         """
         before_mps, self.gain_sigma_mps = self.speed_mps, 0.0
         if speed_mps is None:
             self.speed_mps = None
             return 0.0
-        if before_mps is None:
+        was_rough, self._rough = self._rough, sigma_mps > max(ROUGH_PART * speed_mps, ROUGH_MPS)
+        if before_mps is None or self._rough or was_rough:
             return self._begin(speed_mps, sigma_mps)
         lasting = math.exp(-dt_s / ACCELERATION_S)
         predicted_mps = before_mps + self._acceleration_mps2 * dt_s

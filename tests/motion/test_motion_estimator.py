@@ -286,3 +286,14 @@ def paint(picture, y_m, from_m, to_m):
     ]
     polygon = np.vstack((sides[0], sides[1][::-1]))
     cv2.fillPoly(picture, [np.round(polygon * 16).astype(np.int32)], (220, 220, 220), cv2.LINE_AA, shift=4)
+
+
+def test_no_speed_is_found_to_which_nobody_could_have_braked():
+    """What goes by at 16 m/s, and in the next picture at 4: points that agree by chance."""
+    own, road, way_m = estimator(), Road(), 0.0
+    for frame in range(40):
+        way_m += (16.0 if frame < 15 else 4.0) * STEP_S
+        state = own.update(round(frame * STEP_S * 1e9), road.picture(Pose(way_m)))
+        least_mps = 16.0 - 10.0 * max(frame - 15, 0) * STEP_S - 2.0
+        assert state.speed_mps is None or state.speed_mps > least_mps or least_mps < 4.0
+    assert state.speed_mps == pytest.approx(4.0, rel=0.05)

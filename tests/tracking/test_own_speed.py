@@ -77,3 +77,15 @@ def test_the_hardest_braking_is_no_jump(sigma_mps):
         # It lags, and no more than what would count as a jump.
         assert own.speed_mps == pytest.approx(speed_mps, abs=3.5)
     assert gained_mps == pytest.approx(-20.0, abs=3.5)
+
+
+@given(st.lists(st.tuples(st.floats(9, 40), st.floats(0.08, 0.2)), min_size=2, max_size=12))
+def test_a_speed_that_is_known_roughly_is_taken_as_told_and_is_no_gain(told):
+    own = OwnSpeed()
+    own.update(0.0, 20.0, 0.5)
+    for speed_mps, part in told:
+        assert own.update(DT_S, speed_mps, part * speed_mps) == 0.0
+        assert (own.speed_mps, own.gain_sigma_mps) == (speed_mps, 0.0)
+    # What is known well after it says nothing of what came before.
+    assert own.update(DT_S, 17.0, 0.5) == 0.0
+    assert own.update(DT_S, 17.2, 0.5) > 0.0

@@ -7,6 +7,7 @@ under which the two correlate is the way driven. One pair tells little: a grid o
 tell, a histogram filter (Thrun, Burgard & Fox 2005, "Probabilistic Robotics", section 4.1).
 """
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -22,11 +23,16 @@ from fcw.motion.view import RoadView
 
 STEP_M, ROWS, NEAREST_M, HALF_WIDTH_M = 0.1, 90, 4.5, 3.0
 """Of the strip: its resolution, its length in steps, where it begins, and half of its width."""
+COLUMNS = 2 * round(HALF_WIDTH_M / STEP_M) + 1
 MIDDLE_M = NEAREST_M + STEP_M * ROWS / 2
+CORNERS = np.array([(0, 0), (ROWS - 1, 0), (ROWS - 1, COLUMNS - 1), (0, COLUMNS - 1)], np.float32)
+"""Of the strip, row and column, the columns to the left;"""
+CORNERS_M = (NEAREST_M, -HALF_WIDTH_M) + STEP_M * CORNERS.astype(np.float64)
+"""and where they are, ahead and to the left."""
 OVERLAP_ROWS = 30
 """So much of the strip both pictures must show."""
-AROUND_STEPS = (9, 11)
-"""Width and length of the surroundings whose brightness is taken away."""
+AROUND_STEPS = (11, 9)
+"""Length and width of the surroundings whose brightness is taken away."""
 LARGEST_CONTRAST = 20.0
 """In grey values: more counts as so much, or one reflection would rule."""
 STANDS_S = 0.4
@@ -77,9 +83,6 @@ class RoadPlane:
     """
 
     def __init__(self) -> None:
-        aside_steps = round(HALF_WIDTH_M / STEP_M)
-        self._along_m: FloatArray = NEAREST_M + STEP_M * np.arange(ROWS, dtype=np.float64)[:, None]
-        self._left_m: FloatArray = STEP_M * np.arange(-aside_steps, aside_steps + 1, dtype=np.float64)
         self.forget()
 
     def forget(self) -> None:
@@ -93,8 +96,8 @@ class RoadPlane:
     def look(self, pair: RoadPair) -> None:
         """Take two pictures."""
         # What is d ahead goes to the right by d times the angle that we turn to the left.
-        before = self._strip(pair.greys[0], pair.views[0], pair.yaw_rad - pair.turned_rad, pair.boxes)
-        now = self._strip(pair.greys[1], pair.views[1], pair.yaw_rad, pair.boxes)
+        before = _strip(pair.greys[0], pair.views[0], pair.yaw_rad - pair.turned_rad, pair.boxes)
+        now = _strip(pair.greys[1], pair.views[1], pair.yaw_rad, pair.boxes)
         if self._stands is None:
             self._stands = now.copy()
         self._stands += min(pair.dt_s / STANDS_S, 1.0) * (now - self._stands)
@@ -135,28 +138,32 @@ class RoadPlane:
         seen = float(np.interp(mean_mps, SPEEDS_MPS, self._correlation)) > LEAST_CORRELATION
         return Gaussian(mean_mps, sigma_mps) if sure and seen else None
 
-    def _strip(
-        self, grey: NDArray[np.uint8], view: RoadView, yaw_rad: float, boxes: Sequence[Box]
-    ) -> NDArray[np.float32]:
-        """(ROWS, columns) the road from above, less the brightness around; 0 where it is not seen."""
-        columns, rows = view.places(self._left_m - self._along_m * yaw_rad, self._along_m)
-        height, width = grey.shape
-        seen = (columns > 0) & (columns < width - 1) & (rows > 0) & (rows < height - 1)
-        for box in boxes:
-            seen &= (columns < box.x) | (columns > box.right) | (rows < box.y) | (rows > box.bottom)
-        strip = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR).astype(np.float32)
-        part = seen.astype(np.float32)
-        around = cv2.blur(strip * part, AROUND_STEPS) / np.maximum(cv2.blur(part, AROUND_STEPS), 1e-3)
-        return np.clip(part * (strip - around), -LARGEST_CONTRAST, LARGEST_CONTRAST)
+
+def _strip(
+    grey: NDArray[np.uint8], view: RoadView, yaw_rad: float, boxes: Sequence[Box]
+) -> NDArray[np.float32]:
+    """(COLUMNS, ROWS) the road from above, less the brightness around; 0 where it is not seen."""
+    seen = np.zeros(grey.shape, np.uint8)
+    seen[1:-1, 1:-1] = 1
+    for box in boxes:
+        seen[max(round(box.y), 0) : round(box.bottom) + 1, max(round(box.x), 0) : round(box.right) + 1] = 0
+    left_m = CORNERS_M[:, 1] - CORNERS_M[:, 0] * yaw_rad
+    places = np.column_stack(view.places(left_m, CORNERS_M[:, 0]))
+    homography = cv2.getPerspectiveTransform(CORNERS, places)
+    from_above = functools.partial(cv2.warpPerspective, M=homography, dsize=(ROWS, COLUMNS))
+    strip = from_above(grey, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP).astype(np.float32)
+    part = from_above(seen, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP).astype(np.float32)
+    around = cv2.blur(strip * part, AROUND_STEPS) / np.maximum(cv2.blur(part, AROUND_STEPS), 1e-3)
+    return np.clip(part * (strip - around), -LARGEST_CONTRAST, LARGEST_CONTRAST, dtype=np.float32)
 
 
 def _by_speed(before: NDArray[np.float32], now: NDArray[np.float32], dt_s: float) -> FloatArray:
     """(speeds,) correlation of two strips if we drive so fast; 0 where they share too little."""
     shifts = np.arange(ROWS - OVERLAP_ROWS)
-    product = np.fft.rfft(before, 2 * ROWS, axis=0) * np.conj(np.fft.rfft(now, 2 * ROWS, axis=0))
-    common = np.fft.irfft(product.sum(axis=1), 2 * ROWS)[: len(shifts)]
-    of_before = np.cumsum(np.square(before).sum(axis=1)[::-1])[::-1][shifts]
-    of_now = np.cumsum(np.square(now).sum(axis=1))[ROWS - 1 - shifts]
+    product = np.fft.rfft(before, 2 * ROWS) * np.conj(np.fft.rfft(now, 2 * ROWS))
+    common = np.fft.irfft(product.sum(axis=0), 2 * ROWS)[: len(shifts)]
+    of_before = np.cumsum(np.square(before).sum(axis=0)[::-1])[::-1][shifts]
+    of_now = np.cumsum(np.square(now).sum(axis=0))[ROWS - 1 - shifts]
     norm = np.maximum(np.sqrt(of_before * of_now), 1.0)
     return np.interp(SPEEDS_MPS * dt_s / STEP_M, shifts, common / norm, right=0.0)
 
