@@ -15,6 +15,11 @@ ERRORS_LAST_S = 0.5
 ROUGH_PART, ROUGH_MPS = 0.07, 0.7
 """A speed with a larger 1-sigma than this part of it, or this, tells no gain: its errors change by more than
 the speed of a car does."""
+HELD_MPS2 = 3.0
+"""While no speed is told the last one is held, less sure by this,"""
+HELD_PART = 0.3
+"""until its 1-sigma is this part of it: what it says of other vehicles would go at once, and their closing
+speeds with it."""
 JUMP_MPS = 3.0
 """About what the filter lags behind in the hardest braking (10 m/s^2),"""
 JUMP_SIGMAS = 3.0
@@ -60,7 +65,7 @@ class OwnSpeed:
         """
         before_mps, self.gain_sigma_mps = self.speed_mps, 0.0
         if speed_mps is None:
-            self.speed_mps = None
+            self._hold(dt_s)
             return 0.0
         was_rough, self._rough = self._rough, sigma_mps > max(ROUGH_PART * speed_mps, ROUGH_MPS)
         if before_mps is None or self._rough or was_rough:
@@ -86,6 +91,15 @@ class OwnSpeed:
             # By as much as the estimate was mended in this step its error changed.
             self.gain_sigma_mps = math.sqrt(max(vv - self._vv, 0.0))
         return self.speed_mps - before_mps
+
+    def _hold(self, dt_s: float) -> None:
+        """Nothing is told: the last speed becomes less sure, and is forgotten."""
+        if self.speed_mps is None:
+            return
+        self._rough = True
+        self.sigma_mps += HELD_MPS2 * dt_s
+        if self.sigma_mps > HELD_PART * self.speed_mps:
+            self.speed_mps = None
 
     def _begin(self, speed_mps: float, sigma_mps: float) -> float:
         """Know this and nothing of before; we became no faster by it."""

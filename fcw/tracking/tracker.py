@@ -186,7 +186,8 @@ class Tracker:
         tracks = tuple(
             followed.track(time_ns, path, turn) for followed in self._followed if followed.confirmed
         )
-        lead = select_lead(tracks, ego_speed_mps, ego_speed_sigma_mps)
+        own_sigma_mps = self._own.sigma_mps if ego_speed_sigma_mps is None else ego_speed_sigma_mps
+        lead = select_lead(tracks, ego_speed_mps, own_sigma_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
 

@@ -39,13 +39,28 @@ def test_the_pictures_errors_are_smoothed_and_braking_is_followed():
     assert own.speed_mps == pytest.approx(speed_mps, abs=2.0)
 
 
-def test_an_unknown_speed_is_forgotten():
+def test_a_speed_that_is_told_no_more_is_held_ever_less_surely_and_forgotten():
     own = OwnSpeed()
     own.update(0.0, 20.0, 0.5)
-    assert own.update(DT_S, None, 0.0) == 0.0
+    held_s, before_mps = 0.0, 0.5
+    while own.update(DT_S, None, 0.0) == 0.0 and own.speed_mps is not None:
+        held_s += DT_S
+        assert own.speed_mps == 20.0
+        assert own.sigma_mps > before_mps
+        before_mps = own.sigma_mps
+    # From 0.5 m/s to 6, by 3 a second.
+    assert held_s == pytest.approx(5.5 / 3, abs=2 * DT_S)
     assert own.speed_mps is None
     assert own.update(DT_S, 10.0, 0.5) == 0.0
     assert own.speed_mps == 10.0
+
+
+def test_the_speed_that_is_told_after_a_gap_is_no_gain():
+    own = OwnSpeed()
+    own.update(0.0, 20.0, 0.5)
+    own.update(DT_S, None, 0.0)
+    assert own.update(DT_S, 18.0, 0.5) == 0.0
+    assert own.speed_mps == 18.0
 
 
 def test_another_speed_at_once_is_no_gain_and_is_believed_when_it_lasts():
