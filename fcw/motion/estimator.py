@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, Gaussian
 from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, MotionFilter
 from fcw.motion.flow.pacing import Pacing
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
@@ -171,26 +171,29 @@ class MotionEstimator:
     @property
     def state(self) -> OwnMotion:
         """What is believed now."""
-        filtered, settings = self._filter, self._settings
-        speed_mps, sigma_mps = max(float(filtered.x[SPEED]), 0.0), filtered.sigma(SPEED)
-        is_sure = sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
-        known = self._known and is_sure and self._found_s >= settings.confirmed_s
+        settings, mount = self._settings, self._believed_mount
+        speed = by_points = self._speed_by_points
+        if speed is None or self._found_s < POINTS_TELL_S:
+            speed = self._plane.speed_mps(self._camera.height_m, mount.pitch_sigma_rad) or speed
         turn_radps, turn_sigma_radps = self._turn[0], math.sqrt(self._turn[1])
-        turn_known = known or turn_sigma_radps < settings.known_turn_radps
-        mount = self._believed_mount
-        if not known or self._found_s < POINTS_TELL_S:
-            by_road = self._plane.speed_mps(self._camera.height_m, mount.pitch_sigma_rad)
-            if by_road is not None:
-                speed_mps, sigma_mps, known = by_road.value, by_road.sigma, True
+        turn_known = by_points is not None or turn_sigma_radps < settings.known_turn_radps
         return OwnMotion(
-            speed_mps=speed_mps if known else None,
-            speed_sigma_mps=sigma_mps if known else None,
-            speed_source=SpeedSource.PICTURE if known else SpeedSource.UNKNOWN,
+            speed_mps=None if speed is None else speed.value,
+            speed_sigma_mps=None if speed is None else speed.sigma,
+            speed_source=SpeedSource.UNKNOWN if speed is None else SpeedSource.PICTURE,
             yaw_rate_radps=turn_radps if turn_known else None,
             yaw_rate_sigma_radps=turn_sigma_radps if turn_known else None,
             mount=mount,
-            picture_speed_mps=speed_mps if known else None,
+            picture_speed_mps=None if by_points is None else by_points.value,
         )
+
+    @property
+    def _speed_by_points(self) -> Gaussian | None:
+        settings, sigma_mps = self._settings, self._filter.sigma(SPEED)
+        speed_mps = max(float(self._filter.x[SPEED]), 0.0)
+        is_sure = sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
+        known = self._known and is_sure and self._found_s >= settings.confirmed_s
+        return Gaussian(speed_mps, sigma_mps) if known else None
 
     @property
     def _believed_mount(self) -> Mount:

@@ -52,7 +52,8 @@ class OwnMotion:
         yaw_rate_radps: how fast we turn, positive to the left; None when unknown.
         yaw_rate_sigma_radps: 1-sigma; None when the yaw rate is unknown.
         mount: of the camera; None where it is not learned.
-        picture_speed_mps: by the picture alone, whatever was given; None when unknown.
+        picture_speed_mps: by points of the picture alone, whatever was given, or told by the road as a whole,
+            which is too rough to judge a scale by; None when unknown.
     """
 
     speed_mps: float | None = None

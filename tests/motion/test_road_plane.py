@@ -133,9 +133,10 @@ def test_where_the_camera_looks_is_part_of_the_interval():
     assert unsure.speed_mps is None
 
 
-def test_the_mount_learns_nothing_of_it():
+def test_neither_the_mount_nor_the_calibrations_scale_is_judged_by_it():
     with_road, without = (drive(estimator(direction_s=math.inf), [v] * 25)[-1] for v in (14.0, 0.0))
     assert with_road.speed_mps is not None
+    assert with_road.picture_speed_mps is None
     assert with_road.mount == without.mount
 
 
