@@ -100,7 +100,7 @@ def test_noise_and_solid_lines_tell_no_speed():
 
 
 def test_a_vehicle_ahead_is_no_road():
-    """Its rear fills the strip but for a metre on each side, and stays where it is."""
+    """Its rear fills the strip but for a metre on each side, and stays; another one has left the picture."""
     box = Box(230, BELOW - 30, 180, HEIGHT - BELOW)
 
     def rear(picture):
@@ -112,7 +112,8 @@ def test_a_vehicle_ahead_is_no_road():
         picture[BELOW:] = 100 + 0.25 * (picture[BELOW:] - 110)
         picture += rng.normal(0, 1.5, picture.shape)
         rear(picture)
-        own.update(round(frame / RATE_HZ * 1e9), np.clip(picture, 0, 255).astype("u1"), (box,))
+        pixels = np.clip(picture, 0, 255).astype("u1")
+        own.update(round(frame / RATE_HZ * 1e9), pixels, (box, Box(-300, -300, 200, 200)))
     assert own.state.speed_mps == pytest.approx(12.0, rel=0.06)
 
 

@@ -44,7 +44,7 @@ ACCELERATION_MPS2 = 3.0
 WEIGHT_PER_S = 400.0
 """Of a correlation of 1, in the logarithm of the odds."""
 REMEMBERED_S = 1.0
-LEAST_CORRELATION = 0.3
+LEAST_CORRELATION = 0.2
 """In the mean over `REMEMBERED_S`. Below are speeds found by chance."""
 SURE_PART, SURE_MPS = 0.06, 0.4
 """The grid tells a speed while its 1-sigma is less than this part of it, or this;"""
@@ -146,7 +146,8 @@ def _strip(
     seen = np.zeros(grey.shape, np.uint8)
     seen[1:-1, 1:-1] = 1
     for box in boxes:
-        seen[max(round(box.y), 0) : round(box.bottom) + 1, max(round(box.x), 0) : round(box.right) + 1] = 0
+        top, bottom, left, right = (max(round(side), 0) for side in (box.y, box.bottom, box.x, box.right))
+        seen[top : bottom + 1, left : right + 1] = 0
     left_m = CORNERS_M[:, 1] - CORNERS_M[:, 0] * yaw_rad
     places = np.column_stack(view.places(left_m, CORNERS_M[:, 0]))
     homography = cv2.getPerspectiveTransform(CORNERS, places)
