@@ -123,7 +123,9 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
     )
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id
-    threats = threats_of(stages.tracker, tracks, own_mps, None, ego.path, turn, own_sigma_mps)
+    threats = threats_of(
+        stages.tracker, tracks, own_mps, path=ego.path, turn=turn, own_sigma_mps=own_sigma_mps
+    )
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,

@@ -24,8 +24,6 @@ ANY_SPEED_MPS = 15.0
 POINTS_TELL_S = 1.0
 """Once points have told a speed for so long, the road as a whole is not asked. Until then it goes first: of a
 few points many agree by chance on a speed that is too low."""
-
-
 HARDEST_BRAKING_MPS2 = 10.0
 """Of a car on a dry road: a speed that is found is no lower than this allows,"""
 BRAKED_FROM_SIGMAS = 3.0

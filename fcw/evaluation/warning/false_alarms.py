@@ -158,7 +158,7 @@ def kitti_threats(
             ego_speed_sigma_mps=own_sigma_mps,
             turn=turn,
         )
-        threats = threats_of(tracker, tracks, own_mps, None, ego.path, turn, own_sigma_mps)
+        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn, own_sigma_mps=own_sigma_mps)
         yield KittiMoment(frame, tracks, threats, own_mps, speed_mps)
 
 

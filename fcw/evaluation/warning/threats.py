@@ -139,7 +139,9 @@ def run_threat_trial(
             ego_speed_sigma_mps=own_sigma_mps,
             turn=turn,
         )
-        threats = threats_of(tracker, tracks, motion.speed_mps, None, path, turn, own_sigma_mps)
+        threats = threats_of(
+            tracker, tracks, motion.speed_mps, path=path, turn=turn, own_sigma_mps=own_sigma_mps
+        )
         state = policy.update(one.truth.time_ns, threats, motion.speed_mps)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
