@@ -33,6 +33,8 @@ LEAST_REACH = 1.6
 """The farthest of a line's paint is so many times as far as the nearest: a single dash is no line."""
 INLYING_PX = 2.0
 """Paint farther from the straight line is other paint."""
+PLACES_APART = 4
+"""A line is drawn through two places of paint that so many steps of `DISTANCES_M` or more lie between."""
 TRIED_RAD = tuple(math.radians(degrees) for degrees in (0, 1, -1, 2, -2, 3, -3, 4, -4))
 """Pitches about the believed one. Lines found by a wrong pitch contradict it:"""
 AGREEING_HEIGHTS = 0.015
@@ -132,17 +134,13 @@ def _paint(grey: NDArray[np.uint8], view: RoadView, lane: Lane, side: float) -> 
 
 def _through_paint(places: FloatArray, horizon_px: float) -> Segment | None:
     """The straight line through most of the places, from the nearest to the farthest of them."""
-    best: NDArray[np.bool_] | None = None
-    for i in range(len(places)):
-        for j in range(i + 4, len(places)):
-            (u1, v1), (u2, v2) = places[i], places[j]
-            if v1 - v2 < 4 * INLYING_PX:
-                continue
-            off_px = (places[:, 0] - u1) - (u2 - u1) / (v2 - v1) * (places[:, 1] - v1)
-            near = np.abs(off_px) < INLYING_PX
-            if best is None or near.sum() > best.sum():
-                best = near
-    if best is None or best.sum() < FEWEST_PLACES:
+    first, second = np.triu_indices(len(places), PLACES_APART)
+    apart = places[first, 1] - places[second, 1] >= 4 * INLYING_PX
+    (u1, v1), (u2, v2) = (places[ends[apart]].T[:, :, None] for ends in (first, second))
+    off_px = (places[:, 0] - u1) - (u2 - u1) / (v2 - v1) * (places[:, 1] - v1)
+    near = np.abs(off_px) < INLYING_PX
+    best = near[np.argmax(near.sum(axis=1))] if len(near) else np.zeros(len(places), bool)
+    if best.sum() < FEWEST_PLACES:
         return None
     columns, rows = places[best, 0], places[best, 1]
     # Distances are as the inverse of rows below the horizon.
