@@ -1,6 +1,7 @@
 """Shared by all tests: which of them are slow, where the real drives are, and how hypothesis searches."""
 
 import atexit
+import gc
 import os
 import shutil
 import tempfile
@@ -14,8 +15,9 @@ os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
 atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 # As the command line does, before NumPy is loaded: beside other workers the threads of OpenBLAS wait for each
-# other, and what solves many small systems takes up to five times the processor time.
+# other, and what solves many small systems takes up to five times the processor time. So do those of OpenCV.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
 # No test is timed: the machine may be busy. Repeatable in CI, searching anew everywhere else.
 settings.register_profile(
@@ -27,6 +29,12 @@ settings.register_profile(
 # `make check` searches less; `make test` passes the same tests with all their examples.
 settings.register_profile("quick", settings.get_profile("fcw"), max_examples=20)
 settings.load_profile("fcw")
+
+
+def pytest_collection_finish() -> None:
+    """What was imported stays to the end: looking for garbage in it took a second in forty."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
