@@ -22,8 +22,10 @@ INLYING = 0.25
 ANY_SPEED_MPS = 15.0
 """Of a vehicle that drives, and the 1-sigma of it."""
 POINTS_TELL_S = 1.0
-"""Once points have told a speed for so long, the road as a whole is not asked. Until then it goes first: of a
-few points many agree by chance on a speed that is too low."""
+"""Once points have told a speed for so long, the road as a whole is not asked. Until then it goes first where
+it contradicts them: of a few points many agree by chance on a speed that is too low."""
+CONTRADICTING_SIGMAS = 2.0
+"""Of the road's speed."""
 HARDEST_BRAKING_MPS2 = 10.0
 """Of a car on a dry road: a speed that is found is no lower than this allows,"""
 BRAKED_FROM_SIGMAS = 3.0
@@ -172,7 +174,9 @@ class MotionEstimator:
         settings, mount = self._settings, self._believed_mount
         speed = by_points = self._speed_by_points
         if speed is None or self._found_s < POINTS_TELL_S:
-            speed = self._plane.speed_mps(self._camera.height_m, mount.pitch_sigma_rad) or speed
+            by_road = self._plane.speed_mps(self._camera.height_m, mount.pitch_sigma_rad)
+            if by_road is not None and (speed is None or _contradicts(by_road, speed)):
+                speed = by_road
         turn_radps, turn_sigma_radps = self._turn[0], math.sqrt(self._turn[1])
         turn_known = by_points is not None or turn_sigma_radps < settings.known_turn_radps
         return OwnMotion(
@@ -327,3 +331,7 @@ class MotionEstimator:
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter
     ) -> _Attempt:
         return _Attempt(self._follower, pictures, self._camera.height_m, expectation, dt_s, self._settings)
+
+
+def _contradicts(by_road: Gaussian, by_points: Gaussian) -> bool:
+    return abs(by_points.value - by_road.value) > CONTRADICTING_SIGMAS * by_road.sigma

@@ -1,5 +1,6 @@
 """Own speed by the road as a whole, on roads that have no corner to follow."""
 
+import itertools
 import math
 
 import numpy as np
@@ -85,6 +86,30 @@ def test_what_stands_in_the_picture_is_no_road():
     assert states[-1].speed_mps == pytest.approx(14.0, rel=0.06)
 
 
+def blocks_that_stand_for_a_moment():
+    """Stronger than the road, and other ones every 0.4 s, so that they are not learnt to stand."""
+    rng, pictures = np.random.default_rng(11), itertools.count()
+    blocks = np.empty((HEIGHT // 6 + 1, WIDTH // 8 + 1, 1))
+
+    def change(picture):
+        if next(pictures) % 4 == 0:
+            blocks[:] = rng.normal(0, 6, blocks.shape)
+        picture[BELOW:] += blocks.repeat(6, axis=0).repeat(8, axis=1)[BELOW:HEIGHT, :WIDTH]
+
+    return change
+
+
+@pytest.mark.parametrize("speed_mps", [14.0, 28.0])
+def test_what_stands_for_a_moment_hides_no_road(speed_mps):
+    states = drive(estimator(), [speed_mps] * 40, change=blocks_that_stand_for_a_moment())
+    assert states[-1].speed_mps == pytest.approx(speed_mps, rel=0.06)
+
+
+def test_what_stands_for_a_moment_drives_no_standing_car():
+    states = drive(estimator(), [0.0] * 40, change=blocks_that_stand_for_a_moment())
+    assert {state.speed_mps for state in states} == {None}
+
+
 def test_a_standing_car_has_no_speed_by_the_road():
     assert {state.speed_mps for state in drive(estimator(), [0.0] * 30)} == {None}
 
@@ -141,11 +166,23 @@ def test_neither_the_mount_nor_the_calibrations_scale_is_judged_by_it():
     assert with_road.mount == without.mount
 
 
-def test_points_that_were_just_found_wait_for_a_second_where_the_road_tells_a_speed(monkeypatch):
-    monkeypatch.setattr(RoadPlane, "speed_mps", lambda *_: Gaussian(16.0, 1.0))
+def speeds_where_the_road_tells(by_road, monkeypatch):
+    """On a road whose points tell 5 m/s."""
+    monkeypatch.setattr(RoadPlane, "speed_mps", lambda *_: by_road)
     own, road, speeds_mps = MotionEstimator(Calibration.from_camera(camera(), SIZE)), Road(), []
     for frame in range(20):
         picture = road.picture(Pose(5.0 * frame / RATE_HZ))
         speeds_mps.append(own.update(round(frame / RATE_HZ * 1e9), picture).speed_mps)
+    return speeds_mps
+
+
+def test_points_that_were_just_found_wait_for_a_second_where_the_road_contradicts_them(monkeypatch):
+    speeds_mps = speeds_where_the_road_tells(Gaussian(16.0, 1.0), monkeypatch)
     assert speeds_mps[:10] == [16.0] * 10
     assert speeds_mps[16:] == pytest.approx([5.0] * 4, rel=0.03)
+
+
+def test_points_that_were_just_found_count_at_once_where_the_road_agrees(monkeypatch):
+    speeds_mps = speeds_where_the_road_tells(Gaussian(5.7, 0.5), monkeypatch)
+    assert speeds_mps[0] == 5.7
+    assert speeds_mps[4:] == pytest.approx([5.0] * 16, rel=0.05)
