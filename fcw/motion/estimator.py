@@ -26,10 +26,10 @@ POINTS_TELL_S = 1.0
 it contradicts them: of a few points many agree by chance on a speed that is too low."""
 CONTRADICTING_SIGMAS = 2.0
 """Of the road's speed."""
-HARDEST_BRAKING_MPS2 = 10.0
-"""Of a car on a dry road: a speed that is found is no lower than this allows,"""
-BRAKED_FROM_SIGMAS = 3.0
-"""from the one that was known, less so many of its sigmas."""
+HARDEST_BRAKING_MPS2, HARDEST_SPEEDING_UP_MPS2 = 10.0, 6.0
+"""Of a car on a dry road: points find no speed that is lower than this allows from one that was known, less
+`CHANGED_FROM_SIGMAS`; the road none that is higher than it allows from one that points told for long."""
+CHANGED_FROM_SIGMAS = 3.0
 
 
 class _Attempt:
@@ -111,8 +111,8 @@ class MotionEstimator:
         """Mean and variance of the yaw rate. The filter does not take it where no speed is known: on one of
         ten clips more speeds were found by chance with it, and on another the horizon became wrong."""
         self._since_search_s = float("inf")
-        self._slowest_mps = -math.inf
-        """What we may have braked down to since a speed was last known."""
+        self._slowest_mps, self._fastest_mps = -math.inf, math.inf
+        """What we may have braked down to since a speed was last known, and reached since points told it."""
         self.points = (0, 0)
 
     def update(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box] = ()) -> OwnMotion:
@@ -153,9 +153,12 @@ class MotionEstimator:
         self._judge_mount()
         state = self.state
         self._slowest_mps -= HARDEST_BRAKING_MPS2 * dt_s
+        self._fastest_mps += HARDEST_SPEEDING_UP_MPS2 * dt_s
         if state.speed_mps is not None and not (self._known and self._doubtful_s):
             assert state.speed_sigma_mps is not None
-            self._slowest_mps = state.speed_mps - BRAKED_FROM_SIGMAS * state.speed_sigma_mps
+            self._slowest_mps = state.speed_mps - CHANGED_FROM_SIGMAS * state.speed_sigma_mps
+            if self._speed_by_points is not None and self._found_s >= POINTS_TELL_S:
+                self._fastest_mps = state.speed_mps + CHANGED_FROM_SIGMAS * state.speed_sigma_mps
         return state
 
     def _judge_mount(self) -> None:
@@ -174,7 +177,7 @@ class MotionEstimator:
         settings, mount = self._settings, self._believed_mount
         speed = by_points = self._speed_by_points
         if speed is None or self._found_s < POINTS_TELL_S:
-            by_road = self._plane.speed_mps(self._camera.height_m, mount.pitch_sigma_rad)
+            by_road = self._speed_by_road
             if by_road is not None and (speed is None or _contradicts(by_road, speed)):
                 speed = by_road
         turn_radps, turn_sigma_radps = self._turn[0], math.sqrt(self._turn[1])
@@ -188,6 +191,14 @@ class MotionEstimator:
             mount=mount,
             picture_speed_mps=None if by_points is None else by_points.value,
         )
+
+    @property
+    def _speed_by_road(self) -> Gaussian | None:
+        """What the road as a whole tells, if we can have reached it."""
+        speed = self._plane.speed_mps(self._camera.height_m, self._believed_mount.pitch_sigma_rad)
+        if speed is None or speed.value - CHANGED_FROM_SIGMAS * speed.sigma > self._fastest_mps:
+            return None
+        return speed
 
     @property
     def _speed_by_points(self) -> Gaussian | None:

@@ -186,3 +186,21 @@ def test_points_that_were_just_found_count_at_once_where_the_road_agrees(monkeyp
     speeds_mps = speeds_where_the_road_tells(Gaussian(5.7, 0.5), monkeypatch)
     assert speeds_mps[0] == 5.7
     assert speeds_mps[4:] == pytest.approx([5.0] * 16, rel=0.05)
+
+
+def test_nobody_is_fast_right_after_standing(monkeypatch):
+    """As the road seemed to be where a bus crossed right before a car that stood (one clip)."""
+    own, rng = MotionEstimator(Calibration.from_camera(camera(), SIZE)), np.random.default_rng(3)
+    standing = Road().picture(Pose(0.0)).astype(float)
+    monkeypatch.setattr(RoadPlane, "speed_mps", lambda *_: None)
+    for frame in range(30):
+        picture = np.clip(standing + rng.normal(0, 1.0, standing.shape), 0, 255).astype("u1")
+        own.update(round(frame / RATE_HZ * 1e9), picture)
+    assert own.state.speed_mps == pytest.approx(0.0, abs=0.1)
+    monkeypatch.setattr(RoadPlane, "speed_mps", lambda *_: Gaussian(30.0, 3.0))
+    speeds_mps = [
+        own.update(round((3 + frame / RATE_HZ) * 1e9), rng.integers(0, 255, standing.shape, "u1")).speed_mps
+        for frame in range(60)
+    ]
+    assert 30.0 not in speeds_mps[:30]
+    assert speeds_mps[-1] == 30.0
