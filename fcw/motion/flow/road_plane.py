@@ -35,7 +35,7 @@ CORNERS = np.array([(0, 0), (ROWS - 1, 0), (ROWS - 1, COLUMNS - 1), (0, COLUMNS 
 CORNERS_M = (NEAREST_M, -HALF_WIDTH_M) + STEP_M * CORNERS.astype(np.float64)
 """and where they are, ahead and to the left."""
 FINER = 4
-"""Shifts are told to this part of a row: at 5 m/s and 15 pairs a second the road comes three rows nearer."""
+"""So many shifts a row: at 5 m/s and 15 pairs a second the road comes only three rows nearer."""
 OVERLAP_ROWS = 30
 """So much of the strip both pictures must show."""
 AROUND_STEPS = (11, 9)
