@@ -15,7 +15,7 @@ os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
 atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 # As the command line does, before NumPy is loaded: beside other workers the threads of OpenBLAS wait for each
-# other, and what solves many small systems takes up to five times the processor time. Those of OpenCV wait, too.
+# other, and what solves many small systems takes up to five times the processor time. OpenCV's wait, too.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
