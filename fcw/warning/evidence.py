@@ -32,6 +32,8 @@ class Evidence:
             our way.
         lead_probability: of the lead it is enough that this is so likely; far away its way across is not
             known well, but it is in the path now.
+        upon_us_s: it is reached so soon that it counts as any lead, though our path's bend changes: who then
+            turns the wheel does so because of it.
         beside_m: with more room than this between it and our path now,
         crossing_probability: it must be so likely, and the bend of our path known: from a car that turns, all
             that stands beside the road sweeps across the path. Where the bend is unknown, it must be as
@@ -97,6 +99,7 @@ class Evidence:
     minimum_lead_s: float = 0.6
     overlap_probability: float = 0.5
     lead_probability: float = 0.45
+    upon_us_s: float = 1.0
     beside_m: float = 0.3
     crossing_probability: float = 0.8
     minimum_course_s: float = 0.3
@@ -147,7 +150,8 @@ class Evidence:
         if threat.is_oncoming:
             near = threat.reach_s is not None and threat.reach_s <= self.oncoming_reach_s
             return near and threat.overlap_probability >= self.oncoming_probability
-        if threat.is_lead and not threat.bend_changes:
+        upon_us = threat.reach_s is not None and threat.reach_s <= self.upon_us_s
+        if threat.is_lead and (upon_us or not threat.bend_changes):
             return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
         is_beside = threat.overlap_now_m < -self.beside_m
         comes = is_beside and not (holding or was_on_course)

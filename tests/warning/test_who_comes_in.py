@@ -79,3 +79,12 @@ def test_what_stands_in_our_lane_is_warned_of_though_little_steering_would_pass_
         required_lateral_mps2=0.3,
     )
     assert (warned_after_s(threat) is not None) == warned
+
+
+@pytest.mark.parametrize(("reach_s", "warned"), [(0.9, True), (1.4, False)])
+def test_a_lead_that_is_upon_us_is_warned_of_though_we_turn_the_wheel(reach_s, warned):
+    """Where our path will be is not known then; but who turns it so late does so because of the lead."""
+    (threat,) = threats_of_lead(make_lead(reach_s * CLOSING_MPS, CLOSING_MPS))
+    threat = replace(threat, bend_changes=True, overlap_probability=0.6)
+    assert threat.is_lead
+    assert (warned_after_s(threat) is not None) == warned

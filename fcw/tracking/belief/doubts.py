@@ -41,6 +41,8 @@ class Doubts:
         self._lost: list[tuple[int, Box]] = []
         """Time and place of believed vehicles that are followed no more."""
         self._places: dict[int, tuple[bool, Box]] = {}
+        self._through_ns: dict[tuple[int, int], int] = {}
+        """When the detector found, where one track would hide it, another: by the two of them."""
         self._well_found: set[int] = set()
         """Vehicles that the detector found for so long that nothing is doubted any more."""
 
@@ -67,12 +69,13 @@ class Doubts:
         for one in followed:
             if one.found_s >= settings.well_found_s and one.found_part >= settings.well_found_part:
                 self._well_found.add(one.track_id)
+        self._look_through(time_ns, followed)
         for one in followed:
             since_ns = self._since_ns[one.track_id]
             if since_ns is None:
-                if self._is_none_after_all(time_ns, one, followed):
+                if self._is_none_after_all(one, followed):
                     self._since_ns[one.track_id] = time_ns
-            elif any(self._shows_through(time_ns, one, other) for other in followed):
+            elif any(self._shows_through(one, other) for other in followed):
                 self._since_ns[one.track_id] = time_ns
             elif one.seen_by is SeenBy.DETECTOR and self._has_earned(one, (time_ns - since_ns) / 1e9):
                 self._since_ns[one.track_id] = None
@@ -104,26 +107,34 @@ class Doubts:
             )
         )
 
-    def _is_none_after_all(self, time_ns: int, one: Followed, followed: Sequence[Followed]) -> bool:
+    def _is_none_after_all(self, one: Followed, followed: Sequence[Followed]) -> bool:
         """Whether what was believed, and was never well found, is hardly detected, or seen through."""
         if one.track_id in self._well_found or one.state.distance_m >= self._settings.far_m:
             return False
         return one.found_part < self._settings.kept_part or any(
-            other.track_id in self._well_found and self._shows_through(time_ns, one, other)
-            for other in followed
+            other.track_id in self._well_found and self._shows_through(one, other) for other in followed
         )
 
-    def _shows_through(self, time_ns: int, one: Followed, other: Followed) -> bool:
-        """Whether another vehicle that is believed is seen where this one would hide it."""
+    def _look_through(self, time_ns: int, followed: Sequence[Followed]) -> None:
+        """Take who was found where a nearer one would hide it.
+
+        Found before that one came there it says nothing: who cuts in hides the lead from that moment on.
+        """
         settings = self._settings
-        return (
-            other is not one
-            and other.confirmed
-            and self._since_ns[other.track_id] is None
-            and time_ns - other.detected_ns <= settings.through_s * 1e9
-            and other.state.distance_m > settings.through_ratio * one.state.distance_m
-            and _inside(other.box, one.box) >= settings.through_part
-        )
+        latest_ns = time_ns - settings.through_s * 1e9
+        self._through_ns = {pair: at_ns for pair, at_ns in self._through_ns.items() if at_ns >= latest_ns}
+        for other in followed:
+            if other.detected_ns != time_ns:
+                continue
+            for one in followed:
+                farther = other.state.distance_m > settings.through_ratio * one.state.distance_m
+                if one is not other and farther and _inside(other.box, one.box) >= settings.through_part:
+                    self._through_ns[one.track_id, other.track_id] = time_ns
+
+    def _shows_through(self, one: Followed, other: Followed) -> bool:
+        """Whether another vehicle that is believed was just seen where this one would hide it."""
+        believed = other.confirmed and self._since_ns[other.track_id] is None
+        return believed and (one.track_id, other.track_id) in self._through_ns
 
     def _has_earned(self, one: Followed, seen_s: float) -> bool:
         settings, state = self._settings, one.state

@@ -34,7 +34,7 @@ class BeliefSettings:
         moving_mps: and this speed.
         through_part: somebody is seen through it where so much of their box is inside its own,
         through_ratio: and they are so many times as far away,
-        through_s: and the detector found them within this time.
+        through_s: and the detector found them there within this time.
         remembered_s: so long the place of a believed vehicle that was lost is kept: found again, it is
             believed.
         still: see `StillPictureSettings`.

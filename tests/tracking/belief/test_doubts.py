@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fcw.box import Box
+from fcw.box import Box, shared_area
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
@@ -166,6 +166,25 @@ def test_what_was_there_at_the_start_is_doubted_where_a_vehicle_is_well_seen_thr
     ahead, ghost = (next(t.track_id for t in frames[20][1] if abs(t.distance_m - d) < 2) for d in (28.5, 2.5))
     assert {lead for time_s, _, lead, _ in frames if 0.3 < time_s < 0.9} == {ghost}
     assert {lead for time_s, _, lead, _ in frames if time_s > 1.2} == {ahead}
+
+
+def test_who_slides_in_front_of_the_lead_is_not_doubted_because_the_lead_was_found_just_before():
+    """An oncoming car skidded across at 35 m/s; the lead had been found until it was hidden."""
+
+    def detections(time_s):
+        since_s, lead = time_s - 2.0, seen(60.0)
+        if lead is None or since_s < 0:
+            return (lead,)
+        skids = seen(40 - 30 * since_s, max(3.5 - 3.5 * since_s, 0.0))
+        hidden = skids is not None and shared_area(lead.box, skids.box) > 0.2 * lead.box.w * lead.box.h
+        return (None if hidden else lead), skids
+
+    frames = list(drive(detections, 3.1))
+    assert {lead for time_s, _, lead, _ in frames if 0.5 < time_s < 2.0} == {1}
+    skidding = [t for _, tracks, *_ in frames for t in tracks if t.track_id == 2]
+    assert skidding
+    assert skidding[-1].distance_m < 8.5
+    assert not any(track.doubtful for track in skidding)
 
 
 def test_a_vehicle_found_in_a_third_of_its_frames_from_the_start_stays_the_lead():
