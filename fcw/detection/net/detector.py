@@ -24,10 +24,6 @@ LOOKED_AGAIN = 0.88, 1.12
 GLANCE_AGREES = 0.5
 """IoU from which a box of the glance shows the vehicle that a box of the look shows."""
 
-LARGE_TOLERANCES = 2.0
-"""By so many tolerances the pitch may be off before a box is too large for a vehicle. Of 1, 2, 3 and 4 on the
-drives kept for judging none costs anything."""
-
 
 @dataclass(frozen=True, slots=True)
 class NetSettings:
@@ -51,6 +47,8 @@ class NetSettings:
         sizes_m: sqrt(w h) that a vehicle may have where its box stands on the road: motorcycle to bus.
             On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
             would lose lorries.
+        size_tolerances: by so many tolerances the pitch may be off before a box has no such size. On drives
+            kept for judging no limit at all costs nothing (`benchmarks/more_vehicles/wrong_pitch.py`).
         largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
         near_part: height of a box, as a part of the picture's, from which it is trusted sooner.
         nearest_part: height, likewise, beyond which it is trusted no sooner still: houses are that high too.
@@ -77,6 +75,7 @@ class NetSettings:
     glance_parts: tuple[float, float] = (0.08, 0.13)
     again_from: float = 0.0
     sizes_m: tuple[float, float] = (1.0, 4.0)
+    size_tolerances: float = 6.0
     largest_overlap: float = 0.5
     near_part: float = 0.1
     nearest_part: float = 0.4
@@ -204,16 +203,17 @@ class NetDetector:
     def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) which are as large as a vehicle, for some pitch of the camera.
 
-        What ends at the picture's bottom may be nearer, and so smaller, than it looks. Before anything is too
-        large the pitch may be off by `LARGE_TOLERANCES`: a lead that is never found cannot correct it.
+        What ends at the picture's bottom may be nearer, and so smaller, than it looks. The pitch may be far
+        off, by `SIZE_TOLERANCES`: a lead that is never found cannot correct it.
         """
         low_m, high_m = self._settings.sizes_m
         bottoms = boxes[:, 1] + boxes[:, 3]
         sizes = np.sqrt(np.maximum(boxes[:, 2] * boxes[:, 3], 0.0)) * self._height_m
         rows = bottoms - self._horizon_row_px
         cut = bottoms >= self._size.height - 1 - CUT_MARGIN * self._size.height
-        small_enough = cut | (sizes <= high_m * (rows + LARGE_TOLERANCES * self._tolerance_px))
-        return small_enough & (sizes >= low_m * (rows - self._tolerance_px))
+        off_px = self._settings.size_tolerances * self._tolerance_px
+        small_enough = cut | (sizes <= high_m * (rows + off_px))
+        return small_enough & (sizes >= low_m * (rows - off_px))
 
     def _inside(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
         """The boxes cut to the picture."""
