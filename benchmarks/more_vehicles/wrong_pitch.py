@@ -90,7 +90,9 @@ def _found(
     seen = None
     for tolerances in SIZE_TOLERANCES:
         try:
-            detector = NetDetector(model, calibration, NetSettings(size_tolerances=min(tolerances, 1e6)))
+            detector = NetDetector(
+                model, calibration, NetSettings(size_tolerances=(min(tolerances, 1e6),) * 2)
+            )
         except UserError:  # no road in the picture
             yield tolerances, ()
             continue

@@ -47,8 +47,9 @@ class NetSettings:
         sizes_m: sqrt(w h) that a vehicle may have where its box stands on the road: motorcycle to bus.
             On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
             would lose lorries.
-        size_tolerances: by so many tolerances the pitch may be off before a box has no such size. On drives
-            kept for judging no limit at all costs nothing (`benchmarks/more_vehicles/wrong_pitch.py`).
+        size_tolerances: by so many tolerances the pitch may be off before a box is too small, and too large.
+            On drives kept for judging no limit at all costs nothing
+            (`benchmarks/more_vehicles/wrong_pitch.py`).
         largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
         near_part: height of a box, as a part of the picture's, from which it is trusted sooner.
         nearest_part: height, likewise, beyond which it is trusted no sooner still: houses are that high too.
@@ -75,7 +76,7 @@ class NetSettings:
     glance_parts: tuple[float, float] = (0.08, 0.13)
     again_from: float = 0.0
     sizes_m: tuple[float, float] = (1.0, 4.0)
-    size_tolerances: float = 6.0
+    size_tolerances: tuple[float, float] = (6.0, 6.0)
     largest_overlap: float = 0.5
     near_part: float = 0.1
     nearest_part: float = 0.4
@@ -211,9 +212,9 @@ class NetDetector:
         sizes = np.sqrt(np.maximum(boxes[:, 2] * boxes[:, 3], 0.0)) * self._height_m
         rows = bottoms - self._horizon_row_px
         cut = bottoms >= self._size.height - 1 - CUT_MARGIN * self._size.height
-        off_px = self._settings.size_tolerances * self._tolerance_px
-        small_enough = cut | (sizes <= high_m * (rows + off_px))
-        return small_enough & (sizes >= low_m * (rows - off_px))
+        lower_px, higher_px = (each * self._tolerance_px for each in self._settings.size_tolerances)
+        small_enough = cut | (sizes <= high_m * (rows + higher_px))
+        return small_enough & (sizes >= low_m * (rows - lower_px))
 
     def _inside(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
         """The boxes cut to the picture."""
