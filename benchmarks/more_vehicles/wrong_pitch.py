@@ -90,9 +90,8 @@ def _found(
     seen = None
     for tolerances in SIZE_TOLERANCES:
         try:
-            detector = NetDetector(
-                model, calibration, NetSettings(size_tolerances=(min(tolerances, 1e6),) * 2)
-            )
+            most = min(tolerances, 1e6)  # of a box above the horizon infinity would be no number
+            detector = NetDetector(model, calibration, NetSettings(size_tolerances=(most, most)))
         except UserError:  # no road in the picture
             yield tolerances, ()
             continue
