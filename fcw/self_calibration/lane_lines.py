@@ -51,8 +51,11 @@ LEAST_ASIDE_PART = 2 / 3
 """With half of the pictures, kerbs and shadows met aside of a road that lay straight ahead."""
 LARGEST_SCATTER_HEIGHTS = 0.025
 """Lanes tell where the road leads to if they scatter less than this, in picture heights; else they bend."""
-COMMON_LANE_SIGMA_HEIGHTS = 0.004
-"""What all lanes of a clip have in common: camber, and slopes."""
+COMMON_LANE_SIGMA_HEIGHTS = 0.03
+"""What all lanes of a clip have in common: camber, slopes, and that kerbs, bends and bonnets pass for them.
+
+On 16 clips of strangers they met 4 % of the picture's height from the horizon in the median, 16 % at most.
+"""
 MAD_TO_SIGMA = 1.4826
 EVENLY_BENT_MPS = 60.0
 """On a road for this speed no bend grows: straight lines are looked for."""

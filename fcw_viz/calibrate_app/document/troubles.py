@@ -173,6 +173,8 @@ def _mend(document: Document, marks: Sequence[Mark], named: Suspicion, offset_m:
     match named.fault:
         case Fault.BUMPER:
             offset_m = round(offset_m, OFFSET_DECIMALS)
+            if offset_m < 0:  # no bumper is behind its camera
+                return None
             return Mend(words.offset_label(document, offset_m), (SetReference(True, offset_m),))
         case Fault.SWAPPED:
             first, second = wrong

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from session_helpers import PAPER_POINTS, SIZE, edits, mended, only_trouble, said, seen
 
@@ -12,7 +12,13 @@ from fcw.camera.calibration import Gaussian
 from fcw.camera.lens.model import Lens
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief
-from fcw_viz.calibrate_app.document.edits import EnableMark, SetHeight, SetReference
+from fcw_viz.calibrate_app.document.edits import (
+    DeleteMark,
+    EnableMark,
+    SetFieldOfView,
+    SetHeight,
+    SetReference,
+)
 from fcw_viz.calibrate_app.document.solution import solve
 from fcw_viz.calibrate_app.document.state import Mend, Status
 
@@ -192,8 +198,12 @@ def test_a_lens_that_contradicts_the_height_is_said():
     assert "no interval here can be trusted" in solution.result.quality
 
 
+WIDE = Belief(Gaussian(2.0, 0.125), True)
+
+
 @pytest.mark.slow
 @given(st.lists(edits, max_size=12))
+@example([DeleteMark(1), SetReference(True, 2.0), SetFieldOfView(WIDE)])  # a bumper behind the camera
 def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(steps):
     document = said(*PAPER_POINTS, (12, 330), height_m=1.2)
     for edit in steps:
