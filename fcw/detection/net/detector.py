@@ -48,7 +48,7 @@ class NetSettings:
             On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
             would lose lorries.
         size_tolerances: by so many tolerances the pitch may be off before a box is too small, and too large.
-            On drives kept for judging no limit at all costs nothing
+            Having no limit at all costs nothing on the drives kept for judging, on which this was chosen
             (`benchmarks/more_vehicles/wrong_pitch.py`).
         largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
         near_part: height of a box, as a part of the picture's, from which it is trusted sooner.
@@ -205,7 +205,7 @@ class NetDetector:
         """(N,) which are as large as a vehicle, for some pitch of the camera.
 
         What ends at the picture's bottom may be nearer, and so smaller, than it looks. The pitch may be far
-        off, by `SIZE_TOLERANCES`: a lead that is never found cannot correct it.
+        off: a lead that is never found cannot correct it.
         """
         low_m, high_m = self._settings.sizes_m
         bottoms = boxes[:, 1] + boxes[:, 3]
