@@ -27,6 +27,10 @@ SAME_PLACE_OVERLAP = 0.7
 """Boxes at any time that overlap so show the same, or tell no more than one of them."""
 
 
+BONNET_PART = 0.03
+"""Of the picture's height, so near to its bottom boxes end that are cut there, or are the own bonnet."""
+
+
 class VehicleRulers:
     """Collects them, look by look.
 
@@ -100,7 +104,7 @@ def ruler_of(box: Box, size: ImageSize) -> Ruler | None:
     What shows its side is as wide as its height tells.
     """
     left, right = (part * size.width for part in AHEAD_PARTS)
-    whole = box.x > 1 and box.right < size.width - 2 and box.bottom < size.height - 2
+    whole = box.x > 1 and box.right < size.width - 2 and box.bottom < (1 - BONNET_PART) * size.height
     if not whole or not left < box.center_x < right or box.w < SMALLEST_RULER_PX:
         return None
     shows_side = box.h < FLATTEST_REAR * box.w

@@ -27,6 +27,7 @@ def test_boxes_that_are_cut_small_or_aside_are_no_rulers():
         Box(0, 400, 200, 100),
         Box(1100, 400, 80, 60),
         Box(600, 700, 80, 60),
+        Box(600, 640, 80, 60),  # it ends where bonnets are
     ):
         assert ruler_of(box, SIZE) is None
 
