@@ -33,7 +33,8 @@ class Evidence:
         lead_probability: of the lead it is enough that this is so likely; far away its way across is not
             known well, but it is in the path now.
         upon_us_s: it is reached so soon that it counts as any lead, though our path's bend changes: who then
-            turns the wheel does so because of it.
+            turns the wheel does so because of it. Set once, for a stranger's clip (docs/figures.md, "One more
+            set").
         beside_m: with more room than this between it and our path now,
         crossing_probability: it must be so likely, and the bend of our path known: from a car that turns, all
             that stands beside the road sweeps across the path. Where the bend is unknown, it must be as
