@@ -329,13 +329,12 @@ class RangeFilter:
         """
         at = CAMERA + VEHICLE * slot
         looks = at + LOOKS
-        depth_m, by_distance, by_pole = self._depth(slot)
+        depth_m, by_distance = self._depth(slot)
         self._x[looks] = math.log(depth_m)
         # A copy of log(D + C): wholly correlated with what it is made of.
-        row = by_distance * self._p[at + DISTANCE] + by_pole * self._p[POLE]
-        self._p[looks] = row
-        self._p[:, looks] = row
-        self._p[looks, looks] = by_distance * row[at + DISTANCE] + by_pole * row[POLE]
+        row = by_distance * self._p[at + DISTANCE] + (1 - by_distance) * self._p[SCALE]
+        self._p[looks] = self._p[:, looks] = row
+        self._p[looks, looks] = by_distance * row[at + DISTANCE] + (1 - by_distance) * row[SCALE]
 
     def take_growths(self, growths: Sequence[tuple[int, float, float]], dt_s: float) -> None:
         """Take by how much the looks of vehicles have grown since they were remembered.
@@ -347,22 +346,23 @@ class RangeFilter:
         if not growths:
             return
         white = max(1.0, 2 * self._model.looks_correlation_s / dt_s)
-        rows = np.zeros((len(growths), len(self._x)))
-        residuals, variances = np.zeros(len(growths)), np.zeros(len(growths))
+        rows, (residuals, variances) = np.zeros((len(growths), len(self._x))), np.zeros((2, len(growths)))
         for row, (slot, log_growth, sigma) in enumerate(growths):
             at = CAMERA + VEHICLE * slot
-            depth_m, by_distance, by_pole = self._depth(slot)
-            rows[row, at + LOOKS] = 1.0
-            rows[row, at + DISTANCE], rows[row, POLE] = -by_distance, -by_pole
+            depth_m, by_distance = self._depth(slot)
+            rows[row, [at + LOOKS, at + DISTANCE, SCALE]] = 1.0, -by_distance, by_distance - 1
             residuals[row] = log_growth - (self._x[at + LOOKS] - math.log(depth_m))
             variances[row] = sigma**2 * white
         self._x, self._p = kalman_update(self._x, self._p, rows, residuals, variances, NOTHING)
 
-    def _depth(self, slot: int) -> tuple[float, float, float]:
-        """D + C of a vehicle, and how its logarithm grows with log D and with C."""
+    def _depth(self, slot: int) -> tuple[float, float]:
+        """D + C of a vehicle, and how its logarithm grows with log D; the rest is with log K.
+
+        C grows with K here as in `Measurements.rows`: wrong growths would teach a scale that nobody knows.
+        """
         distance_m = math.exp(self._x[CAMERA + VEHICLE * slot + DISTANCE])
         depth_m = max(distance_m + float(self._x[POLE]), SMALLEST_DEPTH_M)
-        return depth_m, distance_m / depth_m, 1 / depth_m
+        return depth_m, distance_m / depth_m
 
     def kind(self, slot: int) -> int:
         """Index of the kind a vehicle is believed to be of."""
