@@ -22,7 +22,7 @@ CAR = RangeModel().rears[0]
 def of_a_clip(horizon_px: float = 2.0, scale: float = 0.3, pole_m: float = 0.06) -> Calibration:
     """As clips are calibrated without a tape: the horizon is known, the focal length to a third.
 
-    A longer one looks farther down to the same horizon, which ties K and C of the row map together.
+    With a longer one this camera looks up less, to the same horizon: that ties K and C of the row map.
     """
     support_m = (5.0, 10.0, 20.0)
     depths_m = np.array(support_m) + CAMERA.pole_m
