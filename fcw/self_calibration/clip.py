@@ -30,6 +30,7 @@ from fcw.frame import ImageSize, Source
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
+from fcw.self_calibration.contradiction import Contradiction, contradiction_in
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
 from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
@@ -132,6 +133,8 @@ class ClipCalibration:
         focal_px: what the turns of the clip tell; None where they tell nothing, or the view was stated.
         lens: of a camera that bends straight lines, by the turns. Unless somebody clicked in a picture,
             nothing more was looked for: the calibration is a guess until the clip is seen through the lens.
+        contradiction: between its drive and its vehicles, which the intervals have; None where they agree, or
+            something else that was stated decides.
     """
 
     calibration: Calibration
@@ -141,6 +144,7 @@ class ClipCalibration:
     piece_s: tuple[float, float] | None = None
     focal_px: Gaussian | None = None
     lens: Lens | None = None
+    contradiction: Contradiction | None = None
 
     @property
     def piece_words(self) -> str:
@@ -214,6 +218,7 @@ def calibrate_clip(
         if evidence == Evidence():
             return ClipCalibration(guess, seen, False, False, piece_s, focal_px, bent)
         seen = replace(seen, by_turns=None)
+    known = Known(evidence, size, height_m, priors=priors, lens=lens, rough=True)
     for turn in range(PASSES):
         # Own motion believes the camera that it is given: what it finds is the next guess.
         if turn:
@@ -225,13 +230,18 @@ def calibrate_clip(
             by_speed = seen.height_by_speed(speed_mps)
             scale = Gaussian(by_speed.value * seen.focal_px, by_speed.sigma * seen.focal_px)
             all_known = replace(all_known, scale_px_m=scale)
-        known = Known(all_known, size, height_m, priors=priors, lens=lens, rough=True)
+        known = replace(known, evidence=all_known)
         before, calibration = calibration, calibrate_jointly(known)
         shows_road = known.tells_of_the_road or bool(seen.rulers)
         if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
             break
+    contradiction = None
+    if evidence == Evidence() and priors.horizon_row_px is None:
+        contradiction = contradiction_in(known)
+    if contradiction is not None:
+        calibration = contradiction.widened(calibration)
     by_motion = seen.travel_px is not None
-    return ClipCalibration(calibration, seen, shows_road, by_motion, piece_s, focal_px, bent)
+    return ClipCalibration(calibration, seen, shows_road, by_motion, piece_s, focal_px, bent, contradiction)
 
 
 def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:

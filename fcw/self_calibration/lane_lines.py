@@ -79,31 +79,34 @@ def propose_lane_lines(
         UserError: the picture shows no lane, or one that bends.
     """
     refused: UserError | None = None
+    height, width = image_bgr.shape[:2]
+    factor = max(1, width // MotionSettings().working_width_px)
+    small = cv2.resize(image_bgr, (width // factor, height // factor), interpolation=cv2.INTER_AREA)
+    grey, small_grey = (
+        np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8) for image in (image_bgr, small)
+    )
     for turn_rad in tried_rad:
         tried = replace(camera, pitch_rad=camera.pitch_rad + turn_rad)
         try:
-            left, right = _propose(image_bgr, tried)
+            left, right = _propose(grey, small_grey, factor, tried)
             meeting = vanishing_row(left, right, 1.0)
         except UserError as error:
             refused = refused or error
             continue
-        if abs(meeting.value - tried.horizon_row_px) < AGREEING_HEIGHTS * image_bgr.shape[0]:
+        if abs(meeting.value - tried.horizon_row_px) < AGREEING_HEIGHTS * height:
             return left, right
     raise refused or UserError(NONE_FOUND)
 
 
-def _propose(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> tuple[Segment, Segment]:
-    """The lines, if the camera's pitch is about right."""
-    height, width = image_bgr.shape[:2]
-    factor = max(1, width // MotionSettings().working_width_px)
-    small = cv2.resize(image_bgr, (width // factor, height // factor), interpolation=cv2.INTER_AREA)
-    grey = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8)
-    lane = find_lane(grey, RoadView.of(camera, factor), 0.0, 0.0, EVENLY_BENT_MPS)
+def _propose(
+    grey: NDArray[np.uint8], small_grey: NDArray[np.uint8], factor: int, camera: GroundPlaneCamera
+) -> tuple[Segment, Segment]:
+    """The lines, if the camera's pitch is about right; the small picture is smaller by the factor."""
+    lane = find_lane(small_grey, RoadView.of(camera, factor), 0.0, 0.0, EVENLY_BENT_MPS)
     if lane is None:
         raise UserError(NONE_FOUND)
     if abs(float(lane.mean[2])) > STRAIGHT_PER_M:
         raise UserError("the lane bends here, so its lines do not show the horizon; go to a straight stretch")
-    grey = np.asarray(cv2.cvtColor(image_bgr, cv2.COLOR_BGR2GRAY), np.uint8)
     view = RoadView.of(camera, 1)
     horizon_px = camera.horizon_row_px
     left, right = (_through_paint(_paint(grey, view, lane, side), horizon_px) for side in (1.0, -1.0))
@@ -202,15 +205,18 @@ def lanes_aside(
         camera: that looks straight ahead.
     """
     best: list[PixelPoint] = []
+    too_few = LEAST_ASIDE_PART * len(pictures)
     for yaw_rad in YAWS_TRIED_RAD:
         aside_px = camera.focal_y_px * math.tan(yaw_rad)
         turned = replace(camera, principal_column_px=camera.principal_column_px + aside_px)
-        meetings = []
-        for picture in pictures:
+        meetings: list[PixelPoint] = []
+        for remaining, picture in zip(range(len(pictures), 0, -1), pictures, strict=True):
+            if len(meetings) + remaining <= max(too_few, len(best)):
+                break  # whatever the rest shows
             with suppress(UserError):
                 meetings.append(lanes_meet(picture, turned))
         best = max(best, meetings, key=len)
-    if len(best) <= LEAST_ASIDE_PART * len(pictures):
+    if len(best) <= too_few:
         return None
     height, width = pictures[0].shape[:2]
     return agreed_meeting(best, ImageSize(width, height))

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 LENS_SIGMA = 0.01
 """Of the focal length of a lens that is given, as a part."""
+SAID_SIGMAS = 2.0
+"""A contradiction that chance makes one time in twenty."""
 NO_ROAD = (
     "nothing was found that tells where the road lies in the picture: no straight drive, no lane lines, "
     "hardly a vehicle. The camera is taken to look as most do, and distances may be off by a factor of two; "
@@ -87,6 +89,8 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         notes += (NO_ROAD,)
     elif not found.by_motion:
         notes += (NO_MOTION,)
+    if found.contradiction is not None and found.contradiction.sigmas > SAID_SIGMAS:
+        notes += (_contradicts(found.contradiction.apart_rad),)
     if found.piece_words:
         notes += (_jump(found.piece_words),)
     return save_and_report(calibration, save, command, notes)
@@ -171,6 +175,14 @@ def _assumed(
             f"length is {focal_px.value:.0f} px ± {part:.0f} %"
         )
     return (f"{text}; give {' and '.join(options)}",)
+
+
+def _contradicts(apart_rad: float) -> str:
+    return (
+        f"where the car drives and the vehicles ahead put the horizon {math.degrees(apart_rad):.1f} degrees "
+        "apart: one of them is wrong, and distances are known no better than that; give --horizon-row, "
+        "points or lane lines"
+    )
 
 
 def _jump(piece: str) -> str:

@@ -13,6 +13,7 @@ from fcw.camera.file import default_path, read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw.self_calibration.clip import ClipCalibration, ClipObservations
+from fcw.self_calibration.contradiction import Contradiction
 from fcw.self_calibration.turning.lens import PlainLens
 from fcw.sources.straight import StraightSource
 from fcw_viz.cli import main
@@ -237,6 +238,24 @@ def test_marks_in_a_bent_picture_are_taken_as_they_are_and_that_is_said(bent_cli
     told = " ".join(capsys.readouterr().err.split())
     assert "what was stated is taken as if it did not: give the lens with --lens" in told
     assert read_calibration(default_path(bent_clip)).lens is None
+
+
+@pytest.mark.parametrize(("sigmas", "said"), [(1.5, False), (4.0, True)])
+def test_a_horizon_that_drive_and_vehicles_tell_differently_is_said(
+    sigmas, said, bent_clip, monkeypatch, capsys
+):
+    camera = GroundPlaneCamera(0.03, 310.0, 179.5, 1.3, 319.5)
+    found = ClipCalibration(
+        Calibration.from_camera(camera, ImageSize(640, 360)),
+        ClipObservations(None, None, (), None, 5),
+        shows_road=True,
+        by_motion=True,
+        contradiction=Contradiction(math.radians(2.7), sigmas),
+    )
+    monkeypatch.setattr("fcw.self_calibration.clip.calibrate_clip", lambda *_args, **_kwargs: found)
+    assert main(["calibrate", str(bent_clip), "--from-clip"]) == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert ("the vehicles ahead put the horizon 2.7 degrees apart: one of them is wrong" in told) == said
 
 
 @pytest.mark.slow
