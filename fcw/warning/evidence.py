@@ -32,9 +32,10 @@ class Evidence:
             our way.
         lead_probability: of the lead it is enough that this is so likely; far away its way across is not
             known well, but it is in the path now.
-        upon_us_s: it is reached so soon that it counts as any lead, though our path's bend changes: who then
-            turns the wheel does so because of it. Set once, for a stranger's clip (docs/figures.md, "One more
-            set").
+        upon_us_s: what is surely reached within this time,
+        upon_us_m: and by its mean so far in our way then, is on course, wherever it is now and whatever our
+            path does: who turns the wheel then does so because of it. Chosen on strangers' clips and KITTI's
+            drives (docs/figures.md, "Upon us").
         beside_m: with more room than this between it and our path now,
         crossing_probability: it must be so likely, and the bend of our path known: from a car that turns, all
             that stands beside the road sweeps across the path. Where the bend is unknown, it must be as
@@ -100,7 +101,8 @@ class Evidence:
     minimum_lead_s: float = 0.6
     overlap_probability: float = 0.5
     lead_probability: float = 0.45
-    upon_us_s: float = 1.0
+    upon_us_s: float = 1.75
+    upon_us_m: float = 0.25
     beside_m: float = 0.3
     crossing_probability: float = 0.8
     minimum_course_s: float = 0.3
@@ -151,8 +153,9 @@ class Evidence:
         if threat.is_oncoming:
             near = threat.reach_s is not None and threat.reach_s <= self.oncoming_reach_s
             return near and threat.overlap_probability >= self.oncoming_probability
-        upon_us = threat.reach_s is not None and threat.reach_s <= self.upon_us_s
-        if threat.is_lead and (upon_us or not threat.bend_changes):
+        if self.is_upon_us(threat):
+            return True
+        if threat.is_lead and not threat.bend_changes:
             return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
         is_beside = threat.overlap_now_m < -self.beside_m
         comes = is_beside and not (holding or was_on_course)
@@ -186,6 +189,11 @@ class Evidence:
     def is_imminent(self, threat: Threat) -> bool:
         """Whether there is no time to see more of it."""
         return threat.reach_s is not None and threat.reach_s <= self.imminent_s
+
+    def is_upon_us(self, threat: Threat) -> bool:
+        """Whether it surely hits us within a moment if nobody acts."""
+        soon = threat.reach_high_s is not None and threat.reach_high_s <= self.upon_us_s
+        return soon and threat.overlap_m >= self.upon_us_m
 
     def is_too_early(self, threat: Threat, rule: Rule, own_mps: float | None) -> bool:
         """Whether nobody needs a `warning` yet.

@@ -22,6 +22,7 @@ def coming_in(reach_s: float, probability: float, turn_known: bool, beside_m: fl
         turn_known=turn_known,
         overlap_now_m=-beside_m,
         overlap_probability=probability,
+        overlap_m=0.2,  # not so far that nothing else counted
     )
 
 
@@ -81,10 +82,26 @@ def test_what_stands_in_our_lane_is_warned_of_though_little_steering_would_pass_
     assert (warned_after_s(threat) is not None) == warned
 
 
-@pytest.mark.parametrize(("reach_s", "warned"), [(0.9, True), (1.4, False)])
-def test_a_lead_that_is_upon_us_is_warned_of_though_we_turn_the_wheel(reach_s, warned):
+UPON_US = [(1.7, 0.3, True), (1.8, 0.3, False), (1.7, 0.2, False)]
+"""Time until it is reached, how far it is in our way then, and whether it is warned of."""
+
+
+@pytest.mark.parametrize(("reach_s", "overlap_m", "warned"), UPON_US)
+def test_a_lead_that_is_upon_us_is_warned_of_though_we_turn_the_wheel(reach_s, overlap_m, warned):
     """Where our path will be is not known then; but who turns it so late does so because of the lead."""
     (threat,) = threats_of_lead(make_lead(reach_s * CLOSING_MPS, CLOSING_MPS))
-    threat = replace(threat, bend_changes=True, overlap_probability=0.6)
+    threat = replace(threat, bend_changes=True, overlap_probability=0.6, overlap_m=overlap_m)
     assert threat.is_lead
     assert (warned_after_s(threat) is not None) == warned
+
+
+@pytest.mark.parametrize(("reach_s", "overlap_m", "warned"), UPON_US)
+def test_so_is_who_is_upon_us_from_beside_though_our_turning_is_not_known(reach_s, overlap_m, warned):
+    threat = coming_in(reach_s, probability=0.6, turn_known=False, beside_m=1.0)
+    assert (warned_after_s(replace(threat, overlap_m=overlap_m)) is not None) == warned
+
+
+def test_what_is_upon_us_by_its_mean_alone_is_not():
+    """Its closing speed may be half of what is believed."""
+    threat = coming_in(1.5, probability=0.6, turn_known=False, beside_m=1.0)
+    assert warned_after_s(replace(threat, overlap_m=0.5, reach_high_s=3.0)) is None
