@@ -212,7 +212,7 @@ def lanes_aside(
         meetings: list[PixelPoint] = []
         for remaining, picture in zip(range(len(pictures), 0, -1), pictures, strict=True):
             if len(meetings) + remaining <= max(too_few, len(best)):
-                break  # whatever the rest shows
+                break  # whatever the rest shows, too few will have shown one
             with suppress(UserError):
                 meetings.append(lanes_meet(picture, turned))
         best = max(best, meetings, key=len)

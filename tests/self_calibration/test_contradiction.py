@@ -22,7 +22,6 @@ from fcw.sources import open_source
 DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(math.radians(2), 1000.0, 359.5, 1.3, 639.5)
-DRIVE_SIGMA_PX = 5.0
 VEHICLES = tuple(
     Ruler(
         CAMERA.principal_column_px,
@@ -35,10 +34,10 @@ VEHICLES = tuple(
 )
 
 
-def known(off_px: float, rulers: tuple[Ruler, ...] = VEHICLES) -> Known:
+def known(off_px: float) -> Known:
     """A drive that leads to a row so far below the horizon of the vehicles."""
-    travel = Gaussian(639.5, 5.0), Gaussian(CAMERA.horizon_row_px + off_px, DRIVE_SIGMA_PX)
-    return Known(Evidence(travel_px=travel, rulers=rulers), SIZE, Gaussian(1.3, 0.05))
+    travel = Gaussian(639.5, 5.0), Gaussian(CAMERA.horizon_row_px + off_px, 5.0)
+    return Known(Evidence(travel_px=travel, rulers=VEHICLES), SIZE, Gaussian(1.3, 0.05))
 
 
 @pytest.mark.parametrize("off_px", [-3.0, 0.0, 3.0])
