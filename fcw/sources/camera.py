@@ -19,7 +19,7 @@ from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.logs.decoded import bgr
 from fcw.sources.decoding import NANOSECONDS, to_ns
-from fcw.sources.orientation import orientation
+from fcw.sources.orientation import orientation, squaring
 
 OPEN_TIMEOUT_S, READ_TIMEOUT_S = 10.0, 10.0
 DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
@@ -83,8 +83,9 @@ class CameraSource:
                 raise UserError(f"{self.name}: the camera gives no picture ({error.strerror})") from error
             if first is None:
                 raise UserError(f"{self.name}: the camera gives no picture that can be decoded")
-            self._orient, _ = orientation(first)
-            height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
+            (self._square, _), (self._orient, _) = squaring(stream, first), orientation(first)
+            blank = np.empty((first.height, first.width, 1), np.uint8)
+            height, width = self._orient(self._square(blank)).shape[:2]
             self.image_size = ImageSize(width, height)
             self.frame_rate_hz = float(stream.average_rate or stream.guessed_rate or FALLBACK_RATE_HZ)
             self.recorded = container.duration is not None
@@ -102,7 +103,7 @@ class CameraSource:
             try:
                 for picture in self._pictures(container, stream):
                     now_s = time.monotonic()
-                    image = self._orient(bgr(picture))
+                    image = self._orient(self._square(bgr(picture)))
                     if (size := ImageSize(image.shape[1], image.shape[0])) != self.image_size:
                         self.notes = (
                             f"{self.name}: its pictures are {size} now, no longer {self.image_size}",

@@ -1,7 +1,8 @@
 """Pictures as drives: a folder of them, or a single one."""
 
 import re
-from collections.abc import Iterator
+import statistics
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -78,8 +79,9 @@ class ImageFolderSource:
         else:
             self.frame_rate_hz = frame_rate_hz or DEFAULT_FRAME_RATE_HZ
             self._times_ns = [round(i * NANOSECONDS / self.frame_rate_hz) for i in range(len(self._pictures))]
+            self._opening_notes = tuple(_missing(self.name, self._pictures))
             if frame_rate_hz is None and len(self._pictures) > 1:
-                self._opening_notes = (
+                self._opening_notes += (
                     f"{self.name}: no {TIMES_NAME}, so {DEFAULT_FRAME_RATE_HZ:g} pictures a second assumed; "
                     "speeds and times to collision depend on it",
                 )
@@ -133,6 +135,23 @@ def _listed(folder: Path) -> list[Path]:
     """The pictures of a folder in natural order."""
     files = (file for file in folder.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES)
     return sorted(files, key=_natural_key)
+
+
+def _missing(name: str, pictures: Sequence[Path]) -> Iterator[str]:
+    """Says where the running numbers in the names of pictures leave some out."""
+    numbers = [int(found[1]) for file in pictures if (found := re.search(r"([0-9]+)$", file.stem))]
+    steps = np.diff(np.array(numbers, object)).tolist()
+    if len(numbers) < len(pictures) or len(steps) < 2:
+        return
+    usual = statistics.median_low(steps)
+    holes = [at for at, step in enumerate(steps) if step > usual]
+    # Numbers with no usual step do not count pictures: they are times, say.
+    if holes and usual > 0 and 2 * steps.count(usual) > len(steps):
+        count = sum(steps[at] // usual - 1 for at in holes)
+        yield (
+            f"{name}: {count} pictures missing by the numbers in the names, the first after "
+            f"{pictures[holes[0]].name}; times go on as if none were: a {TIMES_NAME} says when each was taken"
+        )
 
 
 def _times_file(path: Path) -> Path | None:

@@ -1,12 +1,42 @@
-"""Setting pictures upright as the container's display matrix asks."""
+"""Setting pictures upright, and making their pixels square, as the file asks."""
 
 from collections.abc import Callable
+from fractions import Fraction
 
+import cv2
 import numpy as np
 from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 Orient = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
+
+SQUARE_WITHIN = 0.01
+"""854x480 is 16:9 only nearly, and says so."""
+WIDEST_PIXEL = 4.0
+"""Nobody's pixels are wider, or narrower, than this: a file that says so is wrong."""
+
+
+def squaring(stream: VideoStream, picture: VideoFrame) -> tuple[Orient, str]:
+    """How to make the pixels of a decoded picture square, and that in words; empty words where they are.
+
+    Anamorphic pictures (1440x1080 for 16:9) are stored narrower than they are shown, by the ratio of a
+    pixel's sides (ISO/IEC 14496-10, E.2.1). One focal length holds for both directions only once they are
+    as wide as they should be.
+    """
+    ratio = stream.sample_aspect_ratio or Fraction(1)
+    if abs(ratio - 1) < SQUARE_WITHIN or not 1 / WIDEST_PIXEL <= ratio <= WIDEST_PIXEL:
+        return _as_is, ""
+    width = max(round(picture.width * ratio), 1)
+
+    def square(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        wider = width > image.shape[1]
+        resized = cv2.resize(
+            image, (width, image.shape[0]), interpolation=cv2.INTER_LINEAR if wider else cv2.INTER_AREA
+        )
+        return np.asarray(resized, np.uint8).reshape(image.shape[0], width, -1)
+
+    return square, f"{picture.width}x{picture.height} made {width}x{picture.height}"
 
 
 def orientation(picture: VideoFrame) -> tuple[Orient, str]:

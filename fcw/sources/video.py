@@ -26,7 +26,7 @@ from fcw.sources.decoding import (
     seek_before,
     to_ns,
 )
-from fcw.sources.orientation import orientation
+from fcw.sources.orientation import orientation, squaring
 
 FALLBACK_FRAME_RATE_HZ = 25.0
 """Only where a file states no rate that can be; frames keep their own times all the same."""
@@ -109,7 +109,7 @@ class VideoSource:
 
     Attributes:
         path: of the file.
-        image_size: of every picture, after rotation.
+        image_size: of every picture, after rotation, with square pixels.
         frame_rate_hz: average rate as the file states it.
         zero_utc_ns: when it was created, as the file states it: UTC in nanoseconds since 1970, if the camera
             knew; None where it states nothing.
@@ -131,14 +131,17 @@ class VideoSource:
                     "expected at least one: copy or record the file again"
                 )
             self._coded_size = ImageSize(first.width, first.height)
+            self._square, self._squared = squaring(stream, first)
             self._orient, self._turn = orientation(first)
-            height, width = self._orient(np.empty((first.height, first.width, 1), np.uint8)).shape[:2]
+            blank = np.empty((first.height, first.width, 1), np.uint8)
+            height, width = self._orient(self._square(blank)).shape[:2]
             self.image_size = ImageSize(width, height)
             rate_hz = float(stream.average_rate or stream.guessed_rate or 0)
             self.frame_rate_hz = rate_hz if 0 < rate_hz <= MAXIMUM_FRAME_RATE_HZ else FALLBACK_FRAME_RATE_HZ
             codec = stream.codec_context
+            as_it_is = not (self._turn or self._squared)
             self._upright_h264 = (
-                codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and not self._turn
+                codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and as_it_is
             )
             self._avi = container.format.name == "avi"
             self.zero_utc_ns = _created_ns(container.metadata.get("creation_time"))
@@ -165,7 +168,7 @@ class VideoSource:
 
     @property
     def relays_video(self) -> bool:
-        """Whether frames carry packets: upright 8-bit 4:2:0 H.264 without B frames.
+        """Whether frames carry packets: upright 8-bit 4:2:0 H.264 of square pixels, without B frames.
 
         The first call reads through the file once, without decoding, to look at every packet.
         """
@@ -173,9 +176,10 @@ class VideoSource:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """An applied rotation, and after iteration what could not be read."""
-        turned = (f"{self.name}: pictures are {self._turn}, as the file asks",) if self._turn else ()
-        return turned + self._notes
+        """How pictures were set right, and after iteration what could not be read."""
+        changes = [f"{self._squared}, as its pixels are not square"] if self._squared else []
+        changes += [f"{self._turn}, as the file asks"] if self._turn else []
+        return tuple(f"{self.name}: pictures are {change}" for change in changes) + self._notes
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Frames from the first one at or after `start_ns`.
@@ -217,7 +221,7 @@ class VideoSource:
                         decoding.undecodable += 1  # its packet was too damaged to hand on
                         continue
                     image = bgr(picture)
-                    yield Frame(index, time_ns, self._orient(image), packets)
+                    yield Frame(index, time_ns, self._orient(self._square(image)), packets)
                 index += 1
             announced = None if seek else announced_packets(container, stream)
             counted = bool(announced and stream.frames)  # not by what could be read of an MP4 in fragments

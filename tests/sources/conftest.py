@@ -41,6 +41,7 @@ def make_video(tmp_path: Path) -> MakeVideo:
         codec_options: dict[str, str] | None = None,
         container_options: dict[str, str] | None = None,
         rotation: tuple[int, bool, bool] | None = None,
+        pixel_ratio: Fraction | None = None,
     ) -> Path:
         path = tmp_path / name
         with av.open(str(path), "w", options=container_options or {}) as container:
@@ -49,6 +50,8 @@ def make_video(tmp_path: Path) -> MakeVideo:
             stream.height, stream.width = images[0].shape[:2]
             stream.pix_fmt = pixel_format
             stream.time_base = stream.codec_context.time_base = time_base
+            if pixel_ratio is not None:
+                stream.codec_context.sample_aspect_ratio = pixel_ratio
             if rotation is not None:
                 stream.set_display_rotation(*rotation)
             for i, image in enumerate(images):

@@ -143,3 +143,23 @@ def test_a_real_folder(data_dir: Path):
     names = sorted(path.name for path in (data_dir / "kitti-sfnd" / "images").iterdir())
     last = cv2.imread(str(data_dir / "kitti-sfnd" / "images" / names[-1]))
     np.testing.assert_array_equal(frames[-1].image, last)
+
+
+def test_numbers_that_are_missing_in_the_names_are_told(tmp_path):
+    write_pictures(tmp_path / "drive", [f"frame_{i}.png" for i in (8, 9, 10, 11, 14, 15, 17)])
+    (note,) = open_source(tmp_path / "drive", frame_rate_hz=10).notes
+    assert "3 pictures missing by the numbers in the names, the first after frame_11.png" in note
+    assert "timestamps.txt" in note
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["0.png", "5.png", "10.png", "15.png"],  # every fifth was taken
+        ["1626.png", "1659.png", "1693.png", "1726.png", "1760.png"],  # times
+        ["a.png", "b1.png", "b3.png", "b4.png"],
+    ],
+)
+def test_other_numbers_are_not(tmp_path, names: list[str]):
+    write_pictures(tmp_path / "drive", names)
+    assert open_source(tmp_path / "drive", frame_rate_hz=10).notes == ()

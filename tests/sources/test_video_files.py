@@ -67,6 +67,32 @@ def test_a_rotation_is_said_in_degrees_clockwise_and_agrees_with_opencv(make_vid
     assert source.notes == ("phone.mp4: pictures are turned by 90 degrees clockwise, as the file asks",)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "width"), [(Fraction(4, 3), 128), (Fraction(8, 9), 85), (Fraction(1280, 1281), 96), (None, 96)]
+)
+def test_pixels_that_are_not_square_are_made_so(make_video, ratio: Fraction | None, width: int):
+    picture = np.zeros((48, 96, 3), np.uint8)
+    picture[:, 48:] = 250
+    path = make_video("tape.mp4", [picture] * 3, pixel_ratio=ratio, codec_options=NO_B_FRAMES)
+    source = open_source(path)
+    frame = next(source.frames())
+    assert frame.image.shape == (48, width, 3)
+    assert source.image_size.width == width
+    assert int(np.argmax(frame.image[24, :, 1] > 125)) == pytest.approx(width / 2, abs=1)
+    as_it_is = width == 96
+    assert source.relays_video == as_it_is
+    expected = f"tape.mp4: pictures are 96x48 made {width}x48, as its pixels are not square"
+    assert source.notes == (() if as_it_is else (expected,))
+
+
+def test_of_a_turned_picture_the_pixels_are_made_square_before(make_video):
+    picture = np.zeros((48, 96, 3), np.uint8)
+    path = make_video("a.mp4", [picture] * 3, pixel_ratio=Fraction(4, 3), rotation=(90, False, False))
+    source = open_source(path)
+    assert next(source.frames()).image.shape == (128, 48, 3)
+    assert len(source.notes) == 2
+
+
 def test_mirrored_pictures_are_said_to_be(make_video, numbered_images):
     path = make_video("rear.mp4", numbered_images[:3], rotation=(0, True, False))
     assert open_source(path).notes == ("rear.mp4: pictures are mirrored, as the file asks",)

@@ -24,8 +24,18 @@ def _length(get: Callable[[Any], Any]) -> Callable[[Any], float]:
     return lambda message: math.hypot(get(message).x, get(message).y, get(message).z)
 
 
+def _given(message: Any) -> float:  # noqa: ANN401 - of our own schema
+    """Of a log of this program what it was told; what it found in the pictures it finds again."""
+    if not message.HasField("ego_speed_mps"):
+        return math.nan
+    was_found = (
+        message.HasField("own_motion") and message.own_motion.speed_source == message.own_motion.PICTURE
+    )
+    return math.nan if was_found else message.ego_speed_mps
+
+
 _SPEEDS: dict[str, Callable[[Any], float]] = {
-    RESULT_TYPE: lambda message: message.ego_speed_mps if message.HasField("ego_speed_mps") else math.nan,
+    RESULT_TYPE: _given,
     "autoware_vehicle_msgs/VelocityReport": lambda message: abs(message.longitudinal_velocity),
     "autoware_auto_vehicle_msgs/VelocityReport": lambda message: abs(message.longitudinal_velocity),
     "nav_msgs/Odometry": _length(attrgetter("twist.twist.linear")),

@@ -45,8 +45,8 @@ def open_mcap(path: Path, topic: str | None = None) -> Source:
 
 
 def is_own_log(file: McapFile) -> bool:
-    """Whether a file is a drive log of this program."""
-    return any(topic.type == OWN_LOG_TYPE for topic in file.topics)
+    """Whether a file is one drive log of this program; of two that were merged each topic counts alone."""
+    return sum(topic.type == OWN_LOG_TYPE for topic in file.topics) == 1
 
 
 def picture_topic(file: McapFile, name: str | None) -> Topic:

@@ -6,6 +6,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
 from mcap_files import (
     DELAY_NS,
     DEMO,
@@ -144,6 +146,59 @@ def test_an_own_log_runs_anew_with_its_calibration_and_speed(
     before, after = DriveLog(first), DriveLog(tmp_path / "second" / "drive.mcap")
     assert list(after.entries()) == list(before.entries())
     assert after.header.calibration == before.header.calibration == read_calibration(CALIBRATION)
+
+
+def test_what_a_log_found_of_the_own_speed_is_not_given_to_the_next_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frames = demo_frames(45)
+    video = foxglove_video(
+        tmp_path / "video.mcap", [(stamp_ns(f), packet.data) for f in frames for packet in f.packets]
+    )
+    assert run(video, tmp_path / "first") == 0
+    first = tmp_path / "first" / "drive.mcap"
+    found = [result.own_motion.speed_source for result in DriveLog(first).results() if result.own_motion]
+    assert SpeedSource.PICTURE in found
+    capsys.readouterr()
+    assert main(["run", str(first), "--out", str(tmp_path / "second")]) == 0
+    assert "own speed from" not in capsys.readouterr().err
+    after = DriveLog(tmp_path / "second" / "drive.mcap")
+    assert list(after.entries()) == list(DriveLog(first).entries())
+
+
+def test_of_two_logs_that_were_merged_either_camera_is_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frames = demo_frames(12)
+    video = foxglove_video(
+        tmp_path / "video.mcap", [(stamp_ns(f), packet.data) for f in frames for packet in f.packets]
+    )
+    assert run(video, tmp_path / "first") == 0
+    merged = merge_twice(tmp_path / "first" / "drive.mcap", tmp_path / "merged.mcap", ("/front", "/rear"))
+    capsys.readouterr()
+    assert run(merged, tmp_path / "out") == 2
+    told = capsys.readouterr().err
+    assert "name the camera that looks ahead with --topic" in told
+    topic = next(word for word in told.split() if word.startswith("/front"))
+    assert run(merged, tmp_path / "out", "--topic", topic) == 0
+    assert len(list(DriveLog(tmp_path / "out" / "drive.mcap").results())) == 12
+
+
+def merge_twice(log: Path, merged: Path, prefixes: tuple[str, ...]) -> Path:
+    """All messages of a log under each prefix, as a tool that merges recordings does it."""
+    with merged.open("wb") as target, log.open("rb") as source:
+        writer, known = Writer(target), {}
+        writer.start()
+        for schema, channel, message in make_reader(source).iter_messages():
+            assert schema is not None
+            for prefix in prefixes:
+                topic = prefix + channel.topic
+                if topic not in known:
+                    number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                    known[topic] = writer.register_channel(topic, channel.message_encoding, number)
+                writer.add_message(known[topic], message.log_time, message.data, message.publish_time)
+        writer.finish()
+    return merged
 
 
 def test_a_log_is_never_replaced_by_the_one_made_from_it(
