@@ -1,6 +1,7 @@
 """The calibration file: versioned YAML that a person can read, written whole or not at all."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -47,8 +48,13 @@ def default_path(source: Path) -> Path:
     return source.parent / f"{name}{CALIBRATION_SUFFIX}"
 
 
-def calibration_text(calibration: Calibration) -> str:
-    """The file's text; numbers keep all their digits."""
+def calibration_text(calibration: Calibration, warnings: Sequence[str] | None = None) -> str:
+    """The file's text; numbers keep all their digits.
+
+    Args:
+        calibration: to be written.
+        warnings: what speaks against it, where more is known than the calibration itself tells.
+    """
     camera = calibration.camera
     comment = (
         "# Camera calibration of fcw. Distances in metres along the ground, from the reference;\n"
@@ -58,7 +64,9 @@ def calibration_text(calibration: Calibration) -> str:
         f"horizon at row {camera.horizon_row_px:.1f}.\n"
     )
     # Whoever opens an implausible calibration later is told as whoever made it was.
-    comment += "".join(f"# Warning: {finding.text}\n" for finding in plausibility(calibration))
+    if warnings is None:
+        warnings = [finding.text for finding in plausibility(calibration)]
+    comment += "".join(f"# Warning: {' '.join(warning.split())}\n" for warning in warnings)
     document = {
         VERSION_FIELD: FORMAT_VERSION if calibration.undone is None else STRAIGHT_VERSION,
         "image_size": {"width": calibration.image_size.width, "height": calibration.image_size.height},
@@ -131,14 +139,14 @@ def _lens_section(lens: Lens) -> dict[str, object]:
     }
 
 
-def write_calibration(calibration: Calibration, path: Path) -> None:
-    """Write the calibration file, whole or not at all.
+def write_calibration(calibration: Calibration, path: Path, warnings: Sequence[str] | None = None) -> None:
+    """Write the calibration file, whole or not at all; see `calibration_text`.
 
     Raises:
         UserError: the file cannot be written there, or is there already and is no calibration.
     """
     check_kind(path, *CALIBRATION)
-    write_whole(path, calibration_text(calibration))
+    write_whole(path, calibration_text(calibration, warnings))
 
 
 def read_calibration(path: Path) -> Calibration:

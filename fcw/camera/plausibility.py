@@ -339,11 +339,13 @@ def vehicle_finding(calibration: Calibration, rulers: Sequence[Ruler]) -> Findin
     spread = ruler.width_m.sigma / ruler.width_m.value / math.sqrt(len(seen))
     if abs(off) <= OUTLIER_SIGMAS * math.hypot(FLEET_SIGMA, spread, by_slope):
         return None
+    seen_at = f"the vehicle at column {ruler.column_px:.0f}, row {ruler.row_px:.0f}"
+    which = seen_at if len(seen) == 1 else f"half of the {len(seen)} vehicles taken as rulers"
+    than = "" if len(seen) == 1 else " or more" if off > 0 else " or less"
     return Finding(
         FindingKind.VEHICLES,
-        f"the vehicle at column {ruler.column_px:.0f}, row {ruler.row_px:.0f} would be {width_m:.2f} m wide; "
-        f"vehicles are about {ruler.width_m.value:.1f} m: the camera's height, the horizon or "
-        "the distances are wrong",
+        f"{which} would be {width_m:.2f} m wide{than}; vehicles are about {ruler.width_m.value:.1f} m: the "
+        "camera's height, the horizon, the lens or the distances are off",
     )
 
 

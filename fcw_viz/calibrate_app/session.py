@@ -192,7 +192,7 @@ class CalibrationSession:
             if not solution.can_save or solution.result is None:
                 raise UserError(f"not saved: {_why_not(solution)}")
             calibration = solution.result.calibration
-            write_calibration(calibration, self._save_path)
+            write_calibration(calibration, self._save_path, solution.warnings)
             self._saved = calibration
             # Without this line a resumed session compares what the file holds, which tells as well.
             with suppress(UserError):

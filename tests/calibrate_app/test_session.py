@@ -23,7 +23,10 @@ from session_helpers import (
     tell,
 )
 
+from fcw.camera.file import read_calibration
+from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
 from fcw.errors import UserError
+from fcw_viz.calibrate_app.document.besides.knowledge import SetVehicles
 from fcw_viz.calibrate_app.document.edits import (
     AddMark,
     DeleteMark,
@@ -193,6 +196,27 @@ def test_a_drag_into_nonsense_shows_what_was_kept_last(session):
     assert session.state.shown == good
     session.apply(anna, MoveMark(2, 600, 700))
     assert session.state.shown == good
+
+
+def test_a_saved_calibration_carries_what_vehicles_say_against_it(session, tmp_path):
+    anna = calibrated(session)
+    session.save()
+    assert "Warning" not in save_path(tmp_path).read_text()
+    # Five vehicles where 20 m are, which would be half as wide again as any.
+    row_px = CAMERA.row_at(20.0)
+    width_px = 1.5 * VEHICLE_WIDTH_M.value * CAMERA.focal_y_px / 20.0
+    rulers = tuple(
+        Ruler(c, row_px, width_px, VEHICLE_WIDTH_M, 1.0) for c in (500.0, 560.0, 640.0, 700.0, 760.0)
+    )
+    session.apply(anna, SetVehicles(rulers))
+    solution = session.state.solution
+    assert solution.status is Status.IMPLAUSIBLE
+    assert "the calibration carries it" in solution.hint
+    session.save()
+    lines = [line for line in save_path(tmp_path).read_text().splitlines() if line.startswith("# Warning: ")]
+    assert lines == [f"# Warning: {trouble.text}" for trouble in solution.troubles]
+    assert any("Half of the 5 vehicles taken as rulers would be" in line for line in lines)
+    assert read_calibration(save_path(tmp_path)) == solution.result.calibration
 
 
 def test_starting_anew_empties_everything_and_can_be_undone(session):

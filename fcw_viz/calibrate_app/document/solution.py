@@ -66,7 +66,6 @@ EFFECT_DISTANCE_M = 40.0
 CONTRADICTIONS = frozenset((FindingKind.RESIDUAL, FindingKind.PRIOR, FindingKind.HEIGHT))
 """What was said disagrees by more than its noise, and the intervals follow from that noise alone."""
 ROW_DISTANCES_FT = (15.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 250.0)
-QUALITY_DISTANCE_FT = 130.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,8 +271,7 @@ def _result(document: Document, facts: _Facts, calibration: Calibration, known: 
     distances_m = ROW_DISTANCES_M
     if document.imperial:
         distances_m = tuple(feet / FEET_PER_METRE for feet in ROW_DISTANCES_FT)
-    quality_m = QUALITY_DISTANCE_FT / FEET_PER_METRE if document.imperial else EFFECT_DISTANCE_M
-    low_m, high_m = calibration.distance_interval(calibration.row_at(quality_m))
+    low_m, high_m = calibration.distance_interval(calibration.row_at(EFFECT_DISTANCE_M))
     # A camera that looks up has no row for what is near its foot.
     nearest_m = -calibration.reference_offset_m - calibration.camera.pole_m
     shown_m = np.array([distance_m for distance_m in distances_m if distance_m > nearest_m])
@@ -287,7 +285,7 @@ def _result(document: Document, facts: _Facts, calibration: Calibration, known: 
         ),
         words.CONTRADICTION
         if any(finding.kind in CONTRADICTIONS for finding in findings)
-        else words.quality(quality_m, low_m, high_m, document.imperial),
+        else words.quality(EFFECT_DISTANCE_M, low_m, high_m, document.imperial),
         best_next_click(calibration),
         residuals,
         len(facts.marks) + facts.priors.count + facts.besides <= PARAMETER_COUNT,

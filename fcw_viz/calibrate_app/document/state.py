@@ -158,6 +158,13 @@ class Solution:
         """Whether this state may be saved: it determines a camera, and nothing in it was assumed."""
         return self.status in (Status.GOOD, Status.DOUBTFUL, Status.IMPLAUSIBLE)
 
+    @property
+    def warnings(self) -> tuple[str, ...] | None:
+        """What a saved calibration carries: all that is shown as wrong; None where nothing is."""
+        if self.status is not Status.IMPLAUSIBLE:
+            return None
+        return tuple(trouble.text for trouble in self.troubles)
+
 
 @dataclass(frozen=True, slots=True)
 class SessionState:

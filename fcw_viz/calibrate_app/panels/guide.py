@@ -84,7 +84,7 @@ def _way_on(state: SessionState) -> str:
 def _words(state: SessionState) -> str:
     """The next step, and with a result how good it is."""
     if state.saved and state.shown is not None:
-        return f"{state.shown.quality} Saved."
+        return f"{state.shown.quality} Saved{', with its warning' if state.solution.warnings else ''}."
     if state.current and state.shown is not None and not state.solution.height_assumed:
         return f"{state.shown.quality} {state.solution.hint}"
     return state.solution.hint

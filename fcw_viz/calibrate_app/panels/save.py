@@ -68,7 +68,7 @@ class SavePanel:
             return card("<p>Cannot be saved: these points fit no camera.</p>")
         if not state.solution.can_save:
             return f'<p class="dim">Not yet: {escape(state.solution.hint)}</p>'
-        warning = "It will carry the warning above." if state.solution.troubles else ""
+        warning = "It will carry the warning above." if state.solution.warnings else ""
         return f'<p class="dim">What you say is kept all the while, saved or not. {warning}</p>'
 
     def _download(self, kind: str) -> None:
@@ -78,7 +78,8 @@ class SavePanel:
             raise UserError(f"nothing to download yet: {desk.state.solution.hint}")
         stem = desk.source.stem if desk.source.is_file() else desk.source.resolve().name
         if kind == FILE:
-            name, text = desk.state.save_path.name, calibration_text(result.calibration)
+            warnings = desk.state.solution.warnings
+            name, text = desk.state.save_path.name, calibration_text(result.calibration, warnings)
         elif kind == REPORT:
             name, text = f"{stem}.calibration.html", self._report()
         else:

@@ -104,7 +104,7 @@ def test_imperial_rows_are_round_in_feet():
     assert result is not None
     feet = [row.distance_m / 0.3048 for row in result.rows]
     assert feet == pytest.approx([15, 30, 50, 75, 100, 150, 200, 250])
-    assert result.quality.startswith("At 130 ft ")
+    assert result.quality.startswith("At 131 ft "), "40 m, as everywhere"
 
 
 def test_residuals_are_told_by_mark_in_pixels_and_metres():

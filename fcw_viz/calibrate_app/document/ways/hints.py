@@ -25,7 +25,7 @@ def hint_clip(document: Document) -> str:
     if document.field_of_view is None:
         return "Say how much the lens sees from side to side, or choose your kind of camera."
     if document.horizon is None and None in document.lane_lines:
-        return "Take the horizon that the drive shows, or drag it to where the road ends."
+        return "Take the horizon that the drive shows or the vehicles ahead as rulers, or drag the horizon."
     return "Switch the lens, its axis and the horizon or the lane lines on: all are needed without points."
 
 
@@ -41,7 +41,7 @@ def hint_lane(document: Document) -> str:
 def hint_speed(document: Document) -> str:
     """What to do next with a known speed."""
     if document.horizon is None and None in document.lane_lines:
-        return "Take the horizon that the drive shows; then say the mean speed."
+        return "Take the horizon that the drive shows, or drag it; then say the mean speed."
     if document.speed is None:
         return "Say the mean speed over the stretch that was looked at."
     if document.height_m is None:
