@@ -9,6 +9,7 @@ from fcw.frame import ImageSize
 from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
 from fcw.tracking.association import WHOLE, Edges, completed, cut_as_expected, own_edges
+from fcw.tracking.belief.lately import Lately
 from fcw.tracking.box_measurement import road_slope
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
@@ -67,6 +68,7 @@ class Followed:
         self._feet = self._feet_of(detection.box)
         self._hits = 1
         self._misses = 0
+        self._lately = Lately(settings.belief.lately_s)
         self.found_s = 0.0
         """For how long the detector found it."""
         self._in_a_row = 0
@@ -107,6 +109,7 @@ class Followed:
         self._next_m = self.state.distance_m - self.state.closing_speed_mps * dt_s
         if search_s is not None:
             self._misses += 1
+            self._lately.miss(search_s)
             self._search_s = search_s
         if search_s is not None or self.seen_by is SeenBy.PICTURE:
             self.seen_by = SeenBy.COASTING
@@ -191,12 +194,13 @@ class Followed:
         self._score = score
         self._seen = found
         self._misses -= 1
+        self._lately.find(faint)
         if not faint:
             search_s = self._search_s
             self._credit_s = min(self._credit_s + following.credit * search_s, following.longest_s)
             self._hits += 1
             self.found_s += search_s
-            self._in_a_row += dt_s <= search_s
+            self._in_a_row += dt_s <= search_s + SHORTEST_STEP_S  # sums of intervals are rounded
         if not carried:
             self._drift(found, dt_s)
         self.box = _towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
@@ -240,6 +244,11 @@ class Followed:
     def found_part(self) -> float:
         """In how many of its frames the detector found it, of those in which it was not faint."""
         return self._hits / (self._hits + self._misses)
+
+    @property
+    def found_lately(self) -> float:
+        """The same of the frames of the last seconds: one that was far for long was rarely found then."""
+        return self._lately.part
 
     def _is_seen_often(self) -> bool:
         settings = self._settings
@@ -341,10 +350,13 @@ class Followed:
             inner_px = self._inner_edge_px(box, believed_m, metres_per_px)
         if inner_px is not None:
             # The middle of what is left in the picture is nearer to the path than the vehicle's. Its inner
-            # edge is whole: that of the far end of its inner side, where the box takes that in.
-            side_m = self._settings.model.vehicle_length_m if self._settings.box_noise.shows_side else 0.0
-            edge_m = (camera.principal_column_px - inner_px) * (distance_m + side_m) / focal_px
-            lateral_m = edge_m + math.copysign(self.state.width_m / 2, lateral_m)
+            # edge is whole: that of the far end of its inner side, where the box takes that in, and that of
+            # its rear, where it reaches across the camera's axis.
+            outwards = -1.0 if inner_px == box.x else 1.0
+            inner = camera.principal_column_px - inner_px
+            shows_side = self._settings.box_noise.shows_side and inner * outwards > 0
+            side_m = self._settings.model.vehicle_length_m if shows_side else 0.0
+            lateral_m = inner * (distance_m + side_m) / focal_px + outwards * self.state.width_m / 2
         elif self._settings.box_noise.shows_side:
             # What shows beyond the rear's own width is the side that is turned to us.
             side_m = max(box.w * metres_per_px - self.state.width_m, 0.0)

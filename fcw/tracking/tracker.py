@@ -141,7 +141,9 @@ class Tracker:
         detections = detections or ()
         pairs = self._associate(detections)
         unused = {index for index, detection in enumerate(detections) if not detection.faint}
-        certain = [detection.box for detection in detections if not detection.faint]
+        # What is doubtful hides nobody.
+        doubted = {index for slot, index in pairs if self._followed[slot].doubtful}
+        certain = [one.box for index, one in enumerate(detections) if not (one.faint or index in doubted)]
         free = {slot: self._free_edges(detections[index].box, certain) for slot, index in pairs}
         views = {
             slot: self._followed[slot].view_of(time_ns, detections[index].box, free[slot])

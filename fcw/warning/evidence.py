@@ -7,7 +7,7 @@ from fcw.threat.threat import SURE_GROWTH_MPS2, Threat
 from fcw.tracking.types import SeenBy, Track
 from fcw.units import KMH_PER_MPS
 from fcw.warning.rule import Approach, Rule
-from fcw.warning.types import WarningLevel
+from fcw.warning.types import WarningLevel, WarningState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +92,9 @@ class Evidence:
         held_below_ttc_s: and as long as the time to contact is below this and does not grow: below 4 s no
             warning is needless by ISO 15623.
         grown_ttc: it grows when it is so many times the shortest since the level was raised.
+        lost_s: a raised level is held so long after its vehicle is followed no more, if that was in our way
+            and we have not reached it yet: found again it is another one, that has to be seen for
+            `minimum_age_s` first.
     """
 
     minimum_age_s: float = 0.75
@@ -130,6 +133,7 @@ class Evidence:
     minimum_duration_s: float = 1.0
     held_below_ttc_s: float = 4.0
     grown_ttc: float = 1.1
+    lost_s: float = 1.0
 
     def approach(self, vehicle: Track, own_mps: float | None, holding: bool) -> Approach:
         """The vehicle by its means."""
@@ -151,6 +155,8 @@ class Evidence:
                 tenths of a metre a second, and less sure for a frame it is not another vehicle.
         """
         if threat.is_oncoming:
+            if holding:
+                return threat.reach_s is not None and threat.overlap_probability >= self.held_probability
             near = threat.reach_s is not None and threat.reach_s <= self.oncoming_reach_s
             return near and threat.overlap_probability >= self.oncoming_probability
         if self.is_upon_us(threat):
@@ -216,6 +222,11 @@ class Evidence:
     def has_time(self, threat: Threat) -> bool:
         """Whether there is time for `caution` before `warning`."""
         return threat.reach_low_s is None or threat.reach_low_s > self.caution_first_reach_s
+
+    def was_in_our_way(self, lost: WarningState) -> bool:
+        """Whether a vehicle that is followed no more, extrapolated to now, is ahead of us and will be hit."""
+        soon = lost.ttc_s is not None and 0 < lost.ttc_s < self.held_below_ttc_s
+        return soon and lost.overlap_m is not None and lost.overlap_m > 0
 
     def due_evidence_s(self, vehicle: Track) -> float:
         """For how long `warning` must have been due."""

@@ -73,7 +73,11 @@ def make_policy(name: str = DEFAULT_POLICY, timing: str = DEFAULT_TIMING) -> War
     if name not in POLICIES:
         raise UserError(f"--warning-policy {name}: no such policy; expected one of {', '.join(POLICIES)}")
     earlier_s, usual = TIMINGS_S[timing], Evidence()
-    evidence = replace(usual, latest_warning_s=usual.latest_warning_s + earlier_s)
+    evidence = replace(
+        usual,
+        latest_warning_s=usual.latest_warning_s + earlier_s,
+        latest_braking_s=usual.latest_braking_s + earlier_s,
+    )
     return RulePolicy(name, POLICIES[name].rules(earlier_s), evidence)
 
 
@@ -90,6 +94,6 @@ def without_own_speed(name: str) -> str:
         )
     return (
         "own speed unknown: warnings go by distance, closing speed and TTC only; following too closely is "
-        "not advised, a lead that brakes counts as one that keeps its speed, and oncoming vehicles are told "
-        "by their place alone; give --ego-speed, or leave out --no-own-motion"
+        "not advised, a lead that brakes counts as one that goes on braking until we do, and oncoming "
+        "vehicles are told by their place alone; give --ego-speed, or leave out --no-own-motion"
     )

@@ -82,6 +82,8 @@ class RulePolicy:
         self._rule: Rule | None = None
         self._since_ns = 0
         self._time_ns: int | None = None
+        self._followed_ns = 0
+        """When the vehicle that the level is about was last followed."""
         self._shortest_ttc_s = math.inf
         """Of the vehicle that the level is about, since it was raised."""
 
@@ -100,8 +102,10 @@ class RulePolicy:
         }
         shown, warned_id = self._state.level, self._state.track_id
         warned = next((threat for threat in threats if threat.track.track_id == warned_id), None)
-        if warned is not None and warned.track.ttc_s is not None:
-            self._shortest_ttc_s = min(self._shortest_ttc_s, warned.track.ttc_s)
+        if warned is not None:
+            self._followed_ns = time_ns
+            if warned.track.ttc_s is not None:
+                self._shortest_ttc_s = min(self._shortest_ttc_s, warned.track.ttc_s)
         for threat in threats:
             self._memories[threat.track.track_id].see(threat.track.seen_by, passed_s)
         due = [found for threat in threats if (found := self._judge(time_ns, threat, ego_speed_mps))]
@@ -109,7 +113,7 @@ class RulePolicy:
         best = max(due, key=lambda one: (one.level, one.threat is warned), default=None)
         level = WarningLevel.NONE if best is None else best.level
         young = (time_ns - self._since_ns) / 1e9 < self._evidence.minimum_duration_s
-        if level < shown and (young or self._still_dangerous(warned)):
+        if level < shown and (young or self._still_dangerous(time_ns, warned)):
             assert self._rule is not None
             self._state = (
                 self._state_of(shown, self._rule, warned, ego_speed_mps)
@@ -128,15 +132,20 @@ class RulePolicy:
             self._since_ns = time_ns
         return self._state
 
-    def _still_dangerous(self, warned: Threat | None) -> bool:
+    def _still_dangerous(self, time_ns: int, warned: Threat | None) -> bool:
         """Whether contact comes nearer all the same.
 
         Where the lead brakes less than before, the thresholds fall behind it for a while: the warning would
-        go and come again a second later, though nobody has acted.
+        go and come again a second later, though nobody has acted. So it would where the vehicle is lost from
+        sight, and found again as another one.
         """
-        if warned is None or warned.track.ttc_s is None:
-            return False
         evidence = self._evidence
+        if warned is None:
+            raised = self._state.level >= WarningLevel.CAUTION
+            recent = not _lasts(self._followed_ns, time_ns, evidence.lost_s)
+            return raised and recent and evidence.was_in_our_way(self._state)
+        if warned.track.ttc_s is None:
+            return False
         longest_s = min(evidence.held_below_ttc_s, evidence.grown_ttc * self._shortest_ttc_s)
         return (
             self._state.level >= WarningLevel.CAUTION

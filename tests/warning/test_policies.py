@@ -1,6 +1,7 @@
 """When the policies warn: closed-form motion, standards' figures, and invariants."""
 
 import re
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -165,6 +166,19 @@ def test_early_warns_before_normal_and_normal_before_late():
     assert firsts["late"] - firsts["normal"] == pytest.approx(12, abs=1)
 
 
+def test_early_and_late_hold_behind_a_lead_that_brakes_too():
+    def first(timing):
+        policy = make_policy(timing=timing)
+        for step in range(180):
+            braked_s = step / 30
+            track = lead(80.0 - 2.0 * braked_s**2, 4.0 * braked_s, growth_mps2=4.0)
+            if policy.update(step * FRAME_NS, threats(track, 33.0), 33.0).level == WarningLevel.WARNING:
+                return step
+        raise AssertionError("never warned")
+
+    assert first("early") < first("normal") < first("late")
+
+
 @pytest.mark.parametrize("policy", POLICIES)
 def test_every_frame_of_a_warning_has_every_figure_of_its_vehicle(policy):
     warner = make_policy(policy)
@@ -309,7 +323,10 @@ def test_a_warning_stays_while_contact_comes_nearer_and_goes_when_it_does_not():
 
 def test_a_level_is_shown_for_its_minimum_duration_after_its_vehicle_is_gone():
     policy = make_policy()
-    settled(policy, lead(10, 10, track_id=7), from_ns=-6 * 10**8)
+    (beside,) = threats(lead(10, 10, track_id=7), None)
+    beside = replace(beside, overlap_m=-0.1, overlap_probability=0.6)
+    for time_ns in (-6 * 10**8, 0, 4 * 10**8):
+        policy.update(time_ns, (beside,), None)
     held = policy.update(900_000_000, (), None)
     assert (held.level, held.track_id, held.rule) == (WarningLevel.WARNING, 7, "braking_due")
     assert held.extrapolated

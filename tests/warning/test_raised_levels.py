@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from leads.warning_leads import make_lead, threats_of_lead
 
+from fcw.threat.threat import Threat
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel
 
@@ -17,3 +18,41 @@ def test_what_holds_a_level_does_not_raise_a_higher_one(probability, level):
     (near,) = threats_of_lead(make_lead(8.0, 5.0), is_lead=False)
     near = replace(near, overlap_m=-0.2, overlap_probability=probability)
     assert policy.update(16 * 10**8, (near,), None).level == level
+
+
+def lost_at(ttc_s: float) -> list[WarningLevel]:
+    """Levels after a vehicle that is warned of, at 10 m/s, is followed no more: by tenths of a second."""
+    policy = make_policy()
+
+    def after(step: int) -> WarningLevel:
+        vehicle = make_lead(10 * (ttc_s + (20 - step) / 10), 10.0)
+        return policy.update(step * 10**8, threats_of_lead(vehicle, 20.0), 20.0).level
+
+    assert [after(step) for step in range(21)][-1] == WarningLevel.WARNING
+    return [policy.update(step * 10**8, (), 20.0).level for step in range(21, 51)]
+
+
+def test_a_warning_lasts_while_its_vehicle_is_lost_from_sight_just_before_it_is_hit():
+    assert lost_at(1.5)[:9] == [WarningLevel.WARNING] * 9
+
+
+def test_it_lasts_no_longer_than_until_the_vehicle_is_reached_and_never_longer_than_a_second():
+    assert lost_at(0.5)[6:] == [WarningLevel.NONE] * 24
+    assert lost_at(2.0)[10:] == [WarningLevel.NONE] * 20
+
+
+def test_a_warning_of_an_oncoming_vehicle_lasts_while_it_may_be_hit():
+    policy = make_policy()
+    oncoming = make_lead(50, 30, 1.0)
+    (threat,) = threats_of_lead(oncoming, 15.0, is_lead=False)
+    assert threat.is_oncoming
+    sure, less, hardly = (replace(threat, overlap_probability=p) for p in (0.9, 0.5, 0.1))
+    times_ns = iter(range(0, 10**11, 10**8))
+
+    def level_after(one: Threat, steps: int) -> WarningLevel:
+        return [policy.update(next(times_ns), (one,), 15.0).level for _ in range(steps)][-1]
+
+    assert level_after(less, 12) == WarningLevel.NONE
+    assert level_after(sure, 12) == WarningLevel.WARNING
+    assert level_after(less, 20) == WarningLevel.WARNING
+    assert level_after(hardly, 20) == WarningLevel.NONE

@@ -111,7 +111,7 @@ class Doubts:
         """Whether what was believed, and was never well found, is hardly detected, or seen through."""
         if one.track_id in self._well_found or one.state.distance_m >= self._settings.far_m:
             return False
-        return one.found_part < self._settings.kept_part or any(
+        return one.found_lately < self._settings.kept_part or any(
             other.track_id in self._well_found and self._shows_through(one, other) for other in followed
         )
 
@@ -138,7 +138,7 @@ class Doubts:
 
     def _has_earned(self, one: Followed, seen_s: float) -> bool:
         settings, state = self._settings, one.state
-        if one.found_part < settings.earned_part or one.box.w >= settings.filling_part * self._width_px:
+        if one.found_lately < settings.earned_part or one.box.w >= settings.filling_part * self._width_px:
             return False
         speed_mps, sigma_mps = abs(state.closing_speed_mps), state.closing_speed_sigma_at_distance_mps
         if speed_mps <= max(settings.moving_sigmas * sigma_mps, settings.moving_mps):

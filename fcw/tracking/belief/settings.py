@@ -27,6 +27,8 @@ class BeliefSettings:
             be confirmed (not tuned): plain road that is boxed now and then seems to move, too, if carried.
         kept_part: what was believed is doubted again where the detector found it in a smaller part: a vehicle
             half hidden in single pictures is found in a third of them (the net's card).
+        lately_s: time constant of these two parts: who is found in every frame is no less believed for having
+            been far, and rarely found, before. As `earned_still_s`, not tuned.
         well_found_s: what the detector found for so long,
         well_found_part: and in so large a part of its frames, is no longer doubted for how it is found.
         surely_sigmas: see `earned_surely_s`.
@@ -50,6 +52,7 @@ class BeliefSettings:
     filling_part: float = 0.5
     earned_part: float = 0.34
     kept_part: float = 0.25
+    lately_s: float = 4.0
     well_found_s: float = 1.0
     well_found_part: float = 0.5
     moving_sigmas: float = 2.0

@@ -238,3 +238,38 @@ def test_a_small_even_vehicle_that_nods_by_a_pixel_at_a_constant_gap_is_no_thing
         image = picture(tenth / 10, still=False)
         image[330:380, 600:660] = (220 - 180 / (1 + off**4))[:, :, None]
         assert not watch.update(tenth * 100_000_000, image, {1: Box(606.0, 337.0, 48.0, 36.0)})
+
+
+def test_a_lead_that_was_far_and_rarely_found_is_believed_when_it_is_near_and_always_found():
+    def gap_m(time_s):
+        slowly_m, fast_m = 35.0 - 3.0 * max(time_s - 20, 0.0), 25.0 - 6.0 * max(time_s - 23.33, 0.0)
+        return max(min(slowly_m, fast_m) if time_s > 23.33 else slowly_m, 5.0)
+
+    def detections(time_s):
+        number = round(time_s * 30)
+        return [seen(gap_m(time_s))] if gap_m(time_s) < 25 or number < 6 or number % 5 == 0 else []
+
+    frames = list(drive(detections, 26.5))
+    near = [(tracks, state) for time_s, tracks, _, state in frames if gap_m(time_s) < 24]
+    assert sum(any(track.doubtful for track in tracks) for tracks, _ in near) / 30 < 1.0
+    assert WarningLevel.WARNING in [state.level for _, state in near]
+
+
+def test_a_ghost_does_not_take_the_width_of_the_lead_behind_it():
+    """Of a reflection that hides a part of the lead, the closing speed came out 7 m/s too low."""
+    ghost = Detection(Box(565.0, 340.0, 150.0, 100.0), 9.0)
+
+    def worst_mps(with_ghost):
+        worst = 0.0
+        for time_s, tracks, _, _ in drive(
+            lambda time_s: [seen(lead_m(time_s)), ghost if with_ghost and time_s > 1.5 else None], 8.5, 15.0
+        ):
+            lead = [track for track in tracks if track.track_id == 1]
+            if lead and time_s > 6.5:
+                worst = max(worst, abs(lead[0].closing_speed_mps - 4.0 * (time_s - 6)))
+        return worst
+
+    def lead_m(time_s):
+        return 40.0 - 2.0 * max(time_s - 6, 0.0) ** 2  # it brakes with 4 m/s2
+
+    assert worst_mps(with_ghost=True) < worst_mps(with_ghost=False) + 0.5
