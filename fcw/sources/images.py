@@ -148,8 +148,9 @@ def _missing(name: str, pictures: Sequence[Path]) -> Iterator[str]:
     # Numbers with no usual step do not count pictures: they are times, say.
     if holes and usual > 0 and 2 * steps.count(usual) > len(steps):
         count = sum(steps[at] // usual - 1 for at in holes)
+        pictures_missing = "1 picture is" if count == 1 else f"{count} pictures are"
         yield (
-            f"{name}: {count} pictures missing by the numbers in the names, the first after "
+            f"{name}: {pictures_missing} missing by the numbers in the names, the first after "
             f"{pictures[holes[0]].name}; times go on as if none were: a {TIMES_NAME} says when each was taken"
         )
 

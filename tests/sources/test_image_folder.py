@@ -148,7 +148,7 @@ def test_a_real_folder(data_dir: Path):
 def test_numbers_that_are_missing_in_the_names_are_told(tmp_path):
     write_pictures(tmp_path / "drive", [f"frame_{i}.png" for i in (8, 9, 10, 11, 14, 15, 17)])
     (note,) = open_source(tmp_path / "drive", frame_rate_hz=10).notes
-    assert "3 pictures missing by the numbers in the names, the first after frame_11.png" in note
+    assert "3 pictures are missing by the numbers in the names, the first after frame_11.png" in note
     assert "timestamps.txt" in note
 
 

@@ -28,10 +28,8 @@ def _given(message: Any) -> float:  # noqa: ANN401 - of our own schema
     """Of a log of this program what it was told; what it found in the pictures it finds again."""
     if not message.HasField("ego_speed_mps"):
         return math.nan
-    was_found = (
-        message.HasField("own_motion") and message.own_motion.speed_source == message.own_motion.PICTURE
-    )
-    return math.nan if was_found else message.ego_speed_mps
+    motion = message.own_motion  # all its defaults where an old log has none
+    return math.nan if motion.speed_source == motion.PICTURE else message.ego_speed_mps
 
 
 _SPEEDS: dict[str, Callable[[Any], float]] = {

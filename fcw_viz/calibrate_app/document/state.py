@@ -163,7 +163,7 @@ class Solution:
         """What a saved calibration carries: all that is shown as wrong; None where nothing is."""
         if self.status is not Status.IMPLAUSIBLE:
             return None
-        return tuple(trouble.text for trouble in self.troubles)
+        return tuple(trouble.text for trouble in self.troubles) or None
 
 
 @dataclass(frozen=True, slots=True)

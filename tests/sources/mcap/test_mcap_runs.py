@@ -129,13 +129,16 @@ def test_a_camera_info_says_what_it_is_good_for(tmp_path: Path, capsys: pytest.C
     assert "--field-of-view 62.0" in message
 
 
+def video_of_demo(folder: Path, count: int) -> Path:
+    """The first pictures of the shipped drive as others record them."""
+    packets = [(stamp_ns(frame), packet.data) for frame in demo_frames(count) for packet in frame.packets]
+    return foxglove_video(folder / "video.mcap", packets)
+
+
 def test_an_own_log_runs_anew_with_its_calibration_and_speed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    frames = demo_frames(12)
-    video = foxglove_video(
-        tmp_path / "video.mcap", [(stamp_ns(f), packet.data) for f in frames for packet in f.packets]
-    )
+    video = video_of_demo(tmp_path, 12)
     assert run(video, tmp_path / "first", "--ego-speed", "17.5") == 0
     capsys.readouterr()
     first = tmp_path / "first" / "drive.mcap"
@@ -151,10 +154,7 @@ def test_an_own_log_runs_anew_with_its_calibration_and_speed(
 def test_what_a_log_found_of_the_own_speed_is_not_given_to_the_next_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    frames = demo_frames(45)
-    video = foxglove_video(
-        tmp_path / "video.mcap", [(stamp_ns(f), packet.data) for f in frames for packet in f.packets]
-    )
+    video = video_of_demo(tmp_path, 45)
     assert run(video, tmp_path / "first") == 0
     first = tmp_path / "first" / "drive.mcap"
     found = [result.own_motion.speed_source for result in DriveLog(first).results() if result.own_motion]
@@ -169,10 +169,7 @@ def test_what_a_log_found_of_the_own_speed_is_not_given_to_the_next_run(
 def test_of_two_logs_that_were_merged_either_camera_is_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    frames = demo_frames(12)
-    video = foxglove_video(
-        tmp_path / "video.mcap", [(stamp_ns(f), packet.data) for f in frames for packet in f.packets]
-    )
+    video = video_of_demo(tmp_path, 12)
     assert run(video, tmp_path / "first") == 0
     merged = merge_twice(tmp_path / "first" / "drive.mcap", tmp_path / "merged.mcap", ("/front", "/rear"))
     capsys.readouterr()
