@@ -47,6 +47,7 @@ class Sighting(NamedTuple):
         box: in the picture.
         edges: which of its edges are the vehicle's own.
         doubtful: whether it may be none.
+        log_part: logarithm of the part of its width that is boxed, see `fcw.tracking.range.boxed_part`.
     """
 
     slot: int
@@ -54,6 +55,7 @@ class Sighting(NamedTuple):
     box: Box
     edges: Edges = WHOLE
     doubtful: bool = False
+    log_part: float = 0.0
 
 
 class Measurements(NamedTuple):
@@ -185,7 +187,7 @@ class BoxGeometry:
             Pitch against the calibration, angle of its lower edge below the horizon, sigma of its log width,
             and sigma of the pitch by the box's noise; None where it is cut, or far aside.
         """
-        _, kind, box, _, _ = sighting
+        _, kind, box, *_ = sighting
         noise, size, camera = self._noise, self._image_size, self._calibrated
         if not (measures_row(box, size, noise) and measures_width(box, size, noise)):
             return None
@@ -220,10 +222,10 @@ class BoxGeometry:
         variances: list[float] = []
         common: list[bool] = []
         views: list[View] = []
-        for slot, kind, box, edges, doubtful in sightings:
+        for slot, kind, box, edges, doubtful, log_part in sightings:
             at = CAMERA + VEHICLE * slot
             log_distance, _, _, log_width, log_height, aspect, bump_px, _ = x[at : at + VEHICLE].tolist()
-            distance_m, width_m = math.exp(log_distance), math.exp(log_width)
+            distance_m, width_m = math.exp(log_distance), math.exp(log_width + log_part)
             depth_m = max(distance_m + pole_m, SMALLEST_DEPTH_M)
             below_px = scale / depth_m
             view = self.view(box, distance_m, width_m, focal_px)

@@ -13,6 +13,7 @@ from fcw.tracking.belief.lately import Lately
 from fcw.tracking.box_measurement import road_slope
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
+from fcw.tracking.range.boxed_part import News
 from fcw.tracking.range.state import RangeState
 from fcw.tracking.ranging import BoxNoise, inner_edge_px, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
@@ -308,16 +309,24 @@ class Followed:
             found_part=self.found_part,
         )
 
-    def place_across(self, focal_px: float, path: OwnPath) -> None:
-        """Take where the box of this frame is across the road; called once its distance is known."""
+    def place_across(self, focal_px: float, path: OwnPath, news: News) -> None:
+        """Take where the box of this frame is across the road; called once its distance is known.
+
+        Args:
+            focal_px: of the camera.
+            path: our own.
+            news: of the part of it that is boxed; the middle of another part is elsewhere without a motion.
+        """
         self._across.scale(self.state.distance_m / max(self._next_m, NEAREST_M))
         if self._seen is not None:
             noise = self._settings.box_noise
             sigma_px = noise.edge_sigma_px(self._seen) / math.sqrt(2)
             sigma_px *= math.sqrt(noise.white(max(self._search_s, SHORTEST_STEP_S)))
             sigma_m = sigma_px * self.state.distance_m / focal_px
-            believed_m = self._across.lateral_m
-            self._across.correct(self._lateral_m(self._seen, focal_px, path, believed_m), sigma_m)
+            lateral_m = self._lateral_m(self._seen, focal_px, path, self._across.lateral_m)
+            if news is not News.UNSURE:
+                take = self._across.displace if news is News.OTHER else self._across.correct
+                take(lateral_m, sigma_m)
             self._seen = None
 
     def _inner_edge_px(self, box: Box, believed_m: float, metres_per_px: float) -> float | None:

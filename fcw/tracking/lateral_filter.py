@@ -65,6 +65,10 @@ class LateralFilter:
         """
         self.lateral_m *= factor
 
+    def displace(self, lateral_m: float, sigma_m: float) -> None:
+        """Take a position, with its 1-sigma, to which it has not moved: another part of it is seen there."""
+        self.lateral_m, self._place_variance, self._shared = lateral_m, sigma_m**2, 0.0
+
     def correct(self, lateral_m: float, sigma_m: float) -> None:
         """Take a measured position and its 1-sigma.
 
@@ -77,7 +81,7 @@ class LateralFilter:
             if self._jumped:
                 self._rate_variance, self._settled_s = RATE_SIGMA_MPS**2, 0.0
             self._jumped = True
-            self.lateral_m, self._place_variance, self._shared = lateral_m, sigma_m**2, 0.0
+            self.displace(lateral_m, sigma_m)
             return
         self._jumped = False
         self.lateral_m += gain * off_m

@@ -165,7 +165,11 @@ class Tracker:
             if math.isfinite(one.sigma) and self._followed[slot].free == WHOLE
         ]
         self._range.take_growths(grown, max(dt_s, SHORTEST_STEP_S))
-        whole = [(slot, box) for slot, (box, edges) in views.items() if edges == WHOLE]
+        whole = [
+            (slot, box)
+            for slot, (box, edges) in views.items()
+            if edges == WHOLE and not self._range.boxed_part(slot).log_part
+        ]
         self._mount.update(self._rulers(whole), dt_s)
         self._mount_note.update(self._range.mount, dt_s)
         for slot, index in pairs:
@@ -180,7 +184,7 @@ class Tracker:
             self._unsearched_s = 0.0
         for slot, followed in enumerate(self._followed):
             followed.state = self._state(slot)
-            followed.place_across(self._range.focal_px, path)
+            followed.place_across(self._range.focal_px, path, self._range.boxed_part(slot).news)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
             self._start(time_ns, detections[index], certain, ego_speed_mps, path)

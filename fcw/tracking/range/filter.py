@@ -67,9 +67,10 @@ from fcw.tracking.box_measurement import (
     Sighting,
     View,
 )
+from fcw.tracking.range.boxed_part import BoxedPart, judge_widths
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.range.state import RangeState
-from fcw.tracking.range.update import kalman_update
+from fcw.tracking.range.update import NOTHING, kalman_update, take_measurements
 from fcw.tracking.ranging import BoxNoise
 
 EVERY_EDGE: Mapping[int, Edges] = MappingProxyType({})
@@ -77,8 +78,6 @@ STRONGEST_SHRINK = 0.2
 """One prediction step leaves at least this part of the distance: the gap never turns negative."""
 DIFFUSE_LOG_SIGMA = 1.0
 """Of the distance before the first box is taken: a factor of three either way."""
-NOTHING = np.zeros((CAMERA, CAMERA))
-"""Is what the camera's state learns of what concerns one vehicle alone."""
 KIND_INTERVAL = 5
 """The kind of a vehicle is judged anew every so many frames."""
 
@@ -94,12 +93,13 @@ class RangeFilter:
 
     def __init__(self, calibration: Calibration, box_noise: BoxNoise, model: RangeModel) -> None:
         self._calibrated = camera = calibration.camera
-        self._model, self._focal_px = model, camera.focal_y_px
+        self._model, self._box_noise, self._focal_px = model, box_noise, camera.focal_y_px
         self._geometry = BoxGeometry(camera, calibration.image_size, box_noise, model)
         self._prior = self._geometry.prior
         self._kinds: list[int] = []
         self._views: list[View] = []
-        self._frame = 0
+        self._parts: list[BoxedPart] = []
+        self._frame, self._own_mps2 = 0, 0.0
 
         scale = camera.row_scale_m_px
         depths_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m + camera.pole_m
@@ -111,8 +111,6 @@ class RangeFilter:
         self._p[SLOW, SLOW] = (self._focal_px * model.slow_pitch_sigma_rad) ** 2
         self._p[FAST, FAST] = (self._focal_px * model.fast_pitch_sigma_rad) ** 2
         self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
-        self._own_mps2 = 0.0
-        self._calibrated_row_px = camera.horizon_row_px
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
         self._p[HORIZON, HORIZON] += (self._focal_px * model.calibration_pitch_sigma_rad) ** 2
         # Of the row map boxes teach the horizon; K and C go with it as far as the calibration ties them.
@@ -135,14 +133,14 @@ class RangeFilter:
     def pitch_rad(self) -> float:
         """How much lower the camera looks now than it was calibrated to: the horizon stands higher."""
         horizon_px = float(self._x[HORIZON] + self._x[SLOW] + self._x[FAST])
-        return (self._calibrated_row_px - horizon_px) / self._focal_px
+        return (self._calibrated.horizon_row_px - horizon_px) / self._focal_px
 
     @property
     def mount(self) -> Mount:
         """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs."""
-        off_px = self._calibrated_row_px - float(self._x[HORIZON])
+        off_rad = (self._calibrated.horizon_row_px - float(self._x[HORIZON])) / self._focal_px
         return Mount(
-            pitch_rad=self._calibrated.pitch_rad + off_px / self._focal_px,
+            pitch_rad=self._calibrated.pitch_rad + off_rad,
             pitch_sigma_rad=math.sqrt(max(float(self._p[HORIZON, HORIZON]), 0.0)) / self._focal_px,
         )
 
@@ -188,6 +186,7 @@ class RangeFilter:
         self._p = covariance
         self._kinds.append(kind)
         self._views.append(view)
+        self._parts.append(BoxedPart())
         self.update([(self.count - 1, box)], math.inf, {self.count - 1: edges})
         return True
 
@@ -198,6 +197,7 @@ class RangeFilter:
         self._x, self._p = self._x[index], self._p[np.ix_(index, index)]
         self._kinds = [self._kinds[slot] for slot in slots]
         self._views = [self._views[slot] for slot in slots]
+        self._parts = [self._parts[slot] for slot in slots]
 
     def predict(
         self,
@@ -284,11 +284,8 @@ class RangeFilter:
         row_px = self._calibrated.horizon_row_px - self._focal_px * (pitch_rad - self._calibrated.pitch_rad)
         sigma_rad = math.hypot(sigma_rad, self._model.mount_sigma_rad)
         variance = (self._focal_px * sigma_rad) ** 2 * max(self._model.mount_lasts_s / dt_s, 1.0)
-        by_state = np.zeros((1, len(self._x)))
-        by_state[0, HORIZON] = 1.0
-        residual = np.array([row_px - self._x[HORIZON]])
-        variances = np.array([variance])
-        self._x, self._p = kalman_update(self._x, self._p, by_state, residual, variances, self._learns)
+        told = np.eye(1, len(self._x), HORIZON), np.array([row_px - self._x[HORIZON]]), np.array([variance])
+        self._x, self._p = kalman_update(self._x, self._p, *told, self._learns)
 
     def update(
         self,
@@ -305,18 +302,16 @@ class RangeFilter:
             edges: by number, those that a box shares with the vehicle, where a part of it was boxed.
             doubtful: numbers of those that may be none: they teach nothing of the camera.
         """
-        before = self._x
-        sightings = [Sighting(n, self._kinds[n], box, edges.get(n, WHOLE), n in doubtful) for n, box in boxes]
-        rows, residuals, variances, common, views = self._geometry.measure(sightings, before, dt_s)
-        for (slot, _), view in zip(boxes, views, strict=True):
+        sightings = [
+            Sighting(n, self._kinds[n], box, edges.get(n, WHOLE), n in doubtful, self._parts[n].log_part)
+            for n, box in boxes
+        ]
+        seen = self._geometry.measure(sightings, self._x, dt_s)
+        slots, white = [slot for slot, _ in boxes], self._box_noise.white(dt_s)
+        seen = judge_widths(seen, self._x, self._p, white, slots, self._parts)
+        for slot, view in zip(slots, seen.views, strict=True):
             self._views[slot] = view
-        if common.any():
-            told = rows[common], residuals[common], variances[common]
-            self._x, self._p = kalman_update(self._x, self._p, *told, self._learns)
-        if not common.all():
-            aside = rows[~common]
-            moved = residuals[~common] - aside @ (self._x - before)
-            self._x, self._p = kalman_update(self._x, self._p, aside, moved, variances[~common], NOTHING)
+        self._x, self._p = take_measurements(self._x, self._p, seen, self._learns)
         self._frame += 1
         for slot in range(self._frame % KIND_INTERVAL, self.count, KIND_INTERVAL):
             self._judge_kind(slot)
@@ -364,6 +359,10 @@ class RangeFilter:
         depth_m = max(distance_m + float(self._x[POLE]), SMALLEST_DEPTH_M)
         return depth_m, distance_m / depth_m
 
+    def boxed_part(self, slot: int) -> BoxedPart:
+        """How much of the width of a vehicle is boxed."""
+        return self._parts[slot]
+
     def kind(self, slot: int) -> int:
         """Index of the kind a vehicle is believed to be of."""
         return self._kinds[slot]
@@ -377,7 +376,7 @@ class RangeFilter:
         """What is believed of a vehicle now."""
         at = CAMERA + VEHICLE * slot
         index = [SCALE, *range(at, at + 3)]
-        width_m = math.exp(float(self._x[at + WIDTH] + self._x[WIDER]))
+        width_m = math.exp(float(self._x[at + WIDTH] + self._x[WIDER]) + self._parts[slot].log_part)
         overhang_m = self._prior.overhangs_m[self._kinds[slot]]
         return RangeState.of(
             self._x[at : at + 3], self._p[np.ix_(index, index)], width_m, overhang_m, self._model

@@ -3,6 +3,10 @@
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
+from fcw.tracking.box_measurement import CAMERA, Measurements
+
+NOTHING = np.zeros((CAMERA, CAMERA))
+"""Is what the camera's state learns of what concerns one vehicle alone."""
 
 OUTLIER_SIGMAS = 3.0
 """A measurement farther off than this counts as if it were just this far off (Huber), so that one wild
@@ -38,3 +42,25 @@ def kalman_update(
     used = gain @ spread.T
     covariance = p - used - used.T + gain @ predicted @ gain.T
     return x + gain @ residuals, (covariance + covariance.T) / 2
+
+
+def take_measurements(
+    x: FloatArray, p: FloatArray, seen: Measurements, learns: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """State and covariance after the boxes of a frame; those that tell of one vehicle alone come last.
+
+    Args:
+        x: (N,) the state against which they were measured.
+        p: (N, N) its covariance.
+        seen: of the frame.
+        learns: what the camera's state makes of those that tell of it, see `kalman_update`.
+    """
+    rows, residuals, variances, common, _ = seen
+    before = x
+    if common.any():
+        x, p = kalman_update(x, p, rows[common], residuals[common], variances[common], learns)
+    if not common.all():
+        aside = rows[~common]
+        moved = residuals[~common] - aside @ (x - before)
+        x, p = kalman_update(x, p, aside, moved, variances[~common], NOTHING)
+    return x, p
