@@ -8,12 +8,14 @@ import sys
 
 from fcw_viz.signals import EXIT_INTERRUPTED, keep_exit_code, signals_as_interrupts
 from fcw_viz.system_limits import limits_trouble
+from fcw_viz.unread_output import go_on_unread
 
 EXIT_WRONG_INPUT = 2
 
 
 def main() -> int:
     """Load the command line and run it; returns the exit code."""
+    go_on_unread()
     if trouble := limits_trouble():
         sys.stderr.write(f"fcw: {trouble}\n")
         return EXIT_WRONG_INPUT

@@ -95,9 +95,6 @@ def main(arguments: list[str] | None = None) -> int:
             return RUNNERS[type(command)](command)
     except UserError as error:
         return _wrong_input(error)
-    except BrokenPipeError:  # whoever read the results wants no more
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - until the end of the process
-        return EXIT_WRONG_INPUT
     except MemoryError:
         sys.stderr.write("fcw: not enough memory; close other programs, or raise the limit (ulimit -v)\n")
         return EXIT_WRONG_INPUT

@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -67,3 +68,32 @@ keep_exit_code(0)
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_at_the_very_end_does_not_change_the_exit_code(name: str) -> None:
     assert subprocess.run([sys.executable, "-c", ENDED_LATE, name], check=False).returncode == 0
+
+
+def with_no_reader(arguments: list[str], *, of_errors: bool = False) -> "subprocess.CompletedProcess[str]":
+    """Run `fcw` with a pipe that nobody reads any more for its standard output, or error."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    out, err = (subprocess.PIPE, writer) if of_errors else (writer, subprocess.PIPE)
+    command = [sys.executable, "-m", "fcw_viz", *arguments]
+    done = subprocess.run(command, stdout=out, stderr=err, text=True, check=False)
+    os.close(writer)
+    return done
+
+
+@pytest.mark.parametrize("results", [[], ["--json"]], ids=["table", "json"])
+def test_the_work_is_done_though_nobody_reads_its_results(results: list[str], tmp_path: Path) -> None:
+    saved = tmp_path / "camera.yaml"
+    points = ["--points", "6:640", "15:520", "30:480", "--height", "1.25", "--image-size", "1280x720"]
+    done = with_no_reader(["calibrate", *points, "--save", str(saved), *results])
+    assert (done.returncode, done.stderr) == (0, "")
+    assert saved.is_file()
+
+
+def test_help_may_be_left_unread() -> None:
+    done = with_no_reader(["run", "--help"])
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_mistake_keeps_its_exit_code_though_nobody_reads_of_it() -> None:
+    assert with_no_reader(["run", "no-such.mp4"], of_errors=True).returncode == 2

@@ -1,0 +1,42 @@
+"""Standard output and error whose reader may leave: `fcw run drive.mp4 | head -1` writes its whole log."""
+
+import io
+import sys
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+
+class _MayBeUnread(io.FileIO):
+    """Where nobody reads it any more, what is written is gone; that is no error."""
+
+    def write(self, data: "ReadableBuffer", /) -> int:
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            return memoryview(data).nbytes
+
+
+def go_on_unread() -> None:
+    """Have all work go on when whoever reads what is printed has read enough.
+
+    Otherwise Python raises, and rich ends the program at once without a word. It holds for the whole process:
+    commands, jobs and the libraries that print for us.
+    """
+    sys.stdout, sys.stderr = _may_be_unread(sys.stdout), _may_be_unread(sys.stderr)
+
+
+def _may_be_unread(stream: TextIO) -> TextIO:
+    if not isinstance(stream, io.TextIOWrapper):
+        return stream  # closed from the start, or somebody listens from within Python
+    stream.flush()
+    raw = _MayBeUnread(stream.fileno(), "w", closefd=False)
+    return io.TextIOWrapper(
+        # Where Python shall keep nothing back (-u), nothing is kept back here.
+        raw if stream.write_through else io.BufferedWriter(raw),
+        stream.encoding,
+        stream.errors,
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )
