@@ -123,10 +123,11 @@ def _lost_rows(warning: WarningState, imperial: bool) -> list[tuple[str, str]]:
 
 
 def _overlap_words(overlap_m: float, imperial: bool) -> str:
-    """How much of its width and ours will overlap."""
-    if overlap_m > 0:
-        return distance_text(overlap_m, imperial)
-    return f"none, {distance_text(-overlap_m, imperial)} apart"
+    """How much of its width and ours will overlap; what rounds to nothing is said in words."""
+    text = distance_text(abs(overlap_m), imperial)
+    if text == distance_text(0.0, imperial):
+        return "next to none"
+    return text if overlap_m > 0 else f"none, {text} apart"
 
 
 def interval_words(track: Track, imperial: bool) -> str:

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from typing import get_args
 
+import pytest
 from review_drives import CAUTION_S, NEAR_MISS_S, RATE_HZ, WARNING_S, result
 
 from fcw.annotation.records import Entry, EventReference, Judgement, Reason, Verdict
@@ -75,6 +76,23 @@ def test_a_warned_vehicle_that_is_lost_keeps_its_figures_and_the_threat_is_told(
     assert (said["Distance"], said["Closing"], said["Collision in"]) == ("13.0 m", "36 km/h", "1.3 s")
     assert (said["Braking needed"], said["Overlap"]) == ("0.40 g", "0.9 m")
     assert said["Collision"] == "83% likely if nobody reacts"
+
+
+@pytest.mark.parametrize(
+    ("overlap_m", "imperial", "said"),
+    [
+        (0.9, False, "0.9 m"),
+        (0.04, False, "next to none"),
+        (-0.04, False, "next to none"),
+        (-0.3, False, "none, 0.3 m apart"),
+        (0.1, True, "next to none"),
+        (0.9, True, "3 ft"),
+    ],
+)
+def test_an_overlap_that_rounds_to_nothing_is_said_in_words(overlap_m: float, imperial: bool, said: str):
+    warned = result(row(WARNING_S))
+    state = replace(warned.warning, overlap_m=overlap_m, collision_probability=0.5)
+    assert dict(why(replace(warned, warning=state), imperial))["Overlap"] == said
 
 
 def test_nothing_ahead_and_no_upper_end():
