@@ -43,12 +43,8 @@ class EventPanel:
     def _event_html(self, drive: Drive) -> str:
         place, judged = self._place, self._place.judged
         if judged is None or place.selected is None:
-            words = (
-                "No event is selected. N selects the next one."
-                if drive.events
-                else "This drive has no events."
-            )
-            return f'<p class="dim">{words}</p>'
+            # Where there are none, the list says so.
+            return '<p class="dim">No event is selected. N selects the next one.</p>' if drive.events else ""
         event = judged.event
         title = (
             f'<div class="fcw-title" style="--kind: {kind_color(event.kind)}"><i></i>'

@@ -1,0 +1,44 @@
+"""What the panel says of a drive's events, and that it says it once."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from review_drives import QUIET_S, write_drive
+
+from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.panels.event import EventPanel
+from fcw_viz.review_app.place import Place
+from fcw_viz.review_app.session import ReviewSession
+
+
+class Parts:
+    """Stands for viser's panel: keeps the parts that are put in it."""
+
+    def __init__(self) -> None:
+        self.added: list[Any] = []
+
+    def add_html(self, content: str) -> Any:
+        self.added.append(SimpleNamespace(content=content))
+        return self.added[-1]
+
+
+def shown(place: Place) -> str:
+    parts: Any = Parts()
+    EventPanel(parts, place, Annotating(place, lambda title, text: None)).show()
+    return "".join(part.content for part in parts.added)
+
+
+def test_that_a_drive_has_no_events_is_said_once(tmp_path: Path):
+    session = ReviewSession({"quiet": write_drive(tmp_path / "drive.mcap", QUIET_S)}, "anna")
+    place = Place(session)
+    place.enter(session.open(place, "quiet"), None, None)
+    said = shown(place).lower()
+    session.close()
+    assert said.count("event") == 1
+    assert "no events in this drive" in said
+
+
+def test_where_no_event_is_selected_the_key_to_one_is_told(place: Place):
+    place.selected = None
+    assert "No event is selected. N selects the next one." in shown(place)
