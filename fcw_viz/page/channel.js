@@ -8,6 +8,7 @@
 //   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
 //   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, which stays
 //                                           until the server has taken it
+//   data-fcw-key="t"                        of a field: that key puts the cursor in it
 //   data-fcw-typed="search"                 of a field: what stands in it while it is typed, "search:ab"
 //   data-fcw-scroll="list"                  drawn anew, it is scrolled to where it was
 //   data-fcw-seen                           drawn anew, it is scrolled into sight
@@ -81,6 +82,17 @@ if (!channel.listens) {
     const { fcwEnter } = event.target.dataset ?? {};
     if (event.key !== "Enter" || event.isComposing || fcwEnter === undefined) return;
     channel.tell(`${fcwEnter}:${event.target.value}`);
+  }, { capture: true });
+  // At once, and before viser hears the key: what is typed next is text, whenever the server hears of it.
+  window.addEventListener("keydown", (event) => {
+    const { key, target } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+    if (target.matches?.("input, textarea, select")) return;
+    const field = document.querySelector(`[data-fcw-key="${CSS.escape(key.toLowerCase())}"]`);
+    if (!field) return;
+    event.preventDefault(); // the key itself is no text
+    event.stopImmediatePropagation();
+    field.focus();
   }, { capture: true });
   document.addEventListener("change", (event) => {
     const { fcwChoice } = event.target.dataset;

@@ -94,14 +94,16 @@ def chooses(name: str) -> str:
     return f'data-fcw-choice="{escape(name)}"'
 
 
-def enters(field: str, name: str) -> str:
+def enters(field: str, name: str, key: str = "") -> str:
     """Attributes of an input whose text is a message of that name when Enter is pressed.
 
     Args:
         field: its id, by which `script.empty_element` empties it once the text is taken.
         name: of the message.
+        key: a small letter that puts the cursor in it; empty for none.
     """
-    return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"'
+    by_key = f' data-fcw-key="{escape(key)}"' if key else ""
+    return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"{by_key}'
 
 
 def tells_typed(field: str, name: str) -> str:

@@ -217,7 +217,7 @@ class Desk:
         empty_element(self._client, NOTE_ID, text)
 
     def type_note(self) -> None:
-        """Put the cursor in the field of a note."""
+        """Put the cursor in the field of a note, for the list of commands; the browser hears the key."""
         self.place.opened  # noqa: B018 - raises where no drive is open
         focus_element(self._client, NOTE_ID)
 

@@ -55,10 +55,6 @@ class Reviewer:
         # In one step: an element that is drawn anew may be gone in the next one.
         return self.browser.page.locator(selector).evaluate_all("(found) => found[0]?.innerText ?? ''")
 
-    def types_in(self, element_id: str) -> bool:
-        """Whether the cursor is in a field."""
-        return self.browser.page.evaluate("document.activeElement?.id ?? ''") == element_id
-
     def tab(self, name: str) -> None:
         """Turn to a tab of the panel."""
         self.browser.page.get_by_role("tab", name=name).click()

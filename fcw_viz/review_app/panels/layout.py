@@ -25,8 +25,8 @@ from fcw_viz.review_app.triage.filter_bar import Choices, filter_html, goes_on_h
 PANEL_WIDTH_PX = 350
 FIRST_FOLDER_PX = 1040.0
 NOTE_FIELD = (
-    f'<input type="text" {enters(NOTE_ID, "note")} placeholder="Note on this moment (T); Enter saves it" '
-    'autocomplete="off">'
+    f'<input type="text" {enters(NOTE_ID, "note", key="t")} '
+    'placeholder="Note on this moment (T); Enter saves it" autocomplete="off">'
 )
 OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
 

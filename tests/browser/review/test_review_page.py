@@ -339,8 +339,7 @@ def test_a_killed_server_comes_back_with_every_word(drive_log: Path, open_page: 
     person.press("3")
     wait_for(lambda: person.words(".fcw-event em") == "▸")
     person.press("t")
-    wait_for(lambda: person.types_in("fcw-note"))
-    person.browser.page.keyboard.type("brakes late")
+    person.browser.page.keyboard.type("brakes late")  # at once: nobody looks where the cursor is by now
     person.press("Enter")
     person.tab("Notes")
     wait_for(lambda: "brakes late" in person.words(".fcw-remark"))
