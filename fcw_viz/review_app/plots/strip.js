@@ -6,15 +6,18 @@
 const LEAST_STRIP_PX = 150, LEAST_PICTURE_PX = 120, TALLER = 1.7;
 const root = document.documentElement;
 const strip = () => document.querySelector(".fcw-strip:not(.fcw-now)");
+const share = () => Number(root.style.getPropertyValue("--fcw-share")) || 1;
 const resize = (px) => {
-  const sheet = parseFloat(getComputedStyle(root).getPropertyValue("--fcw-sheet")) || 0;
-  const room = innerHeight * (1 - sheet / 100) - LEAST_PICTURE_PX;
-  if (px === null) root.style.removeProperty("--fcw-strip");
-  else root.style.setProperty("--fcw-strip", `${Math.round(Math.max(LEAST_STRIP_PX, Math.min(px, room)))}px`);
+  const { top, bottom } = strip().getBoundingClientRect(); // the picture is above it
+  const picture = Math.max(LEAST_PICTURE_PX, bottom - Math.max(LEAST_STRIP_PX, px));
+  root.style.setProperty("--fcw-share", (share() * picture) / top);
   dispatchEvent(new Event("resize"));
 };
-window.fcwTaller = () =>
-  resize(root.style.getPropertyValue("--fcw-strip") ? null : strip().getBoundingClientRect().height * TALLER);
+const resetHeight = () => {
+  root.style.removeProperty("--fcw-share");
+  dispatchEvent(new Event("resize"));
+};
+window.fcwTaller = () => (share() === 1 ? resize(strip().getBoundingClientRect().height * TALLER) : resetHeight());
 
 if (!window.fcwStrip) {
   window.fcwStrip = true;
@@ -28,7 +31,7 @@ if (!window.fcwStrip) {
   });
   for (const end of ["pointerup", "pointercancel"]) document.addEventListener(end, () => (splits = false));
   document.addEventListener("dblclick", (event) => {
-    if (event.target.closest?.("[data-fcw-splitter]")) resize(null);
+    if (event.target.closest?.("[data-fcw-splitter]")) resetHeight();
   });
 
   const tip = document.createElement("div"), hair = document.createElement("div");

@@ -80,6 +80,33 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
     assert overlap_px(page.evaluate(RECTANGLE, ".fcw-folder"), page.evaluate(RECTANGLE, PANEL)) < 1
 
 
+def test_a_picture_made_lower_for_taller_plots_keeps_its_share_of_any_window(
+    drives: dict[str, Path], review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(f"{review(drives).url}?at=first"))
+    page = person.browser.page
+
+    def picture_px() -> float:
+        _, top, _, bottom = page.evaluate(RECTANGLE, "canvas[data-engine]")
+        return min(bottom - top, page.evaluate(RECTANGLE, ".fcw-strip")[1])
+
+    def in_every_window() -> list[float]:
+        heights = []
+        for width_px, height_px in (*WINDOWS_PX, (820, 560), WINDOWS_PX[0]):
+            page.set_viewport_size({"width": width_px, "height": height_px})
+            person.browser.wait_until_still()
+            heights.append(picture_px())
+        return heights
+
+    usual = in_every_window()
+    person.press("h")
+    wait_for(lambda: picture_px() < 0.9 * usual[0])
+    shares = [lower / own for lower, own in zip(in_every_window(), usual, strict=True)]
+    assert shares == pytest.approx([shares[0]] * len(shares), abs=0.02)
+    person.press("h")
+    wait_for(lambda: picture_px() == pytest.approx(usual[0], abs=1))
+
+
 def test_the_list_shows_long_names_whole(
     drives: dict[str, Path], review: Review, open_page: OpenPage, wait_for: WaitFor
 ):
