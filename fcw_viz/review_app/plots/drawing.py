@@ -25,6 +25,8 @@ BAND_OPACITY = 0.28
 LEVEL_OPACITY = {WarningLevel.ADVISORY: 0.1, WarningLevel.CAUTION: 0.16, WarningLevel.WARNING: 0.2}
 TICK_PX, TICK_FONT_PX = 14.0, 9.5
 """Between the values of an axis at the least, and their size."""
+BEYOND_PX = 64.0
+"""Width of the words for what is above the axis, at the least."""
 LONGEST_STEP = 4.0
 """Frames further apart than so many usual ones are a gap."""
 
@@ -99,9 +101,22 @@ def _plot(plot: Plot, axis: TimeAxis, height_px: float, columns: dict[str, _Colu
         yield line(0, y, axis.width_px, y, 0.3 if value == 0 and plot.bottom < 0 else 0.1)
         text = words(-5, min(max(y + 3.5, 8), height_px), tick_text(value), "end", 0.65, size=TICK_FONT_PX)
         yield element("g", text, data_name="tick")
-    for curve in plot.curves:
+    for number, curve in enumerate(plot.curves):
         if len(curve.run.times_s):
             yield from _curve(curve, scale, columns[curve.run.name])
+            yield from _beyond(plot, number, axis, columns[curve.run.name])
+
+
+def _beyond(plot: Plot, number: int, axis: TimeAxis, columns: _Columns) -> Iterator[str]:
+    """Words where a curve is above all that the axis holds: without them it would seem not to be known."""
+    told = columns.lowest(plot.curves[number].told.value)
+    for run in _runs(told > plot.limit, columns.torn):
+        left_px, right_px = max(columns.x[run][0], 0.0), min(columns.x[run][-1], axis.width_px)
+        if right_px - left_px >= BEYOND_PX:
+            text = f"over {plot.text(plot.limit)}"
+            y = (number + 1) * TICK_PX
+            said = words((left_px + right_px) / 2, y, text, "middle", 0.65, size=TICK_FONT_PX)
+            yield element("g", said, data_name="beyond")
 
 
 def _curve(curve: Curve, scale: Scale, columns: _Columns) -> Iterator[str]:

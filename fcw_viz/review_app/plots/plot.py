@@ -65,6 +65,7 @@ class Plot:
         bottom: value at the lower edge.
         top: value at the upper edge.
         step: of the values that the axis can name.
+        limit: above it nothing is drawn; infinite where there is no such value.
         curves: at least one.
     """
 
@@ -75,6 +76,7 @@ class Plot:
     bottom: float
     top: float
     step: float
+    limit: float
     curves: tuple[Curve, ...]
 
     @property
@@ -131,7 +133,8 @@ def _plot(signal: Signal, chosen: Sequence[Chosen], runs: Sequence[Run], imperia
     )
     of_vehicle = not several and chosen[0].subject not in (AHEAD, OWN)
     title = f"{signal.title} {subject_name(chosen[0].subject)}" if of_vehicle else signal.title
-    return Plot(signal, title, unit, decimals, bottom, top, step, curves)
+    limit = signal.span.highest * factor
+    return Plot(signal, title, unit, decimals, bottom, top, step, limit, curves)
 
 
 def _name(chosen: Chosen, run: Run) -> str:

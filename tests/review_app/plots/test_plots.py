@@ -109,6 +109,21 @@ def test_ttc_is_drawn_only_while_it_closes(drive: Drive):
     assert np.array(spans_s) == pytest.approx(np.array(expected), abs=0.05)
 
 
+def test_a_curve_above_the_axis_is_told_in_words_where_it_would_be(drive: Drive):
+    axis = whole(drive)
+    # 40 m ahead at 4 m/s; at 1 m/s for as long as words do not fit.
+    speed_mps = np.full(FRAMES, 20.0, np.float32)
+    speed_mps[: 6 * RATE_HZ] = 4.0
+    speed_mps[7 * RATE_HZ : 8 * RATE_HZ] = 4.0
+    slow = replace(drive, series=replace(drive.series, ego_speed_mps=speed_mps, headway_s=40.0 / speed_mps))
+    group = drawn(slow, axis).find(f"{SVG}g[@data-plot='headway']")
+    assert group is not None
+    said = group.findall(f"{SVG}g[@data-name='beyond']/{SVG}text")
+    assert [text.text for text in said] == ["over 4.0 s"]
+    assert float(said[0].get("x", "")) == pytest.approx(axis.x(3.0), abs=1.0)
+    assert drawn(drive, axis).find(f".//{SVG}g[@data-name='beyond']") is None
+
+
 def test_levels_are_the_ground_of_their_time(drive: Drive):
     axis = whole(drive)
     group = drawn(drive, axis).find(f"{SVG}g[@data-name='levels']")
