@@ -27,8 +27,8 @@ TICK_PX, TICK_FONT_PX = 14.0, 9.5
 """Between the values of an axis at the least, and their size."""
 BEYOND_PX = 64.0
 """Width of the words for what is above the axis, at the least."""
-LONGEST_STEP = 4.0
-"""Frames further apart than so many usual ones are a gap."""
+LONGEST_STEP, LONGEST_STEP_S = 4.0, 0.5
+"""Frames further apart than so many usual ones, and than so long, are a gap: a live drive skips some."""
 
 
 def plots_svg(plots: Sequence[Plot], runs: Sequence[Run], axis: TimeAxis, height_px: float) -> str:
@@ -85,7 +85,7 @@ def _columns(axis: TimeAxis, times_s: Column) -> _Columns:
     x = (times_s - axis.start_s) / axis.span_s * axis.width_px
     steps_s = np.diff(times_s, prepend=times_s[:1])
     usual_s = float(np.median(steps_s[1:])) if len(times_s) > 1 else math.inf
-    torn = steps_s > LONGEST_STEP * usual_s
+    torn = steps_s > max(LONGEST_STEP * usual_s, LONGEST_STEP_S)
     if len(x) <= axis.width_px:
         return _Columns(x, np.arange(len(x)), True, torn)
     pixel = np.floor(x).astype(np.int64)

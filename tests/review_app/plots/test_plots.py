@@ -179,19 +179,27 @@ def test_of_many_values_those_that_have_room_are_named():
     assert ticks(1.0, 4.0, 1.0, 1) == [1.0, 4.0]
 
 
-def test_a_gap_in_time_is_a_gap_of_the_curve(drive: Drive):
-    kept = np.r_[0:100, 150:FRAMES]
+def distance_without(drive: Drive, rows: slice, axis: TimeAxis) -> list[np.ndarray]:
+    """The curves of the distance where some frames are missing."""
+    kept = np.delete(np.arange(FRAMES), rows)
     of_frames = {
         field.name: getattr(drive.series, field.name)[kept]
         for field in fields(drive.series)
         if len(getattr(drive.series, field.name)) == FRAMES
     }
-    series = replace(drive.series, **of_frames)
-    torn = replace(drive, series=series)
-    runs = [Run.of(torn, 0.0, 8.0)]
-    axis = TimeAxis(0.0, 8.0, 900.0)
+    runs = [Run.of(replace(drive, series=replace(drive.series, **of_frames)), axis.start_s, axis.end_s)]
     plots = make_plots(runs, [Chosen("distance", AHEAD)], False)
-    before, after = curves(ET.fromstring(plots_svg(plots, runs, axis, HEIGHT_PX)), "distance")
+    return curves(ET.fromstring(plots_svg(plots, runs, axis, HEIGHT_PX)), "distance")
+
+
+def test_frames_that_a_live_drive_skips_do_not_make_dashes_of_its_curves(drive: Drive):
+    skipped = slice(100, 100 + round(0.4 * RATE_HZ))
+    assert len(distance_without(drive, skipped, TimeAxis(0.0, 8.0, 900.0))) == 1
+
+
+def test_a_gap_in_time_is_a_gap_of_the_curve(drive: Drive):
+    axis = TimeAxis(0.0, 8.0, 900.0)
+    before, after = distance_without(drive, slice(100, 150), axis)
     assert before[-1][0] == pytest.approx(axis.x(99 / RATE_HZ), abs=0.1)
     assert after[0][0] == pytest.approx(axis.x(150 / RATE_HZ), abs=0.1)
 
