@@ -151,8 +151,9 @@ class Strip:
             else ('<span class="dim">speed</span>', '<span class="dim">plots of</span>')
         )
         above, add = ("Above", "+") if layout.narrow else ("From above", "+ Plot")
+        close = " close" if layout.narrow else ""
         html = (
-            f'<div class="fcw-strip fcw-now"><div class="fcw-bar" style="height:{BAR_PX:.0f}px">'
+            f'<div class="fcw-strip fcw-now"><div class="fcw-bar{close}" style="height:{BAR_PX:.0f}px">'
             f"{buttons}"
             f'{speed_words}{speeds}<span class="space"></span>'
             f'<button class="{"on" if from_above else ""}" {says("birdseye:")} '
