@@ -26,8 +26,8 @@ def runs_html(comparing: Comparing, name: str, candidates: list[str], imperial: 
     if not candidates and other is None:
         return (
             '<p class="dim">No other run of this drive is in the list. Run it again with another detector, '
-            "policy or calibration (<code>fcw run … --out</code>, into the same folder), and compare the two "
-            "here.</p>"
+            "policy or calibration, into a folder of its own beside this one (<code>fcw run … --out</code>). "
+            "Then review the folder that holds both, and compare the two here.</p>"
         )
     chosen = "" if other is None else other.name
     options = "".join(

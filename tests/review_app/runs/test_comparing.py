@@ -146,3 +146,9 @@ def test_runs_of_the_same_source_are_offered(person: Person):
     while person.place.session.unread:
         person.found.wait(0.05)
     assert person.runs.candidates(person.place.session.cards) == ["again", "beginning", "part"]
+
+
+def test_who_has_one_run_is_told_how_to_make_another_that_leaves_it_as_it_is(person: Person):
+    html = runs_html(person.runs, "made", [], False)
+    assert "into a folder of its own" in html
+    assert "the same folder" not in html
