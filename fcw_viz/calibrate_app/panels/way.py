@@ -54,7 +54,7 @@ def _card(way: Way, size: ImageSize, imperial: bool) -> str:
     error = typical_error(way, size)
     at = row_distance_text(EFFECT_DISTANCE_M, imperial)
     good = f"At {at} about ± {percent_text(error)}" if math.isfinite(error) else ""
-    when = "works with a clip of yesterday" if way.recorded else "while the car stands"
+    when = "works with an earlier clip" if way.recorded else "while the car stands"
     return (
         f'<button class="fcw-way" {says(f"way:{way.key}")}><b>{escape(way.name)}</b>'
         f"<span>{escape(way.needs)}</span><i>{good}; {when}</i></button>"

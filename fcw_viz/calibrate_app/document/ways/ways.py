@@ -84,7 +84,7 @@ class Way:
         key: in the journal; never changed.
         name: what a person has.
         needs: what it takes, in one sentence.
-        recorded: whether it can be done with a clip of yesterday.
+        recorded: whether it can be done with an earlier clip.
         parts: of the page that it needs, the first one being where its work is done.
         presets: distances that come with it.
         example: what somebody with a typical camera would have said at the end.
