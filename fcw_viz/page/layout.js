@@ -24,7 +24,8 @@ if (!window.fcwLayout) {
     }
   };
   // While React Three Fiber starts, it can miss a change of its canvas's place, and stay with the size before until
-  // the next change. So there is one, that lasts until it is drawn.
+  // the next change. So there is one, that lasts until it is drawn. And viser can set an old size after it: where both
+  // happen between two frames, no size changes for an observer of sizes, but the canvas is told.
   const SETTLED_MS = 250;
   let canvas = null, waiting = 0;
   const fill = () => {
@@ -34,15 +35,19 @@ if (!window.fcwLayout) {
     place.style.height = "calc(100% - 1px)";
     setTimeout(() => (place.style.height = "100%"), SETTLED_MS);
   };
-  const drawn = new ResizeObserver(() => {
+  const settle = () => {
     clearTimeout(waiting);
     waiting = setTimeout(fill, SETTLED_MS);
-  });
+  };
+  const drawn = new ResizeObserver(settle);
+  const told = new MutationObserver(settle);
   const lookForCanvas = () => {
     const found = document.querySelector("canvas[data-engine]");
     if (!found || found === canvas) return;
     drawn.disconnect();
+    told.disconnect();
     canvas = found;
+    told.observe(canvas, { attributeFilter: ["width", "height"] });
     for (const sized of [canvas, canvas.parentElement]) drawn.observe(sized);
   };
   const lookAgain = () => {

@@ -24,6 +24,26 @@ CUT = """() => [...document.querySelectorAll(".fcw-bar button")].filter(
   (button) => button.scrollWidth > button.clientWidth).map((button) => button.innerText)"""
 # The upper edges of the panel's tabs.
 TAB_ROWS = "() => [...document.querySelectorAll('[role=tab]')].map((tab) => tab.getBoundingClientRect().top)"
+# As viser does where the browser is busy: right when the page looks, and wrong again before the next frame.
+STALE_SIZE = """async () => {
+  const { canvas, syncCanvasSize: set } = window.__viserMutable, place = canvas.parentElement;
+  const [width, height] = [place.clientWidth, place.clientHeight], later = window.setTimeout;
+  await new Promise((looked) => {
+    const between = (look) => () => {
+      window.setTimeout = later;
+      set(width, height);
+      look();
+      set(width, height + 100);
+      looked();
+    };
+    window.setTimeout = (task, wait_ms) => later(wait_ms === 250 ? between(task) : task, wait_ms);
+    set(width, height + 100);
+  });
+}"""
+CANVAS_FILLS_ITS_PLACE = """() => {
+  const { canvas } = window.__viserMutable;
+  return Math.abs(canvas.clientHeight - canvas.parentElement.clientHeight) <= 1;
+}"""
 PANEL = ".mantine-Paper-root:has(.fcw-drive)"
 
 Rectangle = tuple[float, float, float, float]
@@ -128,3 +148,11 @@ def test_visers_note_on_software_rendering_does_not_lie_over_the_page(
     note = open_page(review({"made": drive_log}).url).page.locator("#webgl-software-rendering")
     wait_for(lambda: note.count() == 1)  # no machine that tests renders in hardware
     assert not note.is_visible()
+
+
+def test_the_canvas_fills_its_place_also_when_it_was_only_right_between_two_frames(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    page = open_page(review({"made": drive_log}).url).page
+    page.evaluate(STALE_SIZE)
+    wait_for(lambda: page.evaluate(CANVAS_FILLS_ITS_PLACE))
