@@ -97,7 +97,7 @@ class Desk:
         self._display = display
         self._newest = self.state
         self._refresh_waits = True  # what is heard while joining is shown once it is known who this is
-        self._asks = False
+        self._asks = False, ""
         self._wanted_frame: int | None = None
         self._zoomed_on_plate = False
         self._tool_click: Callable[[float, float], None] = self._add_mark
@@ -222,14 +222,14 @@ class Desk:
         self.state = self._newest
         if self._selected_mark() is None:
             self.selected = None
-        # What is typed right after a click on the picture is the distance that the click asks for.
+        # What is typed right after a click on the picture, or after D, is the distance that it asks for.
         document = self.state.document
         planned = document.next_planned_m is not None
         other = clicks_corners(document) or clicks_plates(document)
-        asks = self.tool is Tool.POINTS and not (planned or other)
+        asks = self.tool is Tool.POINTS and not (planned or other), "" if self.selected is None else "d"
         if asks != self._asks:
             self._asks = asks
-            expect_typing(self.client, asks)
+            expect_typing(self.client, *asks)
         self._display.show()
 
     def _hear(self, state: SessionState) -> None:

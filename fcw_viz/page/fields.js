@@ -15,12 +15,11 @@
     return pane?.contains(target) ?? false;
   };
 
-  // What is typed right after a click that asks for a number waits for its field.
+  // What is typed right after a click, or a key, that asks for a number waits for its field.
   const WAIT_MS = 6000;
   let waiting = null;
   const insert = (input, text) => {
-    const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
-    set.call(input, input.value + text);
+    input.setRangeText(text, input.selectionStart, input.selectionEnd, "end");
     input.dispatchEvent(new Event("input", { bubbles: true }));
   };
   const stopWaiting = () => {
@@ -29,9 +28,8 @@
     waiting = null;
     return keys;
   };
-  window.fcwExpectsTyping = false;
-  document.addEventListener("pointerup", (event) => {
-    if (!window.fcwExpectsTyping || event.button !== 0 || !onPicture(event.target)) return;
+  window.fcwExpectsTyping = { click: false, key: "" };
+  const expectTyping = () => {
     if (waiting) stopWaiting();
     waiting = { keys: [], timer: setTimeout(() => {
       // No field came: the keys mean what they always mean.
@@ -39,10 +37,14 @@
         document.documentElement.dispatchEvent(
           new KeyboardEvent("keydown", { key, code: /\d/.test(key) ? `Digit${key}` : "", bubbles: true }));
     }, WAIT_MS) };
+  };
+  document.addEventListener("pointerup", (event) => {
+    if (window.fcwExpectsTyping.click && event.button === 0 && onPicture(event.target)) expectTyping();
   });
   window.addEventListener("keydown", (event) => {
-    if (!waiting || event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input")) return;
-    if (!/^[\d.,]$/.test(event.key)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input, textarea")) return;
+    if (!event.shiftKey && event.key.toLowerCase() === window.fcwExpectsTyping.key) expectTyping();
+    if (!waiting || !/^[\d.,]$/.test(event.key)) return;
     waiting.keys.push(event.key);
     event.preventDefault();
     event.stopImmediatePropagation();
@@ -55,6 +57,7 @@
     const input = inputOf(uuid);
     if (input) {
       input.focus();
+      input.select(); // as with the Tab key: what is typed replaces what was said before
       const keys = waiting ? stopWaiting() : [];
       if (keys.length) insert(input, keys.join(""));
     } else if (performance.now() < until)

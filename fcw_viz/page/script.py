@@ -45,9 +45,16 @@ def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
     run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)});")
 
 
-def expect_typing(client: viser.ClientHandle, expected: bool) -> None:
-    """Whether a click on the picture asks for a number: digits typed after it wait for the field."""
-    run_script(client, f"window.fcwExpectsTyping = {json.dumps(expected)};")
+def expect_typing(client: viser.ClientHandle, after_click: bool, after_key: str) -> None:
+    """Say what asks for a number: digits typed right after it wait for the field.
+
+    Args:
+        client: the tab.
+        after_click: whether a click on the picture does.
+        after_key: the small letter that does; empty for none.
+    """
+    asks = {"click": after_click, "key": after_key}
+    run_script(client, f"window.fcwExpectsTyping = {json.dumps(asks)};")
 
 
 def turn_to_tab(client: viser.ClientHandle, name: str) -> None:

@@ -196,11 +196,12 @@ def test_keys(tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitF
     person.press("f")
     wait_for(lambda: person.browser.camera() == pytest.approx(camera, abs=1e-3))
 
-    # Typed in a field, none of them is a command.
-    person.press("1", "d")
+    # Typed in a field, none of them is a command, and what is typed before the cursor is there waits for it.
+    person.press("1")
+    wait_for(lambda: person.browser.page.locator(".fcw tr.selected").count() == 1)
+    person.press("d", "2")
     wait_for(lambda: person.cursor_is_in("A, metres"))
-    person.browser.page.keyboard.press("Control+a")
-    person.type("2on.5p1")
+    person.type("on.5p1")
     person.press("Delete", "ArrowUp")
     # A slow page may refuse a part of it first.
     refused = "'2on.5p1' is not a distance along the road: type 15, 4.5 m or 50 ft"
