@@ -1,4 +1,4 @@
-"""Standard output and error whose reader may leave: `fcw run drive.mp4 | head -1` writes its whole log."""
+"""Standard output and error whose reader may leave: `fcw run` before a `head` writes its whole log."""
 
 import io
 import sys
