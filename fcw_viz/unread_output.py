@@ -1,6 +1,7 @@
 """Standard output and error whose reader may leave: `fcw run` before a `head` writes its whole log."""
 
 import io
+import os
 import sys
 from typing import TYPE_CHECKING, TextIO
 
@@ -27,9 +28,11 @@ def go_on_unread() -> None:
     sys.stdout, sys.stderr = _may_be_unread(sys.stdout), _may_be_unread(sys.stderr)
 
 
-def _may_be_unread(stream: TextIO) -> TextIO:
+def _may_be_unread(stream: TextIO | None) -> TextIO:
+    if stream is None:  # closed from the start (`>&-`); its place is taken before a file of ours gets it
+        return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123 - until the end of the process
     if not isinstance(stream, io.TextIOWrapper):
-        return stream  # closed from the start, or somebody listens from within Python
+        return stream  # somebody listens from within Python
     stream.flush()
     raw = _MayBeUnread(stream.fileno(), "w", closefd=False)
     return io.TextIOWrapper(

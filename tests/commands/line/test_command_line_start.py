@@ -97,3 +97,16 @@ def test_help_may_be_left_unread() -> None:
 
 def test_a_mistake_keeps_its_exit_code_though_nobody_reads_of_it() -> None:
     assert with_no_reader(["run", "no-such.mp4"], of_errors=True).returncode == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closing a program's outputs is the shell's")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_the_work_is_done_where_outputs_are_closed_from_the_start(closed: str, tmp_path: Path) -> None:
+    saved = tmp_path / "camera.yaml"
+    points = ["--points", "6:640", "15:520", "30:480", "--height", "1.25", "--image-size", "1280x720"]
+    command = [sys.executable, "-m", "fcw_viz", "calibrate", *points, "--save", str(saved)]
+    done = subprocess.run(
+        ["sh", "-c", f'exec "$0" "$@" {closed}', *command], capture_output=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert saved.is_file()
