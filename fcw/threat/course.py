@@ -80,8 +80,9 @@ def place_at_contact(
     bend_m, sweep_m2ps = x_m**2 / 2, x_m * speed_mps
     swept = speed_mps**2 * heading_variance + track.lateral_speed_sigma_mps**2
     if turn is not None:
-        sweep_m2ps = -x_m * max(turn.own_mps - speed_mps, 0.0)
-        swept += (x_m * turn.sigma_radps) ** 2
+        part = turn.measured_part
+        sweep_m2ps = x_m * ((1 - part) * turn.own_mps - max(turn.own_mps - speed_mps, 0.0))
+        swept += part * (x_m * turn.sigma_radps) ** 2
     swept += sweep_m2ps**2 * bend_variance
     # Beyond two sigma it is no change of lane: a car that crosses, or our own turning.
     own_mps = max(ACROSS_SIGMA_MPS, abs(across_mps) / 2)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.motion.bend.turn import USUAL_MPS, Turn, sweep_mps, turn_of
+from fcw.motion.bend.turn import ALONG_PATH_MPS2, USUAL_MPS, Turn, sweep_mps, turn_of
 from fcw.motion.bend.turning import AHEAD_S, Turning
 from fcw.motion.state import OwnMotion, OwnPath
 
@@ -39,6 +39,26 @@ def test_what_stands_sweeps_by_our_turning_at_whatever_speed():
     for own_mps in (5.0, 30.0):
         turn = Turn(own_mps=own_mps, yaw_rate_radps=0.2)
         assert sweep_mps(OwnPath(), turn, 10.0, 4.0) == pytest.approx(-2.0)
+
+
+@given(st.floats(-0.01, 0.01), st.floats(-0.2, 0.2), st.floats(0, 0.1), st.floats(3, 40))
+def test_our_turning_lies_between_what_was_measured_and_what_our_path_says(
+    bend_per_m, rate_radps, sigma_radps, own_mps
+):
+    path = OwnPath(curvature_per_m=bend_per_m)
+    turn = Turn(own_mps=own_mps, yaw_rate_radps=rate_radps, sigma_radps=sigma_radps)
+    low, high = sorted((rate_radps, bend_per_m * own_mps))
+    assert low - 1e-12 <= turn.rate_radps(path) <= high + 1e-12
+
+
+def test_what_is_measured_exactly_counts_alone_and_what_is_as_sure_as_the_path_by_half():
+    path = OwnPath(curvature_per_m=0.001)
+    exact = Turn(own_mps=20.0, yaw_rate_radps=0.1)
+    assert exact.rate_radps(path) == 0.1
+    as_sure = Turn(own_mps=20.0, yaw_rate_radps=0.1, sigma_radps=ALONG_PATH_MPS2 / 20.0)
+    assert as_sure.rate_radps(path) == pytest.approx((0.1 + 0.02) / 2)
+    standing = Turn(own_mps=0.0, yaw_rate_radps=0.1, sigma_radps=0.1)
+    assert standing.rate_radps(path) == 0.1
 
 
 def test_a_bend_that_grows_goes_on_and_a_steady_one_stays():

@@ -92,6 +92,16 @@ def test_a_bend_that_changes_counts_where_it_moves_the_path(
     assert found.bend_changes is changes
 
 
+def test_a_lead_straight_ahead_is_in_our_way_also_where_our_turning_is_poorly_known():
+    """A lorry on a motorway, at 10 pictures a second: at 28 m/s nobody turns far from the lane at once."""
+    track = replace(make_lead(28.0, 12.0), lateral_sigma_m=0.2, lateral_speed_sigma_mps=0.28)
+    path = OwnPath(offset_sigma_m=0.12, heading_sigma_rad=0.011, curvature_sigma_per_m=6e-4, lane_width_m=3.5)
+    for sigma_deg in (0.3, 1.0, 1.5, 2.9):
+        rate = OwnMotion(speed_mps=28.0, yaw_rate_radps=0.0, yaw_rate_sigma_radps=math.radians(sigma_deg))
+        (found,) = assess((track,), 1, path, 28.0, turn=turn_of(rate))
+        assert found.overlap_probability > 0.9
+
+
 def test_the_most_urgent_is_first_and_what_may_be_none_is_last():
     far, near = make_lead(40, 10, track_id=1), make_lead(15, 10, track_id=2)
     beside, ghost = make_lead(8, 10, track_id=3, lateral_m=6.0), replace(near, track_id=4, doubtful=True)

@@ -6,7 +6,8 @@ its, h the heading of the path at the camera and k its curvature there ahead, an
 
     rate across = (h + k x) w - h v - r x
 
-which is -(h + k x) (v - w) where the path bends as we turn.
+which is -(h + k x) (v - w) where the path bends as we turn, r = k v. We mostly drive along our path: that is
+a second measurement of our turning, and where the first is poor it is the better one.
 """
 
 import math
@@ -18,6 +19,9 @@ USUAL_MPS = 12.0
 """Taken where the own speed is unknown: of what is seen to sweep across the path it matters little."""
 LARGEST_SIGMA_RADPS = math.radians(3.0)
 """What is known of our turning less well than this is no better than that we drive along our path."""
+ALONG_PATH_MPS2 = 0.4
+"""1-sigma of the lateral acceleration by which we turn otherwise than our path bends here: what a comfortable
+jerk of 0.5 m/s^3 makes in the 0.8 s by which the path is ahead of us (`fcw.motion.bend.turning`)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +37,16 @@ class Turn:
     own_mps: float
     yaw_rate_radps: float
     sigma_radps: float = 0.0
+
+    @property
+    def measured_part(self) -> float:
+        """How much what was measured counts, from 0 to 1; the rest is that we drive along our path."""
+        return 1 / (1 + (self.sigma_radps * self.own_mps / ALONG_PATH_MPS2) ** 2)
+
+    def rate_radps(self, path: OwnPath) -> float:
+        """Of our turning, by what was measured and by our path."""
+        part = self.measured_part
+        return part * self.yaw_rate_radps + (1 - part) * path.curvature_per_m * self.own_mps
 
 
 def turn_of(motion: OwnMotion) -> Turn | None:
@@ -62,5 +76,5 @@ def sweep_mps(path: OwnPath, turn: Turn | None, distance_m: float, closing_mps: 
     return (
         path.slope_at(distance_m) * its_mps
         - path.heading_rad * turn.own_mps
-        - turn.yaw_rate_radps * distance_m
+        - turn.rate_radps(path) * distance_m
     )
