@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from fcw.threat.threat import SURE_GROWTH_MPS2, Threat
+from fcw.threat.threat import Threat, surely_grows
 from fcw.tracking.types import SeenBy, Track
 from fcw.units import KMH_PER_MPS
 from fcw.warning.rule import Approach, Rule
@@ -138,7 +138,7 @@ class Evidence:
     def approach(self, vehicle: Track, own_mps: float | None, holding: bool) -> Approach:
         """The vehicle by its means."""
         growth_mps2 = vehicle.closing_acceleration_mps2
-        brakes = holding or growth_mps2 >= SURE_GROWTH_MPS2
+        brakes = holding or surely_grows(vehicle)
         return Approach(
             closing_mps=vehicle.closing_speed_mps,
             acceleration_mps2=growth_mps2 if brakes else min(growth_mps2, 0.0),
@@ -207,7 +207,7 @@ class Evidence:
         A lead that brakes goes on doing so in the time to its rear: what would be early, if it does not.
         """
         vehicle = threat.track
-        if vehicle.closing_acceleration_mps2 >= SURE_GROWTH_MPS2:
+        if surely_grows(vehicle):
             return threat.reach_s is None or threat.reach_s > self.latest_braking_s
         now = self.approach(vehicle, own_mps, holding=False)
         soon_m = vehicle.distance_m - self.earliest_before_s * vehicle.closing_speed_mps

@@ -102,6 +102,22 @@ def test_a_lead_straight_ahead_is_in_our_way_also_where_our_turning_is_poorly_kn
         assert found.overlap_probability > 0.9
 
 
+@pytest.mark.parametrize(
+    ("age_s", "growth_mps2", "brakes"),
+    [(1.0, 1.2, False), (1.0, 3.0, True), (3.0, 1.2, True), (3.0, 0.9, False)],
+)
+def test_a_vehicle_just_found_brakes_only_if_that_is_sure(age_s, growth_mps2, brakes):
+    track = replace(
+        make_lead(30.0, 6.0),
+        age_s=age_s,
+        closing_acceleration_mps2=growth_mps2,
+        closing_acceleration_sigma_mps2=1.2,
+    )
+    found = threat(track)
+    assert found.reach_s is not None
+    assert (found.reach_s < 30.0 / 6.0 - 0.1) is brakes
+
+
 def test_the_most_urgent_is_first_and_what_may_be_none_is_last():
     far, near = make_lead(40, 10, track_id=1), make_lead(15, 10, track_id=2)
     beside, ghost = make_lead(8, 10, track_id=3, lateral_m=6.0), replace(near, track_id=4, doubtful=True)
