@@ -42,8 +42,8 @@ YOUNG_S = 2.0
 YOUNG_GROWTH_SIGMAS = 1.5
 """For so long after a vehicle was found its closing speed must grow by so many sigmas: what was wrong with it
 at first is mended in that time, and looks like braking. Chosen on one simulated scenario (`near-pass`, from
-pictures); 3 s gives the same there, and on KITTI's drives and in all scenarios from boxes. Whatever its age
-is, a lead that brakes gently is warned of too late."""
+pictures); 3 s gives the same on KITTI's drives and in all scenarios from boxes. Asked at any age, it would
+delay warnings of a lead that brakes gently."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
