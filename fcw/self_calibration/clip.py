@@ -7,7 +7,7 @@ as fast as the camera is high: with a known speed, the height follows. All of it
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -26,36 +26,20 @@ from fcw.camera.lens.usual import usual_lens
 from fcw.camera.vanishing import PixelPoint
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
-from fcw.frame import ImageSize, Source
-from fcw.motion.estimator import MotionEstimator
-from fcw.motion.settings import MotionSettings
-from fcw.motion.state import Mount
+from fcw.frame import Frame, ImageSize, Source
 from fcw.self_calibration.contradiction import Contradiction, contradiction_in
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
+from fcw.self_calibration.speed import MeanSpeed, mean_speed
+from fcw.self_calibration.tracks import PointTracks
+from fcw.self_calibration.travel.direction import TravelDirection
 from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
-from fcw.self_calibration.turning.tracks import PointTracks
 from fcw.self_calibration.vehicles import DETECTED_EVERY_S, LONGEST_S, VehicleRulers
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
-SLOPE_SIGMA_RAD = math.radians(0.25)
-"""The road ahead is not level with the direction of travel, averaged over a clip."""
-FASTEST_TURN_RADPS = math.radians(3.0)
-SLOWEST_TRAVEL_MPS = 3.0
-GUESS_PITCH_SIGMA_RAD = math.radians(2.0)
-"""Of the guess that own motion begins with."""
 LANES_EVERY_S = 0.5
-TOLD_PART = 0.5
-"""A drive tells where it leads to if that is so much surer than the guess was."""
-SPEED_SIGMA = 0.04
-"""Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
-FEWEST_SPEEDS = 10
-SLOWEST_MEAN_MPS = 1.0
-"""Who is slower over a clip stood in most of it: what is seen of the speed tells no scale then."""
-PASSES = 4
-SETTLED_PX = 1.0
 WHOLE_CLIP_S = (0.0, LONGEST_S)
 FARTHEST_SIGN_PART = 0.15
 """A vehicle that looks wider, in parts of the focal length, is too near to say where the horizon is."""
@@ -73,24 +57,17 @@ class ClipObservations:
         travel_px: column and row that straight driving leads to; None where the car stood, or turned always.
         lanes_px: column and row where the own lane's lines meet; None where few are seen, or they disagree.
         rulers: vehicles.
-        speed_heights: speed by the picture in camera heights a second; None where it is not known, or the car
-            stood for most of the clip.
         frames: how many pictures were looked at for vehicles.
         moved_s: between which times the camera was moved; None where it was not.
         by_turns: the lens, by how the picture turns; None where that was not asked, or it turns too little.
-        focal_px: focal length that was taken for granted: with another one the speed is another, too.
-        speed_times_ns: of the pictures whose speed that mean is of.
     """
 
     travel_px: tuple[Gaussian, Gaussian] | None
     lanes_px: tuple[Gaussian, Gaussian] | None
     rulers: tuple[Ruler, ...]
-    speed_heights: float | None
     frames: int
     moved_s: tuple[float, float] | None = None
     by_turns: LensByTurns | None = None
-    focal_px: float = 0.0
-    speed_times_ns: tuple[int, ...] = ()
 
     def evidence(self) -> Evidence:
         """As the joint fit takes it."""
@@ -104,20 +81,6 @@ class ClipObservations:
             return self.travel_px or self.lanes_px
         column, row = map(_together, self.travel_px, self.lanes_px)
         return column, row
-
-    def height_by_speed(self, speed_mps: float) -> Gaussian:
-        """Height of the camera, where the mean speed over the clip is known.
-
-        Raises:
-            UserError: the picture does not tell how fast the road went by.
-        """
-        if self.speed_heights is None:
-            raise UserError(
-                f"speed {speed_mps:g} m/s: the picture does not tell how fast the road goes by, so "
-                "no height follows; measure the camera's height"
-            )
-        height_m = speed_mps / self.speed_heights
-        return Gaussian(height_m, SPEED_SIGMA * height_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +98,7 @@ class ClipCalibration:
             nothing more was looked for: the calibration is a guess until the clip is seen through the lens.
         contradiction: between its drive and its vehicles, which the intervals have; None where they agree, or
             something else that was stated decides.
+        speed: by the pictures; None where that was not asked, or they do not tell.
     """
 
     calibration: Calibration
@@ -145,6 +109,7 @@ class ClipCalibration:
     focal_px: Gaussian | None = None
     lens: Lens | None = None
     contradiction: Contradiction | None = None
+    speed: MeanSpeed | None = None
 
     @property
     def piece_words(self) -> str:
@@ -180,6 +145,7 @@ def calibrate_clip(
     speed_mps: float | None = None,
     on_frame: Callable[[], None] = lambda: None,
     turns: bool = True,
+    asks_speed: bool = False,
     enough_s: float = math.inf,
 ) -> ClipCalibration:
     """Calibrate a recorded clip from what it shows and what is known besides.
@@ -194,7 +160,8 @@ def calibrate_clip(
         speed_mps: mean speed over the clip, where it is known.
         on_frame: called after each picture.
         turns: whether to look for the lens in the turns of the clip, where it is not stated.
-        enough_s: so much straight driving is enough.
+        asks_speed: whether to look how fast the road goes by; a given speed needs it.
+        enough_s: so much driving is enough.
 
     Raises:
         UserError: a speed is given, and the clip does not show how fast the road goes by.
@@ -205,43 +172,50 @@ def calibrate_clip(
         guess = rough_calibration(size, height_m.value, Priors(Gaussian(known_rad, 0.01)))
     else:
         guess = rough_calibration(size, height_m.value, priors)
-    calibration, piece_s, shows_road = guess, None, False
+    piece_s = None
     asks_turns = turns and lens is None and priors.field_of_view_rad is None
-    look = partial(observe_clip, source, on_frame=on_frame, enough_s=enough_s)
-    seen = look(guess, detector, asks_turns=asks_turns)
+    look = partial(observe_clip, source, guess, detector, on_frame=on_frame, enough_s=enough_s)
+    seen = look(asks_turns=asks_turns)
     if seen.moved_s is not None:
         piece_s = _before_or_after(seen.moved_s)
-        seen = look(guess, detector, piece_s, asks_turns=asks_turns)
+        seen = look(piece_s, asks_turns=asks_turns)
     focal_px = None if seen.by_turns is None else seen.by_turns.focal_px
     bent = None if seen.by_turns is None else seen.by_turns.bent_lens(size)
     if bent is not None:
         if evidence == Evidence():
             return ClipCalibration(guess, seen, False, False, piece_s, focal_px, bent)
         seen = replace(seen, by_turns=None)
-    known = Known(evidence, size, height_m, priors=priors, lens=lens, rough=True)
-    for turn in range(PASSES):
-        # Own motion believes the camera that it is given: what it finds is the next guess.
-        if turn:
-            seen = look(calibration, None, piece_s or WHOLE_CLIP_S, seen=seen)
-        told = seen.evidence()
-        all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
-        if speed_mps is not None:
-            # How fast the road flows by tells height times focal length: with another lens another height.
-            by_speed = seen.height_by_speed(speed_mps)
-            scale = Gaussian(by_speed.value * seen.focal_px, by_speed.sigma * seen.focal_px)
-            all_known = replace(all_known, scale_px_m=scale)
-        known = replace(known, evidence=all_known)
-        before, calibration = calibration, calibrate_jointly(known)
-        shows_road = known.tells_of_the_road or bool(seen.rulers)
-        if abs(calibration.horizon_row_px - before.horizon_row_px) < SETTLED_PX:
-            break
+    told = seen.evidence()
+    all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
+    known = Known(all_known, size, height_m, priors=priors, lens=lens, rough=True)
+    calibration, speed = calibrate_jointly(known), None
+    if asks_speed or speed_mps is not None:
+        frames = (frame for _, frame in _piece(source, piece_s or WHOLE_CLIP_S))
+        speed = mean_speed(frames, calibration, on_frame, enough_s)
+    if speed_mps is not None:
+        if speed is None:
+            raise UserError(
+                f"speed {speed_mps:g} m/s: the picture does not tell how fast the road goes by, so "
+                "no height follows; measure the camera's height"
+            )
+        known = replace(known, evidence=replace(all_known, scale_px_m=speed.scale_px_m(speed_mps)))
+        calibration = calibrate_jointly(known)
     contradiction = None
     if evidence == Evidence() and priors.horizon_row_px is None:
         contradiction = contradiction_in(known)
     if contradiction is not None:
         calibration = contradiction.widened(calibration)
-    by_motion = seen.travel_px is not None
-    return ClipCalibration(calibration, seen, shows_road, by_motion, piece_s, focal_px, bent, contradiction)
+    return ClipCalibration(
+        calibration,
+        seen,
+        shows_road=known.tells_of_the_road or bool(seen.rulers),
+        by_motion=seen.travel_px is not None,
+        piece_s=piece_s,
+        focal_px=focal_px,
+        lens=bent,
+        contradiction=contradiction,
+        speed=speed,
+    )
 
 
 def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:
@@ -253,10 +227,9 @@ def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:
 def observe_clip(
     source: Source,
     guess: Calibration,
-    detector: Detector | None,
+    detector: Detector,
     piece_s: tuple[float, float] = WHOLE_CLIP_S,
     on_frame: Callable[[], None] = lambda: None,
-    seen: ClipObservations | None = None,
     asks_turns: bool = False,
     enough_s: float = math.inf,
 ) -> ClipObservations:
@@ -264,94 +237,65 @@ def observe_clip(
 
     Args:
         source: straight pictures.
-        guess: a rough calibration; its height is the unit of the speed, its angles are taken out again.
-        detector: that needs no calibration: it looks everywhere; None takes the vehicles of an earlier look.
+        guess: a rough calibration: its lens is taken for granted.
+        detector: that needs no calibration: it looks everywhere.
         piece_s: from when to when the clip is looked at.
         on_frame: called after each picture.
-        seen: the earlier look.
         asks_turns: whether to look for the lens in the turns.
-        enough_s: so much straight driving is enough.
+        enough_s: so much driving is enough.
     """
-    # What the road as a whole tells of the speed is too rough for a scale, and tells nothing of the mount.
-    settings = MotionSettings(calibration_pitch_sigma_rad=GUESS_PITCH_SIGMA_RAD, asks_road=False)
     camera = guess.camera
-    estimator = MotionEstimator(guess, settings)
-    tracks = PointTracks(guess.image_size.width) if asks_turns else None
-    boxes: tuple[Box, ...] = ()
+    tracks = PointTracks(guess.image_size.width)
+    travel = TravelDirection(camera, tracks.factor)
     vehicles = VehicleRulers(guess.image_size)
-    mounts: list[Mount] = []
-    speeds: list[float] = []
-    speed_times_ns: list[int] = []
-    straight_s, last_s = 0.0, None
+    boxes: tuple[Box, ...] = ()
     meetings: list[PixelPoint] = []
     signs: list[tuple[float, float]] = []
     pictures: list[NDArray[np.uint8]] = []
-    first_ns = detected_ns = lanes_ns = None
+    detected_ns = lanes_ns = None
     frames = 0
-    for frame in source.frames():
-        first_ns = frame.time_ns if first_ns is None else first_ns
-        time_s = (frame.time_ns - first_ns) / 1e9
-        if time_s > piece_s[1]:
-            break
-        if time_s < piece_s[0]:
-            continue
-        if seen is None and (lanes_ns is None or (frame.time_ns - lanes_ns) / 1e9 >= LANES_EVERY_S):
+    for time_s, frame in _piece(source, piece_s):
+        if lanes_ns is None or (frame.time_ns - lanes_ns) / 1e9 >= LANES_EVERY_S:
             lanes_ns = frame.time_ns
             with suppress(UserError):
                 meetings.append(lanes_meet(frame.image, camera))
                 signs.append((time_s, meetings[-1][1]))
             if len(pictures) < YAWED_PICTURES:
                 pictures.append(frame.image)
-        if detector is not None and (
-            detected_ns is None or (frame.time_ns - detected_ns) / 1e9 >= DETECTED_EVERY_S
-        ):
+        if detected_ns is None or (frame.time_ns - detected_ns) / 1e9 >= DETECTED_EVERY_S:
             detected_ns, frames = frame.time_ns, frames + 1
-            found = detector.detect(frame.image)
-            boxes = tuple(detection.box for detection in found)
+            boxes = tuple(detection.box for detection in detector.detect(frame.image))
             signs += [
                 (time_s, ruler.row_px - ruler.width_px * camera.height_m / ruler.width_m.value)
                 for ruler in vehicles.look(boxes)
                 if ruler.width_px < FARTHEST_SIGN_PART * camera.focal_y_px
             ]
-        motion = estimator.update(frame.time_ns, frame.image, boxes)
-        if tracks is not None:
-            tracks.update(time_s, frame.image)
-        if motion.mount is not None and motion.speed_mps is not None:
-            speeds.append(motion.speed_mps / camera.height_m)
-            speed_times_ns.append(frame.time_ns)
-            turns = abs(motion.yaw_rate_radps or 0.0) >= FASTEST_TURN_RADPS
-            if motion.speed_mps > SLOWEST_TRAVEL_MPS and not turns:
-                mounts.append(motion.mount)
-                straight_s += 0.0 if last_s is None else time_s - last_s
-        last_s = time_s
+        if tracks.update(time_s, frame.image):
+            travel.update(tracks.pictures[-1], boxes)
         on_frame()
-        if straight_s >= enough_s:
+        if travel.driven_s >= enough_s:
             break
-    travel = _travel(mounts[-1], camera, settings) if mounts else None
-    speed = float(np.mean(speeds)) if len(speeds) >= FEWEST_SPEEDS else None
-    if speed is not None and speed * camera.height_m < SLOWEST_MEAN_MPS:
-        speed = None
-    if seen is not None:
-        # A later look may tell less than an earlier one did, in a short clip.
-        seen = replace(seen, travel_px=travel or seen.travel_px, moved_s=None)
-        if speed is None:
-            return seen
-        times_ns = tuple(speed_times_ns)
-        return replace(seen, speed_heights=speed, focal_px=camera.focal_y_px, speed_times_ns=times_ns)
-    lanes = agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera)
     moved_s = moved_at(signs, camera.focal_y_px)
-    by_turns = None if tracks is None or moved_s is not None else lens_by_turns(tracks)
     return ClipObservations(
-        travel,
-        lanes,
-        vehicles.spread(),
-        speed,
-        frames,
-        moved_s,
-        by_turns,
-        camera.focal_y_px,
-        tuple(speed_times_ns),
+        travel_px=travel.told(),
+        lanes_px=agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera),
+        rulers=vehicles.spread(),
+        frames=frames,
+        moved_s=moved_s,
+        by_turns=lens_by_turns(tracks) if asks_turns and moved_s is None else None,
     )
+
+
+def _piece(source: Source, piece_s: tuple[float, float]) -> Iterator[tuple[float, Frame]]:
+    """Pictures of a piece, each with its time since the clip began."""
+    first_ns = None
+    for frame in source.frames():
+        first_ns = frame.time_ns if first_ns is None else first_ns
+        time_s = (frame.time_ns - first_ns) / 1e9
+        if time_s > piece_s[1]:
+            return
+        if time_s >= piece_s[0]:
+            yield time_s, frame
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:
@@ -364,27 +308,3 @@ def _together(first: Gaussian, second: Gaussian) -> Gaussian:
     mean = (precisions[0] * first.value + precisions[1] * second.value) / sum(precisions)
     apart = abs(first.value - second.value) / math.hypot(first.sigma, second.sigma)
     return Gaussian(mean, max(1.0, apart) * sum(precisions) ** -0.5)
-
-
-def _travel(
-    mount: Mount, guess: GroundPlaneCamera, settings: MotionSettings
-) -> tuple[Gaussian, Gaussian] | None:
-    """Column and row that straight driving leads to, by the drive alone; None where it tells too little.
-
-    What is believed of the mount began with the guess, which is no evidence: it is taken out again.
-    """
-    places = []
-    for believed_rad, sigma_rad, guessed_rad, guess_sigma_rad in (
-        (mount.yaw_rad, mount.yaw_sigma_rad, 0.0, settings.calibration_yaw_sigma_rad),
-        (mount.pitch_rad, mount.pitch_sigma_rad, guess.pitch_rad, settings.calibration_pitch_sigma_rad),
-    ):
-        if sigma_rad > TOLD_PART * guess_sigma_rad:
-            return None
-        precision, guessed = sigma_rad**-2, guess_sigma_rad**-2
-        told_rad = (precision * believed_rad - guessed * guessed_rad) / (precision - guessed)
-        places.append(Gaussian(told_rad, math.hypot((precision - guessed) ** -0.5, SLOPE_SIGMA_RAD)))
-    (yaw, pitch), focal_px = places, guess.focal_y_px
-    return (
-        Gaussian(guess.principal_column_px + focal_px * math.tan(yaw.value), focal_px * yaw.sigma),
-        Gaussian(guess.principal_row_px - focal_px * math.tan(pitch.value), focal_px * pitch.sigma),
-    )

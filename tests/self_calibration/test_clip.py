@@ -8,6 +8,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from fcw.camera.calibration import Gaussian, GroundPoint, Priors
@@ -17,17 +19,14 @@ from fcw.detection.choice import searching_detector
 from fcw.detection.detector import Detection
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
-from fcw.motion.settings import MotionSettings
-from fcw.motion.state import Mount
 from fcw.self_calibration.clip import (
-    SLOPE_SIGMA_RAD,
     ClipObservations,
-    _travel,
     calibrate_clip,
     observe_clip,
     rough_calibration,
 )
 from fcw.self_calibration.lane_lines import agreed_meeting
+from fcw.self_calibration.speed import MeanSpeed, speeds_seen
 from fcw.self_calibration.turning.by_turns import LensByTurns
 from fcw.self_calibration.turning.lens import PlainLens
 from fcw.sources import open_source
@@ -40,14 +39,23 @@ LENS = Priors(Gaussian(math.radians(58), math.radians(3)))
 """As a data sheet would say it; the chessboards say 57.8 degrees."""
 
 
+class Blind:
+    """A detector that finds nothing."""
+
+    name = "blind"
+
+    def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
+        return ()
+
+
 def test_a_clip_of_a_car_that_stands_gives_no_height_by_its_speed(data_dir, tmp_path):
     first = next(iter(open_source(data_dir / "kitti-odometry-03" / "drive.mp4").frames())).image
     for number in range(40):
         cv2.imwrite(str(tmp_path / f"{number:02}.png"), first)
     source = open_source(tmp_path)
     detector = searching_detector(rough_calibration(source.image_size, 1.65))
-    seen = observe_clip(source, rough_calibration(source.image_size, 1.65), detector)
-    assert len(seen.speed_times_ns) > 10  # that it stands is known
+    known = [speed for _, speed in speeds_seen(source.frames(), rough_calibration(source.image_size, 1.65))]
+    assert sum(speed is not None for speed in known) > 10  # that it stands is known
     with pytest.raises(UserError, match="does not tell how fast the road goes by"):
         calibrate_clip(source, detector, Gaussian(1.65, 0.1), speed_mps=10.0)
 
@@ -84,40 +92,20 @@ def test_the_udacity_clips_without_any_mark(clip, rows_px, true_height_m, height
     assert low_m < 30 < high_m
 
 
-def test_a_known_speed_gives_the_height():
-    seen = ClipObservations(None, None, (), 20.0, 10)
-    assert seen.height_by_speed(26.0).value == pytest.approx(1.3)
-    with pytest.raises(UserError, match="measure the camera's height"):
-        ClipObservations(None, None, (), None, 10).height_by_speed(26.0)
+@given(st.floats(5.0, 40.0), st.floats(0.7, 1.4))
+def test_a_known_speed_gives_the_height_whatever_lens_was_taken_for_granted(speed_mps, wrong):
+    """Seen through a lens that is thought to be longer, the road goes by faster by the same factor."""
+    focal_px, height_m = 1000.0, 1.3
+    seen = MeanSpeed(wrong * speed_mps / height_m, wrong * focal_px, ())
+    scale_px_m = seen.scale_px_m(speed_mps)
+    assert scale_px_m.value == pytest.approx(focal_px * height_m)
+    assert scale_px_m.sigma == pytest.approx(0.04 * focal_px * height_m)
 
 
 def test_a_clip_that_turns_gives_the_focal_length_as_evidence():
     focal_px = Gaussian(560.0, 60.0)
     by_turns = LensByTurns(focal_px)
-    assert ClipObservations(None, None, (), None, 10, by_turns=by_turns).evidence() == Evidence(
-        focal_px=focal_px
-    )
-
-
-def test_what_was_guessed_of_the_mount_is_no_evidence():
-    guess, settings = rough_calibration(SIZE, 1.3).camera, MotionSettings()
-    pitch0, yaw0 = settings.calibration_pitch_sigma_rad, settings.calibration_yaw_sigma_rad
-    learnt_nothing = Mount(pitch_rad=guess.pitch_rad, pitch_sigma_rad=pitch0, yaw_sigma_rad=yaw0)
-    assert _travel(learnt_nothing, guess, settings) is None
-    # A ninth of the precision is the guess's, the rest a drive's that leads 1 degree lower, 2 to the side.
-    sigma = math.radians(0.1)
-    settings = replace(settings, calibration_pitch_sigma_rad=3 * sigma, calibration_yaw_sigma_rad=3 * sigma)
-    told = sigma * math.sqrt(9 / 8)
-    believed = [8 / 9 * math.radians(degrees) for degrees in (-1.0, 2.0)]
-    pitch_rad, yaw_rad = guess.pitch_rad + believed[0], believed[1]
-    mount = Mount(pitch_rad=pitch_rad, yaw_rad=yaw_rad, pitch_sigma_rad=sigma, yaw_sigma_rad=sigma)
-    found = _travel(mount, guess, settings)
-    assert found is not None
-    column, row = found
-    assert column.value == pytest.approx(639.5 + guess.focal_y_px * math.tan(math.radians(2.0)))
-    expected_rad = guess.pitch_rad - math.radians(1.0)
-    assert row.value == pytest.approx(guess.principal_row_px - guess.focal_y_px * math.tan(expected_rad))
-    assert row.sigma == pytest.approx(guess.focal_y_px * math.hypot(told, SLOPE_SIGMA_RAD))
+    assert ClipObservations(None, None, (), 10, by_turns=by_turns).evidence() == Evidence(focal_px=focal_px)
 
 
 def test_lanes_count_where_many_pictures_agree():
@@ -133,17 +121,17 @@ def test_lanes_count_where_many_pictures_agree():
 
 def test_lanes_and_motion_count_by_how_sure_they_are():
     sure, unsure = Gaussian(300.0, 1.0), Gaussian(302.0, 3.0)
-    both = ClipObservations((sure, sure), (unsure, unsure), (), None, 10).leads_to_px
+    both = ClipObservations((sure, sure), (unsure, unsure), (), 10).leads_to_px
     assert both is not None
     assert both[1].value == pytest.approx(300.2)
     assert both[1].sigma == pytest.approx(math.sqrt(0.9))
-    assert ClipObservations(None, (sure, unsure), (), None, 10).leads_to_px == (sure, unsure)
+    assert ClipObservations(None, (sure, unsure), (), 10).leads_to_px == (sure, unsure)
 
 
 def test_lanes_and_motion_that_contradict_each_other_are_less_sure_together():
     """Birge's ratio: 20 px apart with errors of 3 and 4 px are four times too far apart."""
     drive, lanes = Gaussian(300.0, 3.0), Gaussian(320.0, 4.0)
-    both = ClipObservations((drive, drive), (lanes, lanes), (), None, 10).leads_to_px
+    both = ClipObservations((drive, drive), (lanes, lanes), (), 10).leads_to_px
     assert both is not None
     assert both[1].value == pytest.approx(307.2)
     assert both[1].sigma == pytest.approx(4 * 2.4)
@@ -165,21 +153,12 @@ def test_kitti_in_bends_tells_its_focal_length(data_dir):
     """721.5 px, by its calibration; nothing is stated of the lens."""
     source = open_source(data_dir / "kitti-odometry-03" / "drive.mp4")
     guess = rough_calibration(source.image_size, 1.65)
-    by_turns = observe_clip(source, guess, None, asks_turns=True).by_turns
+    by_turns = observe_clip(source, guess, Blind(), asks_turns=True).by_turns
     assert by_turns is not None
     assert by_turns.bend is None
     focal_px = by_turns.focal_px
     assert abs(focal_px.value - 721.5) < 2 * focal_px.sigma
     assert focal_px.sigma < 0.15 * focal_px.value
-
-
-class Blind:
-    """A detector that finds nothing."""
-
-    name = "blind"
-
-    def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
-        return ()
 
 
 class Fisheye(ForwardingSource):
@@ -211,4 +190,4 @@ def test_a_clip_through_a_fisheye_tells_its_lens_and_nothing_else(data_dir):
 @pytest.mark.slow
 def test_a_straight_clip_tells_no_focal_length(data_dir):
     source = open_source(data_dir / "clips" / "udacity_test_small1.mp4")
-    assert observe_clip(source, rough_calibration(SIZE, 1.2), None, asks_turns=True).by_turns is None
+    assert observe_clip(source, rough_calibration(SIZE, 1.2), Blind(), asks_turns=True).by_turns is None

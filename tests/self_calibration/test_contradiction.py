@@ -72,7 +72,7 @@ def test_what_is_told_once_is_contradicted_by_nothing(without: str):
 
 @pytest.mark.parametrize("stated", [None, Gaussian(330.0, 2.0)])
 def test_a_clip_is_as_unsure_as_it_contradicts_itself_unless_the_horizon_is_stated(stated, monkeypatch):
-    seen = ClipObservations(known(50.0).evidence.travel_px, None, VEHICLES, None, 10)
+    seen = ClipObservations(known(50.0).evidence.travel_px, None, VEHICLES, 10)
     monkeypatch.setattr("fcw.self_calibration.clip.observe_clip", lambda *_args, **_kwargs: seen)
     source = open_source(DEMO)
     detector = searching_detector(rough_calibration(source.image_size, 1.3))

@@ -16,9 +16,9 @@ import numpy as np
 from fcw.camera.calibration import Gaussian
 from fcw.camera.lens.model import Lens
 from fcw.frame import ImageSize
+from fcw.self_calibration.tracks import PointTracks
 from fcw.self_calibration.turning.bundle import Bundle, Told
 from fcw.self_calibration.turning.lens import PlainLens
-from fcw.self_calibration.turning.tracks import PointTracks
 from fcw.self_calibration.turning.windows import HOP_S, LENGTH_S, TurningWindow, turning_windows
 
 VIEWS_DEG = (45.0, 60.0, 75.0, 90.0, 110.0)

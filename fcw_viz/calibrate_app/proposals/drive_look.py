@@ -27,8 +27,8 @@ from fcw.self_calibration.clip import (
     calibrate_clip,
     rough_calibration,
 )
+from fcw.self_calibration.tracks import PointTracks
 from fcw.self_calibration.turning.by_turns import lens_by_turns
-from fcw.self_calibration.turning.tracks import PointTracks
 from fcw.self_calibration.vehicles import LONGEST_S, vehicles_of
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
@@ -39,7 +39,7 @@ LOGGER = logging.getLogger(__name__)
 ASSUMED_HEIGHT_M, ASSUMED_VIEW_RAD = 1.3, math.radians(65.0)
 """The field of view is that along the longer side of the picture."""
 ENOUGH_S = 10.0
-"""Of straight driving."""
+"""Of driving."""
 LEAST_KNOWN_PART = 0.5
 """Of the pictures whose speed is asked for."""
 VEHICLES_S = 20.0
@@ -125,14 +125,13 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
             VEHICLE_HEIGHTS_M["car"],
             on_frame=on_frame,
             turns=False,
+            asks_speed=True,
             enough_s=ENOUGH_S,
         )
     except _NobodyAsksError:
         return Look(None, "")
-    seen = found.seen
-    # The road flows by as fast as lens and height together make it.
-    scale = None if seen.speed_heights is None else seen.focal_px / seen.speed_heights
-    times_ns = seen.speed_times_ns
+    seen, speed = found.seen, found.speed
+    scale, times_ns = (None, ()) if speed is None else (speed.scale_per_mps, speed.times_ns)
     horizon = None if seen.leads_to_px is None else seen.leads_to_px[1]
     if horizon is None or horizon.sigma > LARGEST_SIGMA_HEIGHTS * size.height:
         instead = "take the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""

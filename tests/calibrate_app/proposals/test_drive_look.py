@@ -68,7 +68,7 @@ def observations(
     travel_px: tuple[Gaussian, Gaussian] | None, lanes_px: tuple[Gaussian, Gaussian] | None, vehicles: int = 0
 ) -> ClipObservations:
     rulers = tuple(Ruler(640.0, 400.0 + number, 90.0, VEHICLE_WIDTH_M, 1.0) for number in range(vehicles))
-    return ClipObservations(travel_px, lanes_px, rulers, None, 10)
+    return ClipObservations(travel_px, lanes_px, rulers, 10)
 
 
 class Cropped:

@@ -213,7 +213,7 @@ def bent_clip(tmp_path, monkeypatch):
         writer.write(np.full((360, 640, 3), 100 + level, np.uint8))
     writer.release()
     straight = Calibration.from_camera(GroundPlaneCamera(0.03, 310.0, 179.5, 1.3, 319.5), ImageSize(640, 360))
-    seen = ClipObservations(None, None, (), None, 5)
+    seen = ClipObservations(None, None, (), 5)
 
     def tells(source, *_args, **_kwargs):
         if isinstance(source, StraightSource):
@@ -247,7 +247,7 @@ def test_a_horizon_that_drive_and_vehicles_tell_differently_is_said(
     camera = GroundPlaneCamera(0.03, 310.0, 179.5, 1.3, 319.5)
     found = ClipCalibration(
         Calibration.from_camera(camera, ImageSize(640, 360)),
-        ClipObservations(None, None, (), None, 5),
+        ClipObservations(None, None, (), 5),
         shows_road=True,
         by_motion=True,
         contradiction=Contradiction(math.radians(2.7), sigmas),

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fcw.self_calibration.tracks import FollowedPoints
 from fcw.self_calibration.turning.lens import PlainLens
-from fcw.self_calibration.turning.tracks import FollowedPoints
 
 SIZE = (640, 360)
 AXIS_PX = (319.5, 179.5)

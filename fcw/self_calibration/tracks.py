@@ -60,21 +60,24 @@ class PointTracks:
         self._grey: NDArray[np.uint8] | None = None
         self._next = 0
 
-    def update(self, time_s: float, image: NDArray[np.uint8]) -> None:
+    def update(self, time_s: float, image: NDArray[np.uint8]) -> bool:
         """Take a picture.
 
         Args:
             time_s: of it; rises.
             image: (height, width, 3) BGR.
+
+        Returns:
+            Whether it is used: it is not too near in time to the last one, and no repeated one.
         """
         if self.pictures and time_s - self.pictures[-1].time_s < SHORTEST_STEP_S:
-            return
+            return False
         grey, last = small_grey(image, self.factor), self._grey
         numbers, places, shift_px = np.zeros(0, np.int64), np.zeros((0, 2), np.float32), 0.0
         if last is not None:
             change = np.subtract(grey[::4, ::4], last[::4, ::4], dtype=np.float32)
             if np.abs(change).mean() < REPEATED_CHANGE:
-                return
+                return False
             before = self.pictures[-1]
             followed, kept = _follow(last, grey, before.places)
             numbers, places = before.numbers[kept], followed[kept]
@@ -85,6 +88,7 @@ class PointTracks:
         self._next += len(new)
         self._grey, self.size = grey, (grey.shape[1], grey.shape[0])
         self.pictures.append(FollowedPoints(time_s, numbers, np.concatenate((places, new)), shift_px))
+        return True
 
 
 def _follow(

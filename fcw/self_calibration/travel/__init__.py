@@ -1,0 +1,1 @@
+"""Where straight driving leads to."""
