@@ -10,7 +10,7 @@ from packaging.requirements import Requirement
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted(
     path
-    for pattern in ("*.md", "docs/*.md", "recordings/*.md", "fcw/detection/weights/*.md")
+    for pattern in ("*.md", "docs/**/*.md", "recordings/*.md", "fcw/detection/weights/*.md")
     for path in ROOT.glob(pattern)
 )
 LINK = re.compile(r"\]\(([^()\s]+)\)")

@@ -21,7 +21,8 @@ DEFAULT_DETECTOR = NET
 FAINT_MARGIN = 1.5
 """How far below the net's threshold a logit is faint, for a tracker.
 
-Chosen on seven clips of strangers: farther down hardly more of what is followed is found (docs/figures.md).
+Chosen on seven clips of strangers: farther down hardly more of what is followed is found
+(docs/figures/detection.md, "Faint boxes").
 """
 SEARCHED_RAD = math.radians(12.0)
 """How far above and below a guess far vehicles are searched for; near ones are everywhere. Nine in ten

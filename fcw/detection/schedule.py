@@ -4,7 +4,7 @@ import math
 
 DEFAULT_SEARCH_HZ = 0.0
 """Every picture. With 12 a second a run takes a quarter less time, but that nothing is lost by it could not
-be shown (docs/figures.md, "Fewer searches")."""
+be shown (docs/figures/speed.md, "Fewer searches")."""
 NS_PER_S = 1_000_000_000
 
 

@@ -86,7 +86,7 @@ class MotionSettings:
         other_evidence: and another than the present one that is likelier by this.
         jump_sigmas: what would move the speed by more of its sigmas than this,
         jump_mps: and this, is misread: a few points of a plain road, or of a shadow, agree by chance.
-            Chosen on strangers' clips (docs/figures.md, "Own motion").
+            Chosen on strangers' clips (docs/figures/own-motion.md).
         confirmed_s: another speed is looked for once pictures have doubted the present one for so long; what
             was found is known once they have told it for as long.
         grey_sigma: of a grey value, by noise, compression and what the window sees from elsewhere: it says

@@ -35,7 +35,7 @@ class Evidence:
         upon_us_s: what is surely reached within this time,
         upon_us_m: and by its mean so far in our way then, is on course, wherever it is now and whatever our
             path does: who turns the wheel then does so because of it. Chosen on strangers' clips and KITTI's
-            drives (docs/figures.md, "Upon us").
+            drives (docs/figures/warning.md, "Upon us").
         beside_m: with more room than this between it and our path now,
         crossing_probability: it must be so likely, and the bend of our path known: from a car that turns, all
             that stands beside the road sweeps across the path. Where the bend is unknown, it must be as
@@ -43,8 +43,8 @@ class Evidence:
         minimum_course_s: and would have been for so long,
         imminent_course_s: or so long where it comes into a lane whose lines are seen, or comes in with
             `imminent_probability` and is reached within `imminent_s`. Chosen on strangers' clips that were
-            warned of late (docs/figures.md, "A fresh set"); 0.1 s brought false episodes on KITTI's drives,
-            0.2 s none.
+            warned of late (docs/figures/warning.md, "What surely hits us"); 0.1 s brought false episodes on
+            KITTI's drives, 0.2 s none.
         held_probability: a raised level is held while that is at least so likely.
         oncoming_probability: what comes towards us is warned of where that is so likely: in a bend
             every oncoming vehicle is ahead of us for a moment.
@@ -83,7 +83,7 @@ class Evidence:
         minimum_due_s: `warning` must be due for so long,
         surely_found_part: where the detector found the vehicle in a smaller part of its frames: what is due
             for a frame or two is mostly noise then. Both were chosen on strangers' clips whose boxes were
-            disturbed (docs/figures.md, "How much is chance").
+            disturbed (docs/figures/clips.md, "How much is chance").
         minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
             and 0.4 g needs 4 m, and queues creep nearer than that.
         release_factor: a raised level is held while its rule holds for a gap wider by this.

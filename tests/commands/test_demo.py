@@ -75,7 +75,8 @@ def test_the_lead_is_followed_and_its_distance_measured(demo: Demo) -> None:
     comparison = compare_with_truth(demo.results, demo.truth)
     assert comparison.frames == len(demo.truth) == 1200
     assert len(comparison.lead_errors) > 0.95 * comparison.lead_frames > 1000
-    # As on KITTI tracking, whose labelled boxes are off by 4.3 % (docs/figures.md): the net's are wide here.
+    # As on KITTI tracking, whose labelled boxes are off by 4.3 % (docs/figures/distance.md): the net's are
+    # wide here.
     assert statistics.median(map(abs, comparison.lead_errors)) < 0.045
     assert statistics.median(map(abs, comparison.track_errors)) < 0.05
 

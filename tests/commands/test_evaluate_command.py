@@ -173,7 +173,7 @@ def test_labels_that_are_no_coco_file_are_refused(drive, capsys, tmp_path):
 
 
 def test_on_real_drives_the_prior_keeps_pace_with_the_whole_picture(data_dir, capsys):
-    """The shipped weights on footage whose cameras they never saw; the figures are in docs/figures.md."""
+    """The shipped weights on footage whose cameras they never saw (docs/figures/detection.md)."""
     rates = {}
     for detector in ("acf", "acf-full"):
         labels = data_dir / "labels"

@@ -77,7 +77,7 @@ class RoadPair(NamedTuple):
 class RoadPlane:
     """Gathers what pairs of pictures tell of the speed.
 
-    Its settings were looked at on the clips of docs/figures.md, "Own motion".
+    Its settings were looked at on the clips of docs/figures/own-motion.md.
     """
 
     def __init__(self) -> None:

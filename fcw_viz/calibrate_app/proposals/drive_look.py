@@ -47,7 +47,7 @@ TOLD_EVERY_S = 1.0
 """How far a look has come."""
 LARGEST_SIGMA_HEIGHTS = 0.05
 """In picture heights: a horizon that is known less well is not proposed. Set with the clips of
-docs/figures.md, "The newest set", in view."""
+docs/figures/calibration.md, "Horizons of strangers' clips", in view."""
 ROAD_SIGMA_HEIGHTS = 0.004
 """In picture heights: roads are not level with the travel."""
 

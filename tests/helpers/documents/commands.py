@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[3]
 DOCUMENTS = sorted(
     path
-    for pattern in ("*.md", "docs/*.md", "recordings/*.md", "fcw/detection/weights/*.md")
+    for pattern in ("*.md", "docs/**/*.md", "recordings/*.md", "fcw/detection/weights/*.md")
     for path in ROOT.glob(pattern)
 )
 PROGRAMS = ("fcw", "python", "make", "pip")
