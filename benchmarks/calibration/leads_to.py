@@ -17,9 +17,9 @@ import numpy as np
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.training.own_data import read_calibration_table
+from fcw.motion.travel.direction import TravelDirection
+from fcw.motion.travel.tracks import FollowedPoints, PointTracks
 from fcw.self_calibration.clip import rough_calibration
-from fcw.self_calibration.tracks import FollowedPoints, PointTracks
-from fcw.self_calibration.travel.direction import TravelDirection
 from fcw.sources import open_source
 
 

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian
-from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, SPEED, SPRING, MotionFilter
+from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, MOUNT_YAW, SPEED, SPRING, MotionFilter
 from fcw.motion.flow.pacing import Pacing
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
 from fcw.motion.flow.road_plane import RoadPair, RoadPlane
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH_TURN, TRAVEL, YAW_TURN, Solution, solve
 from fcw.motion.state import Mount, OwnMotion, SpeedSource
+from fcw.motion.travel.looks import Told, TravelLooks, contradict, fused
 from fcw.motion.view import RoadView
 
 INLYING = 0.25
@@ -103,7 +104,10 @@ class MotionEstimator:
         self._pacing = Pacing()
         self._last: SmallPicture | None = None
         self._known = False
-        self._known_s = self._directed_s = self._since_direction_s = 0.0
+        self._looks = TravelLooks(calibration) if self._settings.asks_direction else None
+        self._known_s = 0.0
+        self._misled = False
+        """Whether steps taught angles of the mount that are wrong."""
         self._found_s = self._doubtful_s = 0.0
         """For how long pictures have told the speed that was found last, and for how long they doubt it."""
         self._mount = self._filter.mount()
@@ -124,6 +128,10 @@ class MotionEstimator:
             boxes: of other vehicles in it.
         """
         settings, last = self._settings, self._last
+        if self._looks is not None:
+            told = self._looks.update(time_ns / 1e9, image, boxes)
+            if told is not None:
+                self._take_look(told)
         grey = self._follower.small(image)
         is_new = self._pacing.is_new(time_ns / 1e9, grey)
         taken_ns = round(self._pacing.taken_s * 1e9)
@@ -135,11 +143,10 @@ class MotionEstimator:
         if last is None:
             return self.state
         self._since_search_s += dt_s
-        self._since_direction_s += dt_s
         before = self._filter.copy()
         self._filter.predict(dt_s)
         self._turn = self._turn[0], self._turn[1] + settings.yaw_acceleration**2 * dt_s
-        if not self._known:
+        if not self._known and not self._misled:
             self._mount = self._filter.mount()
         if dt_s <= settings.longest_step_s:
             self._follower.find_own_car(last, now)
@@ -161,15 +168,31 @@ class MotionEstimator:
                 self._fastest_mps = state.speed_mps + CHANGED_FROM_SIGMAS * state.speed_sigma_mps
         return state
 
+    def _take_look(self, told: Told) -> None:
+        """What a look tells goes before what steps taught of pitch and yaw, if the two contradict each other.
+
+        Steps tell the angles more exactly, where the road is a plane and their speed is true. Once they
+        taught something else than looks see, this drive is none of which they can tell.
+        """
+        pitch_rad = Gaussian(told.pitch_rad.value - self._camera.pitch_rad, told.pitch_rad.sigma)
+        angles = [(MOUNT_PITCH, pitch_rad)]
+        if told.yaw_rad is not None:
+            angles.append((MOUNT_YAW, told.yaw_rad))
+        for place, angle_rad in angles:
+            believed = Gaussian(float(self._filter.x[place]), self._filter.sigma(place))
+            is_taught = self._known_s >= self._settings.mount_after_s
+            self._misled |= is_taught and contradict(believed, angle_rad)
+            self._filter.take_angle(place, fused(believed, angle_rad))
+        self._mount = self._filter.mount()
+
     def _judge_mount(self) -> None:
         """What a short acquaintance with the speed taught of the mount is forgotten with it."""
-        sure = self._known_s + self._directed_s >= self._settings.mount_after_s
-        if sure:
-            self._mount = self._filter.mount()
-        elif not self._known:
-            self._filter.take_mount(self._mount)
         if not self._known:
             self._known_s = 0.0
+        if self._known_s >= self._settings.mount_after_s and not self._misled:
+            self._mount = self._filter.mount()
+        elif not self._known or self._misled:
+            self._filter.take_mount(self._mount)
 
     @property
     def state(self) -> OwnMotion:
@@ -296,20 +319,15 @@ class MotionEstimator:
         self._plane.look(RoadPair(greys, views, yaw_rad, left_rad, boxes, dt_s))
 
     def _take_turn(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> Solution | None:
-        """Take how two pictures turn, and now and then where we drive to, at whatever speed.
+        """Take how two pictures turn, at whatever speed.
 
-        A plain road tells no speed. All beside and above it still turns as we do, and flows out of the point
-        that we drive to.
+        A plain road tells no speed. All beside and above it still turns as we do.
 
         Returns:
             What points beside the road tell; None where they are few.
         """
-        settings, filtered, speed = self._settings, self._filter.copy(), self._filter.speed()
-        asked = self._since_direction_s >= settings.direction_s
-        if asked:
-            self._since_direction_s = 0.0
-        else:
-            filtered.take_yaw_rate(self._turn)
+        settings, filtered = self._settings, self._filter.copy()
+        filtered.take_yaw_rate(self._turn)
         filtered.forget_speed(ANY_SPEED_MPS, ANY_SPEED_MPS)
         mean, covariance, by_state = filtered.expect(dt_s)
         flow = self._follower.follow(*pictures, mean)
@@ -323,20 +341,7 @@ class MotionEstimator:
             return None
         filtered.correct(solution, mean, covariance, by_state)
         self._turn = filtered.yaw_rate()
-        if asked and self._leads_somewhere(solution, dt_s):
-            filtered.take_speed(speed)
-            self._filter = filtered
-            self._directed_s += settings.direction_s
         return solution
-
-    def _leads_somewhere(self, solution: Solution, dt_s: float) -> bool:
-        """Whether points beside the road tell where we drive to: we drive, straight on and level."""
-        settings = self._settings
-        slow = solution.unknowns[TRAVEL] < settings.learns_above_mps * dt_s
-        pitch_radps, yaw_radps = np.abs(solution.unknowns[[PITCH_TURN, YAW_TURN]]) / dt_s
-        turns = pitch_radps > settings.level_radps or yaw_radps > settings.straight_radps
-        few = (solution.inlying > INLYING).sum() < settings.direction_points
-        return not (slow or turns or few)
 
     def _attempt(
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter

@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import (
@@ -32,7 +33,6 @@ from fcw.motion.solver import (
 
 SPEED, ACCELERATION, YAW_RATE, MOUNT_PITCH, MOUNT_YAW, MOUNT_ROLL, SPRING, SPRING_BEFORE = range(8)
 STATES = 8
-SPEEDS = slice(SPEED, ACCELERATION + 1)
 MOUNT = slice(MOUNT_PITCH, MOUNT_ROLL + 1)
 UNKNOWN_SPEED_SIGMA_MPS = 20.0
 SLOWEST_DIRECTION_MPS = 1.0
@@ -146,14 +146,10 @@ class MotionFilter:
         self.p[MOUNT, :] = self.p[:, MOUNT] = 0.0
         self.x[MOUNT], self.p[MOUNT, MOUNT] = mount
 
-    def speed(self) -> tuple[FloatArray, FloatArray]:
-        """Mean (2,) and covariance (2, 2) of speed and acceleration."""
-        return self.x[SPEEDS].copy(), self.p[SPEEDS, SPEEDS].copy()
-
-    def take_speed(self, speed: tuple[FloatArray, FloatArray]) -> None:
-        """Believe this of speed and acceleration, and that nothing else tells of it."""
-        self.p[SPEEDS, :] = self.p[:, SPEEDS] = 0.0
-        self.x[SPEEDS], self.p[SPEEDS, SPEEDS] = speed
+    def take_angle(self, place: int, believed: Gaussian) -> None:
+        """Believe this of an angle of the mount, and that nothing else tells of it."""
+        self.p[place, :] = self.p[:, place] = 0.0
+        self.x[place], self.p[place, place] = believed.value, believed.sigma**2
 
     def yaw_rate(self) -> tuple[float, float]:
         """Mean and variance of the yaw rate."""

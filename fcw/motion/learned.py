@@ -20,6 +20,7 @@ from fcw.camera.straight import Orientation, real_column, straight_column, turn
 from fcw.errors import UserError
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import Mount
+from fcw.motion.travel.looks import CONTRADICTED_SIGMAS
 
 LEAST_SIGMA_RAD = math.radians(0.1)
 """The road ahead is not level with the direction of travel: no drive tells an angle better."""
@@ -106,10 +107,13 @@ def calibration_of_mount(calibration: Calibration, mount: Mount, name: str) -> L
 def _told(believed_rad: float, sigma_rad: float, began_rad: float, began_sigma_rad: float) -> Gaussian | None:
     """An angle by the drive alone; None where it told too little.
 
-    What is believed at the end began with a belief, which is no measurement: it is taken out again.
+    What is believed at the end began with a belief, which is no measurement: it is taken out again, unless
+    the drive contradicted it so much that nothing of it is left.
     """
     if sigma_rad > TOLD_PART * began_sigma_rad:
         return None
+    if abs(believed_rad - began_rad) > CONTRADICTED_SIGMAS * began_sigma_rad:
+        return Gaussian(believed_rad, math.hypot(sigma_rad, LEAST_SIGMA_RAD))
     precision, began = max(sigma_rad, LEAST_SIGMA_RAD / 10) ** -2, began_sigma_rad**-2
     told_rad = (precision * believed_rad - began * began_rad) / (precision - began)
     return Gaussian(told_rad, math.hypot((precision - began) ** -0.5, LEAST_SIGMA_RAD))

@@ -69,11 +69,6 @@ class MotionSettings:
         least_road_part: or with a smaller part of the road's.
         turn_points: with fewer of the others inlying two pictures do not say how we turn,
         known_turn_radps: which is known while its 1-sigma is less than this;
-        direction_points: with fewer of them they do not say where we drive to;
-        direction_s: where they do not say how fast, they are asked so often: what is wrong in one of them, a
-            vehicle beside us, is wrong in the next as well;
-        level_radps: and not while the body pitches faster than this,
-        straight_radps: or we turn faster: without the road a turn and another direction look alike.
         standing_mps: below this speed a whole picture must stand:
         standing_part: so much of its points,
         standing_points: and so many: in the dark there is little but lamps and what the windscreen reflects.
@@ -97,6 +92,7 @@ class MotionSettings:
         trust_s: time in which trust follows what is seen.
         trust_lasts_s: time in which it is forgotten.
         learns_above_mps: of trust and of the mount; what stands proves nothing.
+        asks_direction: whether it is looked for where we drive to; else steps alone teach the mount.
         asks_road: whether the road as a whole is asked for the speed where its points do not tell it.
         mount_after_s: what pictures tell of the mount counts once they have told one speed for so long, and
             is forgotten if they stop before: a speed found by chance turns the mount by degrees.
@@ -151,10 +147,6 @@ class MotionSettings:
     least_road_part: float = 0.4
     turn_points: int = 15
     known_turn_radps: float = LARGEST_SIGMA_RADPS
-    direction_points: int = 30
-    direction_s: float = 0.3
-    level_radps: float = math.radians(0.8)
-    straight_radps: float = math.radians(2.2)
     standing_mps: float = 2.0
     still_mps: float = 0.5
     standing_part: float = 0.75
@@ -174,5 +166,6 @@ class MotionSettings:
     trust_s: float = 3.0
     trust_lasts_s: float = 60.0
     learns_above_mps: float = 3.0
+    asks_direction: bool = True
     asks_road: bool = True
     mount_after_s: float = 1.0

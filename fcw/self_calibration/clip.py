@@ -27,18 +27,19 @@ from fcw.camera.vanishing import PixelPoint
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, Source
+from fcw.motion.travel.direction import TravelDirection
+from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.contradiction import Contradiction, contradiction_in
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
 from fcw.self_calibration.speed import MeanSpeed, mean_speed
-from fcw.self_calibration.tracks import PointTracks
-from fcw.self_calibration.travel.direction import TravelDirection
 from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
 from fcw.self_calibration.vehicles import DETECTED_EVERY_S, LONGEST_S, VehicleRulers
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
+ANY_YAW_RAD = math.radians(15.0)
 LANES_EVERY_S = 0.5
 WHOLE_CLIP_S = (0.0, LONGEST_S)
 FARTHEST_SIGN_PART = 0.15
@@ -275,9 +276,11 @@ def observe_clip(
         on_frame()
         if travel.driven_s >= enough_s:
             break
-    moved_s = moved_at(signs, camera.focal_y_px)
+    moved_s, told = moved_at(signs, camera.focal_y_px), travel.told()
+    # Who turns all the time shows the row alone.
+    unknown_px = Gaussian(camera.principal_column_px, math.tan(ANY_YAW_RAD) * camera.focal_y_px)
     return ClipObservations(
-        travel_px=travel.told(),
+        travel_px=None if told is None else (told[0] or unknown_px, told[1]),
         lanes_px=agreed_meeting(meetings, guess.image_size) or lanes_aside(pictures, camera),
         rulers=vehicles.spread(),
         frames=frames,

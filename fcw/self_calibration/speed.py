@@ -88,6 +88,6 @@ def speeds_seen(frames: Iterable[Frame], calibration: Calibration) -> Iterator[t
         frames: straight pictures.
         calibration: of them.
     """
-    estimator = MotionEstimator(calibration, MotionSettings(asks_road=False))
+    estimator = MotionEstimator(calibration, MotionSettings(asks_direction=False, asks_road=False))
     for frame in frames:
         yield frame.time_ns, estimator.update(frame.time_ns, frame.image).speed_mps

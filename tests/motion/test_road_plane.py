@@ -154,13 +154,13 @@ def test_what_was_told_last_decays():
 
 def test_where_the_camera_looks_is_part_of_the_interval():
     """A degree of pitch is a quarter of the speed: nothing is known where it may be that much."""
-    sure, unsure = (drive(estimator(deg, direction_s=math.inf), [14.0] * 25)[-1] for deg in (0.2, 1.5))
+    sure, unsure = (drive(estimator(deg, asks_direction=False), [14.0] * 25)[-1] for deg in (0.2, 1.5))
     assert sure.speed_sigma_mps < 0.1 * 14
     assert unsure.speed_mps is None
 
 
 def test_neither_the_mount_nor_the_calibrations_scale_is_judged_by_it():
-    with_road, without = (drive(estimator(direction_s=math.inf), [v] * 25)[-1] for v in (14.0, 0.0))
+    with_road, without = (drive(estimator(asks_direction=False), [v] * 25)[-1] for v in (14.0, 0.0))
     assert with_road.speed_mps is not None
     assert with_road.picture_speed_mps is None
     assert with_road.mount == without.mount

@@ -16,7 +16,7 @@ import numpy as np
 from fcw.camera.calibration import Gaussian
 from fcw.camera.lens.model import Lens
 from fcw.frame import ImageSize
-from fcw.self_calibration.tracks import PointTracks
+from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.turning.bundle import Bundle, Told
 from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.windows import HOP_S, LENGTH_S, TurningWindow, turning_windows

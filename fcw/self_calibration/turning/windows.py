@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
-from fcw.self_calibration.tracks import FollowedPoints
+from fcw.motion.travel.tracks import FollowedPoints
 
 LENGTH_S, HOP_S = 3.0, 2.0
 KEY_COUNT = 12

@@ -27,7 +27,7 @@ from fcw.self_calibration.clip import (
     calibrate_clip,
     rough_calibration,
 )
-from fcw.self_calibration.tracks import PointTracks
+from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.turning.by_turns import lens_by_turns
 from fcw.self_calibration.vehicles import LONGEST_S, vehicles_of
 from fcw.warning.ego_speed import EgoSpeed

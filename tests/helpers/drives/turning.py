@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fcw.self_calibration.tracks import FollowedPoints
+from fcw.motion.travel.tracks import FollowedPoints
 from fcw.self_calibration.turning.lens import PlainLens
 
 SIZE = (640, 360)

@@ -12,9 +12,10 @@ from fcw.motion.flow.pacing import REPEATED_CHANGE
 WORKING_WIDTH_PX = 800
 SHORTEST_STEP_S = 0.06
 """Between pictures that are used: sixteen a second."""
-CELL_PX = (16, 16)
-SPACING_PX = 12
-"""No new point in a square of this size that has one."""
+DENSE_PX, SPARSE_PX = 16, 32
+"""Sides of the cells in which a corner is looked for: a picture takes about 7 ms, or 3."""
+SPACING = 0.75
+"""No new point in a square of this part of a cell that has one."""
 FAINTEST, LEAST_ROUNDNESS = 12.0, 0.06
 """Of corners: see `fcw.motion.flow.corners.Corners`."""
 WINDOW_PX = 13
@@ -47,14 +48,16 @@ class PointTracks:
 
     Args:
         width_px: of the whole pictures.
+        cell_px: `DENSE_PX` or `SPARSE_PX`.
 
     Attributes:
         factor: by which the small pictures are smaller.
         pictures: that were used, with their points.
     """
 
-    def __init__(self, width_px: int) -> None:
+    def __init__(self, width_px: int, cell_px: int = DENSE_PX) -> None:
         self.factor = max(1, round(width_px / WORKING_WIDTH_PX))
+        self._cell_px = cell_px
         self.pictures: list[FollowedPoints] = []
         self.size = (0, 0)
         self._grey: NDArray[np.uint8] | None = None
@@ -83,7 +86,7 @@ class PointTracks:
             numbers, places = before.numbers[kept], followed[kept]
             if len(places) >= FEWEST_POINTS:
                 shift_px = float(np.median(places[:, 0] - before.places[kept, 0]))
-        new = _new_places(grey, places)
+        new = _new_places(grey, places, self._cell_px)
         numbers = np.concatenate((numbers, np.arange(self._next, self._next + len(new))))
         self._next += len(new)
         self._grey, self.size = grey, (grey.shape[1], grey.shape[0])
@@ -121,12 +124,12 @@ def _follow(
     return followed, kept
 
 
-def _new_places(grey: NDArray[np.uint8], taken: NDArray[np.float32]) -> NDArray[np.float32]:
+def _new_places(grey: NDArray[np.uint8], taken: NDArray[np.float32], cell_px: int) -> NDArray[np.float32]:
     """(N, 2) corners where no point is."""
-    corners = find_corners(grey, CELL_PX)
+    corners, spacing_px = find_corners(grey, (cell_px, cell_px)), round(SPACING * cell_px)
     good = corners.places[(corners.scores > FAINTEST) & (corners.roundness > LEAST_ROUNDNESS)]
-    occupied = np.zeros((grey.shape[0] // SPACING_PX + 2, grey.shape[1] // SPACING_PX + 2), bool)
-    columns, rows = (taken // SPACING_PX).astype(int).T
+    occupied = np.zeros((grey.shape[0] // spacing_px + 2, grey.shape[1] // spacing_px + 2), bool)
+    columns, rows = (taken // spacing_px).astype(int).T
     occupied[rows, columns] = True
-    columns, rows = (good // SPACING_PX).astype(int).T
+    columns, rows = (good // spacing_px).astype(int).T
     return good[~occupied[rows, columns]].astype(np.float32)

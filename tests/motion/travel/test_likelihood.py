@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.self_calibration.travel.likelihood import log_likelihoods
+from fcw.motion.travel.likelihood import log_likelihoods
 
 FOCAL_PX = 600.0
 TURN_SIGMAS_RAD = np.radians((0.2, 2.4, 0.5))

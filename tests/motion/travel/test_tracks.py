@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fcw.self_calibration.tracks import PointTracks
+from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.turning.windows import turning_windows
 
 

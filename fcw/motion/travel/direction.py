@@ -18,8 +18,8 @@ import numpy as np
 from fcw.box import Box
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.self_calibration.tracks import FollowedPoints
-from fcw.self_calibration.travel.likelihood import log_likelihoods
+from fcw.motion.travel.likelihood import log_likelihoods
+from fcw.motion.travel.tracks import FollowedPoints
 
 PAIR_S = 0.3
 """Between the pictures of a pair."""
@@ -30,6 +30,11 @@ MOVING_PX, MOVING_PART = 1.0, 0.4
 it was 0.44 and more while we drive and 0.36 and less while we stand and others pass."""
 STILL_PX = 0.5
 """What moves by less then is on the own car, on the glass, or tells nothing."""
+FASTEST_TURN_RADPS = math.radians(3.0)
+"""Who turns faster goes aside as well, ahead of the rear axle: by 2 degrees at 7 m/s. What stands to the left
+goes left as fast as what stands to the right goes right, so the median of all is how the picture turns."""
+LARGEST_ASIDE_RAD = math.radians(2.0)
+"""A column that is less sure is none: cameras that are put up by eye look ahead to that."""
 TURN_SIGMAS_RADPS = np.radians((0.6, 8.0, 1.5))
 """How fast a car pitches, yaws and rolls."""
 COARSE_STEP_RAD = math.radians(1.5)
@@ -54,12 +59,13 @@ SLOPE_SIGMA_RAD = math.radians(0.25)
 
 
 class _Pair(NamedTuple):
-    """Two pictures: when the first was taken, the time between them, and rays of their points."""
+    """Two pictures: when the first was taken, the time between them, their points' rays, whether we turn."""
 
     time_s: float
     dt_s: float
     before: FloatArray
     after: FloatArray
+    turns: bool
 
 
 class TravelDirection:
@@ -119,34 +125,50 @@ class TravelDirection:
             return None
         chosen = self._random.permutation(chosen)[:MOST_POINTS]
         rays = [(places[chosen] - self._axis_px) / self._focal_px for places in (before, after)]
-        return _Pair(first.time_s, second.time_s - first.time_s, *rays)
+        dt_s = second.time_s - first.time_s
+        turns = abs(float(np.median(rays[1][:, 0] - rays[0][:, 0]))) > FASTEST_TURN_RADPS * dt_s
+        return _Pair(first.time_s, dt_s, rays[0], rays[1], turns)
 
-    def told(self) -> tuple[Gaussian, Gaussian] | None:
-        """Column and row in the whole picture; None where the clip does not show the row."""
+    def told(self) -> tuple[Gaussian | None, Gaussian] | None:
+        """Column and row in the whole picture; None where the pictures do not show the row.
+
+        Where they do not show the column alone (we turn all the time), that is None.
+        """
+        coarse = np.tan(COARSE_RAD)
         if len(self._pairs) < FEWEST_PAIRS:
             return None
-        coarse = np.tan(COARSE_RAD)
-        blocks = self._blocks(coarse, coarse, COARSE_SIGMA_PX)
+        blocks = self._blocks(self._pairs, coarse, coarse, COARSE_SIGMA_PX)
         rows = _around(coarse, _best(blocks.sum(axis=2)))
-        columns = _around(coarse, _best(blocks.sum(axis=1)))
         if rows is None:
             return None
         # In a bend each block leads to another column, all to the same row.
-        row = self._mean(self._blocks(coarse, rows, FINE_SIGMA_PX).sum(axis=2), rows)
+        row = self._mean(self._blocks(self._pairs, coarse, rows, FINE_SIGMA_PX).sum(axis=2), rows)
         if row.sigma > LARGEST_SIGMA_RAD:
             return None
-        column = self._mean(blocks.sum(axis=1), coarse)
+        column, camera = self._column(rows), self._camera
+        column_px = None if column is None else self._place(column, camera.principal_column_px)
+        return column_px, self._place(row, camera.principal_row_px)
+
+    def _column(self, rows: FloatArray) -> Gaussian | None:
+        """The ray to the side, by the pictures in which we do not turn."""
+        straight = [pair for pair in self._pairs if not pair.turns]
+        if len(straight) < FEWEST_PAIRS:
+            return None
+        coarse = np.tan(COARSE_RAD)
+        blocks = self._blocks(straight, coarse, rows, COARSE_SIGMA_PX).sum(axis=1)
+        column, columns = self._mean(blocks, coarse), _around(coarse, _best(blocks))
         if columns is not None and column.sigma < COARSE_STEP_RAD:
-            column = self._mean(self._blocks(columns, rows, FINE_SIGMA_PX).sum(axis=1), columns)
-        camera = self._camera
-        return self._place(column, camera.principal_column_px), self._place(row, camera.principal_row_px)
+            column = self._mean(self._blocks(straight, columns, rows, FINE_SIGMA_PX).sum(axis=1), columns)
+        return column if column.sigma < LARGEST_ASIDE_RAD else None
 
     def _place(self, ray: Gaussian, axis_px: float) -> Gaussian:
         focal_px = self._camera.focal_y_px
         sigma_px = focal_px * math.hypot(ray.sigma, SLOPE_SIGMA_RAD)
         return Gaussian(axis_px + focal_px * ray.value, sigma_px)
 
-    def _blocks(self, columns: FloatArray, rows: FloatArray, sigma_px: float) -> FloatArray:
+    def _blocks(
+        self, pairs: Sequence[_Pair], columns: FloatArray, rows: FloatArray, sigma_px: float
+    ) -> FloatArray:
         """(blocks, rows, columns) how probable each block makes each direction."""
         directions = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
         likelihoods = np.array(
@@ -159,10 +181,10 @@ class TravelDirection:
                     sigma_px,
                     self._focal_px,
                 )
-                for pair in self._pairs
+                for pair in pairs
             ]
         )
-        times_s = np.array([pair.time_s for pair in self._pairs])
+        times_s = np.array([pair.time_s for pair in pairs])
         count = max(2, round((times_s[-1] - times_s[0] + PAIR_S) / BLOCK_S))
         of_block = np.digitize(times_s, np.linspace(times_s[0], times_s[-1] + PAIR_S, count + 1))
         told = [likelihoods[of_block == block].sum(axis=0) / POINTS_AS_ONE for block in np.unique(of_block)]
