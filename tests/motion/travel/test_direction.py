@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.drives.turning import AXIS_PX, PITCH_RAD, bends, driven, one_bend, straight
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +17,6 @@ from fcw.motion.travel.tracks import FollowedPoints, PointTracks
 from fcw.self_calibration.clip import rough_calibration
 from fcw.self_calibration.turning.lens import PlainLens
 from fcw.sources import open_source
-from tests.helpers.drives.turning import AXIS_PX, PITCH_RAD, bends, driven, one_bend, straight
 
 FOCAL_PX = 560.0
 LENS = PlainLens(FOCAL_PX, 0.0, AXIS_PX)
@@ -39,7 +39,7 @@ def row_told(pictures):
     return places[1]
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(st.integers(0, 2**31), st.sampled_from((0.75, 1.0, 1.35)))
 def test_a_straight_drive_tells_both_whatever_lens_is_taken_for_granted(seed, wrong):
     places = told(driven(LENS, straight, 6.0, seed), wrong * FOCAL_PX)
@@ -52,7 +52,7 @@ def test_a_straight_drive_tells_both_whatever_lens_is_taken_for_granted(seed, wr
     assert column.sigma < math.radians(1.0) * wrong * FOCAL_PX
 
 
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(st.integers(0, 2**31), st.sampled_from((one_bend, bends)))
 def test_bends_tell_the_row(seed, yaw_rate):
     row = row_told(driven(LENS, yaw_rate, 8.0, seed))
