@@ -71,6 +71,12 @@ class Record:
     log_bytes: int = 0
     notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Show bytes of names that are no UTF-8 as escapes, so that every table and page can be written."""
+        for field in ("name", "source", "camera", "reason"):
+            text: str = getattr(self, field)
+            object.__setattr__(self, field, text.encode("utf-8", "backslashreplace").decode())
+
     @property
     def frames_per_second(self) -> float:
         """How fast it was run; 0 where it was not."""

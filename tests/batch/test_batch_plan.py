@@ -1,6 +1,7 @@
 """What a batch still has to do, by what lies in its folder."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from fcw.batch.drives import find_batch_drives
 from fcw.batch.identity import BatchOptions
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME, Ledger, State, write_record
 from fcw.batch.plan import Plan, plan_batch
-from fcw.batch.tables import check_batch_folder, write_tables
+from fcw.batch.tables import check_batch_folder, unfinished_drives, write_tables
 from fcw.batch.work import run_task
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.cli import main
@@ -246,6 +247,21 @@ def test_a_line_break_in_a_name_breaks_no_line_of_what_is_printed(tmp_path, caps
         rf"a\nb: make one with `fcw calibrate '{folder}/a\nb.mp4'` (a rough one, from the drive alone: "
         "--from-clip), or name one for all with --calibration",
     ]
+
+
+@pytest.mark.parametrize("place", [b"\xe9.mp4", b"\xe9/a.mp4"], ids=["file", "folder"])
+def test_a_name_that_is_no_utf_8_fails_alone_and_the_tables_are_written(tmp_path, capsys, place):
+    source = tmp_path / "drives" / os.fsdecode(place)
+    source.parent.mkdir(parents=True)
+    source.write_bytes(b"a")
+    out = tmp_path / "out"
+    assert main(["batch", str(tmp_path / "drives"), "--out", str(out)]) == 2
+    said = capsys.readouterr().out
+    assert "(its name is no UTF-8); rename it" in said
+    (drive,) = unfinished_drives(out)
+    assert drive.state is State.FAILED
+    assert "\\udce9" in drive.reason
+    assert (out / "fleet.html").is_file()
 
 
 def test_the_files_of_an_earlier_batch_may_be_replaced(tmp_path):
