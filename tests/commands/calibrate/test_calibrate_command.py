@@ -337,17 +337,30 @@ def test_a_point_in_the_sky_is_named_alone(capsys):
     assert "5:585" not in message
 
 
+def camera_info(path: Path, focal_px: float, width: int = 1280, height: int = 720) -> Path:
+    """A lens of ROS that bends nothing, for `--lens`."""
+    matrix = [focal_px, 0, (width - 1) / 2, 0, focal_px, (height - 1) / 2, 0, 0, 1]
+    lens = {
+        "image_width": width,
+        "image_height": height,
+        "distortion_model": "plumb_bob",
+        "camera_matrix": {"rows": 3, "cols": 3, "data": matrix},
+        "distortion_coefficients": {"rows": 1, "cols": 5, "data": [0.0] * 5},
+    }
+    path.write_text(yaml.safe_dump(lens))
+    return path
+
+
+def test_a_lens_of_pictures_of_another_aspect_ratio_is_refused_not_stretched(tmp_path, capsys):
+    lens = camera_info(tmp_path / "four-by-three.yaml", 1100.0, 1280, 960)
+    assert main([*GOOD, "--lens", str(lens)]) == 2
+    said = capsys.readouterr().err
+    assert f"--lens {lens}: the lens is of pictures of 1280x960, these are 1280x720: another aspect" in said
+
+
 def test_a_lens_that_contradicts_the_height_is_said_and_not_just_obeyed(tmp_path, capsys):
     """The marks of a camera of 1100 px, and the lens of one that has 1400."""
-    lens = {
-        "image_width": 1280,
-        "image_height": 720,
-        "camera_matrix": {"data": [1400.0, 0.0, 639.5, 0.0, 1400.0, 359.5, 0.0, 0.0, 1.0]},
-        "distortion_model": "plumb_bob",
-        "distortion_coefficients": {"data": [0.0, 0.0, 0.0, 0.0, 0.0]},
-    }
-    path = tmp_path / "other.lens.yaml"
-    path.write_text(yaml.safe_dump(lens))
+    path = camera_info(tmp_path / "other.lens.yaml", 1400.0)
     points = [f"{text}:640" for text in GOOD_POINTS]
     (warning,) = result_of(["calibrate", "--points", *points, *GOOD[-4:], "--lens", str(path)], capsys)[
         "warnings"
