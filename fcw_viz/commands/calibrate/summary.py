@@ -19,6 +19,9 @@ from fcw.units import FEET_PER_METRE, distance_text
 
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 
+LEAST_RESIDUAL_PX = 0.005
+"""That is printed as another number than 0."""
+
 
 def calibration_summary(
     calibration: Calibration, paced: bool = False, causes: Sequence[str] = ()
@@ -146,7 +149,10 @@ def print_report(
     console.print(table)
 
     known = len(calibration.points) + calibration.priors.count + calibration.assumed.count
-    if known > PARAMETER_COUNT and calibration.points:
+    known += 2 * (calibration.lens is not None)  # its focal length and its principal row
+    # What else was told, as lane lines, shows in the residuals alone.
+    missed = any(abs(residual) >= LEAST_RESIDUAL_PX for residual in calibration.residuals_px)
+    if (known > PARAMETER_COUNT or missed) and calibration.points:
         residuals = ", ".join(
             f"{point} {residual:+.2f}"
             for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)

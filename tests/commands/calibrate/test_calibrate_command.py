@@ -358,6 +358,14 @@ def test_a_lens_of_pictures_of_another_aspect_ratio_is_refused_not_stretched(tmp
     assert f"--lens {lens}: the lens is of pictures of 1280x960, these are 1280x720: another aspect" in said
 
 
+def test_with_a_lens_three_points_are_not_said_to_be_met_exactly(tmp_path, capsys):
+    lens = camera_info(tmp_path / "other.yaml", 1000.0)
+    assert main([*GOOD, "--lens", str(lens)]) == 0
+    said = capsys.readouterr().out
+    assert "exactly" not in said
+    assert "residuals in px" in said
+
+
 def test_a_lens_that_contradicts_the_height_is_said_and_not_just_obeyed(tmp_path, capsys):
     """The marks of a camera of 1100 px, and the lens of one that has 1400."""
     path = camera_info(tmp_path / "other.lens.yaml", 1400.0)
