@@ -1,7 +1,10 @@
-"""A number on the command line: finite, with a point, or one message that names the option."""
+"""Numbers and pairs on the command line: one message that names option, value and what is expected."""
 
 import math
-from typing import Annotated, Any
+from collections.abc import Callable
+from pathlib import Path
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from tyro.constructors import PrimitiveConstructorSpec
 
@@ -26,18 +29,69 @@ def number(option: str, text: str) -> float:
     return value
 
 
-def number_option(field: str, kind: Any) -> Any:  # noqa: ANN401 - a type, however it is annotated
-    """The type of an option that takes a number, so that tyro reads it by `number`."""
+def whole_number(option: str, text: str) -> int:
+    """The whole number that somebody typed for an option.
+
+    Raises:
+        UserError: it is none.
+    """
+    try:
+        return int(text)
+    except ValueError:
+        raise UserError(f"{option} {text:.60}: expected a whole number, such as 2") from None
+
+
+def typed_option(field: str, bare: Any, kind: Any) -> Any:  # noqa: ANN401 - types, however they are annotated
+    """The type of an option, so that tyro, which would tell of Python's types, reads numbers and pairs by us.
+
+    Args:
+        field: of the option, as the command has it.
+        bare: its type without annotations.
+        kind: its type with them.
+    """
     option = "--" + field.replace("_", "-")
+    some = next((one for one in get_args(bare) if NoneType in get_args(bare) and one is not NoneType), bare)
+    parts = get_args(some) if get_origin(some) is tuple else ()
+    if some is float:
+        return _read(kind, 1, "FLOAT", lambda texts: number(option, texts[0]))
+    if some is int:
+        return _read(kind, 1, "INT", lambda texts: whole_number(option, texts[0]))
+    if parts == (float, ...):
+        return _read(kind, "*", "FLOAT ...", lambda texts: tuple(number(option, text) for text in texts))
+    if parts == (float, float):
+        return _read(kind, "*", "FLOAT FLOAT", lambda texts: _two_numbers(option, texts))
+    if len(parts) == 2 and get_origin(parts[0]) is Literal and parts[1] is Path:
+        return _read(kind, "*", "NAME FILE", lambda texts: _named_file(option, texts, get_args(parts[0])))
+    return kind
 
-    def one(texts: list[str]) -> float:
-        return number(option, texts[0])
 
+def _two_numbers(option: str, texts: list[str]) -> tuple[float, float]:
+    if len(texts) != 2:
+        raise UserError(f"{' '.join((option, *texts)):.80}: expected two numbers, such as {option} 1.5 4")
+    return number(option, texts[0]), number(option, texts[1])
+
+
+def _named_file(option: str, texts: list[str], names: tuple[str, ...]) -> tuple[str, Path]:
+    if len(texts) != 2 or texts[0] not in names:
+        raise UserError(
+            f"{' '.join((option, *texts)):.80}: expected {' or '.join(names)}, and the file to write, "
+            f"such as {option} {names[0]} {names[0]}.yaml"
+        )
+    return texts[0], Path(texts[1])
+
+
+def _read(
+    kind: Any,  # noqa: ANN401 - a type, however it is annotated
+    count: int | Literal["*"],
+    metavar: str,
+    read: Callable[[list[str]], Any],
+) -> Any:  # noqa: ANN401
+    """The type, read from so many texts."""
     spec = PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="FLOAT",
-        instance_from_str=one,
-        is_instance=lambda value: value is None or isinstance(value, (int, float)),
-        str_from_instance=lambda value: [str(value)],
+        nargs=count,
+        metavar=metavar,
+        instance_from_str=read,
+        is_instance=lambda value: True,  # defaults are the commands' own, which pyright has looked at
+        str_from_instance=lambda value: [*map(str, value)] if isinstance(value, tuple) else [str(value)],
     )
     return Annotated[kind, spec]

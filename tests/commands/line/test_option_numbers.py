@@ -2,7 +2,10 @@
 
 import pytest
 
-from fcw_viz.cli import main
+from fcw_viz.cli import RUNNERS, main
+from fcw_viz.commands.export import ExportCommand
+
+EXPORT = ["export", "x", "--format", "csv", "--out", "o"]
 
 
 @pytest.mark.parametrize(
@@ -19,11 +22,34 @@ from fcw_viz.cli import main
             "--piece-minutes nan: expected a finite",
         ),
         (["evaluate", "motion", "x", "--frame-rate", "ten"], "--frame-rate ten: expected a finite number"),
+        (["batch", "x", "--out", "o", "--workers", "two"], "--workers two: expected a whole number"),
+        (["review", "x", "--port", "80x"], "--port 80x: expected a whole number"),
+        (["train", "--data", "d", "--out", "o", "--seed", "1.5"], "--seed 1.5: expected a whole number"),
+        ([*EXPORT, "--between", "1"], "--between 1: expected two numbers"),
+        ([*EXPORT, "--between", "1", "2", "3"], "--between 1 2 3: expected two numbers"),
+        ([*EXPORT, "--between", "1", "b"], "--between b: expected a finite number"),
+        (
+            ["calibrate", "--export", "camera_info"],
+            "--export camera_info: expected camera_info or kalibr, and",
+        ),
+        (["calibrate", "--export", "ros", "x.yaml"], "--export ros x.yaml: expected camera_info or kalibr"),
+        (
+            ["evaluate", "detection", "l", "--images", "i", "--calibration", "c", "--at-fppi", "x"],
+            "--at-fppi x: expected a finite number",
+        ),
     ],
 )
-def test_what_is_no_finite_number_is_told_in_one_line_that_names_the_option(arguments, message, capsys):
+def test_what_is_no_number_or_no_pair_is_told_in_one_line_that_names_the_option(arguments, message, capsys):
     assert main(arguments) == 2
     captured = capsys.readouterr()
     assert message in captured.err
     assert captured.err.count("\n") == 1
     assert captured.out == ""
+
+
+@pytest.mark.parametrize("between", [[], ["--between", "1.5", "4"]])
+def test_pairs_and_numbers_are_read(between, monkeypatch):
+    read = []
+    monkeypatch.setitem(RUNNERS, ExportCommand, lambda command: read.append(command) or 0)
+    assert main([*EXPORT, "--every", "3", *between]) == 0
+    assert (read[0].every, read[0].between) == (3, (1.5, 4.0) if between else None)
