@@ -17,6 +17,7 @@ from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.files import CALIBRATION, check_kind, check_place
 from fcw.frame import Source
+from fcw.warning.ego_speed import speed_fault
 from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import ground_point, save_and_report
@@ -56,6 +57,8 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         raise UserError("--exact: takes --points alone; leave out --from-clip")
     if command.speed is not None and not command.speed > 0:
         raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
+    if command.speed is not None and (fault := speed_fault(command.speed)):
+        raise UserError(f"--speed {command.speed:g}: {fault}")
     height_m = VEHICLE_HEIGHTS_M[command.vehicle_class]
     if command.height is not None:
         height_m = stated_height(command)
