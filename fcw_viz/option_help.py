@@ -11,7 +11,7 @@ from typing import Annotated, Any, get_type_hints
 import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructFieldSpec, StructTypeInfo
 
-from fcw_viz.option_numbers import typed_option
+from fcw_viz.option_values import typed_option
 
 COMMANDS = "fcw_viz.commands."
 SAYS_NOTHING = (None, False, ())

@@ -1,4 +1,4 @@
-"""Numbers on the command line: one message for what is none, whichever command takes it."""
+"""Values on the command line: one message for what is none, whichever command takes it."""
 
 import pytest
 
@@ -33,13 +33,16 @@ EXPORT = ["export", "x", "--format", "csv", "--out", "o"]
             "--export camera_info: expected camera_info or kalibr, and",
         ),
         (["calibrate", "--export", "ros", "x.yaml"], "--export ros x.yaml: expected camera_info or kalibr"),
+        (["run", "x.mp4", "--out", ""], '--out "": expected a file or folder'),
+        (["calibrate", "--export", "kalibr", ""], '--export kalibr "": expected a file or folder'),
+        (["export", "x", "--format", "csv", "--out", "-"], "--out -: standard input and output are not used"),
         (
             ["evaluate", "detection", "l", "--images", "i", "--calibration", "c", "--at-fppi", "x"],
             "--at-fppi x: expected a finite number",
         ),
     ],
 )
-def test_what_is_no_number_or_no_pair_is_told_in_one_line_that_names_the_option(arguments, message, capsys):
+def test_what_is_no_value_of_its_option_is_told_in_one_line_that_names_the_option(arguments, message, capsys):
     assert main(arguments) == 2
     captured = capsys.readouterr()
     assert message in captured.err

@@ -1,4 +1,4 @@
-"""Numbers and pairs on the command line: one message that names option, value and what is expected."""
+"""Numbers, pairs and paths on the command line: one message with option, value and what is expected."""
 
 import math
 from collections.abc import Callable
@@ -6,6 +6,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
+import tyro
 from tyro.constructors import PrimitiveConstructorSpec
 
 from fcw.errors import UserError
@@ -41,8 +42,24 @@ def whole_number(option: str, text: str) -> int:
         raise UserError(f"{option} {text:.60}: expected a whole number, such as 2") from None
 
 
+def path_of(option: str, text: str) -> Path:
+    """The path that somebody typed for an option.
+
+    Raises:
+        UserError: it is empty, as of a variable that is not set and would be the current folder; or `-`.
+    """
+    if not text:
+        raise UserError(f'{option} "": expected a file or folder; the one that you are in is .')
+    if text == "-":
+        raise UserError(
+            f"{option} -: standard input and output are not used; expected a file or folder "
+            "(./- is one of that name)"
+        )
+    return Path(text)
+
+
 def typed_option(field: str, bare: Any, kind: Any) -> Any:  # noqa: ANN401 - types, however they are annotated
-    """The type of an option, so that tyro, which would tell of Python's types, reads numbers and pairs by us.
+    """The type of an option, so that tyro, which would tell of Python's types, reads it by us.
 
     Args:
         field: of the option, as the command has it.
@@ -56,6 +73,8 @@ def typed_option(field: str, bare: Any, kind: Any) -> Any:  # noqa: ANN401 - typ
         return _read(kind, 1, "FLOAT", lambda texts: number(option, texts[0]))
     if some is int:
         return _read(kind, 1, "INT", lambda texts: whole_number(option, texts[0]))
+    if some is Path and tyro.conf.Positional not in getattr(kind, "__metadata__", ()):
+        return _read(kind, 1, "PATH", lambda texts: path_of(option, texts[0]))
     if parts == (float, ...):
         return _read(kind, "*", "FLOAT ...", lambda texts: tuple(number(option, text) for text in texts))
     if parts == (float, float):
@@ -77,7 +96,7 @@ def _named_file(option: str, texts: list[str], names: tuple[str, ...]) -> tuple[
             f"{' '.join((option, *texts)):.80}: expected {' or '.join(names)}, and the file to write, "
             f"such as {option} {names[0]} {names[0]}.yaml"
         )
-    return texts[0], Path(texts[1])
+    return texts[0], path_of(f"{option} {texts[0]}", texts[1])
 
 
 def _read(
