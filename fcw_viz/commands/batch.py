@@ -76,7 +76,7 @@ def run_batch(command: BatchCommand) -> int:
     from fcw.batch.ledger import Ledger, State, as_json
     from fcw.batch.plan import plan_batch
     from fcw.batch.tables import EVENTS_NAME, check_batch_folder, write_tables
-    from fcw.detection.choice import ONNX_PREFIX, model_path
+    from fcw.detection.choice import ONNX_PREFIX, load_model, model_path
     from fcw.errors import UserError
     from fcw.warning.policies import make_policy
     from fcw_viz.console import MESSAGES, RESULTS, print_json, progress
@@ -93,6 +93,7 @@ def run_batch(command: BatchCommand) -> int:
     if not command.piece_minutes >= 0:
         raise UserError(f"--piece-minutes {command.piece_minutes:g}: expected 0 or more")
     model = model_path(command.detector)
+    load_model(command.detector)  # what is wrong with it is said once, and not by each drive
     make_policy(command.warning_policy, command.warning_timing)
     # The workers of a scheduler have working folders of their own.
     out, calibration = command.out.absolute(), command.calibration and command.calibration.absolute()

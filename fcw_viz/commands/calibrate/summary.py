@@ -15,7 +15,7 @@ from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
 from fcw.camera.straight import LEVEL
 from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
-from fcw.units import FEET_PER_METRE, distance_text
+from fcw.units import FEET_PER_METRE, distance_text, pitch_text
 
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 
@@ -115,7 +115,7 @@ def print_report(
         console.print(text, highlight=False, soft_wrap=not console.is_terminal)
 
     line(
-        f"pitch {math.degrees(camera.pitch_rad):.2f} ± {math.degrees(sigmas.pitch_rad):.2f} degrees down "
+        f"pitch {pitch_text(camera.pitch_rad, sigmas.pitch_rad)} "
         f"({camera.pitch_rad:.6g} rad), "
         f"focal length {camera.focal_y_px:.6g} ± {sigmas.focal_y_px:.3g} px "
         f"(horizontal field of view {math.degrees(calibration.field_of_view_rad):.1f} degrees)"

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import cv2
@@ -287,6 +288,16 @@ def test_missing_source_is_named(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_camera_that_looks_up_is_said_to_look_up(tmp_path, capsys):
+    up = GroundPlaneCamera(-0.03, 1100, 359.5, 1.225, 639.5)
+    points = [f"{d}:{up.row_at(float(d))!r}" for d in (6, 15, 40)]
+    saved = tmp_path / "up.yaml"
+    assert main(["calibrate", "--points", *points, *GOOD[-4:], "--exact", "--save", str(saved)]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"pitch 1\.72 ± \d+\.\d\d degrees up \(-0\.03 rad\)", said)
+    assert "# Pitch 1.72 degrees up, " in saved.read_text()
+
+
 @pytest.mark.slow
 def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, capsys, data_dir):
     lens = tmp_path / "udacity.lens.yaml"
@@ -306,7 +317,7 @@ def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, cap
         (["--chessboard", "9x6"], "--chessboard: name the folder"),
         (["FOLDER", "--chessboard", "9"], "--chessboard 9: expected its inner corners"),
         (["FOLDER/no", "--chessboard", "9x6"], "not a folder of pictures of the board"),
-        (["FOLDER", "--chessboard", "9x6"], "shows in 0 of 0 pictures"),
+        (["FOLDER", "--chessboard", "9x6"], "no picture in this folder that can be read; expected"),
     ],
 )
 def test_a_chessboard_that_is_not_there_is_refused(tmp_path, capsys, arguments, message):
