@@ -92,6 +92,17 @@ def test_whatever_the_result_depends_on_makes_another_drive_of_it(drives, change
     assert (names(planned)[0] == "a") == (changed != "content")
 
 
+def test_drives_are_known_by_what_is_in_the_model_not_by_where_it_lies(drives, tmp_path):
+    mine, moved = tmp_path / "mine.npz", tmp_path / "moved.npz"
+    mine.write_bytes(b"a model")
+    end(plan(drives, replace(OPTIONS, model=str(mine))), State.DONE)
+    assert names(plan(drives)) == ["a", "b"]
+    mine.rename(moved)
+    assert names(plan(drives, replace(OPTIONS, model=str(moved)))) == []
+    moved.write_bytes(b"another")
+    assert names(plan(drives, replace(OPTIONS, model=str(moved)))) == ["a", "b"]
+
+
 def test_a_record_torn_by_a_crash_counts_for_nothing(drives):
     end(plan(drives), State.DONE)
     record = drives.parent / "out" / "a" / RECORD_NAME
