@@ -11,6 +11,7 @@ from fcw.errors import UserError
 
 CALIBRATION = "calibration", (b"fcw_calibration_version",)
 """Kind and mark, for `check_kind`, of the file that two commands replace without being told to."""
+OTHER_FOLDER = "name a folder that can be made and written to"
 MARK_BYTES = 1 << 16
 """Where a file says of what kind it is; comments may stand before."""
 
@@ -55,9 +56,10 @@ def whole_files(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
         raise
 
 
-def not_written(what: str, error: OSError) -> UserError:
+def not_written(
+    what: str, error: OSError, mend: str = "name a file in a folder that exists and can be written"
+) -> UserError:
     """The error that says what could not be done, why, and what to do: room on the disk, or another place."""
-    mend = "name a file in a folder that exists and can be written"
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         mend = "make room on the disk"
     elif error.errno == errno.EFBIG:
@@ -75,7 +77,7 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise not_written(f"{path}: cannot make this folder", error) from error
+        raise not_written(f"{path}: cannot make this folder", error, OTHER_FOLDER) from error
 
 
 def check_replaceable(path: Path) -> None:

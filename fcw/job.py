@@ -23,7 +23,7 @@ from fcw.errors import UserError
 from fcw.files import write_whole
 from fcw.frame import DatedSource, Frame, Source
 from fcw.logs.drive_folder import drive_folder
-from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.check import check_log
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
 from fcw.logs.records import DriveHeader, FrameResult, Sink
@@ -59,6 +59,7 @@ class DriveJob:
         detector: one of `fcw.detection.choice.DETECTOR_NAMES`, or a detector of one's own, which one thread
             then uses.
         detector_classes: of an ONNX model, which are vehicles.
+        model: file of `fcw train` for a detector named `net`, `acf` or `acf-full`; None: the shipped one.
         ego_speed: own speed: metres per second, or a CSV or GPX file; None takes what an MCAP file knows.
         warning_policy: one of `fcw.warning.policies.POLICIES`, or a policy of one's own.
         warning_timing: one of `fcw.warning.policies.TIMINGS_S`; not for a policy of one's own.
@@ -79,6 +80,7 @@ class DriveJob:
     topic: str | None = None
     detector: str | Detector = DEFAULT_DETECTOR
     detector_classes: tuple[str, ...] = ()
+    model: Path | None = None
     ego_speed: str | float | Path | EgoSpeed | None = None
     warning_policy: str | WarningPolicy = DEFAULT_POLICY
     warning_timing: str = DEFAULT_TIMING
@@ -90,11 +92,13 @@ class DriveJob:
 
     def __post_init__(self) -> None:
         """Make paths of texts, and look at what no type checker need have looked at."""
-        for field in ("source", "out", "calibration"):
+        for field in ("source", "out", "calibration", "model"):
             if isinstance(text := getattr(self, field), str):
                 object.__setattr__(self, field, Path(text))
         speed, rate_hz, camera = self.ego_speed, self.frame_rate_hz, self.calibration
         speed_fits = isinstance(speed, str | Path | EgoSpeed | None) or _is_number(speed)
+        named = isinstance(self.detector, str)
+        fits_model = self.model is None or (isinstance(self.model, Path) and named)
         detectors = f"{', '.join(DETECTOR_NAMES)}, or an object with `name` and `detect`"
         policies = f"{', '.join(POLICIES)}, or an object with `update`"
         for field, fits, expected in (
@@ -103,6 +107,7 @@ class DriveJob:
             ("calibration", isinstance(camera, Path | Calibration | None), "a path, or a Calibration"),
             ("detector", _can_be(self.detector, "name", "detect"), detectors),
             ("detector_classes", not isinstance(self.detector_classes, str), "a tuple of names"),
+            ("model", fits_model, "a path, beside a detector of the program's by its name"),
             ("ego_speed", speed_fits, "metres per second, the path of a CSV or GPX file, or an EgoSpeed"),
             ("warning_policy", _can_be(self.warning_policy, "update"), policies),
             ("search_hz", _is_number(self.search_hz) and self.search_hz >= 0, "pictures a second, or 0"),
@@ -223,27 +228,8 @@ class PreparedDrive:
         texts = [job.detector.removeprefix("onnx:")] if isinstance(job.detector, str) else []
         texts += [str(job.ego_speed)] if isinstance(job.ego_speed, str | Path) else []
         named = [job.calibration] if isinstance(job.calibration, Path) else [default_path(job.source)]
-        return [job.source, *named, *map(Path, texts)]
-
-
-def check_log(path: Path, frames: int) -> None:
-    """Look at a log that was just closed: that it is there, and holds what was written.
-
-    Raises:
-        UserError: it is not, or does not.
-    """
-    try:
-        log = DriveLog(path)
-        found = len(log.series())
-        if log.complete and found == frames:
-            return
-        trouble = f"it holds {found} of {frames} frames"
-    except UserError as error:
-        trouble = str(error)
-    raise UserError(
-        f"{path}: the log is not what was written ({trouble}); something removed or changed it "
-        "during the run: run again, into a folder that nothing else writes to"
-    )
+        models = [] if job.model is None else [job.model]
+        return [job.source, *named, *models, *map(Path, texts)]
 
 
 def run_drive(
@@ -291,7 +277,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     zero_utc_ns = source.zero_utc_ns if isinstance(source, DatedSource) else None
     source, calibration = straightened(source, load_calibration(job, source, facts))
     detector = job.detector
-    model = load_model(detector, job.detector_classes) if isinstance(detector, str) else None
+    model = load_model(detector, job.detector_classes, job.model) if isinstance(detector, str) else None
     ego_speed = _ego_speed(job, source, facts)
     policy, notes = job.warning_policy, ()
     if isinstance(policy, str):
@@ -304,7 +290,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         notes = (f"{source.name}: calibration from the file itself", *notes)
     if isinstance(detector, str):
         assert model is not None
-        sha256 = model_sha256(model_path(detector))
+        sha256 = model_sha256(model_path(detector, job.model))
         count = max(job.detection_threads, 1)
         detectors = [make_detector(detector, model, calibration, for_tracker=True) for _ in range(count)]
     else:

@@ -1,5 +1,6 @@
-"""How distances and speeds are written for a person, metric or imperial."""
+"""How distances, speeds and pitches are written for a person, metric or imperial."""
 
+import math
 import re
 
 FEET_PER_METRE = 1 / 0.3048
@@ -20,3 +21,10 @@ def distance_text(distance_m: float, imperial: bool = False) -> str:
 def speed_text(speed_mps: float, imperial: bool = False) -> str:
     """A speed with its unit, whole km/h or mph."""
     return f"{speed_mps * MPH_PER_MPS:.0f} mph" if imperial else f"{speed_mps * KMH_PER_MPS:.0f} km/h"
+
+
+def pitch_text(pitch_rad: float, sigma_rad: float | None = None) -> str:
+    """A pitch, positive down, with its standard deviation where it is given: "2.86 ± 0.30 degrees up"."""
+    error = "" if sigma_rad is None else f" ± {math.degrees(sigma_rad):.2f}"
+    degrees = math.degrees(pitch_rad)
+    return f"{abs(degrees):.2f}{error} degrees {'up' if degrees <= -0.005 else 'down'}"

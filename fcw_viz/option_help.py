@@ -11,7 +11,7 @@ from typing import Annotated, Any, get_type_hints
 import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructFieldSpec, StructTypeInfo
 
-from fcw_viz.option_numbers import number_option
+from fcw_viz.option_values import typed_option
 
 COMMANDS = "fcw_viz.commands."
 SAYS_NOTHING = (None, False, ())
@@ -28,9 +28,7 @@ def command_rule(info: StructTypeInfo) -> StructConstructorSpec | None:
     types, bare = get_type_hints(info.type, include_extras=True), get_type_hints(info.type)
     specs: list[StructFieldSpec] = []
     for one in fields(info.type):
-        kind: Any = types[one.name]
-        if bare[one.name] in (float, float | None):
-            kind = number_option(one.name, kind)
+        kind: Any = typed_option(one.name, bare[one.name], types[one.name])
         default = tyro.MISSING if one.default is MISSING else one.default
         if default is tyro.MISSING:
             kind = Annotated[kind, tyro.conf.arg(help_behavior_hint="(required)")]

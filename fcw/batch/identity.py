@@ -3,6 +3,7 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass
+from pathlib import Path
 
 from fcw.batch.remote import Place, RemoteFile
 from fcw.detection.choice import DEFAULT_DETECTOR, model_path
@@ -13,12 +14,22 @@ from fcw.warning.policies import DEFAULT_POLICY, DEFAULT_TIMING
 
 @dataclass(frozen=True, slots=True)
 class BatchOptions:
-    """How all drives of a batch are run; see `fcw.job.DriveJob`."""
+    """How all drives of a batch are run; see `fcw.job.DriveJob`.
+
+    Attributes:
+        model: path of the detector's, as text for the manifest; empty for the shipped one.
+    """
 
     detector: str = DEFAULT_DETECTOR
     warning_policy: str = DEFAULT_POLICY
     warning_timing: str = DEFAULT_TIMING
     own_motion: bool = True
+    model: str = ""
+
+    @property
+    def model_file(self) -> Path | None:
+        """The model that was named."""
+        return Path(self.model) if self.model else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +58,7 @@ class Identity:
     def key(self) -> str:
         """SHA-256 of all of it: equal keys make equal logs."""
         fields = asdict(self)
+        del fields["options"]["model"]  # it is known by its content, wherever it lies
         for later in ("track", "topic"):
             if not fields[later]:
                 del fields[later]  # drives without one are known by what they were before there were any
@@ -69,7 +81,7 @@ def identity_of(
     return Identity(
         content=_sha256(source),
         calibration="" if calibration is None else _sha256(calibration),
-        model=model_sha256(model_path(options.detector)),
+        model=model_sha256(model_path(options.detector, options.model_file)),
         options=options,
         track="" if track is None else _sha256(track),
         topic=topic or "",

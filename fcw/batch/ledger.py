@@ -10,7 +10,7 @@ from typing import Any
 from fcw.batch.identity import Identity
 from fcw.bounded.files import read_text
 from fcw.bounded.formats import json_value
-from fcw.files import make_folder, not_written, write_whole
+from fcw.files import OTHER_FOLDER, make_folder, not_written, write_whole
 from fcw.json_form import from_json
 from fcw.logs.names import MCAP_NAME
 from fcw.versions import versions
@@ -71,6 +71,12 @@ class Record:
     log_bytes: int = 0
     notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Show bytes of names that are no UTF-8 as escapes, so that every table and page can be written."""
+        for field in ("name", "source", "camera", "reason"):
+            text: str = getattr(self, field)
+            object.__setattr__(self, field, text.encode("utf-8", "backslashreplace").decode())
+
     @property
     def frames_per_second(self) -> float:
         """How fast it was run; 0 where it was not."""
@@ -96,7 +102,7 @@ class Ledger:
             out.mkdir(parents=True, exist_ok=True)
             files = sorted(out.glob(f"*/{RECORD_NAME}"))
         except OSError as error:
-            raise not_written(f"--out {out}: cannot be the batch's folder", error) from error
+            raise not_written(f"--out {out}: cannot be the batch's folder", error, OTHER_FOLDER) from error
         read = filter(None, map(read_record, files))
         records = [one for one in read if one.state is not State.DONE or self._has_its_log(one)]
         self.finished = {record.name: record for record in records if record.state is State.DONE}

@@ -12,6 +12,8 @@ from fcw.batch.ledger import MANIFEST_NAME, Ledger, Record, State
 from fcw.batch.remote import EMPTY, StoreError
 from fcw.batch.tables import TABLE_NAMES
 from fcw.batch.work import Task
+from fcw.errors import UserError
+from fcw.sources import check_path
 
 RESERVED_NAMES = (MANIFEST_NAME, *TABLE_NAMES)
 """Files of the batch's folder, so that no drive's folder can have their names."""
@@ -125,6 +127,10 @@ def _broken(drive: BatchDrive) -> Record | None:
     source = drive.source
     if not isinstance(source, Path):
         return None
+    try:
+        check_path(source)  # a name that is no text fits into no table
+    except UserError as error:
+        return _record(drive, State.FAILED, str(error))
     if source.is_file() and source.stat().st_size == 0:
         return _record(drive, State.FAILED, f"{source}: {EMPTY}")
     if source.is_symlink() and not source.exists():

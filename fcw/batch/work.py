@@ -81,6 +81,7 @@ def run_task(
                 topic=drive.topic,
                 ego_speed=None if track is None else str(track),
                 detector=options.detector,
+                model=options.model_file,
                 warning_policy=options.warning_policy,
                 warning_timing=options.warning_timing,
                 own_motion=options.own_motion,

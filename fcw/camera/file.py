@@ -21,6 +21,7 @@ from fcw.camera.straight import LEVEL, Undone
 from fcw.errors import UserError
 from fcw.files import CALIBRATION, check_kind, write_whole
 from fcw.frame import ImageSize
+from fcw.units import pitch_text
 
 FORMAT_VERSION, STRAIGHT_VERSION = 3, 4
 """The second is that of a log: its calibration is of straight pictures and says what was undone of them."""
@@ -59,7 +60,7 @@ def calibration_text(calibration: Calibration, warnings: Sequence[str] | None = 
     comment = (
         "# Camera calibration of fcw. Distances in metres along the ground, from the reference;\n"
         "# rows and columns in pixels, the centre of the top-left pixel being (0, 0).\n"
-        f"# Pitch {math.degrees(camera.pitch_rad):.2f} degrees down, horizontal field of view "
+        f"# Pitch {pitch_text(camera.pitch_rad)}, horizontal field of view "
         f"{math.degrees(calibration.field_of_view_rad):.1f} degrees, "
         f"horizon at row {camera.horizon_row_px:.1f}.\n"
     )

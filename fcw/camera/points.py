@@ -166,9 +166,9 @@ def check_points(
         given = ", ".join(map(str, points)) or "none"
         missing = PARAMETER_COUNT - distinct - prior_count
         raise PointsError(
-            f"{len(points)} points given ({given}), expected at least {PARAMETER_COUNT} at different "
-            f"distances; add {missing} more, best far away, or as many of the priors field of view, "
-            "principal row and horizon row",
+            f"{len(points)} point{'s' * (len(points) != 1)} given ({given}), "
+            f"expected at least {PARAMETER_COUNT} at different distances; add {missing} more, best far away, "
+            "or as many of the priors field of view, principal row and horizon row",
             PointsFault.TOO_FEW,
             ordered,
         )

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from fcw.bounded.arrays import npz_arrays
+from fcw.bounded.files import MalformedError
 from fcw.camera.calibration import Calibration
 from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, FullAcfSettings
 from fcw.detection.detector import Detector
@@ -81,7 +83,25 @@ def load_model(name: str, classes: Sequence[str] = (), path: Path | None = None)
             f"--detector-classes {' '.join(classes)}: --detector {name} finds vehicles alone; expected only "
             f"with --detector {ONNX_PREFIX}FILE"
         )
-    return NetModel.load(file) if name == NET else Model.load(file)
+    try:
+        return NetModel.load(file) if name == NET else Model.load(file)
+    except UserError:
+        written_for = _detector_of(file)
+        if written_for is None or (name == NET) == (written_for == NET):
+            raise
+        raise UserError(
+            f"{file}: a model of {written_for}, but --detector {name} is to use it; "
+            f"name --detector {written_for}"
+        ) from None
+
+
+def _detector_of(file: Path) -> str | None:
+    """Which detector's model a file is, by its arrays; None where it is none."""
+    try:
+        arrays = npz_arrays(file)
+    except (OSError, MalformedError):
+        return None
+    return next((name for name, array in ((NET, "look"), (ACF, "first_feature")) if array in arrays), None)
 
 
 def make_detector(

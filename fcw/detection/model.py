@@ -201,8 +201,9 @@ class Model:
         except FileNotFoundError:
             raise UserError(f"{path}: no such model file; train one with `fcw train`") from None
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError, OSError) as error:
+            reason = f"no {error} in it" if isinstance(error, KeyError) else error
             raise UserError(
-                f"{path}: not a detector model of fcw ({error}); expected a file written by `fcw train`"
+                f"{path}: not a detector model of fcw ({reason}); expected a file written by `fcw train`"
             ) from error
         if model is None:
             raise UserError(

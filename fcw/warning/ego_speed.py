@@ -10,14 +10,17 @@ from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
 from fcw.bounded.gpx import read_gpx
 from fcw.errors import UserError
-from fcw.units import DECIMAL_COMMA
+from fcw.units import DECIMAL_COMMA, KMH_PER_MPS
 
 TIME_COLUMN = "time_s"
 SPEED_COLUMN = "speed_mps"
 YAW_COLUMN = "yaw_rate_radps"
 EXPECTED = f"expected a CSV with the header {TIME_COLUMN},{SPEED_COLUMN}"
-HIGHEST_SPEED_MPS = 150.0
-"""A larger number is surely not metres per second (540 km/h)."""
+HIGHEST_SPEED_MPS = 70.0
+"""252 km/h: makers limit even fast cars to 250, and who drives more is no case for a warning.
+
+A larger number is most likely km/h: 80 is an everyday speed in those, and 288 km/h in metres per second.
+"""
 FASTEST_YAW_RADPS = 3.0
 """A larger number is surely not radians per second (172 degrees per second): cars spin more slowly."""
 
@@ -61,10 +64,8 @@ class EgoSpeed:
         Raises:
             UserError: it is no plausible speed in metres per second.
         """
-        if not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
-            raise UserError(
-                f"ego speed {speed_mps:g}: expected metres per second between 0 and {HIGHEST_SPEED_MPS:g}"
-            )
+        if fault := speed_fault(speed_mps):
+            raise UserError(f"ego speed {speed_mps:g}: {fault}")
         return cls((), (speed_mps,))
 
     @classmethod
@@ -76,11 +77,8 @@ class EgoSpeed:
         """
         times_s, speeds_mps = read_gpx(path)
         for number, speed_mps in enumerate(speeds_mps, 1):
-            if not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
-                raise UserError(
-                    f"ego speed {path}, track point {number}: {speed_mps:g} m/s, "
-                    f"expected between 0 and {HIGHEST_SPEED_MPS:g}; remove the point"
-                )
+            if fault := speed_fault(speed_mps, "remove the point"):
+                raise UserError(f"ego speed {path}, track point {number}: {speed_mps:g} m/s, {fault}")
         return cls(times_s, speeds_mps)
 
     @classmethod
@@ -114,11 +112,8 @@ class EgoSpeed:
             line = f"ego speed {path}, line {line_number}"
             time_s = _number(row, time_index, TIME_COLUMN, line)
             speed_mps = _number(row, speed_index, SPEED_COLUMN, line)
-            if not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
-                raise UserError(
-                    f"{line}: {SPEED_COLUMN} is {speed_mps:g}, "
-                    f"expected metres per second between 0 and {HIGHEST_SPEED_MPS:g}"
-                )
+            if fault := speed_fault(speed_mps):
+                raise UserError(f"{line}: {SPEED_COLUMN} is {speed_mps:g}, {fault}")
             if times_s and time_s <= times_s[-1]:
                 raise UserError(
                     f"{line}: {TIME_COLUMN} {time_s:g} is not after {times_s[-1]:g} of the line before; "
@@ -156,6 +151,23 @@ class EgoSpeed:
         t0, t1 = self.times_s[after - 1 : after + 1]
         v0, v1 = values[after - 1 : after + 1]
         return v0 + (v1 - v0) * (time_s - t0) / (t1 - t0)
+
+
+def speed_fault(speed_mps: float, mend: str = "") -> str:
+    """What is wrong with a number as a car's speed in metres per second; empty where it can be one.
+
+    Args:
+        speed_mps: the number.
+        mend: what to do where it is not simply in km/h.
+    """
+    if 0 <= speed_mps <= HIGHEST_SPEED_MPS:
+        return ""
+    meant_mps = speed_mps / KMH_PER_MPS
+    if speed_mps > HIGHEST_SPEED_MPS and meant_mps <= HIGHEST_SPEED_MPS:
+        question = f"did you mean {meant_mps:.1f} m/s ({speed_mps:g} km/h)?"
+        mend = f"{question} Else {mend}" if mend else question
+    expected = f"expected metres per second between 0 and {HIGHEST_SPEED_MPS:g}"
+    return f"{expected}; {mend}" if mend else expected
 
 
 def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:

@@ -57,6 +57,8 @@ class BatchCommand:
     """Run only the drives that failed."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
     """As for `fcw run`."""
+    model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """As for `fcw run`. With --scheduler the workers must see it."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
     """As for `fcw run`."""
     warning_timing: Literal["early", "normal", "late"] = "normal"
@@ -76,7 +78,7 @@ def run_batch(command: BatchCommand) -> int:
     from fcw.batch.ledger import Ledger, State, as_json
     from fcw.batch.plan import plan_batch
     from fcw.batch.tables import EVENTS_NAME, check_batch_folder, write_tables
-    from fcw.detection.choice import ONNX_PREFIX, model_path
+    from fcw.detection.choice import ONNX_PREFIX, load_model, model_path
     from fcw.errors import UserError
     from fcw.warning.policies import make_policy
     from fcw_viz.console import MESSAGES, RESULTS, print_json, progress
@@ -92,7 +94,10 @@ def run_batch(command: BatchCommand) -> int:
         )
     if not command.piece_minutes >= 0:
         raise UserError(f"--piece-minutes {command.piece_minutes:g}: expected 0 or more")
-    model = model_path(command.detector)
+    model = model_path(command.detector, command.model)
+    load_model(
+        command.detector, path=command.model
+    )  # what is wrong with it is said once, and not by each drive
     make_policy(command.warning_policy, command.warning_timing)
     # The workers of a scheduler have working folders of their own.
     out, calibration = command.out.absolute(), command.calibration and command.calibration.absolute()
@@ -100,7 +105,11 @@ def run_batch(command: BatchCommand) -> int:
     if detector.startswith(ONNX_PREFIX):
         detector = f"{ONNX_PREFIX}{model.absolute()}"
     options = BatchOptions(
-        detector, command.warning_policy, command.warning_timing, not command.no_own_motion
+        detector,
+        command.warning_policy,
+        command.warning_timing,
+        not command.no_own_motion,
+        str(model.absolute()) if command.model is not None else "",
     )
     check_batch_folder(out)
     drives = find_batch_drives(command.sources, calibration, command.topic)

@@ -40,6 +40,9 @@ class TrainCommand:
     permissive_only: bool = False
     """From the project's own data, leave out pictures that are not clearly free for commercial use."""
 
+    overwrite: bool = False
+    """Replace an existing model."""
+
 
 def run_train(command: TrainCommand) -> int:
     """Train, write the model, and log each round on stderr and beside the model."""
@@ -50,6 +53,7 @@ def run_train(command: TrainCommand) -> int:
     from fcw.detection.model import model_sha256
     from fcw.detection.net.model import NetModel
     from fcw.detection.training.folders import load_training_set
+    from fcw.detection.training.own_pictures import found_of_own
     from fcw.detection.training.training import TrainingSettings, train
     from fcw.errors import UserError
     from fcw.files import check_kind
@@ -75,6 +79,9 @@ def run_train(command: TrainCommand) -> int:
     log_path = command.out.with_name(command.out.name + ".log.jsonl")
     check_kind(command.out, "model of this program", (b"first_", b"glance_"))
     check_kind(log_path, "log of a training", (f'"text": "{LOG_START}'.encode(),))
+    # Beside the parts it is of a training that was stopped at its very end, or was to be replaced.
+    if command.out.exists() and not command.overwrite and not parts.is_dir():
+        raise UserError(f"{command.out}: exists already; choose another name, or replace it with --overwrite")
     images = load_training_set(*command.data, permissive_only=command.permissive_only)
     # A training that goes on from kept stages goes on with its log too.
     with (
@@ -103,14 +110,38 @@ def run_train(command: TrainCommand) -> int:
             if start is not None:
                 settings = settings.going_on()
                 bar_and_log.note(f"goes on from {command.start_from}")
-            model = train_net(images, settings, bar_and_log, command.score_threshold, start)
+            model, held_out = train_net(images, settings, bar_and_log, command.score_threshold, start), None
         else:
-            model = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts).model
+            result = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts)
+            model, held_out = result.model, result.operating_point.detection_rate
+        own = found_of_own(command.detector, model, images, bar_and_log)
     model.save(command.out)
     if command.detector == "acf":  # a net's training keeps nothing there: whatever it is, it stays
         shutil.rmtree(parts, ignore_errors=True)
     MESSAGES.print(f"{command.out}: {model_sha256(command.out)}")
+    if useless := _useless(*own, held_out):
+        MESSAGES.print(f"warning: {command.out}: {useless}", style="yellow")
     return 0
+
+
+def _useless(found: int, vehicles: int, held_out_rate: float | None) -> str:
+    """Why a model is of no use; empty where it may be.
+
+    Args:
+        found: vehicles that it finds in pictures that it learnt from,
+        vehicles: of so many.
+        held_out_rate: part that was found in pictures held out; None where that was not measured.
+    """
+    mend = (
+        "do not use it: see that boxes and calibrations fit the pictures, and label more pictures, "
+        "of several drives"
+    )
+    if vehicles and not found:
+        also = ", and none in those held out" if held_out_rate == 0 else ""
+        return f"finds none of {vehicles} vehicles in the pictures that it learnt from{also}; {mend}"
+    if held_out_rate == 0:
+        return f"vehicles were found only in pictures that it learnt from, none in those held out; {mend}"
+    return ""
 
 
 def _opened(path: Path, mode: str) -> IO[str]:

@@ -111,6 +111,13 @@ def _check(job: ExportJob) -> None:
         raise UserError(f"{option} --format {job.format}: only for coco; leave it out")
     if job.annotations and job.every != 1:
         raise UserError(f"--every {job.every} --annotations: people chose the frames; leave out --every")
+    suffix = job.out.suffix.lower()
+    others = [name for name, one in SUFFIXES.items() if one == suffix]
+    if others and job.format not in others and not job.out.is_dir():
+        raise UserError(
+            f"--out {job.out} --format {job.format}: {suffix} is of {' and '.join(others)}; "
+            f"expected a folder or {SUFFIXES[job.format]}"
+        )
     if job.every < 1:
         raise UserError(f"--every {job.every}: expected a whole number of at least 1")
 

@@ -155,3 +155,11 @@ def test_json_without_the_summary_and_a_folder_without_drives_are_told(tmp_path,
     assert main(["review", str(tmp_path), "--summary", "--json"]) == 2
     captured = capsys.readouterr()
     assert (captured.out, "no drive.mcap in this folder" in captured.err) == ("", True)
+
+
+@pytest.mark.parametrize(
+    "options", [["--reviewer", "Ann"], ["--dark"], ["--rerun"], ["--no-open"], ["--port", "8081"]]
+)
+def test_a_summary_takes_no_option_of_the_pages(options, tmp_path, capsys):
+    assert main(["review", str(tmp_path), "--summary", *options]) == 2
+    assert f"--summary {options[0]}: a summary is printed; leave out" in capsys.readouterr().err

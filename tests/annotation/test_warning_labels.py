@@ -206,7 +206,7 @@ def test_another_run_of_the_drive_is_measured_by_the_verdicts_on_the_first(drive
 def test_in_words_the_unjudged_ones_are_told(drive, capsys):
     judge(drive, ("Ann", 1.0, Judgement.RIGHT))
     assert main(["evaluate", "warning", "--log", str(drive.path)]) == 0
-    assert "1 events warned of, 0 missed, 0 false alarms, 3 unjudged" in capsys.readouterr().out
+    assert "1 event warned of, 0 missed, 0 false alarms, 3 unjudged" in capsys.readouterr().out
 
 
 def test_a_drive_that_nobody_judged_is_told_with_the_mend(drive, capsys):

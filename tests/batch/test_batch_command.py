@@ -290,13 +290,24 @@ def test_a_second_folder_adds_to_the_tables_and_a_busy_drive_is_left_alone(drive
 
 
 def test_what_cannot_be_is_refused(tmp_path, capsys):
-    (tmp_path / "a.mp4").write_bytes(b"")
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.mp4").write_bytes(b"a video")
+    (tmp_path / "broken.onnx").write_bytes(b"no net")
+    (tmp_path / "notes").touch()
     for arguments, told in (
         (["--workers", "0"], "--workers 0"),
         (["--workers", "1", "--scheduler", "tcp://127.0.0.1:1"], "--workers 1"),
         (["--piece-minutes", "-1"], "--piece-minutes -1"),
         (["--detector", "best"], "--detector best"),
         (["--warning-policy", "never"], "never"),
+        (["--detector", f"onnx:{tmp_path}/broken.onnx"], f"{tmp_path}/broken.onnx"),
+        (
+            ["--out", str(tmp_path / "notes")],
+            "batch's folder (File exists); name a folder that can be made",
+        ),
     ):
         assert main(["batch", str(tmp_path), "--out", str(tmp_path / "out"), *arguments]) == 2
-        assert told in capsys.readouterr().err
+        captured = capsys.readouterr()
+        assert told in captured.err
+        assert captured.err.count("\n") == 1
+        assert captured.out == ""

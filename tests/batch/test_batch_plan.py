@@ -1,6 +1,7 @@
 """What a batch still has to do, by what lies in its folder."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from fcw.batch.drives import find_batch_drives
 from fcw.batch.identity import BatchOptions
 from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME, Ledger, State, write_record
 from fcw.batch.plan import Plan, plan_batch
-from fcw.batch.tables import check_batch_folder, write_tables
+from fcw.batch.tables import check_batch_folder, unfinished_drives, write_tables
 from fcw.batch.work import run_task
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.cli import main
@@ -89,6 +90,17 @@ def test_whatever_the_result_depends_on_makes_another_drive_of_it(drives, change
     )
     # Of the same pictures the new log takes the old one's place; a camera's next card has the same names.
     assert (names(planned)[0] == "a") == (changed != "content")
+
+
+def test_drives_are_known_by_what_is_in_the_model_not_by_where_it_lies(drives, tmp_path):
+    mine, moved = tmp_path / "mine.npz", tmp_path / "moved.npz"
+    mine.write_bytes(b"a model")
+    end(plan(drives, replace(OPTIONS, model=str(mine))), State.DONE)
+    assert names(plan(drives)) == ["a", "b"]
+    mine.rename(moved)
+    assert names(plan(drives, replace(OPTIONS, model=str(moved)))) == []
+    moved.write_bytes(b"another")
+    assert names(plan(drives, replace(OPTIONS, model=str(moved)))) == ["a", "b"]
 
 
 def test_a_record_torn_by_a_crash_counts_for_nothing(drives):
@@ -246,6 +258,21 @@ def test_a_line_break_in_a_name_breaks_no_line_of_what_is_printed(tmp_path, caps
         rf"a\nb: make one with `fcw calibrate '{folder}/a\nb.mp4'` (a rough one, from the drive alone: "
         "--from-clip), or name one for all with --calibration",
     ]
+
+
+@pytest.mark.parametrize("place", [b"\xe9.mp4", b"\xe9/a.mp4"], ids=["file", "folder"])
+def test_a_name_that_is_no_utf_8_fails_alone_and_the_tables_are_written(tmp_path, capsys, place):
+    source = tmp_path / "drives" / os.fsdecode(place)
+    source.parent.mkdir(parents=True)
+    source.write_bytes(b"a")
+    out = tmp_path / "out"
+    assert main(["batch", str(tmp_path / "drives"), "--out", str(out)]) == 2
+    said = capsys.readouterr().out
+    assert "(its name is no UTF-8); rename it" in said
+    (drive,) = unfinished_drives(out)
+    assert drive.state is State.FAILED
+    assert "\\udce9" in drive.reason
+    assert (out / "fleet.html").is_file()
 
 
 def test_the_files_of_an_earlier_batch_may_be_replaced(tmp_path):

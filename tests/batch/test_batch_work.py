@@ -2,6 +2,7 @@
 
 import errno
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -15,7 +16,10 @@ from fcw.batch.identity import BatchOptions, identity_of
 from fcw.batch.ledger import RECORD_NAME, Record, State, read_record
 from fcw.batch.tables import DRIVES_NAME, TABLE_NAMES, write_tables
 from fcw.batch.work import Task, run_task
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.errors import UserError
+from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.names import MCAP_NAME
 
 
 def task_for(source: Path, out: Path, topic: str | None = None) -> Task:
@@ -50,6 +54,15 @@ def test_of_several_cameras_the_named_one_is_run_and_known_by_its_topic(tmp_path
     front, rear = (task_for(source, tmp_path / "out", topic) for topic in ("/front", "/rear"))
     assert run_task(front).frames == 5
     assert len({task.identity.key for task in (unnamed, front, rear)}) == 3
+
+
+def test_a_trained_model_is_that_of_the_drive(tmp_path):
+    source, mine = write_short_drive(tmp_path / "d.mp4", frames=4), tmp_path / "mine.npz"
+    replace(Model.load(SHIPPED_MODEL_PATH), score_threshold=1e9).save(mine)
+    (drive,) = find_batch_drives([source])
+    identity = identity_of(drive.source, drive.calibration, BatchOptions("acf", model=str(mine)))
+    assert run_task(Task(drive, identity, tmp_path / "out")).state is State.DONE
+    assert DriveLog(tmp_path / "out" / MCAP_NAME).header.model_sha256 == model_sha256(mine)
 
 
 @pytest.mark.slow

@@ -94,7 +94,7 @@ def test_impossible_setups_are_named(arguments, message):
 
 
 def test_too_few_points_beside_a_prior_say_how_many_are_missing():
-    with pytest.raises(UserError, match=r"1 points given \(4:461\).*add 1 more"):
+    with pytest.raises(UserError, match=r"1 point given \(4:461\).*add 1 more"):
         calibrate(points((4, 461)), SIZE, 1.225, principal_row=Gaussian(360, 20))
 
 

@@ -53,7 +53,7 @@ def test_events_against_a_log_in_words(drive, capsys):
     (drive / "events.csv").write_text("start_s,end_s\n0.9,1.1\n1.8,2.2\n")
     assert main(["evaluate", "warning", "--events", str(drive / "events.csv"), "--log", str(drive)]) == 0
     out = capsys.readouterr().out
-    assert "1 events warned of, 1 missed, 1 false alarms" in out
+    assert "1 event warned of, 1 missed, 1 false alarm" in out
     assert "missed: warning 1.80 s to 2.20 s" in out
     assert "false alarm: warning 2.50 s to 2.90 s" in out
 

@@ -1,9 +1,11 @@
 """`fcw run` on real drives: complete logs, exact times, a JSON summary, a clear message for wrong input."""
 
+import hashlib
 import json
 import os
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ from running.tiny_nets import write_quick_net
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.file import write_calibration
 from fcw.camera.solve import calibrate
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.frame import ImageSize
 from fcw.logs.mcap.reader import DriveLog
 from fcw.sources import open_source
@@ -90,6 +93,21 @@ def test_both_logs_hold_every_shown_frame_of_a_real_clip_at_its_own_time(
     assert summary == json.loads((tmp_path / "summary.json").read_text())
     assert summary["frames"] == len(times_ns)
     assert summary["frames_with_lead"] == sum(result.lead_id is not None for result in results)
+
+
+def test_a_trained_model_is_run_and_the_log_says_which(tmp_path: Path, capsys) -> None:
+    source, mine = short_drive(tmp_path, frames=4), tmp_path / "mine.npz"
+    replace(Model.load(SHIPPED_MODEL_PATH), score_threshold=1e9).save(mine)
+    arguments = ["run", str(source), "--out", str(tmp_path / "out"), "--model", str(mine)]
+    assert main([*arguments, "--detector", "acf"]) == 0
+    log = DriveLog(tmp_path / "out" / "drive.mcap")
+    assert log.header.model_sha256 == hashlib.sha256(mine.read_bytes()).hexdigest()
+    assert [len(result.detections) for result in log.results()] == [0] * 4
+    capsys.readouterr()
+    assert main(arguments) == 2
+    assert f"{mine}: a model of acf, but --detector net is to use it; name --detector acf" in (
+        capsys.readouterr().err
+    )
 
 
 @pytest.mark.slow

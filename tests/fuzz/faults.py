@@ -152,6 +152,7 @@ def lives(made: Path) -> dict[str, Life]:
         str(pictures),
         "--out",
         "m.npz",
+        "--overwrite",  # a signal may come when the model is there
     ]
     reviewing = [
         sys.executable,

@@ -42,7 +42,8 @@ def test_columns_may_come_in_any_order_among_others(tmp_path):
         ("time_s,speed_mps\n0,1\n1\n", "line 3: speed_mps is '', expected a number"),
         ("time_s,speed_mps\nnan,1\n", "line 2: time_s is 'nan', expected a number"),
         ("time_s,speed_mps\n0,1\n1,2\n1,3\n", "line 4: time_s 1 is not after 1"),
-        ("time_s,speed_mps\n0,-3\n", "line 2: speed_mps is -3, expected metres per second between 0 and 150"),
+        ("time_s,speed_mps\n0,-3\n", "line 2: speed_mps is -3, expected metres per second between 0 and 70"),
+        ("time_s,speed_mps\n0,30\n1,120\n", "line 3: speed_mps is 120, expected metres per second between"),
         ("time_s,speed_mps\n0,1\n\n1,inf\n", "line 4: speed_mps is 'inf', expected a number"),
     ],
 )
@@ -55,8 +56,14 @@ def test_a_wrong_file_is_named_with_line_and_value(tmp_path, text, message):
 
 @pytest.mark.parametrize("text", ["-1", "nan", "inf", "400"])
 def test_an_implausible_number_is_refused(text):
-    with pytest.raises(UserError, match="expected metres per second between 0 and 150"):
+    with pytest.raises(UserError, match="expected metres per second between 0 and 70"):
         EgoSpeed.parse(text)
+
+
+def test_a_speed_in_kilometres_an_hour_is_asked_about():
+    with pytest.raises(UserError, match=r"did you mean 27\.8 m/s \(100 km/h\)\?"):
+        EgoSpeed.parse("100")
+    assert EgoSpeed.parse("70").at(0) == 70.0  # 252 km/h
 
 
 def test_a_decimal_comma_is_no_file():
@@ -111,7 +118,10 @@ def test_without_speeds_in_it_they_follow_from_the_places(tmp_path):
         ([point(2), point(1)], "track point 2: its time is not later than that of the point before"),
         ([point(1), '<trkpt lat="1" lon="2"/>'], "track point 2: 'time'; expected a GPX track"),
         ([point(1), '<trkpt lat="x" lon="2"><time>2026-05-01</time></trkpt>'], "track point 2: could not"),
-        ([point(1), point(2, lat=49.0)], "track point 1: 111195 m/s, expected between 0 and 150; remove"),
+        (
+            [point(1), point(2, lat=49.0)],
+            "track point 1: 111195 m/s, expected metres per second between 0 and 70; remove",
+        ),
         ([point(1, speed=3), point(2, speed="fast")], "'fast'; expected metres per second in <speed>"),
         (["<trkpt>"], "cannot be read"),
     ],

@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray
+from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 DistortionModel = Literal["radtan", "equidistant"]
 DISTORTION_MODELS: tuple[str, ...] = get_args(DistortionModel)
 COEFFICIENT_COUNTS = {"radtan": (4, 5, 8), "equidistant": (4,)}
+ASPECT_TOLERANCE = 0.02
+"""Encoders cut or pad some rows, as 1088 of 1080; no two modes of cameras are as near as that."""
 UNDISTORT_STEPS = 100
 """OpenCV's own five leave pixels at the edge of a wide lens."""
 
@@ -66,8 +69,17 @@ class Lens:
         return _plain(cv2.projectPoints(points, zero, zero, self.matrix, np.array(self.coefficients))[0])
 
     def for_image_size(self, size: ImageSize) -> "Lens":
-        """The same lens for the same camera's pictures in another size."""
+        """The same lens for the same camera's pictures in another size.
+
+        Raises:
+            UserError: the aspect ratios differ, so that it cannot be the whole picture scaled.
+        """
         across, down = size.width / self.image_size.width, size.height / self.image_size.height
+        if abs(across / down - 1) > ASPECT_TOLERANCE:
+            raise UserError(
+                f"the lens is of pictures of {self.image_size}, these are {size}: another aspect ratio; "
+                "take the lens of this camera in this mode"
+            )
         return replace(
             self,
             focal_x_px=self.focal_x_px * across,

@@ -72,8 +72,9 @@ class NetModel:
                 f"{path}: no such model file; train one with `fcw train --detector net`"
             ) from None
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError, OSError) as error:
+            reason = f"no {error} in it" if isinstance(error, KeyError) else error
             raise UserError(
-                f"{path}: not a model of the net ({error}); expected a file written by "
+                f"{path}: not a model of the net ({reason}); expected a file written by "
                 "`fcw train --detector net`"
             ) from error
 

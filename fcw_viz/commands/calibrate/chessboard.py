@@ -34,6 +34,11 @@ def run_calibrate_chessboard(command: CalibrateCommand, board: str) -> int:
     files = sorted(file for file in command.source.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES)
     read = (read_picture(file) for file in files[:MOST_PICTURES])
     pictures = [picture for picture in read if picture is not None]
+    if not pictures:
+        raise UserError(
+            f"{command.source}: no picture in this folder that can be read; expected pictures "
+            f"({', '.join(sorted(PICTURE_SUFFIXES))}) of the board"
+        )
     lens = lens_of_chessboards(pictures, (int(size[1]), int(size[2])))
     save = command.save or command.source.with_suffix(".lens.yaml")
     write_whole(save, _camera_info(lens))

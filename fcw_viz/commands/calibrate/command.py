@@ -9,6 +9,9 @@ def run_calibrate(command: CalibrateCommand) -> int:
     Raises:
         UserError: the input is wrong or determines no camera; nothing is saved then.
     """
+    from fcw_viz.commands.calibrate.evidence import check_reference_offset
+
+    check_reference_offset(command.reference_offset)
     if command.from_drive is not None:
         from fcw_viz.commands.calibrate.from_drive import run_calibrate_from_drive
 

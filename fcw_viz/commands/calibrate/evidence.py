@@ -23,6 +23,8 @@ HEIGHT_SIGMA = 0.02
 """Of a height that somebody measured, as a part of it."""
 LOWEST_M, HIGHEST_M = 0.5, 4.0
 """Of a lens behind a windscreen: a go-kart's to that of the tallest lorry."""
+LONGEST_OFFSET_M, SHORTEST_BONNET_M = 5.0, 0.2
+"""From the windscreen to the bumper: about 2 m in cars, up to 4 in lorries with long bonnets."""
 FEWEST_DASHES = 3
 
 
@@ -133,6 +135,22 @@ def check_height(height_m: float) -> None:
     raise UserError(
         f"--height {height_m:g} m: a camera behind a windscreen is {LOWEST_M:g} to {HIGHEST_M:g} m above the "
         f"road{mend}"
+    )
+
+
+def check_reference_offset(offset_m: float) -> None:
+    """Refuse an offset that no car's bumper has.
+
+    Raises:
+        UserError: naming the value, what was expected, and what was meant where it is in cm or mm.
+    """
+    if 0 <= offset_m <= LONGEST_OFFSET_M:
+        return
+    meant = [m for parts in (100, 1000) if SHORTEST_BONNET_M <= (m := offset_m / parts) <= LONGEST_OFFSET_M]
+    mend = f"did you mean {meant[0]:.2f} m?" if meant else "measure from the lens forward to the bumper"
+    raise UserError(
+        f"--reference-offset {offset_m:g} m: expected 0 to {LONGEST_OFFSET_M:g}, the metres from the camera "
+        f"forward to where the distances start (the front bumper); {mend}"
     )
 
 

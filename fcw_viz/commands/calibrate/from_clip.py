@@ -11,17 +11,17 @@ import numpy as np
 from fcw.camera.calibration import Gaussian, Priors
 from fcw.camera.file import default_path
 from fcw.camera.joint.evidence import Evidence
-from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
 from fcw.camera.points import check_priors
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.files import CALIBRATION, check_kind, check_place
 from fcw.frame import Source
+from fcw.warning.ego_speed import speed_fault
 from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import ground_point, save_and_report
-from fcw_viz.commands.calibrate.priors import stated_priors
+from fcw_viz.commands.calibrate.priors import stated_lens, stated_priors
 from fcw_viz.console import progress
 
 if TYPE_CHECKING:
@@ -57,6 +57,8 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         raise UserError("--exact: takes --points alone; leave out --from-clip")
     if command.speed is not None and not command.speed > 0:
         raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
+    if command.speed is not None and (fault := speed_fault(command.speed)):
+        raise UserError(f"--speed {command.speed:g}: {fault}")
     height_m = VEHICLE_HEIGHTS_M[command.vehicle_class]
     if command.height is not None:
         height_m = stated_height(command)
@@ -70,7 +72,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     evidence = stated_evidence(command) or Evidence()
     if command.points:
         evidence = replace(evidence, points=tuple(ground_point(text) for text in command.points))
-    lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
+    lens = stated_lens(command, size)
     notes: tuple[str, ...] = ()
     with progress(source.name, None) as bar:
         look = partial(_look, source, height_m, evidence, priors, command.speed, bar.advance)

@@ -14,7 +14,6 @@ from fcw.camera.file import default_path, write_calibration
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
-from fcw.camera.lens.files import read_lens
 from fcw.camera.points import PARAMETER_COUNT, PointsError, check_points, distinct_distances
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M
 from fcw.camera.solve import calibrate
@@ -31,7 +30,7 @@ from fcw_viz.commands.calibrate.evidence import (
     stated_height,
 )
 from fcw_viz.commands.calibrate.options import CalibrateCommand
-from fcw_viz.commands.calibrate.priors import stated_priors
+from fcw_viz.commands.calibrate.priors import stated_lens, stated_priors
 from fcw_viz.commands.calibrate.summary import calibration_summary, print_report
 from fcw_viz.console import MESSAGES, RESULTS, print_json
 from fcw_viz.outputs import check_distinct
@@ -97,7 +96,7 @@ def _calibration(command: CalibrateCommand) -> Calibration:
         raise UserError("--height is missing: the height of the camera's lens above the road, in metres")
     points = tuple(ground_point(text) for text in command.points)
     size = _image_size(command)
-    lens = None if command.lens is None else read_lens(command.lens).for_image_size(size)
+    lens = stated_lens(command, size)
     everything = evidence or Evidence()
     if points:
         if everything.points:

@@ -3,6 +3,8 @@
 import math
 
 from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.lens.files import read_lens
+from fcw.camera.lens.model import Lens
 from fcw.camera.prior_sigmas import (
     FIELD_OF_VIEW_SIGMA_DEG,
     HORIZON_ROW_SIGMA_PX,
@@ -28,6 +30,21 @@ def stated_priors(command: CalibrateCommand, size: ImageSize) -> Priors:
         _parse("--principal-row", command.principal_row, PRINCIPAL_ROW_SIGMA_HEIGHTS * size.height),
         _parse("--horizon-row", command.horizon_row, HORIZON_ROW_SIGMA_PX),
     )
+
+
+def stated_lens(command: CalibrateCommand, size: ImageSize) -> Lens | None:
+    """The lens that is stated, for pictures of a size; None where none is.
+
+    Raises:
+        UserError: its file is no lens, or of pictures of another aspect ratio.
+    """
+    if command.lens is None:
+        return None
+    lens = read_lens(command.lens)
+    try:
+        return lens.for_image_size(size)
+    except UserError as error:
+        raise UserError(f"--lens {command.lens}: {error}") from None
 
 
 def _parse(option: str, text: str | None, default_sigma: float) -> Gaussian | None:

@@ -15,9 +15,12 @@ from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
 from fcw.camera.straight import LEVEL
 from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
-from fcw.units import FEET_PER_METRE, distance_text
+from fcw.units import FEET_PER_METRE, distance_text, pitch_text
 
 ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
+
+LEAST_RESIDUAL_PX = 0.005
+"""That is printed as another number than 0."""
 
 
 def calibration_summary(
@@ -112,7 +115,7 @@ def print_report(
         console.print(text, highlight=False, soft_wrap=not console.is_terminal)
 
     line(
-        f"pitch {math.degrees(camera.pitch_rad):.2f} ± {math.degrees(sigmas.pitch_rad):.2f} degrees down "
+        f"pitch {pitch_text(camera.pitch_rad, sigmas.pitch_rad)} "
         f"({camera.pitch_rad:.6g} rad), "
         f"focal length {camera.focal_y_px:.6g} ± {sigmas.focal_y_px:.3g} px "
         f"(horizontal field of view {math.degrees(calibration.field_of_view_rad):.1f} degrees)"
@@ -146,7 +149,10 @@ def print_report(
     console.print(table)
 
     known = len(calibration.points) + calibration.priors.count + calibration.assumed.count
-    if known > PARAMETER_COUNT and calibration.points:
+    known += 2 * (calibration.lens is not None)  # its focal length and its principal row
+    # What else was told, as lane lines, shows in the residuals alone.
+    missed = any(abs(residual) >= LEAST_RESIDUAL_PX for residual in calibration.residuals_px)
+    if (known > PARAMETER_COUNT or missed) and calibration.points:
         residuals = ", ".join(
             f"{point} {residual:+.2f}"
             for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)

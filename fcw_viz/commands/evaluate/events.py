@@ -6,6 +6,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from fcw.errors import UserError
+from fcw_viz.console_text import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -73,7 +74,7 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
         count = len(labels.disagreements)
         note(f"people disagree about {count} warning{'s' * (count != 1)}: not used as a label")
     if labels.lost:
-        note(f"{labels.lost} verdicts are on warnings that are not in the log any more")
+        note(f"{counted(labels.lost, 'verdict')} on warnings that are not in the log any more")
     return labels.events, {
         "judgements": {one.name.lower(): labels.judgements.get(one, 0) for one in Judgement},
         "disagreements": len(labels.disagreements),
@@ -84,8 +85,8 @@ def _verdicts(path: Path) -> "tuple[tuple[Event, ...], dict[str, Any]]":
 def print_events(comparison: "EventComparison", console: "Console") -> None:
     """Print how a log compares with its labels."""
     console.print(
-        f"{len(comparison.hits)} events warned of, {len(comparison.missed)} missed, "
-        f"{len(comparison.false_alarms)} false alarms"
+        f"{counted(len(comparison.hits), 'event')} warned of, {len(comparison.missed)} missed, "
+        f"{counted(len(comparison.false_alarms), 'false alarm')}"
         + (f", {len(comparison.unjudged)} unjudged" if comparison.unjudged else ""),
         highlight=False,
     )

@@ -34,6 +34,8 @@ class RunCommand:
     fewer near vehicles. acf-full: the trees, on the whole picture. onnx: a YOLO net."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
     """Classes of the ONNX model that count as vehicles. Default: cars, vans, trucks and buses."""
+    model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Model file written by `fcw train`, for net, acf or acf-full. Default: the shipped one."""
     search_rate: Annotated[float, tyro.conf.arg(metavar="HZ")] = DEFAULT_SEARCH_HZ
     """Search this many pictures a second for vehicles, or more: with 12, every second one of a video with 30.
     While it may matter every one is searched, else vehicles are followed in the picture. 0: always every
@@ -85,6 +87,7 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
         topic=command.topic,
         detector=command.detector,
         detector_classes=command.detector_classes,
+        model=command.model,
         search_hz=command.search_rate,
         ego_speed=command.ego_speed,
         warning_policy=command.warning_policy,

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import cv2
@@ -205,7 +206,9 @@ def test_imperial_units_for_people(capsys):
         (["--height", "1,2"], "--height 1,2: expected a number with a point: 1.2"),
         (["--row-sigma", "one"], "--row-sigma one: expected a finite number, such as 1.2"),
         (["--image-size", "1280"], "--image-size 1280: expected WIDTHxHEIGHT"),
-        (["--reference-offset", "-1"], "reference offset -1 m: expected 0 or more"),
+        (["--reference-offset", "-1"], "--reference-offset -1 m: expected 0 to 5"),
+        (["--reference-offset", "190"], "--reference-offset 190 m: expected 0 to 5, the metres from the"),
+        (["--reference-offset", "190"], "did you mean 1.90 m?"),
         (["--field-of-view", "wide"], "--field-of-view wide: expected VALUE or VALUE:SIGMA"),
         (["--field-of-view", "190"], "field of view 190 degrees: expected more than 0 and less than 180"),
         (["--principal-row", "360:0"], "principal row: sigma 0, expected a number above 0"),
@@ -285,6 +288,16 @@ def test_missing_source_is_named(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_camera_that_looks_up_is_said_to_look_up(tmp_path, capsys):
+    up = GroundPlaneCamera(-0.03, 1100, 359.5, 1.225, 639.5)
+    points = [f"{d}:{up.row_at(float(d))!r}" for d in (6, 15, 40)]
+    saved = tmp_path / "up.yaml"
+    assert main(["calibrate", "--points", *points, *GOOD[-4:], "--exact", "--save", str(saved)]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"pitch 1\.72 ± \d+\.\d\d degrees up \(-0\.03 rad\)", said)
+    assert "# Pitch 1.72 degrees up, " in saved.read_text()
+
+
 @pytest.mark.slow
 def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, capsys, data_dir):
     lens = tmp_path / "udacity.lens.yaml"
@@ -304,7 +317,7 @@ def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, cap
         (["--chessboard", "9x6"], "--chessboard: name the folder"),
         (["FOLDER", "--chessboard", "9"], "--chessboard 9: expected its inner corners"),
         (["FOLDER/no", "--chessboard", "9x6"], "not a folder of pictures of the board"),
-        (["FOLDER", "--chessboard", "9x6"], "shows in 0 of 0 pictures"),
+        (["FOLDER", "--chessboard", "9x6"], "no picture in this folder that can be read; expected"),
     ],
 )
 def test_a_chessboard_that_is_not_there_is_refused(tmp_path, capsys, arguments, message):
@@ -337,17 +350,38 @@ def test_a_point_in_the_sky_is_named_alone(capsys):
     assert "5:585" not in message
 
 
+def camera_info(path: Path, focal_px: float, width: int = 1280, height: int = 720) -> Path:
+    """A lens of ROS that bends nothing, for `--lens`."""
+    matrix = [focal_px, 0, (width - 1) / 2, 0, focal_px, (height - 1) / 2, 0, 0, 1]
+    lens = {
+        "image_width": width,
+        "image_height": height,
+        "distortion_model": "plumb_bob",
+        "camera_matrix": {"rows": 3, "cols": 3, "data": matrix},
+        "distortion_coefficients": {"rows": 1, "cols": 5, "data": [0.0] * 5},
+    }
+    path.write_text(yaml.safe_dump(lens))
+    return path
+
+
+def test_a_lens_of_pictures_of_another_aspect_ratio_is_refused_not_stretched(tmp_path, capsys):
+    lens = camera_info(tmp_path / "four-by-three.yaml", 1100.0, 1280, 960)
+    assert main([*GOOD, "--lens", str(lens)]) == 2
+    said = capsys.readouterr().err
+    assert f"--lens {lens}: the lens is of pictures of 1280x960, these are 1280x720: another aspect" in said
+
+
+def test_with_a_lens_three_points_are_not_said_to_be_met_exactly(tmp_path, capsys):
+    lens = camera_info(tmp_path / "other.yaml", 1000.0)
+    assert main([*GOOD, "--lens", str(lens)]) == 0
+    said = capsys.readouterr().out
+    assert "exactly" not in said
+    assert "residuals in px" in said
+
+
 def test_a_lens_that_contradicts_the_height_is_said_and_not_just_obeyed(tmp_path, capsys):
     """The marks of a camera of 1100 px, and the lens of one that has 1400."""
-    lens = {
-        "image_width": 1280,
-        "image_height": 720,
-        "camera_matrix": {"data": [1400.0, 0.0, 639.5, 0.0, 1400.0, 359.5, 0.0, 0.0, 1.0]},
-        "distortion_model": "plumb_bob",
-        "distortion_coefficients": {"data": [0.0, 0.0, 0.0, 0.0, 0.0]},
-    }
-    path = tmp_path / "other.lens.yaml"
-    path.write_text(yaml.safe_dump(lens))
+    path = camera_info(tmp_path / "other.lens.yaml", 1400.0)
     points = [f"{text}:640" for text in GOOD_POINTS]
     (warning,) = result_of(["calibrate", "--points", *points, *GOOD[-4:], "--lens", str(path)], capsys)[
         "warnings"

@@ -12,7 +12,15 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.detection.acf import AcfSettings
 from fcw.detection.boxes.overlap import intersection_over_union
-from fcw.detection.choice import SEARCHED_SCORE, load_model, make_detector, searching_detector
+from fcw.detection.choice import (
+    ACF,
+    ACF_FULL,
+    NET,
+    SEARCHED_SCORE,
+    load_model,
+    make_detector,
+    searching_detector,
+)
 from fcw.detection.detector import Aim
 from fcw.detection.model import SHIPPED_MODEL_PATH
 from fcw.detection.net.detector import NetDetector, NetSettings
@@ -84,11 +92,20 @@ def test_a_wrong_calibration_finds_what_a_right_one_does_once_the_pitch_is_known
 def test_files_that_are_no_such_model_are_named(tmp_path):
     with pytest.raises(UserError, match=r"no\.npz: no such model file"):
         NetModel.load(tmp_path / "no.npz")
-    with pytest.raises(UserError, match=r"rear\.npz: not a model of the net"):
+    with pytest.raises(UserError, match=r"rear\.npz: not a model of the net \(no 'format' in it\)"):
         NetModel.load(SHIPPED_MODEL_PATH)
     (tmp_path / "text.npz").write_text("a text")
     with pytest.raises(UserError, match="not a model of the net"):
         NetModel.load(tmp_path / "text.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "other"),
+    [(NET, SHIPPED_MODEL_PATH, ACF), (ACF, SHIPPED_NET_PATH, NET), (ACF_FULL, SHIPPED_NET_PATH, NET)],
+)
+def test_a_model_of_the_other_detector_is_said_to_be_its(name, path, other):
+    with pytest.raises(UserError, match=rf"{path.name}: a model of {other}, .*; name --detector {other}$"):
+        load_model(name, path=path)
 
 
 def test_vehicles_come_best_first_inside_the_picture_and_apart(model, calibration, picture):

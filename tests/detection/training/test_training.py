@@ -1,6 +1,7 @@
 """Training from end to end: on drawn cars in seconds, and what the shipped weights do on a real drive."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,12 +13,12 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector, AcfSettings
-from fcw.detection.matching import detection_curve
+from fcw.detection.matching import DetectionCurve, OperatingPoint, detection_curve
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.detection.training.dataset import LabelledImage, read_labels
 from fcw.detection.training.folders import load_training_set
 from fcw.detection.training.own_data import read_calibration_table
-from fcw.detection.training.training import TrainingSettings, train
+from fcw.detection.training.training import TrainingResult, TrainingSettings, train
 from fcw.errors import UserError
 from fcw_viz.commands.train import TrainCommand, run_train
 
@@ -182,7 +183,35 @@ def test_the_command_writes_a_model_and_logs_each_round_on_stderr(drawn_set, tmp
     assert sum("round" in line for line in lines) == 3 * 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["model.npz", "model.npz.log.jsonl"]
     with pytest.raises(UserError, match="holds neither"):  # a later training may replace both
-        run_train(TrainCommand((tmp_path,), tmp_path / "model.npz"))
+        run_train(TrainCommand((tmp_path,), tmp_path / "model.npz", overwrite=True))
+
+
+def untrained(monkeypatch, score_threshold: float) -> None:
+    """Instead of a training: the shipped model with a threshold, which found nothing in pictures held out."""
+    model = replace(Model.load(SHIPPED_MODEL_PATH), score_threshold=score_threshold)
+    result = TrainingResult(
+        model, DetectionCurve(np.zeros(0), np.zeros(0, bool), 0, 0), OperatingPoint(score_threshold, 0.0, 0.0)
+    )
+    monkeypatch.setattr("fcw.detection.training.training.train", lambda *_: result)
+
+
+def test_a_model_that_finds_nothing_is_warned_of_at_the_end(drawn_set, tmp_path, capsys, monkeypatch):
+    untrained(monkeypatch, score_threshold=1e9)
+    assert run_train(TrainCommand((drawn_set,), tmp_path / "model.npz")) == 0
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert re.match(rf"warning: {tmp_path}/model\.npz: finds none of \d+ vehicles in the pictures that", last)
+    assert "none in those held out; do not use it" in last
+
+
+def test_a_model_is_replaced_only_where_that_is_said(drawn_set, tmp_path, monkeypatch):
+    untrained(monkeypatch, score_threshold=1e9)
+    model = tmp_path / "model.npz"
+    model.write_bytes(SHIPPED_MODEL_PATH.read_bytes())
+    with pytest.raises(UserError, match=r"exists already; choose another name, or .* --overwrite"):
+        run_train(TrainCommand((drawn_set,), model))
+    assert model.read_bytes() == SHIPPED_MODEL_PATH.read_bytes()
+    assert run_train(TrainCommand((drawn_set,), model, overwrite=True)) == 0
+    assert model.read_bytes() != SHIPPED_MODEL_PATH.read_bytes()
 
 
 def test_the_shipped_model_is_small():

@@ -55,17 +55,9 @@ class SetLens:
         """The document with that lens, for the size of its pictures.
 
         Raises:
-            UserError: the lens is of pictures of another shape.
+            UserError: the lens is of pictures of another aspect ratio.
         """
-        lens, size = self.lens, document.image_size
-        if lens is not None:
-            across, down = size.width / lens.image_size.width, size.height / lens.image_size.height
-            if abs(across / down - 1) > 0.02:
-                raise UserError(
-                    f"the lens is of pictures of {lens.image_size}, these are {size}: another shape; "
-                    "import the lens of this camera in this mode"
-                )
-            lens = lens.for_image_size(size)
+        lens = self.lens and self.lens.for_image_size(document.image_size)
         return replace(document, lens=lens)
 
 

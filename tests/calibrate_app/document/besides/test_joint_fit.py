@@ -166,7 +166,7 @@ def test_what_makes_no_sense_is_refused_in_words():
         (SetRoll(Belief(Gaussian(1.0, 0.1))), "roll 57.3 degrees"),
         (SetLaneWidth(Belief(Gaussian(-1.0, 0.1))), "lane width"),
         (SetSpeed(Belief(Gaussian(0.0, 0.1)), None), "speed"),
-        (SetLens(replace(LENS, image_size=ImageSize(640, 480))), "another shape"),
+        (SetLens(replace(LENS, image_size=ImageSize(640, 480))), "another aspect ratio"),
     )
     for edit, words in wrong:
         with pytest.raises(UserError, match=words):
