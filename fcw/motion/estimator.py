@@ -15,7 +15,7 @@ from fcw.motion.flow.road_plane import RoadPair, RoadPlane
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH_TURN, TRAVEL, YAW_TURN, Solution, solve
 from fcw.motion.state import Mount, OwnMotion, SpeedSource
-from fcw.motion.travel.looks import Told, TravelLooks, contradict, fused
+from fcw.motion.travel.looks import Told, TravelLooks, contradict
 from fcw.motion.view import RoadView
 
 INLYING = 0.25
@@ -174,15 +174,20 @@ class MotionEstimator:
         Steps tell the angles more exactly, where the road is a plane and their speed is true. Once they
         taught something else than looks see, this drive is none of which they can tell.
         """
+        is_taught = self._known_s >= self._settings.mount_after_s
+        if not is_taught:
+            self._filter.take_mount(self._mount)
         pitch_rad = Gaussian(told.pitch_rad.value - self._camera.pitch_rad, told.pitch_rad.sigma)
         angles = [(MOUNT_PITCH, pitch_rad)]
         if told.yaw_rad is not None:
             angles.append((MOUNT_YAW, told.yaw_rad))
         for place, angle_rad in angles:
             believed = Gaussian(float(self._filter.x[place]), self._filter.sigma(place))
-            is_taught = self._known_s >= self._settings.mount_after_s
-            self._misled |= is_taught and contradict(believed, angle_rad)
-            self._filter.take_angle(place, fused(believed, angle_rad))
+            if contradict(believed, angle_rad):
+                self._misled |= is_taught
+                self._filter.take_angle(place, angle_rad)
+            else:
+                self._filter.measure_angle(place, angle_rad)
         self._mount = self._filter.mount()
 
     def _judge_mount(self) -> None:

@@ -151,6 +151,12 @@ class MotionFilter:
         self.p[place, :] = self.p[:, place] = 0.0
         self.x[place], self.p[place, place] = believed.value, believed.sigma**2
 
+    def measure_angle(self, place: int, told: Gaussian) -> None:
+        """Take an angle of the mount as a measurement (Kalman 1960)."""
+        gain = self.p[:, place] / (self.p[place, place] + told.sigma**2)
+        self.x = self.x + gain * (told.value - self.x[place])
+        self.p = self.p - np.outer(gain, self.p[place])
+
     def yaw_rate(self) -> tuple[float, float]:
         """Mean and variance of the yaw rate."""
         return float(self.x[YAW_RATE]), float(self.p[YAW_RATE, YAW_RATE])

@@ -4,19 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
 
-from fcw.camera.calibration import Calibration, Gaussian
+from fcw.camera.calibration import Calibration
 from fcw.frame import ImageSize
 from fcw.motion.estimator import MotionEstimator
-from fcw.motion.travel.looks import FIRST_TOLD_S, LOOK_S, PAUSES_S, TravelLooks, contradict, fused
+from fcw.motion.travel.looks import FIRST_TOLD_S, LOOK_S, PAUSES_S, TravelLooks
 
 RATE_HZ = 12.0
 SPEED_MPS = 12.0
 TRUE_PITCH_DEG = 2.0
-angles = st.builds(Gaussian, st.floats(-0.1, 0.1), st.floats(0.002, 0.05))
 
 
 def pictures(duration_s, pitch_deg=lambda _: TRUE_PITCH_DEG, yaw_deg=0.0, speed_mps=SPEED_MPS):
@@ -30,17 +27,6 @@ def pictures(duration_s, pitch_deg=lambda _: TRUE_PITCH_DEG, yaw_deg=0.0, speed_
 
 def calibrated(pitch_deg):
     return Calibration.from_camera(camera(pitch_deg), ImageSize(WIDTH, HEIGHT))
-
-
-@given(angles, angles)
-def test_what_agrees_is_surer_together_and_what_contradicts_takes_the_place(first, second):
-    both = fused(first, second)
-    if contradict(first, second):
-        assert both == second
-    else:
-        assert both.sigma < min(first.sigma, second.sigma)
-        between = sorted((first.value, both.value, second.value))[1]
-        assert both.value == pytest.approx(between)
 
 
 def test_a_look_tells_early_and_whole_and_the_next_one_waits():

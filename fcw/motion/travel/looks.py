@@ -101,12 +101,3 @@ def _angle(axis_px: float, place: Gaussian, focal_px: float) -> Gaussian:
 def contradict(first: Gaussian, second: Gaussian) -> bool:
     """Whether two beliefs in one angle are too far apart."""
     return abs(first.value - second.value) > CONTRADICTED_SIGMAS * math.hypot(first.sigma, second.sigma)
-
-
-def fused(first: Gaussian, second: Gaussian) -> Gaussian:
-    """Both as measurements of one angle; the second one where they contradict each other."""
-    if contradict(first, second):
-        return second
-    precisions = first.sigma**-2, second.sigma**-2
-    value = (precisions[0] * first.value + precisions[1] * second.value) / sum(precisions)
-    return Gaussian(value, sum(precisions) ** -0.5)
