@@ -12,6 +12,10 @@ from fcw_viz.review_app.place import Place
 
 MISSED_BEFORE_S, MISSED_AFTER_S = 1.0, 1.0
 """A missed event reaches so far around the moment at which it is added."""
+NOTHING_TO_UNDO = (
+    "nothing to undo since this tab was loaded. The key of a verdict (1 to 4), pressed again, clears "
+    "it; under Notes, ✕ takes back a note or a missed event"
+)
 
 
 class _Words(NamedTuple):
@@ -157,7 +161,7 @@ class Annotating:
                 self._take_back(last)
                 return
             self._said.remove(last)  # taken back meanwhile, in another tab
-        raise UserError("nothing to undo; take back older entries in the list of notes")
+        raise UserError(NOTHING_TO_UNDO)
 
     def redo(self) -> None:
         """Say again what was taken back last in this tab of this drive."""

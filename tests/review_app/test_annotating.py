@@ -121,6 +121,18 @@ def test_undo_goes_back_word_by_word_and_redo_on_again(place: Place, annotating:
     assert verdicts(place) == states[-2]
 
 
+def test_a_tab_that_can_undo_nothing_says_how_a_verdict_of_before_is_cleared(
+    place: Place, annotating: Annotating
+):
+    annotating.judge(Judgement.FALSE)
+    loaded_anew = Annotating(place, lambda title, text: None)
+    with pytest.raises(UserError, match=r"verdict \(1 to 4\), pressed again, clears it") as told:
+        loaded_anew.undo()
+    assert "list of notes" not in str(told.value)  # verdicts are not in it
+    loaded_anew.judge(Judgement.FALSE)
+    assert verdicts(place) == []
+
+
 def test_something_new_said_ends_what_could_be_said_again(place: Place, annotating: Annotating):
     annotating.judge(Judgement.FALSE)
     annotating.undo()
