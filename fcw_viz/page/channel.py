@@ -116,6 +116,17 @@ def tells_typed(field: str, name: str) -> str:
     return f'id="{escape(field)}" data-fcw-typed="{escape(name)}"'
 
 
+def is_item(name: str, opens: bool = True) -> str:
+    """Attributes of an element of a list that keys lead to, and from there to the one before or after it.
+
+    Args:
+        name: by which it is found again when the list is drawn anew.
+        opens: whether a click on it opens something; else it is only read.
+    """
+    role = ' role="link"' if opens else ""
+    return f'data-fcw-item="{escape(name)}" tabindex="0"{role}'
+
+
 def keeps_scroll(name: str) -> str:
     """The attribute of an element that, drawn anew, stays scrolled to where it was under that name."""
     return f'data-fcw-scroll="{escape(name)}"'

@@ -16,7 +16,7 @@ from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.time.playing import Playing
 from fcw_viz.review_app.triage.ahead import Ahead
-from fcw_viz.review_app.triage.drive_filter import DriveFilter
+from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
 
 NOTE_ID = "fcw-note"
 """Of the field for a note."""
@@ -66,6 +66,8 @@ class Desk:
         """Back to the list of the folder's drives."""
         if not self._session.folder.several:
             return
+        if self.place.drive is not None:
+            self._focus_left(self.place.drive.name)
         self._leave_drive()
         self._session.release(self.place)
         self._note_address("")
@@ -105,6 +107,11 @@ class Desk:
             self.playing.go_on()
         elif at_end and goes_on:
             self.go_to(drive.last_row)  # who looks at the end keeps looking at the end
+
+    def _focus_left(self, name: str) -> None:
+        """Have the keys of the list go on from the drive, or the moment, that is left."""
+        row = f"{name}#{self.place.selected}" if self.place.asked.listed is Listed.MOMENTS else name
+        run_script(self._client, f"window.fcwChannel.row = {json.dumps(row)};")
 
     def _leave_drive(self) -> None:
         self.playing.stop()

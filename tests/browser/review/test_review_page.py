@@ -396,3 +396,5 @@ def test_verdict_after_verdict_through_all_drives(
     person.press("l")
     person.at("select[data-fcw-choice=filterverdict]").select_option("false")
     wait_for(lambda: rows.count() == 1 and person.words(".fcw-row").startswith("other"))
+    person.press("ArrowDown", "Enter")
+    wait_for(lambda: person.words(".fcw-drive b") == "other" and person.sees(row_of(NEAR_MISS_S)))
