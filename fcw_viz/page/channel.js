@@ -184,4 +184,6 @@ if (!channel.listens) {
 }
 measure();
 // viser takes what stands after # out of the address, and leaves the rest.
-channel.tell(`ready:${new URLSearchParams(location.search).get("at") ?? ""}`);
+const address = new URLSearchParams(location.search);
+channel.tell(`asked:${address.get("asked") ?? ""}`);
+channel.tell(`ready:${address.get("at") ?? ""}`);

@@ -23,9 +23,10 @@ OnMessage = Callable[[str], object]
 class PageChannel:
     """Messages of one tab's page: a name and, after a colon, what it is about.
 
-    Besides those of the page's elements there are `ready:<what the address says after ?at=>`, once the script
-    runs, `size:<name> <width>x<height>` of elements that say `data-fcw-size="<name>"`, and `docked:` when the
-    panel has a dock again, of viser's own width, after the window was too narrow for one.
+    Besides those of the page's elements there are `asked:` and `ready:`, once the script runs, with what the
+    address says after `asked=` and `at=`, `size:<name> <width>x<height>` of elements that say
+    `data-fcw-size="<name>"`, and `docked:` when the panel has a dock again, of viser's own width, after the
+    window was too narrow for one.
     """
 
     def __init__(self, client: viser.ClientHandle, run: Run) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from fcw.annotation.records import Judgement
 from fcw.errors import UserError
-from fcw_viz.page.script import empty_element, focus_element, run_script
+from fcw_viz.page.script import empty_element, focus_element, note_in_address, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.picture.box_commands import BoxCommands
@@ -178,6 +178,7 @@ class Desk:
     def ask(self, asked: DriveFilter) -> None:
         """List other drives and events."""
         self.place.asked = asked
+        note_in_address(self._client, "asked", asked.kept_text)
         self.refresh()
 
     def next_unjudged(self) -> None:
@@ -279,10 +280,5 @@ class Desk:
         self._note_address(f"{self.place.opened.name}@{self.place.time_s:.3f}")
 
     def _note_address(self, text: str) -> None:
-        """Keep the place in the page's address: loaded anew, or sent to somebody, it leads there."""
-        run_script(
-            self._client,
-            "const address = new URL(location);"
-            f"address.searchParams.set('at', {json.dumps(text)});"
-            "history.replaceState(null, '', address);",
-        )
+        """Keep the place in the page's address."""
+        note_in_address(self._client, "at", text)

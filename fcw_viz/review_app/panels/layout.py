@@ -32,9 +32,9 @@ NOTE_FIELD = (
 OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
 
 
-def first_list(session: ReviewSession, title: str) -> str:
+def first_list(session: ReviewSession, title: str, asked: DriveFilter) -> str:
     """The list of the drives as a tab has it at first, with all its styles."""
-    cards, asked, unfinished = session.cards, DriveFilter(), session.folder.unfinished
+    cards, unfinished = session.cards, session.folder.unfinished
     listed = folder_html(title, cards, session.unread, FIRST_FOLDER_PX, asked, unfinished=unfinished)
     return (
         f"{STYLE}<style>{OWN_STYLE}</style>{filter_html(asked, Choices.of(cards, unfinished), False)}"
