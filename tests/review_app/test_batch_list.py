@@ -7,8 +7,8 @@ from pathlib import Path
 
 from export_drives import drive_header, marked_drive, write_log
 
-from fcw.batch.ledger import Record, State
-from fcw.batch.tables import DRIVES_NAME, unfinished_drives, write_tables
+from fcw.batch.ledger import DRIVES_NAME, Record, State
+from fcw.batch.tables import unfinished_drives, write_tables
 from fcw.logs.export.clip import find_drives
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.drive import Drive
