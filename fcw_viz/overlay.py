@@ -20,7 +20,9 @@ from fcw.logs.overlay import (
     LEVEL_COLORS,
     PATH_COLOR,
     ROW_COLOR,
+    ROW_LABEL_PARTS,
     OverlayBox,
+    OverlayRow,
     Rgb,
     overlay_boxes,
     overlay_path,
@@ -136,17 +138,7 @@ class OverlayPainter:
             for row in rows
         )
         self._small_letter_px = max(self._letter_px * SMALL_LETTER_PART, SMALLEST_LETTER_PX)
-        self._row_words = tuple(
-            _words(
-                row.label,
-                self._size.width * row.label_part,
-                row.row_px,
-                self._small_letter_px,
-                self._size,
-                ROW_COLOR,
-            )
-            for row in rows
-        )
+        self._row_words = self._words_of_rows(rows)
 
     def overlay(self, result: FrameResult) -> FrameOverlay:
         """What is drawn over a frame."""
@@ -179,6 +171,25 @@ class OverlayPainter:
         if coasting or not drawn.told:
             return THIN_LINE_PX
         return max(self._size.height * (LEAD_LINE_PART if drawn.is_lead else LINE_PART), THIN_LINE_PX)
+
+    def _words_of_rows(self, rows: Sequence[OverlayRow]) -> tuple[Words, ...]:
+        """The distances of the rows, near ones first; a far one that would be over another is left out."""
+        said: list[Words] = []
+        for row in rows:
+            places = [
+                _words(
+                    row.label,
+                    self._size.width * part,
+                    row.row_px,
+                    self._small_letter_px,
+                    self._size,
+                    ROW_COLOR,
+                )
+                for part in dict.fromkeys((row.label_part, *ROW_LABEL_PARTS))
+            ]
+            grounds = [words.ground for words in said]
+            said += [words for words in places if not _meets(words.ground, grounds)][:1]
+        return tuple(said)
 
     def _labels(self, result: FrameResult, taken: tuple[Words, ...]) -> list[Words]:
         """Words of the vehicles that have some beside their boxes, the lead first, then from near to far.

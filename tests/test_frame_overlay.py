@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -92,6 +92,22 @@ def test_distance_rows_are_drawn_where_the_calibration_has_them() -> None:
         strength = np.abs(image[start : start + 5, 1000].astype(float) - 90).sum(axis=1)
         assert start + (strength * np.arange(5)).sum() / strength.sum() == pytest.approx(row.row_px, abs=0.2)
         assert changed[round(row.row_px)]
+
+
+@pytest.mark.parametrize("size", [ImageSize(320, 180), ImageSize(640, 360), SIZE])
+@given(pitch_rad=st.floats(0.0, 0.2), focal_part=st.floats(0.4, 1.5), height_m=st.floats(0.8, 3.0))
+def test_no_rows_distance_is_over_anothers(
+    size: ImageSize, pitch_rad: float, focal_part: float, height_m: float
+) -> None:
+    camera = GroundPlaneCamera(pitch_rad, focal_part * size.width, size.height / 2, height_m, size.width / 2)
+    header = replace(HEADER, image_size=size, calibration=Calibration.from_camera(camera, size))
+    rows = overlay_rows(header.calibration)
+    labels = {row.label for row in rows}
+    words = [one for one in OverlayPainter(header).overlay(result()).words if one.text in labels]
+    assert not any(overlaps(a, b) for a, b in combinations(words, 2))
+    assert [one.text for one in words[:1]] == [row.label for row in rows[:1]]
+    apart = all(a.row_px - b.row_px > words[0].ground.h for a, b in pairwise(rows))
+    assert len(words) == len(rows) or not apart
 
 
 def test_words_say_number_distance_interval_and_time_to_collision() -> None:

@@ -136,6 +136,20 @@ def judged_events(
     return tuple(judged), tuple(lost)
 
 
+def verdicts_of(
+    person: str, event: int, review: Review, events: Sequence[DriveEvent]
+) -> list[Entry[Verdict]]:
+    """Every verdict of a person on an event that was not taken back, oldest first.
+
+    Only the last one counts, but the one before it does again where that alone is taken back.
+    """
+    return [
+        entry
+        for entry in _of_kind(review.entries, Verdict)
+        if entry.person == person and find_event(entry.said.event, events) == event
+    ]
+
+
 def find_event(reference: EventReference, events: Sequence[DriveEvent]) -> int | None:
     """Which of the events a verdict was about.
 

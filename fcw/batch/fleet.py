@@ -1,6 +1,7 @@
 """A page of a batch's drives as a fleet: the worst moments of all, and how the drives compare."""
 
 import base64
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.batch.ledger import Record
+from fcw.batch.ledger import DRIVES_NAME, Record, State
 from fcw.batch.moments import moment_name, read_moment
 from fcw.bounded.files import read_text
 from fcw.bounded.formats import json_value
@@ -60,6 +61,7 @@ class Fleet:
         least_ttc_s: of each event that had one.
         moments: drive and event.
         notes: drive and what a person should know of it.
+        unfinished: states of the drives that are not done.
     """
 
     names: list[str] = field(default_factory=list)
@@ -74,6 +76,7 @@ class Fleet:
     least_ttc_s: list[float] = field(default_factory=list)
     moments: list[tuple[str, DriveEvent]] = field(default_factory=list)
     notes: list[tuple[str, str]] = field(default_factory=list)
+    unfinished: list[State] = field(default_factory=list)
 
     def add(
         self,
@@ -135,9 +138,22 @@ class Fleet:
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>Fleet</title>'
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
             f"<style>{_STYLE}</style><h1>{len(self.names)} drive{'s' * (len(self.names) != 1)}</h1>"
+            f"{self._unfinished_html()}"
             f'<h2>Worst moments</h2><div class="moments">{moments or "None."}</div>'
             f'<h2>The fleet</h2><div class="charts">{charts}</div>'
             f"<h2>Notes on the drives</h2><ul>{notes or '<li>None.</li>'}</ul></html>\n"
+        )
+
+    def _unfinished_html(self) -> str:
+        """How many drives the page has nothing of, and where the reasons are."""
+        count = len(self.unfinished)
+        if not count:
+            return ""
+        states = ", ".join(f"{number} {state.value}" for state, number in Counter(self.unfinished).items())
+        return (
+            f"<p><b>{count} more drive{'s are' if count != 1 else ' is'} not done</b> ({states}). The "
+            f"reasons are in <code>{DRIVES_NAME}</code> beside this page, and in the list of "
+            "<code>fcw review</code> of this folder, under <i>drives not done</i>.</p>"
         )
 
     def _by_drive(self, title: str, y_label: str, values: Sequence[float]) -> Chart:

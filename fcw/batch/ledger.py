@@ -17,6 +17,7 @@ from fcw.versions import versions
 
 RECORD_NAME = "batch.json"
 MANIFEST_NAME = "manifest.json"
+DRIVES_NAME = "drives.parquet"
 MOST_MANIFEST_BYTES = 256 << 20
 """A kilobyte a drive."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from fcw.annotation.review import judged_events
 from fcw.annotation.store import read_review
 from fcw.batch.fleet import FLEET_NAME, Fleet
-from fcw.batch.ledger import MANIFEST_NAME, RECORD_NAME, Record, State
+from fcw.batch.ledger import DRIVES_NAME, MANIFEST_NAME, RECORD_NAME, Record, State
 from fcw.batch.review_list import REVIEW_LIST_NAME, ListedDrive, fill_review_list
 from fcw.bounded.gpx import GpxTrack, parse_gpx
 from fcw.errors import UserError
@@ -20,7 +20,7 @@ from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
 
-EVENTS_NAME, DRIVES_NAME = "events.parquet", "drives.parquet"
+EVENTS_NAME = "events.parquet"
 TABLE_NAMES = (EVENTS_NAME, DRIVES_NAME, REVIEW_LIST_NAME, FLEET_NAME)
 """All that `write_tables` writes."""
 
@@ -154,6 +154,7 @@ def write_tables(out: Path, records: Iterable[Record]) -> tuple[int, tuple[Recor
         by_name |= {record.name: record for record in (*gathered.read, *gathered.unreadable)}
         fill_parquet(drives, DRIVE_COLUMNS, by_name.values())
         fill_review_list(listed, gathered.listed)
+        gathered.fleet.unfinished = [one.state for one in by_name.values() if one.state is not State.DONE]
         fleet.write_text(gathered.fleet.html(out), encoding="utf-8")
     return count, tuple(gathered.unreadable)
 

@@ -11,12 +11,14 @@
 //   data-fcw-key="t"                        of a field: that key puts the cursor in it
 //   data-fcw-typed="search"                 of a field: what stands in it while it is typed, "search:ab"
 //   data-fcw-scroll="list"                  drawn anew, it is scrolled to where it was
+//   data-fcw-item="made"                    of a list: arrow keys lead from one to the next, Enter is a click on it;
+//                                           drawn anew, the list has the focus where it was
 //   data-fcw-seen                           drawn anew, it is scrolled into sight
 //   data-fcw-size="strip"                   its size in CSS pixels, "size:strip 1040x315", now and when it changes
 const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
 const TYPED_MS = 80; // after the last letter
 
-const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {}, scrolled: {} });
+const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {}, scrolled: {}, row: null });
 channel.uuid = uuid;
 channel.sizes = {};
 // The number makes each message a new value: viser tells its server of changes only.
@@ -141,6 +143,29 @@ if (!channel.listens) {
       element.scrollTop = channel.scrolled[element.dataset.fcwScroll] ?? 0;
     }
   };
+  // One goes through a list by its keys as by the mouse; the focus tells a screen reader, too, where one is.
+  const rowsOf = () => [...document.querySelectorAll("[data-fcw-item]")];
+  window.addEventListener("keydown", (event) => {
+    const { key, target } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+    if (target.matches?.("input, textarea, select")) return;
+    const rows = rowsOf();
+    if (!rows.length) return;
+    const at = rows.findIndex((row) => row.dataset.fcwItem === channel.row), end = rows.length - 1;
+    const to = { ArrowDown: Math.min(at + 1, end), ArrowUp: Math.max(at - 1, 0), Home: 0, End: end }[key];
+    if (to === undefined && (key !== "Enter" || target.dataset?.fcwItem === undefined)) return;
+    event.preventDefault(); // nor does the list scroll
+    event.stopImmediatePropagation();
+    if (to === undefined) target.click();
+    else rows[to].focus();
+  }, { capture: true });
+  document.addEventListener("focusin", ({ target }) => (channel.row = target.dataset?.fcwItem ?? channel.row));
+  const focusRow = () => {
+    const focused = document.activeElement;
+    if (channel.row === null || (focused && focused !== document.body)) return;
+    const row = rowsOf().find((one) => one.dataset.fcwItem === channel.row);
+    row?.focus({ preventScroll: true }); // somebody may have turned the wheel since
+  };
   const showChosen = () => {
     for (const element of document.querySelectorAll("[data-fcw-seen]")) {
       if (!element.fcwSeen) element.scrollIntoView({ block: "nearest" });
@@ -153,9 +178,12 @@ if (!channel.listens) {
     for (const element of document.querySelectorAll("[data-fcw-size]")) sizes.observe(element);
     measure();
     scrollBack();
+    focusRow();
     showChosen();
   }).observe(document.body, { childList: true, subtree: true });
 }
 measure();
 // viser takes what stands after # out of the address, and leaves the rest.
-channel.tell(`ready:${new URLSearchParams(location.search).get("at") ?? ""}`);
+const address = new URLSearchParams(location.search);
+channel.tell(`asked:${address.get("asked") ?? ""}`);
+channel.tell(`ready:${address.get("at") ?? ""}`);

@@ -23,9 +23,10 @@ OnMessage = Callable[[str], object]
 class PageChannel:
     """Messages of one tab's page: a name and, after a colon, what it is about.
 
-    Besides those of the page's elements there are `ready:<what the address says after ?at=>`, once the script
-    runs, `size:<name> <width>x<height>` of elements that say `data-fcw-size="<name>"`, and `docked:` when the
-    panel has a dock again, of viser's own width, after the window was too narrow for one.
+    Besides those of the page's elements there are `asked:` and `ready:`, once the script runs, with what the
+    address says after `asked=` and `at=`, `size:<name> <width>x<height>` of elements that say
+    `data-fcw-size="<name>"`, and `docked:` when the panel has a dock again, of viser's own width, after the
+    window was too narrow for one.
     """
 
     def __init__(self, client: viser.ClientHandle, run: Run) -> None:
@@ -114,6 +115,17 @@ def tells_typed(field: str, name: str) -> str:
         name: of the message.
     """
     return f'id="{escape(field)}" data-fcw-typed="{escape(name)}"'
+
+
+def is_item(name: str, opens: bool = True) -> str:
+    """Attributes of an element of a list that keys lead to, and from there to the one before or after it.
+
+    Args:
+        name: by which it is found again when the list is drawn anew.
+        opens: whether a click on it opens something; else it is only read.
+    """
+    role = ' role="link"' if opens else ""
+    return f'data-fcw-item="{escape(name)}" tabindex="0"{role}'
 
 
 def keeps_scroll(name: str) -> str:

@@ -81,6 +81,16 @@ def empty_element(client: viser.ClientHandle, element_id: str, taken: str) -> No
     )
 
 
+def note_in_address(client: viser.ClientHandle, name: str, text: str) -> None:
+    """Keep a text in the page's address: loaded anew, or sent to somebody, it is there."""
+    run_script(
+        client,
+        "const address = new URL(location);"
+        f"address.searchParams.set({json.dumps(name)}, {json.dumps(text)});"
+        "history.replaceState(null, '', address);",
+    )
+
+
 def run_script(client: viser.ClientHandle, source: str) -> None:
     """Run JavaScript in the page, after what was sent before."""
     client.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))

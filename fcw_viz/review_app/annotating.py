@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from fcw.annotation.records import Entry, Judgement, MissedEvent, Note, Reason, Said, TakenBack, Verdict
-from fcw.annotation.review import reference_to
+from fcw.annotation.review import reference_to, verdicts_of
 from fcw.annotation.warning_labels import LEVEL_OF_KIND
 from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
@@ -12,6 +12,10 @@ from fcw_viz.review_app.place import Place
 
 MISSED_BEFORE_S, MISSED_AFTER_S = 1.0, 1.0
 """A missed event reaches so far around the moment at which it is added."""
+NOTHING_TO_UNDO = (
+    "nothing to undo since this tab was loaded. The key of a verdict (1 to 4), pressed again, clears "
+    "it; under Notes, ✕ takes back a note or a missed event"
+)
 
 
 class _Words(NamedTuple):
@@ -54,10 +58,10 @@ class Annotating:
         }
 
     def judge(self, judgement: Judgement) -> None:
-        """Give a verdict on the selected event; the same one again takes it back."""
+        """Give a verdict on the selected event; the same one again clears it."""
         own = self.own_verdict
         if own is not None and own.said.judgement is judgement:
-            self.take_back(own.entry_id)
+            self._clear_verdict()
             return
         self._judge(judgement, None, own.said.text if own is not None else "")
 
@@ -151,10 +155,13 @@ class Annotating:
     def undo(self) -> None:
         """Take back what was said last in this tab of this drive."""
         name = self._place.opened.name
-        last = next((said for said in reversed(self._said) if said.drive == name), None)
-        if last is None:
-            raise UserError("nothing to undo; take back older entries in the list of notes")
-        self._take_back(last)
+        counting = {entry.entry_id for entry in self._place.review.review.entries}
+        while (last := next((said for said in reversed(self._said) if said.drive == name), None)) is not None:
+            if counting.issuperset(last.entry_ids):
+                self._take_back(last)
+                return
+            self._said.remove(last)  # taken back meanwhile, in another tab
+        raise UserError(NOTHING_TO_UNDO)
 
     def redo(self) -> None:
         """Say again what was taken back last in this tab of this drive."""
@@ -175,6 +182,14 @@ class Annotating:
         if judged is None:
             return None
         return next((one for one in judged.verdicts if one.person == self._place.session.reviewer), None)
+
+    def _clear_verdict(self) -> None:
+        """Leave the selected event unjudged: with the verdict go those that it superseded, in one step."""
+        place = self._place
+        assert place.selected is not None
+        person, shown = place.session.reviewer, place.review
+        own = verdicts_of(person, place.selected, shown.review, [one.event for one in shown.events])
+        self.say(*(TakenBack(entry.entry_id) for entry in reversed(own)))
 
     def _take_back(self, words: "_Words") -> None:
         """Take back all of a step, the last word first."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from fcw.annotation.records import Judgement
 from fcw.errors import UserError
-from fcw_viz.page.script import empty_element, focus_element, run_script
+from fcw_viz.page.script import empty_element, focus_element, note_in_address, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.picture.box_commands import BoxCommands
@@ -16,7 +16,7 @@ from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.time.playing import Playing
 from fcw_viz.review_app.triage.ahead import Ahead
-from fcw_viz.review_app.triage.drive_filter import DriveFilter
+from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
 
 NOTE_ID = "fcw-note"
 """Of the field for a note."""
@@ -66,6 +66,8 @@ class Desk:
         """Back to the list of the folder's drives."""
         if not self._session.folder.several:
             return
+        if self.place.drive is not None:
+            self._focus_left(self.place.drive.name)
         self._leave_drive()
         self._session.release(self.place)
         self._note_address("")
@@ -105,6 +107,11 @@ class Desk:
             self.playing.go_on()
         elif at_end and goes_on:
             self.go_to(drive.last_row)  # who looks at the end keeps looking at the end
+
+    def _focus_left(self, name: str) -> None:
+        """Have the keys of the list go on from the drive, or the moment, that is left."""
+        row = f"{name}#{self.place.selected}" if self.place.asked.listed is Listed.MOMENTS else name
+        run_script(self._client, f"window.fcwChannel.row = {json.dumps(row)};")
 
     def _leave_drive(self) -> None:
         self.playing.stop()
@@ -171,6 +178,7 @@ class Desk:
     def ask(self, asked: DriveFilter) -> None:
         """List other drives and events."""
         self.place.asked = asked
+        note_in_address(self._client, "asked", asked.kept_text)
         self.refresh()
 
     def next_unjudged(self) -> None:
@@ -272,10 +280,5 @@ class Desk:
         self._note_address(f"{self.place.opened.name}@{self.place.time_s:.3f}")
 
     def _note_address(self, text: str) -> None:
-        """Keep the place in the page's address: loaded anew, or sent to somebody, it leads there."""
-        run_script(
-            self._client,
-            "const address = new URL(location);"
-            f"address.searchParams.set('at', {json.dumps(text)});"
-            "history.replaceState(null, '', address);",
-        )
+        """Keep the place in the page's address."""
+        note_in_address(self._client, "at", text)

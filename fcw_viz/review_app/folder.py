@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from fcw.annotation.store import review_files
-from fcw.batch.ledger import Record
+from fcw.batch.ledger import DRIVES_NAME, Record
 from fcw.batch.review_list import read_review_list
-from fcw.batch.tables import DRIVES_NAME, unfinished_drives
+from fcw.batch.tables import unfinished_drives
 from fcw.errors import UserError
 from fcw.logs.export.clip import find_drives
 from fcw_viz.review_app.drive import Drive

@@ -114,6 +114,17 @@ HELP_ROWS = (
     ("O", "picture without the overlay"),
     ("Mouse", "over a box: details of the vehicle"),
     ("B", "view from above, or the picture"),
-    ("L", "all drives"),
+    ("L", "all drives; ↑ ↓ Enter: open another one"),
     ("Ctrl K", "every command"),
 )
+
+LIST_ROWS = (
+    ("↑ ↓", "next, previous drive or moment"),
+    ("Enter", "open it"),
+    ("Home End", "first, last one of the list"),
+    ("U", "next unjudged event in all drives"),
+    ("G", "go to the next event after each verdict"),
+    ("Tab", "filters, drives"),
+    ("Ctrl K", "every command"),
+)
+"""What keys do while the list of drives is seen."""

@@ -49,7 +49,7 @@ class Place:
             UserError: none is.
         """
         if self.drive is None:
-            raise UserError("open a drive first: click one in the list")
+            raise UserError("open a drive first: click one in the list, or press ↓ and Enter there")
         return self.drive
 
     @property

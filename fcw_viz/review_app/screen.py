@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from fcw.logs.overlay import Rgb
 from fcw.units import distance_text
@@ -235,7 +236,7 @@ class Screen:
         self._tab.view.show(image, quality)
         self.birds_eye.show(result)
         self.hover.show(drawn, self._place.opened.header.imperial)
-        self._boxes.show(result)
+        self._boxes.show(result, partial(self._frames.words, drawn))
         self._other_lead.show(self._other_line(row))
 
     def _other_line(self, row: int) -> list[LabelledLine]:

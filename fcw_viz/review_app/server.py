@@ -13,6 +13,7 @@ from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.panels.layout import first_list
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.tab import Tab
+from fcw_viz.review_app.triage.drive_filter import parse_filter
 
 
 class ReviewPage(PageServer):
@@ -56,9 +57,11 @@ class ReviewPage(PageServer):
 
     def first_html(self, query: str) -> str:
         """The list of the drives, unless the address leads to one of them."""
-        if not self.session.folder.several or any(parse_qs(query).get("at", ())):
+        said = parse_qs(query)
+        if not self.session.folder.several or any(said.get("at", ())):
             return ""
-        return first_html(first_list(self.session, self._title), ".fcw-folder", self._dark)
+        asked = parse_filter(said.get("asked", [""])[-1])
+        return first_html(first_list(self.session, self._title, asked), ".fcw-folder", self._dark)
 
     def open_tab(self, client: viser.ClientHandle) -> Tab:
         """A tab on the session."""

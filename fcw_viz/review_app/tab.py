@@ -15,6 +15,7 @@ from fcw_viz.review_app.desk import Desk
 from fcw_viz.review_app.keys import all_keys
 from fcw_viz.review_app.panels.layout import PANEL_WIDTH_PX, Panels
 from fcw_viz.review_app.session import ReviewSession
+from fcw_viz.review_app.triage.drive_filter import parse_filter
 from fcw_viz.review_app.triage.filter_bar import filter_messages
 
 FIRST_SIZE = ImageSize(1280, 720)
@@ -56,6 +57,7 @@ class Tab(PageTab):
     def _open_channel(self) -> None:
         desk, channel = self._desk, PageChannel(self.client, self.run)
         for name, callback in {
+            "asked": self._ask_again,
             "ready": self._arrive,
             "size": self._resized,
             "docked": lambda _: self.client.gui.main_panel.set_width(PANEL_WIDTH_PX),
@@ -91,6 +93,10 @@ class Tab(PageTab):
         desk.screen.hover.start()
         run_script(self.client, STRIP_MANNERS)
 
+    def _ask_again(self, text: str) -> None:
+        """The page is there, with the filter that its address keeps."""
+        self._desk.place.asked = parse_filter(text)
+
     def _arrive(self, text: str) -> None:
         """The page is there, with the place that its address names."""
         desk, drives = self._desk, self._session.drives
@@ -104,6 +110,7 @@ class Tab(PageTab):
         elif not self._session.folder.several:
             desk.open_at(next(iter(drives)))
         else:
+            self._panels.show_filter()  # somebody else's words may have had it drawn before it was asked
             desk.refresh()
 
     def _resized(self, about: str) -> None:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from datetime import UTC, datetime
 
-from fcw.annotation.records import Entry, Judgement, Verdict
+from fcw.annotation.records import Entry, Judgement, LabelledBox, Verdict
 from fcw.annotation.review import JudgedEvent
 from fcw.logs.events import DriveEvent
 from fcw.logs.overlay import own_speed_text
@@ -168,3 +168,20 @@ def when_words(time: str) -> str:
     """The date and time of an entry, in local time."""
     moment = datetime.strptime(time, "%Y-%m-%dT%H:%M:%S.%fZ").replace(tzinfo=UTC).astimezone()
     return moment.strftime("%Y-%m-%d %H:%M")
+
+
+def box_words(label: LabelledBox, edited: bool, missing: bool) -> str:
+    """What is said of a box while boxes are corrected.
+
+    Args:
+        label: the box as it stands.
+        edited: whether somebody has said so.
+        missing: whether the frame has none of it.
+    """
+    parts = [f"#{label.track_id}" if label.track_id is not None else "added"]
+    parts += ["not in this frame yet"] * missing
+    parts += ["corrected"] * (edited and label.track_id is not None)
+    parts += [one.value for one in (label.view, label.kind) if one is not None]
+    parts += [f"hidden {label.occluded}"] * bool(label.occluded)
+    parts += ["ignored"] * label.ignore
+    return "  ".join(parts)

@@ -21,10 +21,10 @@ from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from fcw.batch.fleet import FLEET_NAME, Fleet
-from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
+from fcw.batch.ledger import DRIVES_NAME, RECORD_NAME, Record, State, write_record
 from fcw.batch.moments import MOMENTS_NAME, WORST_NAME, moment_name, read_moment, write_moments
 from fcw.batch.review_list import REVIEW_LIST_NAME, read_review_list
-from fcw.batch.tables import DRIVES_NAME, EVENTS_NAME, write_tables
+from fcw.batch.tables import EVENTS_NAME, write_tables
 from fcw.errors import UserError
 from fcw.logs.events import find_events
 from fcw.logs.mcap.format import RESULT_TOPIC
@@ -214,6 +214,19 @@ def test_drives_that_say_when_they_were_stand_over_days_each_camera_in_its_colou
 def test_a_fleet_without_any_drive_is_a_page_too(tmp_path):
     assert write_tables(tmp_path, [Record("torn", "/d/torn.mp4", "van", State.FAILED, "torn")]) == (0, ())
     assert "0 drives" in (tmp_path / FLEET_NAME).read_text()
+
+
+def test_the_fleets_page_says_how_many_drives_it_lacks_and_where_the_reasons_are(batch, tmp_path):
+    page = (batch / FLEET_NAME).read_text()
+    assert "<b>1 more drive is not done</b> (1 failed)" in page
+    assert DRIVES_NAME in page
+    assert "fcw review" in page
+    states = (State.FAILED, State.UNCALIBRATED, State.FAILED)
+    write_tables(tmp_path, [Record(f"{n}", f"/{n}.mp4", "van", one, "!") for n, one in enumerate(states)])
+    page = (tmp_path / FLEET_NAME).read_text()
+    assert "<b>3 more drives are not done</b> (2 failed, 1 no calibration)" in page
+    write_tables(tmp_path, [])
+    assert "not done" not in (tmp_path / FLEET_NAME).read_text()
 
 
 def test_the_bytes_of_an_event_hold_it_whole(batch):

@@ -13,8 +13,8 @@ from video_making import write_short_drive
 
 from fcw.batch.drives import find_batch_drives
 from fcw.batch.identity import BatchOptions, identity_of
-from fcw.batch.ledger import RECORD_NAME, Record, State, read_record
-from fcw.batch.tables import DRIVES_NAME, TABLE_NAMES, write_tables
+from fcw.batch.ledger import DRIVES_NAME, RECORD_NAME, Record, State, read_record
+from fcw.batch.tables import TABLE_NAMES, write_tables
 from fcw.batch.work import Task, run_task
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.errors import UserError

@@ -9,6 +9,9 @@ from browser_page import PATIENCE_S, BrowserPage
 from playwright.sync_api import Locator
 from review_drives import CODE_BITS, CODE_PX, PERIOD_NS, RATE_HZ
 
+from fcw.annotation.review import Review as Words
+from fcw.annotation.store import read_review
+from fcw.logs.mcap.reader import DriveLog
 from fcw_viz.review_app.server import ReviewPage
 
 Review = Callable[[dict[str, Path]], ReviewPage]
@@ -91,6 +94,11 @@ class Reviewer:
     def sees(self, row: int) -> bool:
         """Whether picture and cursors show a frame."""
         return self.row == row and self.picture == row
+
+
+def said_of(log: Path) -> Words:
+    """What people said of a drive, as it is on the disk."""
+    return read_review(DriveLog(log))[0]
 
 
 def row_of(time_s: float) -> int:

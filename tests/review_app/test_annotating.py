@@ -1,9 +1,13 @@
 """Verdicts of a tab: given, changed, taken back and given again."""
 
+import time
+
 import pytest
 from review_drives import ADVISORY_S, CAUTION_S, WARNING_S
 
-from fcw.annotation.records import Judgement, Reason
+from fcw.annotation.records import Judgement, Reason, Verdict
+from fcw.annotation.review import reference_to
+from fcw.annotation.store import ReviewStore
 from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
 from fcw_viz.review_app.annotating import Annotating
@@ -43,6 +47,57 @@ def test_the_same_verdict_again_takes_it_back(place: Place, annotating: Annotati
     assert verdicts(place) == []
 
 
+@pytest.mark.parametrize("keys", ["411", "411144", "4R4", "2344"])
+def test_a_verdict_that_is_cleared_brings_no_earlier_one_back(
+    place: Place, annotating: Annotating, keys: str
+):
+    judgements = dict(zip("1234", Judgement, strict=True))
+    for key in keys:
+        if key == "R":
+            annotating.give_reason(Reason.CURVE)
+        else:
+            annotating.judge(judgements[key])
+    assert verdicts(place) == []
+    assert place.review.events[0].verdicts == ()
+
+
+def test_clearing_a_verdict_is_one_step_to_undo_and_to_redo(place: Place, annotating: Annotating):
+    annotating.judge(Judgement.FALSE)
+    annotating.judge(Judgement.RIGHT)
+    annotating.judge(Judgement.RIGHT)
+    annotating.undo()
+    assert verdicts(place) == [(Judgement.RIGHT, None, "")]
+    annotating.redo()
+    assert verdicts(place) == []
+    for judgement in (Judgement.RIGHT, Judgement.FALSE):
+        annotating.undo()
+        assert verdicts(place) == [(judgement, None, "")]
+    annotating.undo()
+    assert verdicts(place) == []
+
+
+def test_clearing_takes_back_what_another_tab_said_of_the_event_and_nothing_else(
+    place: Place, annotating: Annotating
+):
+    other_tab = Annotating(place, lambda title, text: None)
+    place.selected = 1
+    annotating.judge(Judgement.TOO_LATE)
+    place.selected = 0
+    annotating.judge(Judgement.FALSE)
+    store = ReviewStore(place.opened.log)
+    store.add("bert", Verdict(reference_to(place.opened.events[0]), Judgement.TOO_EARLY))
+    store.close()
+    place.session.start()  # it sees what other programs write
+    while len(place.review.events[0].verdicts) < 2:
+        time.sleep(0.01)
+    other_tab.judge(Judgement.RIGHT)
+    other_tab.judge(Judgement.RIGHT)
+    said = [(judged.verdicts[0].person, judged.judgement) for judged in place.review.events[:2]]
+    assert said == [("bert", Judgement.TOO_EARLY), ("anna", Judgement.TOO_LATE)]
+    annotating.undo()  # what the other tab has cleared is no step any more
+    assert place.review.events[1].verdicts == ()
+
+
 def test_undo_goes_back_word_by_word_and_redo_on_again(place: Place, annotating: Annotating):
     states = [verdicts(place)]
     for step in (
@@ -64,6 +119,18 @@ def test_undo_goes_back_word_by_word_and_redo_on_again(place: Place, annotating:
         annotating.redo()
     annotating.undo()
     assert verdicts(place) == states[-2]
+
+
+def test_a_tab_that_can_undo_nothing_says_how_a_verdict_of_before_is_cleared(
+    place: Place, annotating: Annotating
+):
+    annotating.judge(Judgement.FALSE)
+    loaded_anew = Annotating(place, lambda title, text: None)
+    with pytest.raises(UserError, match=r"verdict \(1 to 4\), pressed again, clears it") as told:
+        loaded_anew.undo()
+    assert "list of notes" not in str(told.value)  # verdicts are not in it
+    loaded_anew.judge(Judgement.FALSE)
+    assert verdicts(place) == []
 
 
 def test_something_new_said_ends_what_could_be_said_again(place: Place, annotating: Annotating):

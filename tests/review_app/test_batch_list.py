@@ -1,12 +1,14 @@
 """A batch's list is shown without opening its logs."""
 
+import re
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 from export_drives import drive_header, marked_drive, write_log
 
-from fcw.batch.ledger import Record, State
-from fcw.batch.tables import DRIVES_NAME, unfinished_drives, write_tables
+from fcw.batch.ledger import DRIVES_NAME, Record, State
+from fcw.batch.tables import unfinished_drives, write_tables
 from fcw.logs.export.clip import find_drives
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.drive import Drive
@@ -70,6 +72,19 @@ def test_of_a_batch_without_a_drive_that_is_done_the_list_says_why_at_once(tmp_p
     html = folder_html("drives", [], 0, 1000.0, unfinished=unfinished_drives(tmp_path))
     assert "These drives of the batch are not done" in html
     assert torn.reason in html
+
+
+def test_keys_lead_to_every_row_and_open_those_that_have_something_to_open(tmp_path):
+    whole = DriveCard("whole", tmp_path)
+    cards = [whole, replace(whole, name="unread", read=False), replace(whole, name="torn", trouble="torn")]
+    torn = Record("lost", "/lost.mp4", "bus", State.LOST, "/lost.mp4: not finished")
+    for listed, names, opening in (
+        (Listed.DRIVES, {"whole", "unread", "torn"}, 2),
+        (Listed.UNFINISHED, {"lost"}, 0),
+    ):
+        html = folder_html("drives", cards, 0, 1000.0, DriveFilter(listed=listed), unfinished=[torn])
+        assert set(re.findall('data-fcw-item="(.*?)" tabindex="0"', html)) == names
+        assert html.count('role="link"') == opening
 
 
 def test_a_long_list_is_drawn_in_parts(tmp_path):

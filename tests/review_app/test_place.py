@@ -61,7 +61,7 @@ def test_the_event_that_the_moment_is_in_is_selected_and_a_near_one_kept(place: 
 
 def test_without_a_drive_the_person_is_told_to_open_one(place: Place):
     place.leave()
-    with pytest.raises(UserError, match="open a drive first"):
+    with pytest.raises(UserError, match="open a drive first: click one in the list, or press ↓ and Enter"):
         place.next_event(True)
 
 

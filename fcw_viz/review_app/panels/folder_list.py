@@ -5,7 +5,7 @@ from dataclasses import replace
 from html import escape
 
 from fcw.batch.ledger import Record
-from fcw_viz.page.channel import says
+from fcw_viz.page.channel import is_item, says
 from fcw_viz.review_app.drive import by_severity, duration_text
 from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.panels.moment_list import (
@@ -152,12 +152,13 @@ def _summary(cards: Sequence[DriveCard], unread: int, listed: Listed) -> str:
 def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     if card.trouble:
         return (
-            f'<div class="fcw-row still"><div class="fcw-thumb">?</div><header><b>{escape(card.name)}</b>'
-            f"</header><div>{escape(card.trouble)}</div></div>"
+            f'<div class="fcw-row still" {is_item(card.name, False)}><div class="fcw-thumb">?</div>'
+            f"<header><b>{escape(card.name)}</b></header><div>{escape(card.trouble)}</div></div>"
         )
     if not card.read:
         return (
-            f'<div class="fcw-row" {says(f"open:{card.name}")}><div class="fcw-thumb">…</div>'
+            f'<div class="fcw-row" {is_item(card.name)} {says(f"open:{card.name}")}>'
+            f'<div class="fcw-thumb">…</div>'
             f"<div><header><b>{escape(card.name)}</b><span>not read yet</span></header></div></div>"
         )
     judged = card.judged
@@ -176,7 +177,7 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     notice = "" if card.complete else "<span>not finished; shown up to its last frame</span>"
     return (
         f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
-        f"{says(opens)}>"
+        f"{is_item(card.name)} {says(opens)}>"
         f'<div class="fcw-thumb"{thumbnail_style(card.thumbnail)}></div>'
         f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"

@@ -4,12 +4,13 @@ from html import escape
 from pathlib import Path
 
 from fcw_viz.page.channel import enters, keeps_scroll, says, says_size
+from fcw_viz.page.keys import help_table
 from fcw_viz.page.panel import add_page_panel
 from fcw_viz.page.style import STYLE, set_html, text_block
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import NOTE_ID, Desk
 from fcw_viz.review_app.drive import duration_text, utc_text
-from fcw_viz.review_app.keys import HELP_ROWS
+from fcw_viz.review_app.keys import HELP_ROWS, LIST_ROWS
 from fcw_viz.review_app.panels.boxes import BOXES, BoxesPanel
 from fcw_viz.review_app.panels.event import EventPanel
 from fcw_viz.review_app.panels.folder_list import MORE_LISTED, MOST_LISTED, folder_html, legend_html
@@ -31,9 +32,9 @@ NOTE_FIELD = (
 OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
 
 
-def first_list(session: ReviewSession, title: str) -> str:
+def first_list(session: ReviewSession, title: str, asked: DriveFilter) -> str:
     """The list of the drives as a tab has it at first, with all its styles."""
-    cards, asked, unfinished = session.cards, DriveFilter(), session.folder.unfinished
+    cards, unfinished = session.cards, session.folder.unfinished
     listed = folder_html(title, cards, session.unread, FIRST_FOLDER_PX, asked, unfinished=unfinished)
     return (
         f"{STYLE}<style>{OWN_STYLE}</style>{filter_html(asked, Choices.of(cards, unfinished), False)}"
@@ -151,7 +152,8 @@ class Panels:
         drive, session = self._place.drive, self._place.session
         who = f'<p class="dim">You review as <b>{escape(session.reviewer)}</b>.</p>'
         if drive is None:
-            return f'<div class="fcw-drive"><b>{escape(self._title)}</b></div>{who}{legend_html()}'
+            keys = f'<div class="fcw-legend">{help_table(LIST_ROWS)}</div>'
+            return f'<div class="fcw-drive"><b>{escape(self._title)}</b></div>{who}{legend_html()}{keys}'
         header = drive.header
         back = (
             f'<button {says("list:")} title="All drives (L)">‹ All drives</button>'

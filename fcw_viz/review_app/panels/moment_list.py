@@ -6,7 +6,7 @@ from html import escape
 
 from fcw.batch.ledger import Record
 from fcw.batch.moments import moment_name, read_moment
-from fcw_viz.page.channel import says
+from fcw_viz.page.channel import is_item, says
 from fcw_viz.review_app.drive import time_text, utc_text
 from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.time.timeline import kind_color
@@ -25,8 +25,8 @@ def moments_html(moments: Sequence[tuple[DriveCard, int]]) -> str:
 def unfinished_html(records: Sequence[Record]) -> str:
     """A row for each drive that a batch has not done, with the reason and what to do."""
     return "".join(
-        f'<div class="fcw-row still calm"><div class="fcw-thumb">!</div><div><header>'
-        f"<b>{escape(record.name)}</b><span>{escape(record.camera)}</span>"
+        f'<div class="fcw-row still calm" {is_item(record.name, False)}><div class="fcw-thumb">!</div>'
+        f"<div><header><b>{escape(record.name)}</b><span>{escape(record.camera)}</span>"
         f"<span>{escape(record.state.value)}</span></header><div>{escape(record.reason)}</div></div></div>"
         for record in records
     )
@@ -59,8 +59,9 @@ def _moment(card: DriveCard, number: int) -> str:
     when = ""
     if card.begun_utc_ns is not None:
         when = utc_text(card.begun_utc_ns + round(event.start_s * 1e9), True)
+    place = f"{card.name}#{number}"
     return (
-        f'<div class="fcw-row calm" {says(f"open:{card.name}#{number}")}>'
+        f'<div class="fcw-row calm" {is_item(place)} {says(f"open:{place}")}>'
         f'<div class="fcw-thumb"{thumbnail_style(picture)}></div>'
         f"<div><header><b>{escape(card.name)}</b><span>{escape(card.camera)}</span><span>{when}</span></header>"
         f"{event_words(card, number)}</div></div>"

@@ -1,6 +1,6 @@
 """Correcting the boxes of a frame on the picture: moved, resized, drawn, deleted, confirmed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -11,11 +11,12 @@ from fcw.errors import UserError
 from fcw.logs.overlay import OTHER_TRACK_COLOR, Rgb
 from fcw.logs.records import FrameResult
 from fcw_viz.page.picture.handle import Handle, Phase
-from fcw_viz.page.picture.label_layout import Point
+from fcw_viz.page.picture.label_layout import Area, Point
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, box_line
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.place import Place
+from fcw_viz.review_app.words import box_words
 
 LOG_COLOR: Rgb = OTHER_TRACK_COLOR
 EDITED_COLOR: Rgb = (70, 200, 110)
@@ -69,7 +70,8 @@ class BoxEditor:
         self._place, self._annotating = place, annotating
         self._show_panels = show_panels
         self._result: FrameResult | None = None
-        self._lines = LineOverlay(tab.view, tab.client, "boxes")
+        self._covered: Callable[[], Iterable[Area]] = tuple
+        self._lines = LineOverlay(tab.view, tab.client, "boxes", lambda: self._covered())
         self._handles: dict[str, Handle] = {}
         self._area = tab.view.add_area("box", self._move)
         self._hovered: str | None = None
@@ -163,9 +165,9 @@ class BoxEditor:
 
     # What is shown
 
-    def show(self, result: FrameResult) -> None:
-        """Show the boxes of another frame: what the log says of it."""
-        self._result, self._hovered = result, None
+    def show(self, result: FrameResult, covered: Callable[[], Iterable[Area]]) -> None:
+        """Show the boxes of another frame: what the log says of it, and what its picture's words cover."""
+        self._result, self._hovered, self._covered = result, None, covered
         self.redraw()
 
     def review_changed(self) -> None:
@@ -247,20 +249,19 @@ class BoxEditor:
         return {box_id: label for box_id, label in labels.items() if label is not None}
 
     def _line(self, box_id: str, label: LabelledBox) -> LabelledLine:
-        edited = box_id in self._edited()
-        color = SELECTED_COLOR if box_id == self.selected else EDITED_COLOR if edited else LOG_COLOR
-        parts = [f"#{label.track_id}" if label.track_id is not None else "added"]
-        parts += ["not in this frame yet"] * (box_id == self.selected and self._is_missing)
-        parts += ["corrected"] * (edited and label.track_id is not None)
-        parts += [one.value for one in (label.view, label.kind) if one is not None]
-        parts += [f"hidden {label.occluded}"] * bool(label.occluded)
-        parts += ["ignored"] * label.ignore
-        return box_line(label.box, color, "  ".join(parts), handles=box_id == self.selected)
+        edited, selected = box_id in self._edited(), box_id == self.selected
+        color = SELECTED_COLOR if selected else EDITED_COLOR if edited else LOG_COLOR
+        words = box_words(label, edited, selected and self._is_missing)
+        return box_line(label.box, color, words, handles=selected)
 
     def _edited_lines(self) -> list[LabelledLine]:
-        """What people labelled, which is seen all the same."""
+        """What people labelled, which is seen all the same; in a word, for the picture has its own."""
         said = self._edited() if self._result else {}
-        return [self._line(box_id, label) for box_id, label in said.items() if label is not None]
+        return [
+            box_line(label.box, EDITED_COLOR, "added" if label.track_id is None else "corrected")
+            for label in said.values()
+            if label is not None
+        ]
 
     def _draw(self, lines: Sequence[LabelledLine]) -> None:
         if lines or self._is_drawn:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fcw.errors import UserError
 from fcw.logs.records import FrameResult
 from fcw_viz.overlay import OverlayPainter
+from fcw_viz.page.picture.label_layout import Area
 from fcw_viz.review_app.drive import Drive
 
 MISSING_GREY = 60
@@ -43,6 +44,13 @@ class FramePictures:
             while len(self._results) > RESULTS_KEPT:
                 self._results.popitem(last=False)
         return result
+
+    def words(self, drawn: FrameResult | None) -> tuple[Area, ...]:
+        """What the words cover that `image` draws over a picture with that result."""
+        if drawn is None:
+            return ()
+        grounds = (one.ground for one in self._painter.overlay(drawn).words)
+        return tuple(Area(ground.x, ground.y, ground.right, ground.bottom) for ground in grounds)
 
     def image(self, row: int, drawn: FrameResult | None) -> tuple[NDArray[np.uint8], str]:
         """A picture, (height, width, 3) BGR, with a result drawn over it unless that is None.

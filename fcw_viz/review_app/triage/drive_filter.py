@@ -1,9 +1,12 @@
 """Which of the drives and events somebody wants to see, and in which order."""
 
+from base64 import urlsafe_b64decode, urlsafe_b64encode
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 from itertools import chain
+from urllib.parse import parse_qs, urlencode
 
 from fcw.annotation.records import Judgement
 from fcw.annotation.review import JudgedEvent
@@ -56,6 +59,20 @@ class DriveFilter:
     camera: str = ""
     date: str = ""
     listed: Listed = Listed.DRIVES
+
+    @property
+    def kept_text(self) -> str:
+        """By which `parse_filter` finds it again; empty where nothing is asked for.
+
+        Of letters that mean nothing in an address: viser decodes the page's own when it starts.
+        """
+        said = {
+            one.name: getattr(self, one.name)
+            for one in fields(self)
+            if getattr(self, one.name) != one.default
+        }
+        names = {name: one.name if isinstance(one, Enum) else one for name, one in said.items()}
+        return urlsafe_b64encode(urlencode(names, errors="replace").encode()).decode().rstrip("=")
 
     def passes(self, judged: JudgedEvent) -> bool:
         """Whether an event is asked for."""
@@ -147,6 +164,25 @@ class DriveFilter:
 
     def _has_drive(self, name: str, camera: str) -> bool:
         return self.text.casefold() in name.casefold() and self.camera in ("", camera)
+
+
+def parse_filter(text: str) -> DriveFilter:
+    """What a text asks for; what it says that nobody can ask for is left out."""
+    try:
+        query = urlsafe_b64decode(text + "==").decode()
+    except ValueError:  # somebody has written into the address
+        query = ""
+    said = defaultdict(str, {name: values[-1] for name, values in parse_qs(query).items()})
+    return DriveFilter(
+        said["text"],
+        said["kind"],
+        said["verdict"] if said["verdict"] in VERDICTS else "",
+        said["reviewer"],
+        Order.__members__.get(said["order"], Order.WORST),
+        said["camera"],
+        said["date"],
+        Listed.__members__.get(said["listed"], Listed.DRIVES),
+    )
 
 
 def _first_unjudged(places: Iterable[tuple[DriveCard, int]]) -> tuple[str, int] | None:

@@ -50,15 +50,16 @@ class Choices:
 
 def filter_html(asked: DriveFilter, choices: Choices, goes_on: bool) -> str:
     """The fields, with what is asked for now; what changes in them says so by itself."""
-    lists = {one.name: one.value for one in Listed if choices.unfinished or one is not Listed.UNFINISHED}
+    unfinished = choices.unfinished or asked.listed is Listed.UNFINISHED
+    lists = {one.name: one.value for one in Listed if unfinished or one is not Listed.UNFINISHED}
     kinds = {"": "all kinds"} | KIND_TITLES
     verdicts = {"": "all verdicts"} | {verdict: verdict for verdict in VERDICTS}
     people = {"": "all reviewers"} | {person: person for person in choices.reviewers}
     places = ""
-    if choices.cameras:
+    if choices.cameras or asked.camera:
         cameras = {"": "all cameras"} | {camera: camera for camera in choices.cameras}
         places += _select("filtercamera", cameras, asked.camera)
-    if choices.dates:
+    if choices.dates or asked.date:
         places += _select("filterdate", {"": "all days"} | {one: one for one in choices.dates}, asked.date)
     orders = {order.name: order.value for order in Order}
     return (
@@ -106,6 +107,8 @@ def _latest_first(date: str) -> tuple[int, ...]:
 
 
 def _select(name: str, choices: Mapping[str, str], chosen: str) -> str:
+    """A list to choose from; what was chosen stands in it though there is no such choice any more, or yet."""
+    choices = {**choices, chosen: choices.get(chosen, chosen)}
     options = "".join(
         f'<option value="{escape(value)}"{" selected" * (value == chosen)}>{escape(words)}</option>'
         for value, words in choices.items()

@@ -22,22 +22,14 @@ from review_drives import (
     WARNING_END_S,
     write_drive,
 )
-from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
+from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of, said_of
 from running.programs import serve_page
 
 from fcw.annotation.records import Judgement, LabelledBox, Note, Reason, VehicleKind
-from fcw.annotation.review import Review as Words
-from fcw.annotation.store import read_review
 from fcw.box import Box
-from fcw.logs.mcap.reader import DriveLog
 
 WORST_ROW = row_of(CAUTION_S)
 """Where the made drive's warning needs most braking, which is all the same while it lasts."""
-
-
-def said_of(log: Path) -> Words:
-    """What is on the disk."""
-    return read_review(DriveLog(log))[0]
 
 
 def test_the_worst_moment_of_five_drives_is_two_clicks_away(
@@ -396,3 +388,9 @@ def test_verdict_after_verdict_through_all_drives(
     person.press("l")
     person.at("select[data-fcw-choice=filterverdict]").select_option("false")
     wait_for(lambda: rows.count() == 1 and person.words(".fcw-row").startswith("other"))
+    person.browser.page.reload()
+    wait_for(lambda: rows.count() == 1 and person.words(".fcw-row").startswith("other"))
+    person.browser.page.wait_for_function("!document.querySelector('.fcw-first')")
+    wait_for(lambda: person.at("select[data-fcw-choice=filterverdict]").input_value() == "false")
+    person.press("ArrowDown", "Enter")
+    wait_for(lambda: person.words(".fcw-drive b") == "other" and person.sees(row_of(NEAR_MISS_S)))

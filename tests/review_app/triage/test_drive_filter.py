@@ -1,5 +1,7 @@
 """What is asked for is listed, and the next unjudged event is always one that nobody has judged."""
 
+import re
+from base64 import urlsafe_b64encode
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,11 +17,13 @@ from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.triage.drive_filter import (
     DISAGREED,
     UNJUDGED,
+    VERDICTS,
     DriveFilter,
     Listed,
     Order,
+    parse_filter,
 )
-from fcw_viz.review_app.triage.filter_bar import Choices
+from fcw_viz.review_app.triage.filter_bar import Choices, filter_html
 
 KINDS = ("warning", "caution", "near miss")
 
@@ -52,6 +56,43 @@ CARDS = (
     card("calm", [], {}),
     card("dusk", [("warning", 0.8), ("warning", 0.2)], {(0, "bert"): Judgement.RIGHT}),
 )
+
+
+filters = st.builds(
+    DriveFilter,
+    st.text(max_size=9),
+    st.sampled_from(("", *KINDS)),
+    st.sampled_from(("", *VERDICTS)),
+    st.text(max_size=9),
+    st.sampled_from(Order),
+    st.text(max_size=9),
+    st.sampled_from(("", "2026-11", "2026-11-20")),
+    st.sampled_from(Listed),
+)
+
+
+@given(filters)
+def test_what_is_asked_for_is_found_again_in_an_address(asked: DriveFilter):
+    assert re.fullmatch(r"[\w-]*", asked.kept_text, re.ASCII)  # however often it is decoded
+    assert parse_filter(asked.kept_text) == asked
+
+
+@given(
+    st.text(max_size=9)
+    | st.sampled_from(("listed=all&order=&verdict=maybe", "&&==&text=", "%")).map(
+        lambda query: urlsafe_b64encode(query.encode()).decode()
+    )
+)
+def test_an_address_that_asks_for_nothing_that_there_is_leads_to_the_whole_list(text: str):
+    asked = parse_filter(text)
+    assert replace(asked, text="") == DriveFilter()
+
+
+def test_what_was_asked_for_stands_in_its_field_also_before_the_folder_has_such_a_thing():
+    asked = DriveFilter(reviewer="bert", camera="bus", listed=Listed.UNFINISHED)
+    html = filter_html(asked, Choices(), False)
+    for chosen in ("bert", "bus", "UNFINISHED"):
+        assert f'<option value="{chosen}" selected>' in html
 
 
 @pytest.mark.parametrize(
