@@ -21,13 +21,13 @@ from fcw.camera.straight import Orientation
 from fcw.detection.choice import searching_detector
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.clip import (
     VEHICLE_HEIGHTS_M,
     ClipObservations,
     calibrate_clip,
     rough_calibration,
 )
-from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.turning.by_turns import lens_by_turns
 from fcw.self_calibration.vehicles import LONGEST_S, vehicles_of
 from fcw.warning.ego_speed import EgoSpeed
