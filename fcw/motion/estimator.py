@@ -172,7 +172,7 @@ class MotionEstimator:
         """What a look tells goes before what steps taught of pitch and yaw, if the two contradict each other.
 
         Steps tell the angles more exactly, where the road is a plane and their speed is true. Once they
-        taught something else than looks see, this drive is none of which they can tell.
+        taught something else than looks see, they are believed no more in this drive.
         """
         is_taught = self._known_s >= self._settings.mount_after_s
         if not is_taught:
@@ -186,7 +186,7 @@ class MotionEstimator:
             if contradict(believed, angle_rad):
                 self._misled |= is_taught
                 self._filter.take_angle(place, angle_rad)
-            else:
+            elif told.is_whole:
                 self._filter.measure_angle(place, angle_rad)
         self._mount = self._filter.mount()
 

@@ -69,11 +69,11 @@ class _Pair(NamedTuple):
 
 
 class TravelDirection:
-    """Finds it, picture by picture.
+    """Finds where straight driving leads to, picture by picture.
 
     Args:
         camera: whose focal length and axis are taken for granted; its pitch is not asked for.
-        factor: by which those are smaller in which points are followed.
+        factor: by which the pictures in which points are followed are smaller than the whole ones.
     """
 
     def __init__(self, camera: GroundPlaneCamera, factor: int) -> None:

@@ -15,10 +15,10 @@ from fcw.camera.calibration import Calibration, Gaussian
 from fcw.motion.travel.direction import TravelDirection
 from fcw.motion.travel.tracks import SPARSE_PX, PointTracks
 
-FIRST_TOLD_S, LOOK_S = 1.8, 6.0
+FIRST_TOLD_S, LOOK_S = 1.8, 5.0
 """Of driving: a look tells first what little it has seen, then all, and ends. It takes half a second of a
 processor."""
-PAUSES_S = (10.0, 60.0)
+PAUSES_S = (15.0, 60.0)
 """After the first look, and after all others."""
 LONGEST_LOOK_S = 60.0
 """Of driving and standing: a look that has not ended by then begins anew."""
@@ -32,10 +32,13 @@ class Told(NamedTuple):
     Attributes:
         pitch_rad: downwards, against the direction of travel.
         yaw_rad: to the left; None where we turn all the time.
+        is_whole: whether the look has ended. What it tells before is of a part of the same pictures: it
+            counts where it contradicts what is believed, and not as one more measurement.
     """
 
     pitch_rad: Gaussian
     yaw_rad: Gaussian | None
+    is_whole: bool
 
 
 class TravelLooks:
@@ -72,9 +75,9 @@ class TravelLooks:
         driven_s = self._travel.driven_s
         if driven_s < self._due_s:
             return None
-        places = self._travel.told()
+        places, is_whole = self._travel.told(), driven_s >= LOOK_S
         self._due_s = LOOK_S
-        if driven_s >= LOOK_S:
+        if is_whole:
             self._begin(time_s + PAUSES_S[min(self._looks, len(PAUSES_S) - 1)])
             self._looks += 1
         if places is None:
@@ -85,7 +88,7 @@ class TravelLooks:
             # A camera that looks to the left sees where it drives to on the right.
             left_rad = _angle(camera.principal_column_px, column, camera.focal_y_px)
             yaw_rad = Gaussian(-left_rad.value, left_rad.sigma)
-        return Told(_angle(camera.principal_row_px, row, camera.focal_y_px), yaw_rad)
+        return Told(_angle(camera.principal_row_px, row, camera.focal_y_px), yaw_rad, is_whole)
 
     def _begin(self, time_s: float) -> None:
         self._begin_s, self._due_s = time_s, FIRST_TOLD_S
