@@ -40,6 +40,7 @@ VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "l
 """Of a camera at the windscreen of each class."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
 ANY_YAW_RAD = math.radians(15.0)
+"""Of a yaw that the drive does not tell: so wide that it has no say."""
 LANES_EVERY_S = 0.5
 WHOLE_CLIP_S = (0.0, LONGEST_S)
 FARTHEST_SIGN_PART = 0.15
@@ -55,7 +56,8 @@ class ClipObservations:
     """What a clip shows.
 
     Attributes:
-        travel_px: column and row that straight driving leads to; None where the car stood, or turned always.
+        travel_px: column and row that straight driving leads to; None where the car stood, or too little
+            flows. The column is as good as unknown where it turned always.
         lanes_px: column and row where the own lane's lines meet; None where few are seen, or they disagree.
         rulers: vehicles.
         frames: how many pictures were looked at for vehicles.
