@@ -246,7 +246,7 @@ class MotionEstimator:
             roll_rad=float(roll_rad),
             pitch_sigma_rad=sigmas_rad[0],
             yaw_sigma_rad=sigmas_rad[1],
-            roll_sigma_rad=sigmas_rad[2],
+            roll_sigma_rad=math.hypot(sigmas_rad[2], self._settings.verge_roll_sigma_rad),
         )
 
     @property

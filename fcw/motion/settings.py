@@ -58,6 +58,9 @@ class MotionSettings:
             plane below the wheels.
         road_roll_sigma_rad: of the road ahead against that below the wheels,
         road_pitch_sigma_rad: likewise.
+        verge_roll_sigma_rad: of the roll for as long as a drive lasts: kerbs stand and verges slope, and are
+            followed with the road. On 27 clips, most of them of cameras that look level, it ended at -5 to 8
+            degrees, 2.2 in the root mean square.
         known_part: the speed is known while its 1-sigma is less than this part of it,
         known_mps: or less than this.
         lost_part: it is searched for anew when its 1-sigma is more than this part of it,
@@ -137,6 +140,7 @@ class MotionSettings:
     travel_part: float = 0.03
     road_roll_sigma_rad: float = math.radians(0.5)
     road_pitch_sigma_rad: float = math.radians(0.25)
+    verge_roll_sigma_rad: float = math.radians(2.5)
     known_part: float = 0.15
     known_mps: float = 0.3
     lost_part: float = 0.3

@@ -27,7 +27,7 @@ class Mount:
         pitch_rad: of its axis below the direction of travel, which is level with the road.
         yaw_rad: of its axis to the left of the direction of travel.
         roll_rad: of the camera to the right about its axis: the left end of its rows is raised, so that the
-            horizon falls from right to left in the picture.
+            horizon falls from right to left in the picture. Against the road with its kerbs and verges.
         pitch_sigma_rad: 1-sigma.
         yaw_sigma_rad: 1-sigma.
         roll_sigma_rad: 1-sigma.

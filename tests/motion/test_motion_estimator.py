@@ -83,6 +83,13 @@ def test_yaw_and_roll_of_the_mount_are_found():
     assert abs(last.mount.yaw_rad - math.radians(3.0)) < 4 * last.mount.yaw_sigma_rad
 
 
+def test_a_drive_is_never_sure_of_the_roll():
+    """A kerb along the right edge of the lane looks like a tilted road for as long as it is there."""
+    mount = drive(estimator(), 10.0, 20)[-1].mount
+    assert mount.roll_sigma_rad > math.radians(2.0)
+    assert mount.pitch_sigma_rad < math.radians(0.5)
+
+
 def test_black_pictures_say_nothing_and_the_last_value_decays():
     own = estimator()
     before = drive(own, 10.0, 12)[-1]
