@@ -1,10 +1,11 @@
 """What a drive taught of the mount, made the calibration of the pictures that the camera takes.
 
 A drive tells where the camera looks: the row of the horizon and the yaw; of the roll no more than kerbs and
-verges allow, which is hardly ever enough to take it. It tells nothing of the lens. A calibration knows all of them, each the better the more is known of the others: a horizon told by the
-drive makes a focal length surer where both came from the same clicks. So the horizon's row is one more
-measurement (Kalman 1960), unless it contradicts the calibration: then the mount was moved, the old horizon is
-forgotten, and the lens stays as it was.
+verges allow, which is hardly ever enough to take it. It tells nothing of the lens. A calibration knows all of
+them, each the better the more is known of the others: a horizon told by the drive makes a focal length surer
+where both came from the same clicks. So the horizon's row is one more measurement (Kalman 1960), unless it
+contradicts the calibration: then the mount was moved, the old horizon is forgotten, and the lens stays as it
+was.
 """
 
 import math
