@@ -34,7 +34,7 @@ class MotionSettings:
         road_half_width_m: the road is flat this far to either side; kerbs and ditches begin beyond.
         road_near_m: the nearest road that is looked at.
         road_far_m: the farthest: beyond it a pixel is more than 5 % of the distance.
-        largest_growth: what grows by more between two pictures cannot be followed.
+        largest_growth: what grows by more between two pictures is too coarse in the first to be found again.
         unevenness: of the road, as a part of the inverse depth: 3 cm below a camera 1.5 m high are 2 %.
         far_inverse_depth: 1/m of what is not road, the guess,
         far_inverse_depth_sigma: and its 1-sigma.
@@ -118,7 +118,7 @@ class MotionSettings:
     road_half_width_m: float = 3.5
     road_near_m: float = 4.0
     road_far_m: float = 32.0
-    largest_growth: float = 1.35
+    largest_growth: float = 1.7
     unevenness: float = 0.03
     far_inverse_depth: float = 0.03
     far_inverse_depth_sigma: float = 0.05
@@ -157,7 +157,7 @@ class MotionSettings:
     standing_points: int = 50
     search_s: float = 1.0
     lost_search_s: float = 0.35
-    supposed_mps: tuple[float, ...] = (0.0, 4.0, 8.0, 12.0, 17.0, 22.0, 28.0, 34.0)
+    supposed_mps: tuple[float, ...] = (0.0, 4.0, 8.0, 12.0, 17.0, 22.0, 28.0, 35.0, 43.0)
     supposed_sigma_mps: float = 2.0
     first_evidence: float = 60.0
     other_evidence: float = 50.0

@@ -49,6 +49,11 @@ def test_speed_is_that_of_the_road_in_units_of_the_height(speed_mps):
     assert abs(last.yaw_rate_radps) < math.radians(0.3)
 
 
+@pytest.mark.parametrize("speed_mps", [20.0, 36.0])
+def test_a_road_that_grows_by_half_between_two_pictures_is_followed_as_far_as_it_goes(speed_mps):
+    assert drive(estimator(), speed_mps, 12)[-1].speed_mps == pytest.approx(speed_mps, rel=0.015)
+
+
 @pytest.mark.slow
 def test_scale_and_height_are_one():
     right, high = (drive(estimator(height_m=height_m), 10.0, 12)[-1] for height_m in (1.3, 1.3 * 1.03))

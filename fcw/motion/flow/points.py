@@ -23,6 +23,12 @@ BESIDE_M = 1.0
 """Between the road and what is beside it lies a strip of which nobody knows."""
 FAR_INVERSE_DEPTH = 0.01
 """1/m, where background is looked for in the next picture."""
+PLANE_MARGIN_PX = 16
+"""The road is drawn so far above its highest point: windows of the pyramid's upper levels reach there."""
+
+
+Places = NDArray[np.float32]
+"""(N, 2) columns and rows in a small picture."""
 
 
 class SmallPicture(NamedTuple):
@@ -138,27 +144,81 @@ class PointFollower:
         )
         if not len(cells):
             return Flow(cells, rays, rays, road, inverse_depth, spread, np.zeros((0, 3)))
-        followed, status, differences = cv2.calcOpticalFlowPyrLK(
-            last.grey,
-            now.grey,
-            places[:, None],
-            self._expected(rays, np.where(road, below, FAR_INVERSE_DEPTH), mean)[:, None].copy(),
-            winSize=(settings.window_px, settings.window_px),
-            maxLevel=settings.levels,
-            criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 8, 0.03),
-            flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
-        )
-        kept = status[:, 0] == 1
-        kept &= ~road | (differences[:, 0] < settings.largest_difference * last.corners.contrast[cells])
+        places_after = self._expected(rays, np.where(road, below, FAR_INVERSE_DEPTH), mean)
+        found, differences = np.zeros(len(cells), bool), np.zeros(len(cells), np.float32)
+        if road.any():
+            places_after[road], found[road], differences[road] = self._follow_road(
+                last.grey, now.grey, places[road], mean
+            )
+        if not road.all():
+            places_after[~road], found[~road], differences[~road] = self._flow(
+                last.grey, now.grey, places[~road], places_after[~road]
+            )
+        kept = found & (~road | (differences < settings.largest_difference * last.corners.contrast[cells]))
         return Flow(
             cells[kept],
             rays[kept],
-            self.view.rays(followed[kept, 0]),
+            self.view.rays(places_after[kept]),
             road[kept],
             inverse_depth[kept],
             spread[kept],
             self._precision(last.corners.information[cells[kept]]),
         )
+
+    def _follow_road(
+        self, before: NDArray[np.uint8], after: NDArray[np.uint8], places: Places, mean: FloatArray
+    ) -> tuple[Places, NDArray[np.bool_], NDArray[np.float32]]:
+        """As `_flow`, of places on the road.
+
+        The road of the second picture is drawn as it would look from where the first was taken, if we moved
+        as expected. What is near grows between two pictures, the more the faster we are: a window of one size
+        follows it less far than it goes, and we seem to be slower than we are.
+        """
+        height, width = before.shape
+        # Any four places on the road tell how all of it moves. These are where its points are: what is nearer
+        # may be behind us by the second picture.
+        high, low = places[:, 1].min() - 1, places[:, 1].max()
+        frame = np.array([(x, y) for y in (high, low) for x in (0, width - 1)], np.float32)
+        rays = self.view.rays(frame)
+        moved = self._expected(rays, self._road(mean).inverse_depth(rays), mean)
+        plane = cv2.getPerspectiveTransform(frame, moved)
+        top = max(int(high) - PLANE_MARGIN_PX, 0)
+        drawn = cv2.warpPerspective(
+            after,
+            plane @ np.array(((1.0, 0.0, 0.0), (0.0, 1.0, top), (0.0, 0.0, 1.0))),
+            (width, height - top),
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        shift = np.array((0, top), np.float32)
+        in_drawn, found, differences = self._flow(
+            before[top:], drawn.astype(np.uint8, copy=False), places - shift, places - shift
+        )
+        places_after = cv2.perspectiveTransform((in_drawn + shift)[:, None], plane)[:, 0]
+        inside = ((places_after > 0) & (places_after < (width - 1, height - 1))).all(axis=1)
+        return places_after.astype(np.float32, copy=False), found & inside, differences
+
+    def _flow(
+        self, before: NDArray[np.uint8], after: NDArray[np.uint8], places: Places, expected: Places
+    ) -> tuple[Places, NDArray[np.bool_], NDArray[np.float32]]:
+        """Follow (N, 2) places to another picture, where they are looked for around the expected ones.
+
+        Returns:
+            (N, 2) where they are, (N,) whether they were found, and (N,) by how much they look different.
+        """
+        settings = self._settings
+        places_after, status, differences = cv2.calcOpticalFlowPyrLK(
+            before,
+            after,
+            places[:, None],
+            expected[:, None].copy(),
+            winSize=(settings.window_px, settings.window_px),
+            maxLevel=settings.levels,
+            criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 8, 0.03),
+            flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+        )
+        single = np.column_stack((places_after[:, 0], differences)).astype(np.float32, copy=False)
+        return single[:, :2], status[:, 0] == 1, single[:, 2]
 
     def learn(self, cells: NDArray[np.int64], inlying: FloatArray, dt_s: float) -> None:
         """Remember where points keep to the motion: reflections and the own bonnet do not.
@@ -224,7 +284,7 @@ class PointFollower:
             )
         )
 
-    def _expected(self, rays: FloatArray, inverse_depth: FloatArray, mean: FloatArray) -> NDArray[np.float32]:
+    def _expected(self, rays: FloatArray, inverse_depth: FloatArray, mean: FloatArray) -> Places:
         """(N, 2) where points are expected in the next small picture."""
         wx, wy, wz, travel = mean[:4]
         x = rays[:, 0] - inverse_depth * travel * mean[YAW]
