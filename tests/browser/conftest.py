@@ -33,8 +33,8 @@ _NO_SMOOTH_EDGES = """
     return open.call(this, kind, kind.startsWith("webgl") ? { ...wishes, antialias: false } : wishes);
   };
 """
-# viser draws frame after frame for a quarter of a second whenever something may have changed. A screen that shows
-# ten a second ends at the same picture, for a third of the work.
+# viser draws frame after frame for a quarter of a second whenever something may have changed. A screen that
+# shows ten a second ends at the same picture, for a third of the work.
 _FEW_FRAMES = """
   const next = window.requestAnimationFrame.bind(window);
   let waiting = new Map(), last = 0, shownAt = -Infinity, isAsked = false;
