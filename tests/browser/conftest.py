@@ -33,6 +33,25 @@ _NO_SMOOTH_EDGES = """
     return open.call(this, kind, kind.startsWith("webgl") ? { ...wishes, antialias: false } : wishes);
   };
 """
+# viser draws frame after frame for a quarter of a second whenever something may have changed. A screen that
+# shows ten a second ends at the same picture, for a third of the work.
+_FEW_FRAMES = """
+  const next = window.requestAnimationFrame.bind(window);
+  let waiting = new Map(), last = 0, shownAt = -Infinity, isAsked = false;
+  const show = (now) => {
+    const mine = waiting;
+    [waiting, shownAt, isAsked] = [new Map(), performance.now(), false];
+    for (const callback of mine.values())
+      try { callback(now); } catch (error) { reportError(error); }
+  };
+  window.requestAnimationFrame = (callback) => {
+    waiting.set(++last, callback);
+    if (!isAsked) setTimeout(() => next(show), Math.max(0, shownAt + 100 - performance.now()));
+    isAsked = true;
+    return last;
+  };
+  window.cancelAnimationFrame = (handle) => waiting.delete(handle);
+"""
 
 
 class OpenPage(Protocol):
@@ -45,6 +64,7 @@ class OpenPage(Protocol):
         picture: bool = True,
         sharp: bool = False,
         phone: bool = False,
+        few_frames: bool = True,
     ) -> BrowserPage: ...
 
 
@@ -62,8 +82,9 @@ def chromium() -> Generator[Browser]:
 @pytest.fixture
 def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
     """Opens a URL of the program and waits for its picture, if it begins with one; several calls are several
-    people. Unless it has to be sharp, the scene is drawn in half the screen's resolution and with rough
-    edges: software draws it. A phone is touched, and lays pages out as phones do.
+    people. The scene is drawn with rough edges, unless it has to be sharp in a quarter of the screen's
+    resolution, and unless a test is about the frames themselves, they are few: software draws them. A phone
+    is touched, and lays pages out as phones do.
 
     At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
     """
@@ -75,20 +96,22 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
         picture: bool = True,
         sharp: bool = False,
         phone: bool = False,
+        few_frames: bool = True,
     ) -> BrowserPage:
         width, height = window_px
         context = chromium.new_context(
             viewport=ViewportSize(width=width, height=height), has_touch=phone, is_mobile=phone
         )
         context.set_default_timeout(PATIENCE_S * 1000)
-        if not sharp:
-            context.add_init_script(_NO_SMOOTH_EDGES)
+        context.add_init_script(_NO_SMOOTH_EDGES)
+        if few_frames:
+            context.add_init_script(_FEW_FRAMES)
         opened = BrowserPage(context.new_page())
         pages.append(opened)
         opened.listen()
         address, _, query = url.partition("?")
         # As it is printed, without a slash at its end: that is how people open it.
-        opened.page.goto(f"{address}?fixedDpr={1.0 if sharp else 0.5}&{query}")
+        opened.page.goto(f"{address}?fixedDpr={1.0 if sharp else 0.25}&{query}")
         if picture:
             opened.wait_until_ready()
         return opened

@@ -37,48 +37,62 @@ def _log_likelihoods(
     astray: float,
     found: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """As `log_likelihoods`; all lengths are in units of the rays."""
-    turn, step = np.zeros(3), np.zeros(3)
-    slopes = np.zeros(3)
-    hessian, gradient = np.zeros((3, 3)), np.zeros(3)
-    by_turn = np.zeros((2, 3))
+    """As `log_likelihoods`; all lengths are in units of the rays, and points are (2, N).
+
+    The sums over the points are numbers of their own, and no point takes another way than the others: so
+    LLVM sums several points at once.
+    """
+    points = before.shape[1]
+    across, is_on = np.empty(points), np.empty(points)
+    p0, p1, p2 = turn_precision[0], turn_precision[1], turn_precision[2]
     for k in range(directions.shape[0]):
-        turn[:] = 0.0
-        found[k] = 0.0
+        column, row = directions[k, 0], directions[k, 1]
+        w0 = w1 = w2 = 0.0
         for stage in range(len(SCALES) + 1):
-            hessian[:, :] = 0.0
-            for m in range(3):
-                hessian[m, m] = turn_precision[m]
-                gradient[m] = -turn_precision[m] * turn[m]
-            for i in range(before.shape[0]):
-                x, y = before[i, 0], before[i, 1]
-                by_turn[0, 0], by_turn[0, 1], by_turn[0, 2] = x * y, -(1 + x * x), y
-                by_turn[1, 0], by_turn[1, 1], by_turn[1, 2] = 1 + y * y, -x * y, -x
-                out_x, out_y = x - directions[k, 0], y - directions[k, 1]
-                length = math.sqrt(out_x * out_x + out_y * out_y) + 1e-9
-                out_x, out_y = out_x / length, out_y / length
-                left_x, left_y = after[i, 0] - x, after[i, 1] - y
-                for m in range(3):
-                    left_x -= by_turn[0, m] * turn[m]
-                    left_y -= by_turn[1, m] * turn[m]
-                    slopes[m] = (out_x * by_turn[1, m] - out_y * by_turn[0, m]) / place_sigma
-                across = (out_x * left_y - out_y * left_x) / place_sigma
-                is_back = (out_x * left_x + out_y * left_y) / place_sigma < -BACK_SIGMAS
-                if stage == len(SCALES):
-                    density = 0.0 if is_back else math.exp(-across * across / 2) / math.sqrt(2 * math.pi)
-                    found[k] += math.log((1 - OUTLIERS) * density + OUTLIERS * place_sigma / astray)
-                elif not is_back:
-                    weight = 1 / (1 + across * across / (SCALES[stage] * SCALES[stage]))
-                    weight *= weight
-                    for m in range(3):
-                        gradient[m] += weight * slopes[m] * across
-                        for n in range(3):
-                            hessian[m, n] += weight * slopes[m] * slopes[n]
+            scale = SCALES[min(stage, len(SCALES) - 1)]
+            h00, h11, h22, h01, h02, h12 = p0, p1, p2, 0.0, 0.0, 0.0
+            g0, g1, g2 = -p0 * w0, -p1 * w1, -p2 * w2
+            for i in range(points):
+                x, y = before[0, i], before[1, i]
+                away_x, away_y = x - column, y - row
+                length = (math.sqrt(away_x * away_x + away_y * away_y) + 1e-9) * place_sigma
+                out_x, out_y = away_x / length, away_y / length
+                left_x = after[0, i] - x - x * y * w0 + (1 + x * x) * w1 - y * w2
+                left_y = after[1, i] - y - (1 + y * y) * w0 + x * y * w1 + x * w2
+                off = out_x * left_y - out_y * left_x
+                on = 0.0 if out_x * left_x + out_y * left_y < -BACK_SIGMAS else 1.0
+                across[i], is_on[i] = off, on
+                s0 = out_x * (1 + y * y) - out_y * x * y
+                s1 = -out_x * x * y + out_y * (1 + x * x)
+                s2 = -out_x * x - out_y * y
+                weight = 1 / (1 + off * off / (scale * scale))
+                weight *= weight * on
+                g0 += weight * s0 * off
+                g1 += weight * s1 * off
+                g2 += weight * s2 * off
+                h00 += weight * s0 * s0
+                h11 += weight * s1 * s1
+                h22 += weight * s2 * s2
+                h01 += weight * s0 * s1
+                h02 += weight * s0 * s2
+                h12 += weight * s1 * s2
             if stage < len(SCALES):
-                step[:] = np.linalg.solve(hessian, gradient)
-                turn += step
-        for m in range(3):
-            found[k] -= turn_precision[m] * turn[m] * turn[m] / 2
+                # Cholesky's way without the roots: the matrix is positive definite.
+                l10, l20 = h01 / h00, h02 / h00
+                d1 = h11 - l10 * h01
+                l21 = (h12 - l20 * h01) / d1
+                d2 = h22 - l20 * h02 - l21 * l21 * d1
+                z1 = g1 - l10 * g0
+                step2 = (g2 - l20 * g0 - l21 * z1) / d2
+                step1 = z1 / d1 - l21 * step2
+                w0 += g0 / h00 - l10 * step1 - l20 * step2
+                w1 += step1
+                w2 += step2
+        log = 0.0
+        for i in range(points):
+            density = is_on[i] * math.exp(-across[i] * across[i] / 2) / math.sqrt(2 * math.pi)
+            log += math.log((1 - OUTLIERS) * density + OUTLIERS * place_sigma / astray)
+        found[k] = log - (p0 * w0 * w0 + p1 * w1 * w1 + p2 * w2 * w2) / 2
 
 
 def log_likelihoods(
@@ -101,8 +115,8 @@ def log_likelihoods(
     """
     found = np.empty(len(directions))
     _log_likelihoods(
-        before,
-        after,
+        np.ascontiguousarray(before.T, float),
+        np.ascontiguousarray(after.T, float),
         directions,
         turn_sigmas_rad**-2,
         place_sigma / focal_px,

@@ -110,7 +110,7 @@ def test_a_handle_is_clicked_or_dragged_and_neither_adds_a_point(server, open_pa
 
 
 def test_the_wheel_zooms_to_the_mouse_and_the_picture_is_never_lost(server, open_page):
-    tab = open_page(server.url)
+    tab = open_page(server.url, few_frames=False)
     here = (200.0, 600.0)
     before = tab.screen_position(*here)
     tab.wheel(*here, notches=5)

@@ -94,7 +94,7 @@ def dragging(tmp_path: Path, serve: Serve, open_page: OpenPage) -> "Dragging":
         for at_px, distance_m in zip(DEMO_MARKS_PX, (7.6, 16.6, 31.6), strict=True)
     ]
     served.session.apply(Person("test"), *marks, SetHeight(1.3))
-    return Dragging(open_page(served.url))
+    return Dragging(open_page(served.url, few_frames=False))
 
 
 class Dragging:
