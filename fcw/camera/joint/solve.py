@@ -116,11 +116,7 @@ def calibrate_jointly(known: Known) -> Calibration:
         evidence.rectangles,
         evidence.plates,
     )
-    residuals = tuple(
-        row_px - calibration.row_at(point.distance_m)
-        for point, row_px in zip(points, calibration.straight_rows_px, strict=True)
-    )
-    calibration = replace(calibration, residuals_px=residuals)
+    calibration = calibration.with_residuals()
     if evidence.period_sigma_m is not None:
         return calibration
     return widened(
