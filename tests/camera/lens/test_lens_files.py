@@ -50,6 +50,17 @@ def test_opencvs_own_file_is_read(tmp_path):
     assert lens.coefficients == (*LENS.coefficients, 0.0)
 
 
+@pytest.mark.parametrize("text", ["1e-05", "-2E3", "1.5e3", "6.5e+02"])
+def test_numbers_are_read_however_another_tool_writes_them(text, tmp_path):
+    """yaml-cpp, and with it ROS, writes 1e-05, in which PyYAML by itself sees a text."""
+    path = tmp_path / "info.yaml"
+    path.write_text(
+        "{image_width: 4, image_height: 3, camera_matrix: [9, 0, 1, 0, 9, 1, 0, 0, 1], "
+        f"distortion_coefficients: [{text}, 0, 0, 0]}}"
+    )
+    assert read_lens(path).coefficients[0] == float(text)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
