@@ -19,21 +19,12 @@ from fcw.camera.calibration import (
     matrix3,
 )
 from fcw.camera.joint.evidence import Evidence
-from fcw.camera.joint.fit import (
-    AXIS,
-    LOG_FOCAL,
-    LOG_HEIGHT,
-    ROLL,
-    START,
-    TANGENT,
-    YAW,
-    JointFit,
-    solved,
-)
+from fcw.camera.joint.fit import JointFit, solved
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.plates import check_plate
 from fcw.camera.joint.rectangle import check_rectangle
 from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
+from fcw.camera.joint.unknowns import AXIS, LOG_FOCAL, LOG_HEIGHT, ROLL, START, TANGENT, YAW
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_reach, check_setup, check_tape_error
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
@@ -68,6 +59,7 @@ def calibrate_jointly(known: Known) -> Calibration:
     if tells_of_spacing(known):
         averaged = averaged_over_spacings(known)
         x, covariance = averaged.x, averaged.covariance
+    covariance = fit.with_unknown_yaw(x, covariance)
     camera, orientation = fit.camera(x)
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
     points = tuple(
