@@ -59,7 +59,6 @@ def calibrate_jointly(known: Known) -> Calibration:
     if tells_of_spacing(known):
         averaged = averaged_over_spacings(known)
         x, covariance = averaged.x, averaged.covariance
-    covariance = fit.with_unknown_yaw(x, covariance)
     camera, orientation = fit.camera(x)
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
     points = tuple(
@@ -85,7 +84,7 @@ def calibrate_jointly(known: Known) -> Calibration:
     taped_px = np.zeros(3)
     if points:
         taped_px = tape_error * (support - shift_m) * camera.row_slope_at(support + reference_offset_m)
-    rows_covariance = by @ covariance @ by.T + np.outer(taped_px, taped_px)
+    rows_covariance = by @ fit.with_unknown_yaw(x, covariance) @ by.T + np.outer(taped_px, taped_px)
     calibration = Calibration(
         camera,
         image_size,
