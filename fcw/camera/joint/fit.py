@@ -95,7 +95,7 @@ class JointFit:
         assert view is not None
         assert axis is not None
         self._view = view
-        self._column_px = (size.width - 1) / 2
+        self._column_px = (size.width - 1) / 2 if known.axis_column_px is None else known.axis_column_px
         focal_px = size.width / 2 / math.tan(view.value / 2)
         focal_sigma, height_sigma = 10.0, max(height_m.sigma / height_m.value, CLOSED_SIGMA)
         if lens is not None:
@@ -337,7 +337,12 @@ class JointFit:
 
     def _of_edges(self) -> FloatArray:
         """How far each straight edge bows in the straight picture (plumb lines, Brown 1971)."""
-        bows = [bows_px(self._straight(edge)) for edge in self._evidence.edges]
+        bows = []
+        for edge in self._evidence.edges:
+            places = self._straight(edge)
+            # A camera that has a part of it behind it is tried on the way, and no better than any.
+            seen = bool(np.isfinite(places).all())
+            bows.append(bows_px(places) if seen else np.full(len(places), np.nan))
         return np.concatenate([np.zeros(0), *bows]) / self._click_px
 
     def _of_lines(self, camera: GroundPlaneCamera) -> FloatArray:

@@ -28,6 +28,8 @@ class Known:
         tape_error: standard deviation of all distances together, as a part of them; of a period, too.
         bend: k1 of a lens that is not known but bends the picture (Brown 1971); it is fitted with the rest.
             None of a picture free of distortion.
+        axis_column_px: column of the axis in pictures that were made straight through a lens; None in the
+            middle. Of a lens that is known it is its own.
         rough: where nothing tells where the road lies, take the camera as most people put it up.
     """
 
@@ -40,6 +42,7 @@ class Known:
     lens: Lens | None = None
     tape_error: float = TAPE_ERROR
     bend: Gaussian | None = None
+    axis_column_px: float | None = None
     rough: bool = False
 
     @property
