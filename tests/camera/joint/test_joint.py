@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
+from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.file import calibration_text, parse_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.joint.evidence import Evidence, Ruler
+from fcw.camera.joint.fit import JointFit
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
+from fcw.camera.joint.unknowns import YAW
 from fcw.camera.lens.model import Lens
 from fcw.camera.plausibility import FindingKind, plausibility, vehicle_finding
 from fcw.camera.prior_sigmas import USUAL_TANGENT, USUAL_TANGENT_SIGMA
@@ -28,6 +30,7 @@ REAL = GroundPlaneCamera(0.05, 1000.0, 359.5, 1.3, 639.5)
 TURNED = Orientation(math.radians(3), math.radians(2))
 WIDE = Lens("radtan", 1000.0, 1000.0, 639.5, 359.5, (-0.25, 0.06, 0.0, 0.0), SIZE)
 HEIGHT = Gaussian(1.3, 0.013)
+LEVEL_LINES = (((300.0, 700.0), (600.0, 350.0)), ((980.0, 700.0), (680.0, 350.0)))
 
 
 def way(orientation: Orientation, lens: Lens | None = None) -> Straightening:
@@ -231,9 +234,27 @@ def test_dashes_tell_their_first_distance():
     assert low_m < 30 < high_m
 
 
-def test_nothing_known_of_the_road_is_refused():
+@pytest.mark.parametrize(
+    ("evidence", "priors", "lens"),
+    [
+        (Evidence(), Priors(), None),
+        (Evidence(), Priors(), WIDE),
+        (Evidence(), Priors(Gaussian(1.1, 0.05), Gaussian(360.0, 5.0)), None),
+        (Evidence(scale_px_m=Gaussian(1300.0, 50.0)), Priors(Gaussian(1.1, 0.05)), None),
+    ],
+)
+def test_nothing_known_of_the_road_is_refused(evidence, priors, lens):
+    """However well the lens and the speed are known: 20 m could be 7 m, or the sky."""
     with pytest.raises(UserError, match="nothing is known of where the road lies"):
-        calibrate_jointly(Known(Evidence(), SIZE, HEIGHT))
+        calibrate_jointly(Known(evidence, SIZE, HEIGHT, priors=priors, lens=lens))
+
+
+def test_a_camera_that_has_an_edge_behind_it_is_no_end_of_the_fit():
+    edge = ((100.0, 400.0), (300.0, 410.0), (500.0, 440.0), (700.0, 480.0), (900.0, 520.0))
+    fit = JointFit(Known(Evidence(lines=LEVEL_LINES, edges=(edge,)), SIZE, HEIGHT))
+    x, _ = fit.solve()
+    x[YAW] = math.radians(100)
+    assert np.isfinite(fit.residuals(x)).all()
 
 
 def test_a_rough_camera_of_nothing_known_looks_a_little_down_and_says_how_little_that_tells():
