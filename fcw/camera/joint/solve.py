@@ -29,6 +29,7 @@ from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_reach, check_setup, check_tape_error
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
 from fcw.camera.solve import row_jacobian, support_distances
+from fcw.camera.straight import MOST_TURN_RAD
 from fcw.camera.verdicts.period import period_doubt, widened
 from fcw.errors import UserError
 
@@ -60,6 +61,12 @@ def calibrate_jointly(known: Known) -> Calibration:
         averaged = averaged_over_spacings(known)
         x, covariance = averaged.x, averaged.covariance
     camera, orientation = fit.camera(x)
+    if max(abs(orientation.yaw_rad), abs(orientation.roll_rad)) >= MOST_TURN_RAD:
+        yaw_deg, roll_deg = (math.degrees(turn) for turn in (orientation.yaw_rad, orientation.roll_rad))
+        raise UserError(
+            f"the camera would look {yaw_deg:.0f} degrees aside and be rolled by {roll_deg:.0f}: no camera "
+            "that looks ahead fits what was said; check the marks, and that columns come before rows"
+        )
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
     points = tuple(
         GroundPoint(point.distance_m + shift_m, point.row_px, point.column_px) for point in evidence.points
@@ -108,6 +115,12 @@ def calibrate_jointly(known: Known) -> Calibration:
         evidence.plates,
     )
     calibration = calibration.with_residuals()
+    for point, residual_px in zip(points, calibration.residuals_px, strict=True):
+        if not math.isfinite(residual_px):
+            raise UserError(
+                f"point {point}: the camera that fits best has it behind it; check its distance and its "
+                "place in the picture, and what else was said"
+            )
     if evidence.period_sigma_m is not None:
         return calibration
     return widened(

@@ -249,6 +249,21 @@ def test_nothing_known_of_the_road_is_refused(evidence, priors, lens):
         calibrate_jointly(Known(evidence, SIZE, HEIGHT, priors=priors, lens=lens))
 
 
+@pytest.mark.parametrize(
+    ("evidence", "message"),
+    [
+        (Evidence(horizon=((430.0, 100.0), (432.0, 1100.0))), "rolled by .* columns come before rows"),
+        (
+            Evidence(points=(GroundPoint(0.1, 1300.0),), horizon=((100.0, 700.0), (1100.0, 700.0))),
+            "point 0.1:1300: .* has it behind it",
+        ),
+    ],
+)
+def test_a_camera_that_no_file_could_hold_is_refused(evidence, message):
+    with pytest.raises(UserError, match=message):
+        calibrate_jointly(Known(evidence, SIZE, HEIGHT, priors=Priors(Gaussian(1.1, 0.05))))
+
+
 def test_a_camera_that_has_an_edge_behind_it_is_no_end_of_the_fit():
     edge = ((100.0, 400.0), (300.0, 410.0), (500.0, 440.0), (700.0, 480.0), (900.0, 520.0))
     fit = JointFit(Known(Evidence(lines=LEVEL_LINES, edges=(edge,)), SIZE, HEIGHT))
