@@ -88,9 +88,10 @@ class Evidence:
             return first, last
 
         def point(mark: GroundPoint) -> GroundPoint:
-            told = mark.column_px is not None
-            ((column_px, row_px),) = to(((mark.column_px if told else ahead_px, mark.row_px),))
-            return replace(mark, row_px=row_px, column_px=column_px if told else None)
+            if mark.column_px is None:
+                return replace(mark, row_px=to(((ahead_px, mark.row_px),))[0][1])
+            ((column_px, row_px),) = to(((mark.column_px, mark.row_px),))
+            return replace(mark, row_px=row_px, column_px=column_px)
 
         return replace(
             self,
