@@ -54,7 +54,8 @@ def test_lane_lines_and_points_with_columns_tell_the_whole_orientation(tmp_path,
 
 
 def test_a_line_that_the_lens_bends_is_said(capsys):
-    bent = ":".join(f"{u}:{400 + u / 4 + 20 * (u / 400 - 1) ** 2}" for u in range(0, 801, 100))
+    places = [(TRUTH.column_at(1.8, d), TRUTH.row_at(d)) for d in np.geomspace(6.0, 40.0, 9).tolist()]
+    bent = ":".join(f"{u + 30 * (1 - (k / 4 - 1) ** 2):.2f}:{v:.2f}" for k, (u, v) in enumerate(places))
     result = result_of([*GOOD, "--lane-line", bent, LANES[2]], capsys)
     assert any("give it with --lens" in warning for warning in result["warnings"])
 
