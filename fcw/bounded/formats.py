@@ -171,4 +171,8 @@ class _BoundedLoader(yaml.SafeLoader):
         return value
 
 
+# YAML 1.2, and so every other tool, takes 1e-05 for a number; PyYAML asks for a point and a sign.
+_BoundedLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")
+)
 _BoundedLoader.add_constructor("tag:yaml.org,2002:int", _BoundedLoader.construct_yaml_int)

@@ -357,9 +357,19 @@ class Calibration:
             assumed=scaled_priors(self.assumed),
             lens=None if self.lens is None else self.lens.for_image_size(size),
             undone=None if self.undone is None else self.undone.for_image_size(size),
-            residuals_px=tuple(residual * scale for residual in self.residuals_px),
         )
-        return changed._with_places(moved)
+        return changed._with_places(moved).with_residuals()
+
+    def with_residuals(self) -> "Calibration":
+        """With the residuals of the points as they lie in this picture.
+
+        They change with its size by more than the scale: what straightens a large picture may move a small
+        one by less than `fcw.camera.straight.SEEN_PX`, and a size that was rounded has columns scaled
+        otherwise than rows.
+        """
+        rows_px = zip(self.points, self.straight_rows_px, strict=True)
+        residuals = tuple(row_px - self.row_at(point.distance_m) for point, row_px in rows_px)
+        return replace(self, residuals_px=residuals)
 
     def _with_places(self, moved: Callable[[Places], Places]) -> "Calibration":
         """With the rectangles and plates where they lie in another picture."""

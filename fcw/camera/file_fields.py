@@ -8,7 +8,7 @@ import numpy as np
 from fcw.bounded.pictures import LONGEST_SIDE_PX
 from fcw.camera.calibration import Gaussian, GroundRectangle, Matrix3, NumberPlate, Places, Priors, Vector3
 from fcw.camera.lens.model import COEFFICIENT_COUNTS, DISTORTION_MODELS, Lens
-from fcw.camera.straight import Orientation
+from fcw.camera.straight import MOST_TURN_RAD, Orientation
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -138,7 +138,7 @@ class Fields:
     def orientation(self, field: str) -> Orientation:
         """Yaw and roll with their sigmas."""
         section = self.section(field)
-        limit = math.pi / 4
+        limit = MOST_TURN_RAD
         orientation = Orientation(
             section.number("yaw_rad", above=-limit, below=limit),
             section.number("roll_rad", above=-limit, below=limit),

@@ -22,6 +22,8 @@ from fcw.frame import ImageSize
 SEEN_PX = 1.0
 """A picture that straightening moves by less than this everywhere is straight as it is."""
 GRID = 9
+MOST_TURN_RAD = math.pi / 4
+"""Yaw and roll of a camera that looks ahead; beyond, something was said that is not so."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
+from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.camera.vanishing import PixelPoint
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
@@ -123,7 +124,9 @@ class ClipCalibration:
         return f"from {begin_s:.0f} s on" if begin_s else f"until {end_s:.0f} s"
 
 
-def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | None = None) -> Calibration:
+def rough_calibration(
+    image_size: ImageSize, height_m: float, priors: Priors | None = None, axis_column_px: float | None = None
+) -> Calibration:
     """A camera that nothing is known of but its height: the usual lens, looking slightly down."""
     priors = priors or Priors()
     view = priors.field_of_view_rad or usual_lens(image_size).field_of_view_rad
@@ -133,7 +136,7 @@ def rough_calibration(image_size: ImageSize, height_m: float, priors: Priors | N
         image_size.width / 2 / math.tan(view.value / 2),
         (image_size.height - 1) / 2 if priors.principal_row_px is None else priors.principal_row_px.value,
         height_m,
-        (image_size.width - 1) / 2,
+        (image_size.width - 1) / 2 if axis_column_px is None else axis_column_px,
     )
     return Calibration.from_camera(camera, image_size)
 
@@ -144,39 +147,41 @@ def calibrate_clip(
     height_m: Gaussian,
     evidence: Evidence | None = None,
     priors: Priors | None = None,
-    lens: Lens | None = None,
     speed_mps: float | None = None,
     on_frame: Callable[[], None] = lambda: None,
     turns: bool = True,
     asks_speed: bool = False,
     enough_s: float = math.inf,
+    axis_column_px: float | None = None,
+    reference_offset_m: float = 0.0,
+    click_sigma_px: float = 1.0,
+    tape_error: float = TAPE_ERROR,
 ) -> ClipCalibration:
     """Calibrate a recorded clip from what it shows and what is known besides.
 
     Args:
-        source: pictures of the camera; straight ones where a lens is given (`fcw.sources.straight`).
+        source: pictures of the camera; straight ones where its lens is known (`fcw.sources.straight`).
         detector: that needs no calibration: it looks everywhere.
         height_m: of the camera; a class of `VEHICLE_HEIGHTS_M` where nobody measured it.
-        evidence: what somebody clicked in a picture.
+        evidence: what somebody clicked in a picture of the source.
         priors: what else is stated.
-        lens: intrinsics where they are known.
         speed_mps: mean speed over the clip, where it is known.
         on_frame: called after each picture.
         turns: whether to look for the lens in the turns of the clip, where it is not stated.
         asks_speed: whether to look how fast the road goes by; a given speed needs it.
         enough_s: so much driving is enough.
+        axis_column_px: of straight pictures; None in the middle.
+        reference_offset_m: from the camera forward to where the distances of the evidence start.
+        click_sigma_px: standard deviation of a clicked column or row.
+        tape_error: of all distances of the evidence together, as a part of them.
 
     Raises:
         UserError: a speed is given, and the clip does not show how fast the road goes by.
     """
     priors, evidence, size = priors or Priors(), evidence or Evidence(), source.image_size
-    if lens is not None and priors.field_of_view_rad is None:
-        known_rad = 2 * math.atan(size.width / 2 / lens.focal_y_px)
-        guess = rough_calibration(size, height_m.value, Priors(Gaussian(known_rad, 0.01)))
-    else:
-        guess = rough_calibration(size, height_m.value, priors)
+    guess = rough_calibration(size, height_m.value, priors, axis_column_px)
     piece_s = None
-    asks_turns = turns and lens is None and priors.field_of_view_rad is None
+    asks_turns = turns and priors.field_of_view_rad is None
     look = partial(observe_clip, source, guess, detector, on_frame=on_frame, enough_s=enough_s)
     seen = look(asks_turns=asks_turns)
     if seen.moved_s is not None:
@@ -190,7 +195,17 @@ def calibrate_clip(
         seen = replace(seen, by_turns=None)
     told = seen.evidence()
     all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
-    known = Known(all_known, size, height_m, priors=priors, lens=lens, rough=True)
+    known = Known(
+        all_known,
+        size,
+        height_m,
+        reference_offset_m,
+        click_sigma_px,
+        priors,
+        tape_error=tape_error,
+        axis_column_px=axis_column_px,
+        rough=True,
+    )
     calibration, speed = calibrate_jointly(known), None
     if asks_speed or speed_mps is not None:
         frames = (frame for _, frame in _piece(source, piece_s or WHOLE_CLIP_S))

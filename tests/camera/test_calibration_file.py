@@ -14,9 +14,12 @@ from fcw.camera.calibration import Calibration, Gaussian, GroundPoint
 from fcw.camera.export import export_text
 from fcw.camera.file import calibration_text, parse_calibration, read_calibration, write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
+from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.solve import calibrate
-from fcw.camera.straight import Orientation, Undone
+from fcw.camera.straight import Orientation, Straightening, Undone
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -244,6 +247,24 @@ def test_rescaled_calibration_is_that_of_the_rescaled_clicks():
     assert other.camera.focal_y_px == pytest.approx(again.camera.focal_y_px, rel=1e-6)
     assert np.array(other.covariance) == pytest.approx(np.array(again.covariance), rel=1e-4)
     assert other.residuals_px == pytest.approx(again.residuals_px, abs=1e-5)
+
+
+@pytest.mark.parametrize("roll_deg", [0.04, 0.12, 3.0])
+@pytest.mark.parametrize("size", [ImageSize(426, 240), ImageSize(640, 360), ImageSize(3840, 2160)])
+def test_a_rolled_camera_for_another_size_is_read_back_as_it_was_written(roll_deg, size):
+    """A tenth of a degree moves a pixel of a large picture, and none of a small one; 426 is not 426.67."""
+    camera = GroundPlaneCamera(0.05, 1000.0, 359.5, 1.3, 639.5)
+    way = Straightening(camera, Orientation(roll_rad=math.radians(roll_deg)), None, SIZE)
+    ground_m = ((6.0, 2.0), (9.0, -2.0), (15.0, 2.0), (30.0, -3.0))
+    straight = np.array([(camera.column_at(left_m, d), camera.row_at(d)) for d, left_m in ground_m])
+    points = tuple(
+        GroundPoint(d, row_px, column_px)
+        for (d, _), (column_px, row_px) in zip(ground_m, way.to_picture(straight).tolist(), strict=True)
+    )
+    other = calibrate_jointly(Known(Evidence(points=points), SIZE, Gaussian(1.3, 0.02))).for_image_size(size)
+    assert parse_calibration(calibration_text(other), "x") == other
+    logged = other.straight()
+    assert parse_calibration(calibration_text(logged), "drive") == logged
 
 
 def test_same_size_is_the_same_calibration():

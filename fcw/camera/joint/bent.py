@@ -10,7 +10,6 @@ from fcw.camera.calibration import Gaussian
 from fcw.camera.joint.fit import JointFit
 from fcw.camera.joint.known import Known
 from fcw.camera.lens.model import Lens
-from fcw.camera.prior_sigmas import MARK_ERROR_PART
 from fcw.errors import UserError
 
 FEWEST_PLACES = 5
@@ -69,7 +68,7 @@ def bent_picture(known: Known) -> BentPicture | None:
         return None
 
     def fit(bend: Gaussian | None) -> JointFit:
-        return JointFit(replace(known, lens=None, bend=bend), MARK_ERROR_PART * known.tape_error)
+        return JointFit(replace(known, lens=None, bend=bend))
 
     try:
         bent, plain = fit(WIDE_BEND), fit(None)

@@ -1,8 +1,9 @@
 """What is known of the road in a picture."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
-from fcw.camera.calibration import Gaussian, GroundPoint, GroundRectangle, NumberPlate
+from fcw.camera.calibration import Gaussian, GroundPoint, GroundRectangle, NumberPlate, Places
 from fcw.camera.vanishing import Segment
 
 VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
@@ -73,6 +74,34 @@ class Evidence:
     edges: tuple[tuple[tuple[float, float], ...], ...] = ()
     rectangles: tuple[GroundRectangle, ...] = ()
     plates: tuple[NumberPlate, ...] = ()
+
+    def moved(self, to: Callable[[Places], Places], ahead_px: float) -> "Evidence":
+        """What somebody clicked, as it lies in another picture of the same camera; all else stays.
+
+        Args:
+            to: gives the places, columns and rows, in the other picture.
+            ahead_px: the column of points without one.
+        """
+
+        def segment(ends: Segment) -> Segment:
+            first, last = to(ends)
+            return first, last
+
+        def point(mark: GroundPoint) -> GroundPoint:
+            if mark.column_px is None:
+                return replace(mark, row_px=to(((ahead_px, mark.row_px),))[0][1])
+            ((column_px, row_px),) = to(((mark.column_px, mark.row_px),))
+            return replace(mark, row_px=row_px, column_px=column_px)
+
+        return replace(
+            self,
+            points=tuple(map(point, self.points)),
+            lines=tuple(map(segment, self.lines)),
+            horizon=self.horizon and segment(self.horizon),
+            edges=tuple(map(to, self.edges)),
+            rectangles=tuple(replace(r, corners_px=to(r.corners_px)) for r in self.rectangles),
+            plates=tuple(replace(plate, places_px=to(plate.places_px)) for plate in self.plates),
+        )
 
     @property
     def has_distances(self) -> bool:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
@@ -18,9 +17,25 @@ from fcw.camera.joint.rectangle import (
     RECTANGLE_STEPS,
     RectangleFit,
     placed,
-    seen_from,
 )
-from fcw.camera.joint.rulers import horizons_by_widths, width_misfits
+from fcw.camera.joint.rulers import width_misfits
+from fcw.camera.joint.unknowns import (
+    AXIS,
+    BEND,
+    CAMERA_UNKNOWNS,
+    LOG_FLEET,
+    LOG_FOCAL,
+    LOG_HEIGHT,
+    LOG_TAPE,
+    ROLL,
+    SLIP,
+    SLOPE,
+    START,
+    STEPS,
+    TANGENT,
+    YAW,
+    camera_starts,
+)
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.plumb import bows_px
 from fcw.camera.lens.usual import usual_lens
@@ -32,13 +47,10 @@ from fcw.camera.prior_sigmas import (
     YAW_SIGMA_RAD,
 )
 from fcw.camera.straight import Orientation, Straightening, straight_column
-from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
 
 START_SIGMA_M = 20.0
 """Of the first of marks whose first distance is not known."""
-START_FIRST_M = (5.0, 9.0, 18.0)
-"""Where the iteration may start: farther dashes look much like nearer ones through another lens."""
 FLEET_SIGMA = 0.04
 """Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
 SLOPE_SIGMA_RAD = math.radians(0.25)
@@ -47,10 +59,8 @@ SLOPE_SIGMA_RAD = math.radians(0.25)
 However many there are, they tell the horizon no better than this.
 """
 SMALLEST_DEPTH_M = 0.2
-TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP, LOG_TAPE, SLOPE = range(12)
-"""Of every fit; then come those of each rectangle in turn (`fcw.camera.joint.rectangle`)."""
-CAMERA_UNKNOWNS = 12
-STEPS = (1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5, 1e-5)
+TANGENTS, LOG_FOCALS = (-1.0, 1.5), (3.0, 12.0)
+"""Of cameras that are tried; a fit that ends beyond has found none."""
 NO_BEND = Gaussian(0.0, CLOSED_SIGMA)
 LARGEST_BEND = 0.6
 FOCAL_SIGMA = 0.01
@@ -60,18 +70,18 @@ FOCAL_SIGMA = 0.01
 class JointFit:
     """Residuals in sigmas of all evidence and beliefs over the unknowns."""
 
-    def __init__(self, known: Known, mark_error: float = 0.0, slip: Slip = NO_SLIP) -> None:
+    def __init__(self, known: Known, slip: Slip = NO_SLIP) -> None:
         """What is fitted.
 
         Args:
             known: what is known.
-            mark_error: of each distance for itself, as a part of it.
             slip: of dashes from where their period has them.
         """
         evidence, size, height_m = known.evidence, known.image_size, known.height_m
         priors, lens, bend = known.priors, known.lens, known.bend or NO_BEND
-        self._mark_error, self._slip_m = mark_error, np.array(slip.by_mark_m)
-        self._evidence, self._size, self._lens = evidence, size, lens
+        # Each mark lies a little off for itself, which near the camera is more rows than a click.
+        self._mark_error, self._slip_m = MARK_ERROR_PART * known.tape_error, np.array(slip.by_mark_m)
+        self._known, self._evidence, self._size, self._lens = known, evidence, size, lens
         self._offset_m, self._click_px = known.reference_offset_m, known.click_sigma_px
         self._distances_m = np.array([point.distance_m for point in evidence.points])
         self._points_px = np.array([(point.column_px, point.row_px) for point in evidence.points], float)
@@ -80,14 +90,14 @@ class JointFit:
         self._differentiated = np.zeros(0), np.zeros(0)  # the last place, and the Jacobian there
         self._horizon = priors.horizon_row_px
         rectangles = len(evidence.rectangles)
-        self._rectangle_fit = RectangleFit(self._click_px, MARK_ERROR_PART * known.tape_error)
+        self._rectangle_fit = RectangleFit(self._click_px, self._mark_error)
         usual = usual_lens(size, priors, evidence.has_distances)
         view = priors.field_of_view_rad or usual.field_of_view_rad
         axis = priors.principal_row_px or usual.principal_row_px
         assert view is not None
         assert axis is not None
         self._view = view
-        self._column_px = (size.width - 1) / 2
+        self._column_px = (size.width - 1) / 2 if known.axis_column_px is None else known.axis_column_px
         focal_px = size.width / 2 / math.tan(view.value / 2)
         focal_sigma, height_sigma = 10.0, max(height_m.sigma / height_m.value, CLOSED_SIGMA)
         if lens is not None:
@@ -116,9 +126,10 @@ class JointFit:
         )
         self._bends = lens is None and bend is not NO_BEND
         columns = {point.column_px for point in evidence.points}
+        self._marks_aside = len(columns) > 1
         self.tells_yaw = bool(evidence.lines) or evidence.travel_px is not None or yaw is not None
         self.tells_yaw = self.tells_yaw or any(rectangle.along for rectangle in evidence.rectangles)
-        self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or len(columns) > 1
+        self.tells_roll = len(evidence.lines) > 1 or evidence.horizon is not None or self._marks_aside
         self.tells_roll = self.tells_roll or roll is not None or rectangles > 0
         self._sigmas = np.array(
             (
@@ -188,13 +199,30 @@ class JointFit:
         x, _ = min(fits, key=lambda fit: fit[1])
         jacobian = self.jacobian(x)
         scale = np.linalg.norm(jacobian, axis=0)
-        if not (np.isfinite(scale).all() and scale.all()):
+        found = TANGENTS[0] <= x[TANGENT] <= TANGENTS[1] and LOG_FOCALS[0] <= x[LOG_FOCAL] <= LOG_FOCALS[1]
+        if not (found and np.isfinite(scale).all() and scale.all()):
             raise UserError(
                 "no camera fits all that was said; check the marks, their distances and the camera's height"
             )
         _, singular, right = np.linalg.svd(jacobian / scale, full_matrices=False)
         root = right.T / singular / scale[:, None]
         return x, root @ root.T
+
+    def with_unknown_yaw(self, x: FloatArray, covariance: FloatArray) -> FloatArray:
+        """The covariance of a fit, with what a yaw that nothing tells of makes of marks beside each other.
+
+        The fit takes the camera to look straight ahead; if it does not, a mark to one side is nearer to it,
+        and one to the other side farther away, than their distances say (a "considered" unknown; Schmidt
+        1966, "Application of state-space methods to navigation problems").
+        """
+        if self.tells_yaw or not self._marks_aside:
+            return covariance
+        step = np.zeros(len(x))
+        step[YAW] = STEPS[YAW]
+        by_yaw = (self.residuals(x + step) - self.residuals(x - step)) / (2 * STEPS[YAW])
+        by_yaw[YAW] = 0.0
+        moved = covariance @ (self.jacobian(x).T @ by_yaw) * YAW_SIGMA_RAD
+        return covariance + np.outer(moved, moved)
 
     def _descend(self, start: FloatArray, tolerance: float) -> tuple[FloatArray, float]:
         """The minimum from a start and its cost, by MINPACK itself: `least_squares` takes longer."""
@@ -216,50 +244,14 @@ class JointFit:
         return x, float(residuals @ residuals) / 2
 
     def _starts(self) -> list[FloatArray]:
-        """From the middle of all beliefs, with the horizon where two lines meet; dashes begin anywhere.
-
-        Rectangles lie where the camera that it starts from sees them.
-        """
-        starts = self._camera_starts()
+        """Rectangles lie where the camera that it starts from sees them."""
+        starts = camera_starts(self._known, self._means, self._column_px)
         for start in starts:
             way = Straightening(*self.camera(start), self.lens(start), self._size)
             start[CAMERA_UNKNOWNS:] = [
                 number for rectangle in self._evidence.rectangles for number in placed(rectangle, way)
             ]
         return starts
-
-    def _camera_starts(self) -> list[FloatArray]:
-        start = self._means.copy()
-        lines = self._evidence.lines
-        if self._horizon is not None:
-            start[TANGENT] = (start[AXIS] - self._horizon.value) / math.exp(start[LOG_FOCAL])
-        elif len(lines) > 1:
-            with suppress(UserError):
-                meeting = vanishing_row(lines[0], lines[1], self._click_px)
-                start[TANGENT] = (start[AXIS] - meeting.value) / math.exp(start[LOG_FOCAL])
-        starts = []
-        for rectangle in self._evidence.rectangles:
-            axis_px = (self._column_px, float(start[AXIS]))
-            for view in seen_from(rectangle, self._lens, axis_px, math.exp(start[LOG_FOCAL])):
-                there = start.copy()
-                there[[TANGENT, LOG_FOCAL, ROLL]] = view
-                starts.append(there)
-        starts = starts or [start]
-        if self._evidence.rulers:
-            # A vehicle above the horizon that the fit starts with would not pull it up.
-            height_m, focal_px = math.exp(start[LOG_HEIGHT]), math.exp(start[LOG_FOCAL])
-            for row_px in horizons_by_widths(self._evidence.rulers, height_m, focal_px):
-                starts.append(start.copy())
-                starts[-1][TANGENT] = (start[AXIS] - row_px) / focal_px
-        if not self._evidence.first_unknown:
-            return starts
-        dashed = []
-        for first_m in START_FIRST_M:
-            for start in starts:
-                there = start.copy()
-                there[START] = first_m
-                dashed.append(there)
-        return dashed
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """(M, N) by central differences: the straightening has no short derivative.
@@ -286,8 +278,8 @@ class JointFit:
         """(M,) in sigmas."""
         beliefs = (x - self._means) / self._sigmas  # also where it is out of range, which leads back
         x = x.copy()
-        x[TANGENT] = min(max(x[TANGENT], -1.0), 1.5)
-        x[LOG_FOCAL] = min(max(x[LOG_FOCAL], 3.0), 12.0)
+        x[TANGENT] = min(max(x[TANGENT], TANGENTS[0]), TANGENTS[1])
+        x[LOG_FOCAL] = min(max(x[LOG_FOCAL], LOG_FOCALS[0]), LOG_FOCALS[1])
         x[BEND] = min(max(x[BEND], -LARGEST_BEND), LARGEST_BEND)
         camera, orientation = self.camera(x)
         self._way = Straightening(camera, orientation, self.lens(x), self._size)
@@ -335,9 +327,8 @@ class JointFit:
         depths_m = np.maximum(distances_m + camera.pole_m, SMALLEST_DEPTH_M)
         below_px = camera.row_scale_m_px / depths_m
         off_px = self._straight(places)[:, 1] - (camera.horizon_row_px + below_px)
-        if not self._mark_error:
-            return off_px / self._click_px
-        return off_px / np.hypot(self._click_px, self._mark_error * distances_m * below_px / depths_m)
+        laid_m = self._mark_error * (distances_m - self._offset_m)
+        return off_px / np.hypot(self._click_px, laid_m * below_px / depths_m)
 
     def _of_rectangles(self, x: FloatArray) -> list[FloatArray]:
         rectangles = self._evidence.rectangles
@@ -349,7 +340,12 @@ class JointFit:
 
     def _of_edges(self) -> FloatArray:
         """How far each straight edge bows in the straight picture (plumb lines, Brown 1971)."""
-        bows = [bows_px(self._straight(edge)) for edge in self._evidence.edges]
+        bows = []
+        for edge in self._evidence.edges:
+            places = self._straight(edge)
+            # A camera that has a part of it behind it is tried on the way, and no better than any.
+            seen = bool(np.isfinite(places).all())
+            bows.append(bows_px(places) if seen else np.full(len(places), np.nan))
         return np.concatenate([np.zeros(0), *bows]) / self._click_px
 
     def _of_lines(self, camera: GroundPlaneCamera) -> FloatArray:

@@ -28,6 +28,8 @@ class Known:
         tape_error: standard deviation of all distances together, as a part of them; of a period, too.
         bend: k1 of a lens that is not known but bends the picture (Brown 1971); it is fitted with the rest.
             None of a picture free of distortion.
+        axis_column_px: column of the axis in pictures that were made straight through a lens; None in the
+            middle. Of a lens that is known it is its own.
         rough: where nothing tells where the road lies, take the camera as most people put it up.
     """
 
@@ -40,6 +42,7 @@ class Known:
     lens: Lens | None = None
     tape_error: float = TAPE_ERROR
     bend: Gaussian | None = None
+    axis_column_px: float | None = None
     rough: bool = False
 
     @property
@@ -56,12 +59,14 @@ class Known:
     @property
     def tells_of_the_road(self) -> bool:
         """Whether anything but how cameras usually are tells where the road lies in the picture."""
-        evidence = self.evidence
-        told = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
-        told += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + self.priors.count
-        told += (evidence.scale_px_m is not None) + RECTANGLE_FACTS * len(evidence.rectangles)
-        told += len(evidence.plates) + 2 * (self.lens is not None)
-        return told >= 2
+        evidence, priors = self.evidence, self.priors
+        road = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
+        road += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + len(evidence.plates)
+        road += RECTANGLE_FACTS * len(evidence.rectangles) + (priors.horizon_row_px is not None)
+        # A lens and a speed say how far away what is seen of the road is, but not where it lies.
+        lens = (priors.field_of_view_rad is not None) + (priors.principal_row_px is not None)
+        lens += (evidence.scale_px_m is not None) + 2 * (self.lens is not None)
+        return road > 0 and road + lens >= 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,9 @@ def line_misfits(
         side_px = near[0] - column_px
         # Where the far end must be, seen along the row, for the line to lead straight ahead.
         slope = side_px / below_px
-        found.append((far[0] - column_px - ratio * side_px) / (click_px * math.hypot(1, ratio, slope)))
+        # Of both ends, column and row: the row of an end moves its place by the slope.
+        sigma_px = click_px * math.hypot(1, ratio) * math.hypot(1, slope)
+        found.append((far[0] - column_px - ratio * side_px) / sigma_px)
         sides_m.append(-slope * camera.height_m / cosine)
     if width_m is not None and len(sides_m) > 1:
         found.append((abs(sides_m[0] - sides_m[1]) - width_m.value) / width_m.sigma)

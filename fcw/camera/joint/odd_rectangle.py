@@ -7,9 +7,10 @@ import numpy as np
 
 from fcw.camera.calibration import Gaussian, GroundRectangle
 from fcw.camera.ground_plane import FloatArray
-from fcw.camera.joint.fit import CAMERA_UNKNOWNS, LOG_TAPE, JointFit, solved
+from fcw.camera.joint.fit import JointFit, solved
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.rectangle import RECTANGLE_MEANS
+from fcw.camera.joint.unknowns import CAMERA_UNKNOWNS, LOG_TAPE
 from fcw.errors import UserError
 
 ODD_SIGMAS = 5.0

@@ -29,6 +29,8 @@ TURN_SIGMA = 0.01
 """Of the width, as a part of it: a vehicle turned by 8 degrees shows one hundredth less."""
 NARROWEST_PX = 4.0
 NARROWEST_M, WIDEST_M = 0.1, 1.0
+LOWEST_M, HIGHEST_M = 0.3, 6.0
+"""Of a camera, as plates that were clicked badly may have it; a fit does not start beyond."""
 
 
 def check_plate(plate: NumberPlate, image_size: ImageSize) -> None:
@@ -63,6 +65,29 @@ def check_plate(plate: NumberPlate, image_size: ImageSize) -> None:
             f"number plate: width {width.value:g} ± {width.sigma:g} m: expected {NARROWEST_M:g} to "
             f"{WIDEST_M:g} m, and an error above 0"
         )
+
+
+def horizons_by_plates(
+    plates: Sequence[NumberPlate], height_m: float, focal_px: float
+) -> list[tuple[float, float]]:
+    """Row of the horizon and height of the camera from which a fit may start; none without plates.
+
+    Where the horizon of the usual camera is below a tyre, its plate would not pull it up. As far as the plate
+    is wide, the tyre stands in the row B + f h / d: in the middle of all for the height that is believed, and
+    for that which fits two plates and more best.
+    """
+    if not plates:
+        return []
+    places = np.array([plate.places_px for plate in plates], float)
+    widths_px = np.maximum(np.linalg.norm(places[:, 1] - places[:, 0], axis=1), 1.0)
+    tyres_m = focal_px * np.array([plate.width_m.value for plate in plates]) / widths_px + OVERHANG_M.value
+    slopes, rows_px = focal_px / tyres_m, places[:, 2, 1]
+    found = [(float(np.median(rows_px - slopes * height_m)), height_m)]
+    off = slopes - slopes.mean()
+    fitted_m = float(off @ rows_px / (off @ off)) if off.any() else 0.0
+    if LOWEST_M < fitted_m < HIGHEST_M:
+        found.append((float(rows_px.mean() - slopes.mean() * fitted_m), fitted_m))
+    return found
 
 
 def plate_misfits(

@@ -19,25 +19,17 @@ from fcw.camera.calibration import (
     matrix3,
 )
 from fcw.camera.joint.evidence import Evidence
-from fcw.camera.joint.fit import (
-    AXIS,
-    LOG_FOCAL,
-    LOG_HEIGHT,
-    ROLL,
-    START,
-    TANGENT,
-    YAW,
-    JointFit,
-    solved,
-)
+from fcw.camera.joint.fit import JointFit, solved
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.plates import check_plate
 from fcw.camera.joint.rectangle import check_rectangle
 from fcw.camera.joint.uneven import averaged_over_spacings, tells_of_spacing
+from fcw.camera.joint.unknowns import AXIS, LOG_FOCAL, LOG_HEIGHT, ROLL, START, TANGENT, YAW
 from fcw.camera.lens.usual import usual_lens
 from fcw.camera.points import check_priors, check_reach, check_setup, check_tape_error
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
 from fcw.camera.solve import row_jacobian, support_distances
+from fcw.camera.straight import MOST_TURN_RAD
 from fcw.camera.verdicts.period import period_doubt, widened
 from fcw.errors import UserError
 
@@ -69,6 +61,12 @@ def calibrate_jointly(known: Known) -> Calibration:
         averaged = averaged_over_spacings(known)
         x, covariance = averaged.x, averaged.covariance
     camera, orientation = fit.camera(x)
+    if max(abs(orientation.yaw_rad), abs(orientation.roll_rad)) >= MOST_TURN_RAD:
+        yaw_deg, roll_deg = (math.degrees(turn) for turn in (orientation.yaw_rad, orientation.roll_rad))
+        raise UserError(
+            f"the camera would look {yaw_deg:.0f} degrees aside and be rolled by {roll_deg:.0f}: no camera "
+            "that looks ahead fits what was said; check the marks, and that columns come before rows"
+        )
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
     points = tuple(
         GroundPoint(point.distance_m + shift_m, point.row_px, point.column_px) for point in evidence.points
@@ -93,7 +91,7 @@ def calibrate_jointly(known: Known) -> Calibration:
     taped_px = np.zeros(3)
     if points:
         taped_px = tape_error * (support - shift_m) * camera.row_slope_at(support + reference_offset_m)
-    rows_covariance = by @ covariance @ by.T + np.outer(taped_px, taped_px)
+    rows_covariance = by @ fit.with_unknown_yaw(x, covariance) @ by.T + np.outer(taped_px, taped_px)
     calibration = Calibration(
         camera,
         image_size,
@@ -116,11 +114,13 @@ def calibrate_jointly(known: Known) -> Calibration:
         evidence.rectangles,
         evidence.plates,
     )
-    residuals = tuple(
-        row_px - calibration.row_at(point.distance_m)
-        for point, row_px in zip(points, calibration.straight_rows_px, strict=True)
-    )
-    calibration = replace(calibration, residuals_px=residuals)
+    calibration = calibration.with_residuals()
+    for point, residual_px in zip(points, calibration.residuals_px, strict=True):
+        if not math.isfinite(residual_px):
+            raise UserError(
+                f"point {point}: the camera that fits best has it behind it; check its distance and its "
+                "place in the picture, and what else was said"
+            )
     if evidence.period_sigma_m is not None:
         return calibration
     return widened(

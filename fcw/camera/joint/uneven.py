@@ -14,8 +14,9 @@ from itertools import pairwise
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
-from fcw.camera.joint.fit import SLIP, JointFit, solved
+from fcw.camera.joint.fit import JointFit, solved
 from fcw.camera.joint.known import Known, Slip
+from fcw.camera.joint.unknowns import SLIP
 from fcw.errors import UserError
 
 UNEVEN_SHARE = 0.2

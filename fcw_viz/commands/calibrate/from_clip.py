@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fcw.camera.calibration import Gaussian, Priors
+from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import default_path
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.model import Lens
@@ -75,7 +75,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     lens = stated_lens(command, size)
     notes: tuple[str, ...] = ()
     with progress(source.name, None) as bar:
-        look = partial(_look, source, height_m, evidence, priors, command.speed, bar.advance)
+        look = partial(_look, command, source, height_m, evidence, priors, bar.advance)
         found = look(lens, LENS_SIGMA)
         if found.lens is not None and found.focal_px is not None:
             part = found.focal_px.sigma / found.focal_px.value
@@ -84,7 +84,9 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
                 lens = found.lens
                 found = look(lens, part)
                 lens = _refocused(lens, found.calibration.camera.focal_y_px)
-    calibration = replace(found.calibration, lens=lens, reference_offset_m=command.reference_offset)
+    calibration = found.calibration
+    if lens is not None:
+        calibration = _of_pictures(calibration, lens, evidence)
     if not evidence.has_distances:
         notes += _assumed(command, height_m, calibration.assumed, found.focal_px)
     if not found.shows_road:
@@ -99,11 +101,11 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
 
 
 def _look(
+    command: CalibrateCommand,
     source: Source,
     height_m: Gaussian,
     evidence: Evidence,
     priors: Priors,
-    speed_mps: float | None,
     on_frame: Callable[[], None],
     lens: Lens | None,
     lens_sigma: float,
@@ -114,24 +116,59 @@ def _look(
     from fcw.self_calibration.clip import calibrate_clip, rough_calibration
     from fcw.sources.straight import StraightSource
 
-    size = source.image_size
+    size, column_px = source.image_size, None
     guess = rough_calibration(size, height_m.value, priors)
     if lens is not None:
+        column_px = lens.column_px
         camera = replace(
             guess.camera,
             focal_y_px=lens.focal_y_px,
             principal_row_px=lens.row_px,
-            principal_column_px=lens.column_px,
+            principal_column_px=column_px,
         )
-        source = StraightSource(source, Straightening(camera, LEVEL, lens, size))
+        way = Straightening(camera, LEVEL, lens, size)
+        source = StraightSource(source, way)
+        evidence = evidence.moved(
+            lambda places: tuple(
+                (column, row) for column, row in way.to_straight(np.array(places, float)).tolist()
+            ),
+            column_px,
+        )
         guess = replace(guess, camera=camera)
         view_rad = guess.field_of_view_rad
         view = Gaussian(view_rad, lens_sigma * math.sin(view_rad))
         priors = Priors(view, Gaussian(lens.row_px, 3.0), priors.horizon_row_px)
     detector = searching_detector(guess)
     return calibrate_clip(
-        source, detector, height_m, evidence, priors, speed_mps=speed_mps, on_frame=on_frame
+        source,
+        detector,
+        height_m,
+        evidence,
+        priors,
+        speed_mps=command.speed,
+        on_frame=on_frame,
+        axis_column_px=column_px,
+        reference_offset_m=command.reference_offset,
+        click_sigma_px=command.row_sigma,
+        tape_error=command.tape_error,
     )
+
+
+def _of_pictures(calibration: Calibration, lens: Lens, evidence: Evidence) -> Calibration:
+    """The calibration of the pictures as they are, where it is of those made straight through the lens.
+
+    Args:
+        calibration: of the straight pictures.
+        lens: that was undone.
+        evidence: as it was clicked.
+    """
+    points = tuple(
+        replace(clicked, distance_m=point.distance_m)
+        for clicked, point in zip(evidence.points, calibration.points, strict=True)
+    )
+    return replace(
+        calibration, lens=lens, points=points, rectangles=evidence.rectangles, plates=evidence.plates
+    ).with_residuals()
 
 
 def _refocused(lens: Lens, focal_px: float) -> Lens:

@@ -59,15 +59,18 @@ def save_and_report(
         save: where to; None does not.
         command: how to print it, and what else to write.
         causes: what is known to be wrong with what was said.
+
+    Raises:
+        UserError: what is to be exported has no place in that format; nothing is saved then.
     """
     summary = calibration_summary(calibration, bool(command.dashes), causes)
     if save is not None and command.export is not None:
         check_distinct(("export", command.export[1]), ("save", save))  # which may be the default
+    exported = None if command.export is None else export_text(calibration, command.export[0])
     if save is not None:
         write_calibration(calibration, save)
-    if command.export is not None:
-        file_format, path = command.export
-        write_whole(path, export_text(calibration, file_format))
+    if command.export is not None and exported is not None:
+        write_whole(command.export[1], exported)
 
     for warning in summary["warnings"]:
         text = Text.assemble(("warning:", "yellow"), f" {warning}")

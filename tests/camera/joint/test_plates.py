@@ -64,6 +64,23 @@ def test_two_plates_and_the_lens_give_height_and_horizon():
     assert parse_calibration(calibration_text(calibration), "x") == calibration
 
 
+@pytest.mark.parametrize("pitch_deg", [-5.0, 0.0, 6.0, 12.0])
+@pytest.mark.parametrize("size", [SIZE, ImageSize(1080, 1920)])
+def test_plates_show_where_a_camera_looks_however_it_is_pitched(pitch_deg, size):
+    """Where the usual horizon is below a tyre, its plate alone would leave it there."""
+    focal_px = max(size.width, size.height) / 2 / math.tan(math.radians(35))
+    camera = GroundPlaneCamera(
+        math.radians(pitch_deg), focal_px, (size.height - 1) / 2, 1.3, (size.width - 1) / 2
+    )
+    plates = tuple(
+        plate(camera, rear_m, left_m) for rear_m, left_m in ((6.0, 0.0), (12.0, 2.0), (22.0, -2.0))
+    )
+    view = Gaussian(2 * math.atan(size.width / 2 / focal_px), math.radians(1))
+    calibration = calibrate_jointly(Known(Evidence(plates=plates), size, ANY_HEIGHT, priors=Priors(view)))
+    assert calibration.horizon_row_px == pytest.approx(camera.horizon_row_px, abs=0.02 * focal_px)
+    assert calibration.camera.height_m == pytest.approx(1.3, abs=0.15)
+
+
 @pytest.mark.slow
 def test_intervals_of_plates_hold_the_truth_as_often_as_they_say():
     """150 cameras drawn from what is believed; three binomial sigmas of 68 % are 11 %."""

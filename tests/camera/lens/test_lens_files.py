@@ -37,6 +37,35 @@ def test_what_we_export_is_read_again(tmp_path):
         assert (lens.focal_x_px, lens.row_px, lens.image_size) == (1157.0, 388.0, SIZE)
 
 
+def with_lens(lens: Lens) -> Calibration:
+    camera = GroundPlaneCamera(0.05, lens.focal_y_px, lens.row_px, 1.3, lens.column_px)
+    return replace(Calibration.from_camera(camera, SIZE), lens=lens)
+
+
+@pytest.mark.parametrize(
+    ("focal_px", "coefficients"),
+    [(1157.0, (-0.25, -0.005, -7e-4, 3e-4, -0.02)), (1000.0, (-0.35, 0.15, 3e-4, -5e-4, -0.03))],
+)
+def test_kalibrs_four_coefficients_stand_for_a_lens_of_five(focal_px, coefficients, tmp_path):
+    """Those of chessboards have five. Without the last, corners would lie 3 and 18 px off."""
+    lens = Lens("radtan", focal_px, focal_px, 639.5, 359.5, coefficients, SIZE)
+    (tmp_path / "chain.yaml").write_text(kalibr_text(with_lens(lens)))
+    kalibr = read_lens(tmp_path / "chain.yaml")
+    assert len(kalibr.coefficients) == 4
+    places = np.array([(u, v) for u in (0.0, 320.0, 640.0, 1279.0) for v in (0.0, 180.0, 719.0)])
+    off_px = np.linalg.norm(kalibr.distorted(lens.undistorted(places)) - places, axis=1)
+    assert off_px.max() < 4
+    assert np.median(off_px) < 1
+
+
+def test_a_lens_that_kalibr_has_no_place_for_is_refused_with_the_other_format():
+    lens = Lens("radtan", 700.0, 705.0, 639.5, 359.5, (0.3, 0.1, 1e-3, 0.0, 0.02, 0.6, 0.2, 0.05), SIZE)
+    with pytest.raises(
+        UserError, match=r"four coefficients, which miss it by up to \d+ px; export camera_info"
+    ):
+        kalibr_text(with_lens(lens))
+
+
 def test_opencvs_own_file_is_read(tmp_path):
     path = tmp_path / "camera.yml"
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
@@ -48,6 +77,17 @@ def test_opencvs_own_file_is_read(tmp_path):
     lens = read_lens(path)
     assert lens.focal_y_px == 1152.0
     assert lens.coefficients == (*LENS.coefficients, 0.0)
+
+
+@pytest.mark.parametrize("text", ["1e-05", "-2E3", "1.5e3", "6.5e+02"])
+def test_numbers_are_read_however_another_tool_writes_them(text, tmp_path):
+    """yaml-cpp, and with it ROS, writes 1e-05, in which PyYAML by itself sees a text."""
+    path = tmp_path / "info.yaml"
+    path.write_text(
+        "{image_width: 4, image_height: 3, camera_matrix: [9, 0, 1, 0, 9, 1, 0, 0, 1], "
+        f"distortion_coefficients: [{text}, 0, 0, 0]}}"
+    )
+    assert read_lens(path).coefficients[0] == float(text)
 
 
 @pytest.mark.parametrize(

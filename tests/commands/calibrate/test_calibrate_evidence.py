@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from fcw.camera.calibration import Calibration, Gaussian, Priors
+from fcw.camera.export import camera_info_text
 from fcw.camera.file import default_path, read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.model import Lens
+from fcw.camera.straight import Orientation, Straightening
 from fcw.frame import ImageSize
 from fcw.self_calibration.clip import ClipCalibration, ClipObservations
 from fcw.self_calibration.contradiction import Contradiction
@@ -51,7 +54,8 @@ def test_lane_lines_and_points_with_columns_tell_the_whole_orientation(tmp_path,
 
 
 def test_a_line_that_the_lens_bends_is_said(capsys):
-    bent = ":".join(f"{u}:{400 + u / 4 + 20 * (u / 400 - 1) ** 2}" for u in range(0, 801, 100))
+    places = [(TRUTH.column_at(1.8, d), TRUTH.row_at(d)) for d in np.geomspace(6.0, 40.0, 9).tolist()]
+    bent = ":".join(f"{u + 30 * (1 - (k / 4 - 1) ** 2):.2f}:{v:.2f}" for k, (u, v) in enumerate(places))
     result = result_of([*GOOD, "--lane-line", bent, LANES[2]], capsys)
     assert any("give it with --lens" in warning for warning in result["warnings"])
 
@@ -231,6 +235,41 @@ def test_a_lens_that_turns_show_to_bend_is_saved_with_the_focal_length_of_all_to
     assert "300 px ± 10 %; it is saved with the calibration and undone" in told
     lens = read_calibration(default_path(bent_clip)).lens
     assert lens == replace(BENT, focal_x_px=310.0, focal_y_px=310.0)
+
+
+def test_marks_and_lens_count_in_a_clip_as_they_do_in_a_picture(bent_clip, monkeypatch, tmp_path):
+    """A lens whose axis is aside, marks from the bumper, a clip of which only the marks tell anything."""
+    monkeypatch.undo()
+    size = ImageSize(640, 360)
+    lens = Lens("radtan", 500.0, 500.0, 340.0, 170.0, (-0.3, 0.1, 0.0, 0.0, 0.0), size)
+    camera = GroundPlaneCamera(0.04, 500.0, 170.0, 1.3, 340.0)
+    way = Straightening(camera, Orientation(), lens, size)
+    offset_m, sides_m = 2.0, (-1.5, 1.5, -1.0, 1.2)
+    straight = [
+        (camera.column_at(y, d + offset_m), camera.row_at(d + offset_m))
+        for d, y in zip((4.0, 7.0, 12.0, 25.0), sides_m, strict=True)
+    ]
+    marks = way.to_picture(np.array(straight)).tolist()
+    lens_file = tmp_path / "lens.yaml"
+    lens_file.write_text(camera_info_text(replace(Calibration.from_camera(camera, size), lens=lens)))
+    lines = [
+        ":".join(f"{value:.3f}" for place in way.to_picture(np.array(ends)) for value in place)
+        for side_m in (1.8, -1.8)
+        for ends in ([(camera.column_at(side_m, d), camera.row_at(d)) for d in (7.0, 30.0)],)
+    ]
+    points = [
+        f"{d:g}:{row:.3f}:{column:.3f}"
+        for d, (column, row) in zip((4.0, 7.0, 12.0, 25.0), marks, strict=True)
+    ]
+    command = ["calibrate", str(bent_clip), "--from-clip", "--height", "1.3", "--lens", str(lens_file)]
+    command += ["--reference-offset", "2", "--points", *points, "--lane-line", *lines]
+    assert main(command) == 0
+    calibration = read_calibration(default_path(bent_clip))
+    assert calibration.orientation.yaw_rad == pytest.approx(0.0, abs=math.radians(0.3))
+    assert calibration.reference_offset_m == 2.0
+    for d, (column_px, row_px) in zip((4.0, 7.0, 12.0, 25.0), marks, strict=True):
+        _, straight_row_px = calibration.straight_place(column_px, row_px)
+        assert calibration.distance_at(straight_row_px) == pytest.approx(d, rel=0.02)
 
 
 def test_marks_in_a_bent_picture_are_taken_as_they_are_and_that_is_said(bent_clip, capsys):
