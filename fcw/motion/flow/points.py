@@ -217,8 +217,10 @@ class PointFollower:
             criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 8, 0.03),
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
         )
+        found = status[:, 0] == 1
+        differences[~found] = np.inf  # else what happened to be in memory
         single = np.column_stack((places_after[:, 0], differences)).astype(np.float32, copy=False)
-        return single[:, :2], status[:, 0] == 1, single[:, 2]
+        return single[:, :2], found, single[:, 2]
 
     def learn(self, cells: NDArray[np.int64], inlying: FloatArray, dt_s: float) -> None:
         """Remember where points keep to the motion: reflections and the own bonnet do not.
