@@ -257,7 +257,7 @@ class Evidence:
         """The gap from which on the level is due, with what is uncertain in it."""
         now = self.approach(vehicle, own_mps, holding)
         needed_m = rule.needed_distance_m(now, holding)
-        if rule.by_closing:
+        if rule.by_closing and needed_m > 0:
             needed_m += self.upper_sigmas * self._spread_m(rule, vehicle, now, holding)
         return needed_m * (self.release_factor if holding else 1.0)
 
@@ -277,12 +277,13 @@ class Evidence:
         needed_m = rule.needed_distance_m(now, holding)
         if math.isinf(needed_m):
             return 0.0
-        slower = now
+        # Upwards, as below it a rule may not apply at all.
+        larger = now
         if vehicle.distance_m > 0:
-            slower = replace(now, closing_mps=now.closing_mps * (1 - shared_m / vehicle.distance_m))
+            larger = replace(now, closing_mps=now.closing_mps * (1 + shared_m / vehicle.distance_m))
         spreads_m = [
             alone_m,
-            shared_m - (needed_m - rule.needed_distance_m(slower, holding)),
+            shared_m - (rule.needed_distance_m(larger, holding) - needed_m),
             rule.needed_distance_m(replace(now, closing_mps=fast_mps), holding) - needed_m,
         ]
         if now.acceleration_mps2 > 0:

@@ -19,3 +19,19 @@ def test_where_no_rule_applies_even_a_gap_of_nothing_raises_no_level(policy: str
     """As in a queue, where the bumper seems to touch the car ahead."""
     assert level_of(make_lead(0.0, 0.0), None, policy) == WarningLevel.NONE
     assert policy == "rss" or level_of(make_lead(0.0, 0.0), 3.0, policy) == WarningLevel.NONE
+
+
+@pytest.mark.parametrize("policy", ["ttc", "timely-braking"])
+@pytest.mark.parametrize("spread", [0.05, 0.2])
+@pytest.mark.parametrize("distance_m", [14.0, 17.0, 20.0, 24.0])
+def test_who_closes_faster_is_warned_of_no_less(policy: str, spread: float, distance_m: float):
+    levels = [
+        level_of(make_lead(distance_m, tenths / 10, 0.5, spread=spread), 30.0, policy)
+        for tenths in range(15, 80)
+    ]
+    assert levels == sorted(levels)
+
+
+def test_an_approach_too_slow_for_a_time_to_collision_has_none_however_uncertain_it_is():
+    # At 4.1 +- 0.5 m/s and 20 m collision is 4.9 s away.
+    assert level_of(make_lead(20.0, 4.1, 0.5, spread=0.05), 20.0, "ttc") == WarningLevel.NONE
