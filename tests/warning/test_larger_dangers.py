@@ -1,5 +1,7 @@
 """A larger danger is warned of no later than a smaller one, and one that no rule knows not at all."""
 
+from dataclasses import replace
+
 import pytest
 from leads.warning_leads import make_lead, threats_of_lead
 
@@ -35,3 +37,19 @@ def test_who_closes_faster_is_warned_of_no_less(policy: str, spread: float, dist
 def test_an_approach_too_slow_for_a_time_to_collision_has_none_however_uncertain_it_is():
     # At 4.1 +- 0.5 m/s and 20 m collision is 4.9 s away.
     assert level_of(make_lead(20.0, 4.1, 0.5, spread=0.05), 20.0, "ttc") == WarningLevel.NONE
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "closing_mps", "sigma_mps"), [(109.5, 20.5, 5.8), (69.8, 15.3, 4.5), (86.0, 20.0, 1.0)]
+)
+def test_a_lead_that_brakes_is_warned_of_no_less_than_one_that_does_not(
+    distance_m: float, closing_mps: float, sigma_mps: float
+):
+    steady = make_lead(distance_m, closing_mps, sigma_mps, growth_sigma_mps2=0.5, spread=0.1)
+    for own_mps in (30.0, None):
+        brakes = [
+            level_of(replace(steady, closing_acceleration_mps2=growth_mps2), own_mps)
+            for growth_mps2 in (0.99, 1.01, 1.3, 2.0, 3.0, 5.0)
+        ]
+        assert brakes == sorted(brakes)
+    assert brakes[-1] == WarningLevel.WARNING
