@@ -79,7 +79,8 @@ def place_at_contact(
     # What is not extrapolated does not sweep either.
     speed_mps = track.distance_m / contact_s if contact_s > 0 else 0.0
     now_m = track.lateral_m - path.lateral_at(x_m)
-    across_mps = track.lateral_speed_mps - sweep_mps(path, turn, x_m, speed_mps, oncoming)
+    # What was measured swept as fast as it closes now: a lead that brakes will sweep faster.
+    across_mps = track.lateral_speed_mps - sweep_mps(path, turn, x_m, track.closing_speed_mps, oncoming)
     heading_variance = path.heading_sigma_rad**2
     bend_variance = path.curvature_sigma_per_m**2
     # How place and rate hang on the bend: what stands ahead of a known turning does not show it.
