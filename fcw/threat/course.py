@@ -57,7 +57,12 @@ class PlaceAtContact:
 
 
 def place_at_contact(
-    track: Track, path: OwnPath, reference_offset_m: float, contact_s: float, turn: Turn | None = None
+    track: Track,
+    path: OwnPath,
+    reference_offset_m: float,
+    contact_s: float,
+    turn: Turn | None = None,
+    oncoming: bool = False,
 ) -> PlaceAtContact:
     """Where a vehicle will be when we reach it.
 
@@ -67,13 +72,15 @@ def place_at_contact(
         reference_offset_m: how far the reference of distances is ahead of the camera.
         contact_s: time until then.
         turn: our turning now; None takes the path to bend as we turn.
+        oncoming: whether it surely comes towards us.
     """
     x_m = track.distance_m + reference_offset_m
     time_s = min(contact_s, LONGEST_S)
     # What is not extrapolated does not sweep either.
     speed_mps = track.distance_m / contact_s if contact_s > 0 else 0.0
     now_m = track.lateral_m - path.lateral_at(x_m)
-    across_mps = track.lateral_speed_mps - sweep_mps(path, turn, x_m, speed_mps)
+    # What was measured swept as fast as it closes now: a lead that brakes will sweep faster.
+    across_mps = track.lateral_speed_mps - sweep_mps(path, turn, x_m, track.closing_speed_mps, oncoming)
     heading_variance = path.heading_sigma_rad**2
     bend_variance = path.curvature_sigma_per_m**2
     # How place and rate hang on the bend: what stands ahead of a known turning does not show it.
@@ -81,7 +88,7 @@ def place_at_contact(
     swept = speed_mps**2 * heading_variance + track.lateral_speed_sigma_mps**2
     if turn is not None:
         part = turn.measured_part
-        sweep_m2ps = x_m * ((1 - part) * turn.own_mps - max(turn.own_mps - speed_mps, 0.0))
+        sweep_m2ps = x_m * ((1 - part) * turn.own_mps - turn.its_mps(speed_mps, oncoming))
         swept += part * (x_m * turn.sigma_radps) ** 2
     swept += sweep_m2ps**2 * bend_variance
     # Beyond two sigma it is no change of lane: a car that crosses, or our own turning.

@@ -183,9 +183,8 @@ def _assess_one(
         low_s = reach_s(track.distance_m, closing_mps + sigma_mps, growth_mps2)
         slow_s = reach_s(track.distance_m, closing_mps - sigma_mps, growth_mps2)
         high_s = math.inf if slow_s is None else slow_s
-    place = place_at_contact(
-        track, path, reference_offset_m, HORIZON_S if time_s is None else min(time_s, HORIZON_S), turn
-    )
+    contact_s = HORIZON_S if time_s is None else min(time_s, HORIZON_S)
+    place = place_at_contact(track, path, reference_offset_m, contact_s, turn, comes_towards_us)
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
     width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
     if place.crosses:

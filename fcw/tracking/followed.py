@@ -219,11 +219,11 @@ class Followed:
         return max(1 - math.exp(-dt_s / self._settings.box_smoothing_s), 1 / self._hits)
 
     def _drift(self, seen: Box, dt_s: float) -> None:
-        """The column drifts when the vehicle moves across the road.
+        """The column drifts when the vehicle moves across the road; pictures of one time tell no rate.
 
         Of one that the picture's border cuts its own side says so, not the middle of what is left.
         """
-        alpha, size = self._gain(dt_s), self._calibration.image_size
+        alpha, size = 1 - math.exp(-dt_s / self._settings.box_smoothing_s), self._calibration.image_size
         shift_px = seen.center_x - self.box.center_x
         if (inner_px := inner_edge_px(seen, size, self._settings.box_noise)) is not None:
             shift_px = inner_px - (self.box.x if inner_px == seen.x else self.box.right)

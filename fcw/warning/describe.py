@@ -64,6 +64,9 @@ def reason(state: WarningState, imperial: bool = False) -> str:
     if state.rule == "rss" and needed_m is not None:
         return f"{text} of {distance_text(needed_m, imperial)}, {assumes}"
     limit = "more than" if state.rule == "required_deceleration" else "less than"
+    if needed_m is not None and state.distance_m is not None and state.distance_m > needed_m:
+        # By its means it is not: it was, or it may be by what is uncertain.
+        limit = f"{'lately' if state.rule == 'headway' else 'perhaps'} {limit}"
     return f"{text}, {limit} {assumes}"
 
 

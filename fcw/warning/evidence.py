@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from fcw.threat.threat import Threat, surely_grows
+from fcw.threat.threat import Threat, reach_s, surely_grows
 from fcw.tracking.types import SeenBy, Track
 from fcw.units import KMH_PER_MPS
 from fcw.warning.rule import Approach, Rule
@@ -205,17 +205,23 @@ class Evidence:
         """Whether nobody needs a `warning` yet.
 
         A lead that brakes goes on doing so in the time to its rear: what would be early, if it does not.
+        And it is warned of no later than one that keeps its speed.
         """
-        vehicle = threat.track
-        if surely_grows(vehicle):
-            return threat.reach_s is None or threat.reach_s > self.latest_braking_s
-        now = self.approach(vehicle, own_mps, holding=False)
-        soon_m = vehicle.distance_m - self.earliest_before_s * vehicle.closing_speed_mps
+        vehicle, growth_mps2 = threat.track, threat.track.closing_acceleration_mps2
+        if surely_grows(vehicle) and threat.reach_s is not None and threat.reach_s <= self.latest_braking_s:
+            return False
+        now = Approach(
+            closing_mps=vehicle.closing_speed_mps, acceleration_mps2=min(growth_mps2, 0.0), own_mps=own_mps
+        )
+        distance_m, sigma_mps = vehicle.distance_m, vehicle.approach_sigma_mps
+        low_s = reach_s(distance_m, now.closing_mps + sigma_mps, 0.0)
+        high_s = reach_s(distance_m, now.closing_mps - sigma_mps, 0.0)
+        soon_m = distance_m - self.earliest_before_s * now.closing_mps
         due_m = rule.needed_distance_m(now, holding=False) + self._spread_m(rule, vehicle, now, holding=False)
         return (
-            threat.reach_low_s is None
-            or threat.reach_low_s > self.latest_warning_s
-            or (own_mps is None and (threat.reach_high_s or math.inf) > self.latest_surely_s)
+            low_s is None
+            or low_s > self.latest_warning_s
+            or (own_mps is None and (high_s or math.inf) > self.latest_surely_s)
             or soon_m > due_m
         )
 
@@ -257,7 +263,7 @@ class Evidence:
         """The gap from which on the level is due, with what is uncertain in it."""
         now = self.approach(vehicle, own_mps, holding)
         needed_m = rule.needed_distance_m(now, holding)
-        if rule.by_closing:
+        if rule.by_closing and needed_m > 0:
             needed_m += self.upper_sigmas * self._spread_m(rule, vehicle, now, holding)
         return needed_m * (self.release_factor if holding else 1.0)
 
@@ -277,12 +283,13 @@ class Evidence:
         needed_m = rule.needed_distance_m(now, holding)
         if math.isinf(needed_m):
             return 0.0
-        slower = now
+        # Upwards, as below it a rule may not apply at all.
+        larger = now
         if vehicle.distance_m > 0:
-            slower = replace(now, closing_mps=now.closing_mps * (1 - shared_m / vehicle.distance_m))
+            larger = replace(now, closing_mps=now.closing_mps * (1 + shared_m / vehicle.distance_m))
         spreads_m = [
             alone_m,
-            shared_m - (needed_m - rule.needed_distance_m(slower, holding)),
+            shared_m - (rule.needed_distance_m(larger, holding) - needed_m),
             rule.needed_distance_m(replace(now, closing_mps=fast_mps), holding) - needed_m,
         ]
         if now.acceleration_mps2 > 0:

@@ -190,7 +190,7 @@ class RulePolicy:
             for holding, allowed in ((True, rule.level <= shown), (False, may_be_raised)):
                 if concerned and allowed:
                     due_m = evidence.due_below_m(rule, vehicle, own_mps, holding)
-                    if found is None and vehicle.distance_m <= due_m:
+                    if found is None and vehicle.distance_m < due_m:
                         found = rule
         alarmed = found is not None and found.level >= WarningLevel.CAUTION
         memory.alarm_ns = _since(memory.alarm_ns, time_ns, alarmed)

@@ -45,5 +45,8 @@ class Rule(Protocol):
         ...
 
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
-        """The level is due when the gap is no larger than this; `holding`: it has been raised before."""
+        """The level is due when the gap is smaller than this; `holding`: it has been raised before.
+
+        0 where the rule does not apply: then no gap is too small, not even none.
+        """
         ...

@@ -1,5 +1,6 @@
 """Our turning now and the bend ahead: what sweeps, and how a bend that grows goes on."""
 
+import cmath
 import math
 
 import pytest
@@ -21,6 +22,27 @@ def test_on_a_steady_bend_turning_and_path_say_the_same(bend_per_m, own_mps, clo
     assert sweep_mps(path, turn, distance_m, closing_mps) == pytest.approx(
         sweep_mps(path, None, distance_m, closing_mps)
     )
+
+
+@pytest.mark.parametrize("its_mps", [14.0, 7.0, 0.0, -7.0, -14.0])
+@pytest.mark.parametrize("beside_m", [0.0, 3.5])
+def test_who_drives_along_a_bend_either_way_moves_across_as_its_arc_does(its_mps: float, beside_m: float):
+    """R = 300 m to the left, we at 14 m/s; a vehicle on its own circle about the same middle."""
+    radius_m, own_mps = 300.0, 14.0
+
+    def seen(time_s: float) -> complex:
+        """Ahead and to the left of us."""
+        its = (radius_m - beside_m) * 1j * (1 - cmath.exp(1j * (30 + its_mps * time_s) / radius_m))
+        turned = cmath.exp(1j * own_mps * time_s / radius_m)
+        our = radius_m * 1j * (1 - turned)
+        return (beside_m * 1j + its - our) / turned
+
+    moved = (seen(1e-4) - seen(-1e-4)) / 2e-4
+    turn = Turn(own_mps=own_mps, yaw_rate_radps=own_mps / radius_m)
+    swept_mps = sweep_mps(
+        OwnPath(curvature_per_m=1 / radius_m), turn, seen(0).real, -moved.real, oncoming=its_mps < 0
+    )
+    assert swept_mps == pytest.approx(moved.imag, rel=0.05, abs=0.05)
 
 
 def test_what_stands_sweeps_by_our_turning_whatever_the_path_does_ahead():

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from fcw.box import Box
 from fcw.motion.state import STRAIGHT, OwnPath
 from fcw.threat.course import place_at_contact
+from fcw.threat.threat import reach_s
 from fcw.tracking.types import SeenBy, Track
 
 TRACK = Track(
@@ -32,7 +33,13 @@ UNKNOWN = OwnPath(offset_sigma_m=0.1, heading_sigma_rad=0.02, curvature_sigma_pe
 
 
 def placed(lateral_m, rate_mps, path=STRAIGHT, distance_m=20.0, speed_mps=10.0, offset_m=0.0):
-    track = replace(TRACK, distance_m=distance_m, lateral_m=lateral_m, lateral_speed_mps=rate_mps)
+    track = replace(
+        TRACK,
+        distance_m=distance_m,
+        closing_speed_mps=speed_mps,
+        lateral_m=lateral_m,
+        lateral_speed_mps=rate_mps,
+    )
     return place_at_contact(track, path, offset_m, distance_m / speed_mps)
 
 
@@ -52,6 +59,23 @@ def test_what_stands_beside_a_known_bend_is_passed_at_its_distance_from_it(
     rate_mps = -curvature_per_m * speed_mps * distance_m
     there = placed(lateral_m, rate_mps, path, distance_m, speed_mps)
     assert there.offset_m == pytest.approx(beside_m)
+
+
+@given(st.floats(-0.01, 0.01), st.floats(15, 40), st.floats(1, 8), st.floats(1, 6))
+def test_a_lead_that_brakes_in_a_bend_is_in_our_way_though_it_will_sweep_faster(
+    curvature_per_m, distance_m, closing_mps, growth_mps2
+):
+    path = OwnPath(curvature_per_m=curvature_per_m)
+    track = replace(
+        TRACK,
+        distance_m=distance_m,
+        closing_speed_mps=closing_mps,
+        lateral_m=path.lateral_at(distance_m),
+        lateral_speed_mps=-path.slope_at(distance_m) * closing_mps,
+    )
+    contact_s = reach_s(distance_m, closing_mps, growth_mps2)
+    assert contact_s is not None
+    assert place_at_contact(track, path, 0.0, contact_s).offset_m == pytest.approx(0.0, abs=1e-6)
 
 
 @given(st.floats(-0.05, 0.05), st.floats(-3, 3))

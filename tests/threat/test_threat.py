@@ -155,3 +155,16 @@ def test_a_standing_car_comes_towards_us_only_if_our_speed_is_surely_lower(own_s
     (found,) = assess((track,), 1, STRAIGHT, 16.0, own_sigma_mps=own_sigma_mps)
     assert found.is_oncoming is oncoming
     assert (select_lead((track,), 16.0, own_sigma_mps) is None) is oncoming
+
+
+@pytest.mark.parametrize("bend_per_m", [1 / 150, -1 / 150, 0.0])
+def test_an_oncoming_car_that_keeps_to_our_lane_round_a_bend_will_hit_us(bend_per_m):
+    # Both at 14 m/s, 40 m apart: along the road it sweeps as what stands, and as much again.
+    path = replace(assumed_path(14.0, 14.0 * bend_per_m), curvature_per_m=bend_per_m)
+    turn = turn_of(OwnMotion(speed_mps=14.0, yaw_rate_radps=14.0 * bend_per_m))
+    lateral_m, lateral_mps = path.lateral_at(40.0), -28.0 * path.slope_at(40.0)
+    track = make_lead(40.0, 28.0, 0.5, lateral_m=lateral_m, lateral_mps=lateral_mps)
+    (found,) = assess((track,), None, path, 14.0, turn=turn)
+    assert found.is_oncoming
+    assert found.offset_m == pytest.approx(0.0, abs=0.1)
+    assert not found.crosses

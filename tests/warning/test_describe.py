@@ -60,6 +60,18 @@ def test_every_rule_says_its_threshold_and_what_it_assumes(policy, track, words)
     assert words in describe(shown(track, policy=policy))
 
 
+def test_what_is_only_perhaps_so_or_was_so_is_not_said_to_be():
+    # By the means; 1.65 sigma faster it is 3.0 s.
+    uncertain = describe(shown(make_lead(36.0, 8.0, 2.5, spread=0.1), policy="ttc"))
+    assert "short time to collision, perhaps less than 3.0 s; " in uncertain
+    assert "collision in 4.5 s" in uncertain
+    policy, own_mps = make_policy(), 25.0
+    for at_ns, distance_m in ((0, 14.0), (10**9, 14.0), (3 * 10**9, 17.0)):
+        state = policy.update(at_ns, threats_of_lead(make_lead(distance_m, 0.0), own_mps), own_mps)
+    assert "following too closely, lately less than 0.6 s; " in describe(state)
+    assert "headway 0.7 s" in describe(state)
+
+
 def test_a_vehicle_that_is_lost_is_told_as_it_would_be_by_now():
     policy, track = make_policy(), make_lead(18.0, 10.0, track_id=4)
     policy.update(0, threats_of_lead(track, 20.0), 20.0)

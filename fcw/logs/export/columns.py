@@ -254,7 +254,7 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
     _of_track("width_m", "float64", "m", "width of its rear"),
     _of_track("lateral_sigma_m", "float64", "m", "standard deviation of lateral_m"),
     _of_track("lateral_speed_sigma_mps", "float64", "m/s", "standard deviation of lateral_speed_mps"),
-    _of_track("doubtful", "bool", "", "whether it may be no vehicle; it is neither lead nor warned of"),
+    _of_track("doubtful", "bool", "", "whether it may be no vehicle; it is no lead, and raises no warning"),
     _of_track("found_part", "float64", "", "in how many of its frames the detector found it"),
 )
 """Everything in a frame's result but the raw detections."""

@@ -43,6 +43,11 @@ class Turn:
         """How much what was measured counts, from 0 to 1; the rest is that we drive along our path."""
         return 1 / (1 + (self.sigma_radps * self.own_mps / ALONG_PATH_MPS2) ** 2)
 
+    def its_mps(self, closing_mps: float, oncoming: bool) -> float:
+        """Speed of a vehicle along our path, negative where it surely comes towards us; else it stands."""
+        its_mps = self.own_mps - closing_mps
+        return its_mps if oncoming else max(its_mps, 0.0)
+
     def rate_radps(self, path: OwnPath) -> float:
         """Of our turning, by what was measured and by our path."""
         part = self.measured_part
@@ -61,7 +66,9 @@ def turn_of(motion: OwnMotion) -> Turn | None:
     )
 
 
-def sweep_mps(path: OwnPath, turn: Turn | None, distance_m: float, closing_mps: float) -> float:
+def sweep_mps(
+    path: OwnPath, turn: Turn | None, distance_m: float, closing_mps: float, oncoming: bool = False
+) -> float:
     """Rate at which a vehicle that keeps its place beside the path moves to the left, as seen from us.
 
     Args:
@@ -69,12 +76,12 @@ def sweep_mps(path: OwnPath, turn: Turn | None, distance_m: float, closing_mps: 
         turn: None takes the path to bend as we turn.
         distance_m: of the vehicle from the camera.
         closing_mps: rate at which that shrinks.
+        oncoming: whether it surely comes towards us, see `Turn.its_mps`.
     """
     if turn is None:
         return -path.slope_at(distance_m) * closing_mps
-    its_mps = max(turn.own_mps - closing_mps, 0.0)
     return (
-        path.slope_at(distance_m) * its_mps
+        path.slope_at(distance_m) * turn.its_mps(closing_mps, oncoming)
         - path.heading_rad * turn.own_mps
         - turn.rate_radps(path) * distance_m
     )
