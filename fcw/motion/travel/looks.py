@@ -16,7 +16,7 @@ from fcw.motion.travel.direction import TravelDirection
 from fcw.motion.travel.tracks import SPARSE_PX, PointTracks
 
 FIRST_TOLD_S, LOOK_S = 1.8, 5.0
-"""Of driving: a look tells first what little it has seen, then all, and ends. It takes half a second of a
+"""Of driving: a look tells first what little it has seen, then all, and ends. It takes 0.4 s of a
 processor."""
 PAUSES_S = (15.0, 60.0)
 """After the first look, and after all others."""
