@@ -24,13 +24,17 @@ from fcw_viz.cli import main
 from fcw_viz.rerun.log import read_frame_times
 
 CLIPS = (
-    "kb_dashcam2",  # its first picture comes after the beginning
-    "muchlisin_driving",  # pictures in another order than they are shown, 1001/24000 s apart
-    "solidWhiteRight",  # sound before the pictures, which are a tick apart
-    "tmo_countryroad",  # the timescale is none of frames
-    "udacity_project_video_cut",  # MPEG-4
+    "kb_dashcam1",
+    "kb_dashcam2",
+    "muchlisin_driving",
+    "solidWhiteRight",
+    "tmo_countryroad",
+    "tmo_seattlestreet2",
+    "udacity_project_video_cut",
+    "udacity_test_small1",
+    "udacity_test_small2",
+    "udacity_test_video",
 )
-"""One of each kind; `tests/sources/test_video_clips.py` reads the times of all."""
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 DEMO_FRAMES = 1200
 PATIENCE_S = 600  # on a busy machine

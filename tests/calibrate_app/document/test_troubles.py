@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from searching import examples
 from session_helpers import PAPER_POINTS, SIZE, edits, mended, only_trouble, said, seen
 
 from fcw.camera.calibration import Gaussian
@@ -203,7 +202,6 @@ WIDE = Belief(Gaussian(2.0, 0.125), True)
 
 
 @pytest.mark.slow
-@examples(50)
 @given(st.lists(edits, max_size=12))
 @example([DeleteMark(1), SetReference(True, 2.0), SetFieldOfView(WIDE)])  # a bumper behind the camera
 def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(steps):

@@ -114,7 +114,7 @@ def test_a_tilt_is_found_by_columns_and_named_as_a_cause_without_them(capsys):
     (warning,) = result["warnings"]
     tilt = re.search(r"the camera is tilted by (\S+) degrees to the left", warning)
     assert tilt is not None
-    assert float(tilt[1]) == pytest.approx(4.0, abs=0.2)
+    assert float(tilt[1]) == pytest.approx(4.0, abs=0.11)
     tilted = ("5:533.0:486.0", "10:408.1:784.3", "20:359.0:527.1")
     (warning,) = result_of(command_of(*tilted), capsys)["warnings"]
     assert "the camera is tilted by 1.9 degrees to the right" in warning
