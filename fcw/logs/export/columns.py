@@ -146,7 +146,7 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
     _of_motion("yaw_rate_radps", "rad/s", "own yaw rate, positive to the left; empty when unknown"),
     _of_mount("yaw", "estimated angle of the camera's axis to the left of the direction of travel"),
     _of_mount("pitch", "estimated angle of the camera's axis below the road"),
-    _of_mount("roll", "estimated rotation of the camera to the right about its axis"),
+    _of_mount("roll", "estimated rotation of the camera to the right, by the road with its kerbs and verges"),
     _of_path("curvature_per_m", "1/m", "curvature of the own path, positive to the left"),
     _of_path(
         "offset_m",
