@@ -77,11 +77,12 @@ class LivePanels:
         self._figures = gui.add_html("")
         self._head = gui.add_html("")
         gui.add_html(text_block(_sound_html()))
-        self._why = gui.add_html("")
-        # The browser writes in it: it is never drawn anew.
+        self._level = gui.add_html("")
+        # The browser writes in it: it is never drawn anew. A reason, short or long, comes after it.
         gui.add_html(
             text_block('<p class="fcw-age">The picture on the screen is <b data-fcw-age>–</b> old.</p>')
         )
+        self._why = gui.add_html("")
         self._latency = gui.add_html("")
         gui.add_html(text_block(f'<div class="fcw-keys">{help_table(HELP_ROWS)}</div>'))
         self.show_aspect(16, 9)
@@ -119,12 +120,10 @@ class LivePanels:
         level_name, color = result.warning.level.name.lower(), css_color(LEVEL_COLORS[result.warning.level])
         notes = "".join(f'<div class="fcw-note">{escape(note)}</div>' for note in result.notes)
         set_html(
-            self._why,
-            text_block(
-                f'<p class="fcw-level {level_name}" style="--level: {color}">{escape(level)}</p>'
-                f'<dl class="fcw-why">{listed}</dl>{notes}'
-            ),
+            self._level,
+            text_block(f'<p class="fcw-level {level_name}" style="--level: {color}">{escape(level)}</p>'),
         )
+        set_html(self._why, text_block(f'<dl class="fcw-why">{listed}</dl>{notes}'))
         set_html(
             self._latency,
             text_block(

@@ -25,7 +25,7 @@ from fcw_viz.live_app.tab import LiveTab
 START_S, END_S = 26.0, 33.0
 """Of the shipped drive, whose lead brakes so that a warning is due at 29.8 s."""
 WARNED_S = 28.0, 31.5
-PERIOD_S, CRAWL_S = 1 / 30, 0.4
+PERIOD_S, CRAWL_S = 1 / 30, 0.8
 """From picture to picture; while it warns they come seldom, for a busy browser shows late what passes by."""
 # Sounds as the page asks the browser for them: frequencies of the tones, in order.
 LISTEN = """() => {
@@ -244,7 +244,8 @@ def test_from_above_a_narrow_window_shows_level_and_age_all_the_same(
     wait_for(lambda: picture() != "")
     person.press("b")
     wait_for(lambda: person.browser.page.locator(".mantine-Paper-root img:visible").count() == 1)
-    # The reason stands between them.
+    # While it warns the reason is longest.
+    wait_for(lambda: person.words(".fcw-level") == "warning: act now" and "Rule" in person.words(".fcw-why"))
     wait_for(lambda: all(is_in_sight(person, selector) for selector in (".fcw-level", ".fcw-age")))
 
 
