@@ -5,7 +5,7 @@ The equations and the state are those of `fcw.tracking.range.filter`.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -82,6 +82,13 @@ SHARPEST_ROAD_PER_M = 1 / 80
 """What bends more is no road but a turn at a crossing: who is ahead does not stand along it."""
 STEEPEST_SLOPE = 0.3
 """The bend of a road is not known so far ahead that it would have turned by more."""
+TURNS_SIGMAS = 3.0
+"""A box wider than this for its height shows more than a rear: its vehicle turns off, or has turned over,"""
+TURNS_FACTOR = 8.0
+"""and its aspect may change by so many times what is beyond. Of 1, 2, 4 and 8, with 1.5 to 3 sigmas, the pair
+that makes little of a car that turns off and changes least of all else."""
+ACROSS_M = 1.0
+"""What looks wider by this than its rear and all of its side stands across, or is more than one vehicle."""
 
 
 def road_slope(path: OwnPath, distance_m: float) -> float:
@@ -89,6 +96,37 @@ def road_slope(path: OwnPath, distance_m: float) -> float:
     if abs(path.curvature_per_m) > SHARPEST_ROAD_PER_M:
         return path.heading_rad
     return max(-STEEPEST_SLOPE, min(path.slope_at(distance_m), STEEPEST_SLOPE))
+
+
+def visible_side_m(outer_m: float, width_m: float, distance_m: float, length_m: float) -> float:
+    """How much of its side a vehicle shows, as width at its rear.
+
+    The far end of its inner side stands as far from the line along its own middle that runs through the
+    camera when it is seen straight from behind, but farther away.
+
+    Args:
+        outer_m: from that line to its outer side.
+        width_m: of its rear.
+        distance_m: of it.
+        length_m: of the vehicle.
+    """
+    return max(outer_m - width_m, 0.0) * length_m / (distance_m + length_m)
+
+
+def outwards_m(turned_m: float, shown_m: float, width_m: float, distance_m: float, length_m: float) -> float:
+    """How much farther out the middle of a vehicle is than that of its box, which takes in its side.
+
+    Args:
+        turned_m: of the box's middle, from the line on which a vehicle is seen straight from behind.
+        shown_m: width of the box where the vehicle is.
+        width_m: of the vehicle's rear.
+        distance_m: of it.
+        length_m: of the vehicle.
+    """
+    side_m = visible_side_m(abs(turned_m) + shown_m / 2, width_m, distance_m, length_m)
+    if shown_m < width_m + side_m + ACROSS_M:
+        side_m = max(shown_m - width_m, 0.0)
+    return math.copysign(min(side_m / 2, abs(turned_m)), turned_m)
 
 
 class BoxGeometry:
@@ -141,18 +179,13 @@ class BoxGeometry:
         return kind, max(depth_m - pole_m, NEAREST_START_M)
 
     def _side_m(self, box: Box, distance_m: float, width_m: float, focal_px: float) -> float:
-        """How much of its side a vehicle beside our path shows, as width at its rear.
-
-        The far end of its inner side stands as far from the line along its own middle that runs through
-        the camera when it is seen straight from behind, but farther away.
-        """
+        """How much of its side a vehicle beside our path shows."""
         behind_m = road_slope(self.path, distance_m) * distance_m
         outer_m = max(
             abs((self._axis_px - edge_px) * distance_m / focal_px - behind_m)
             for edge_px in (box.x, box.right)
         )
-        length_m = self._model.vehicle_length_m
-        return max(outer_m - width_m, 0.0) * length_m / (distance_m + length_m)
+        return visible_side_m(outer_m, width_m, distance_m, self._model.vehicle_length_m)
 
     def view(self, box: Box, distance_m: float, width_m: float, focal_px: float) -> View:
         """How a vehicle of this distance and width stands to us.
@@ -208,8 +241,41 @@ class BoxGeometry:
             noise_px / self._focal_px,
         )
 
-    def measure(self, sightings: Sequence[Sighting], x: FloatArray, dt_s: float) -> Measurements:
-        """Measurements of one frame, dt after the one before, against the (N,) state x."""
+    def _turned(
+        self, sighting: Sighting, view: View, log_usual: float, x: FloatArray, covariance: FloatArray
+    ) -> View:
+        """The view of a vehicle whose box is wider for its height than its rear and its side could be.
+
+        A car that turns off becomes twice as wide in two seconds. To a filter in which a vehicle keeps its
+        width it would come nearer.
+
+        Args:
+            sighting: of the vehicle.
+            view: of it, as far as it was expected.
+            log_usual: logarithm of how many times as wide as its rear it is expected to be.
+            x: (N,) state.
+            covariance: (N, N) of it.
+        """
+        noise, size, box = self._noise, self._image_size, sighting.box
+        whole = (
+            sighting.edges == WHOLE and measures_row(box, size, noise) and measures_height(box, size, noise)
+        )
+        if sighting.kind >= self.prior.rear_count or not whole:
+            return view
+        width, height = (CAMERA + VEHICLE * sighting.slot + place for place in (WIDTH, HEIGHT))
+        sizes = covariance[width, width] + covariance[height, height] - 2 * covariance[width, height]
+        log_height_sigma = math.hypot(noise.edge_sigma_px(box), noise.bottom_sigma_px(box)) / box.h
+        sigma = math.hypot(
+            noise.log_width_sigma(box), log_height_sigma, view.aspect_sigma, math.sqrt(max(sizes, 0.0))
+        )
+        wider = math.log(box.w / box.h) - float(x[width] - x[height]) - log_usual
+        beyond = max(wider - TURNS_SIGMAS * sigma, 0.0)
+        return replace(view, aspect_sigma=math.hypot(view.aspect_sigma, TURNS_FACTOR * beyond))
+
+    def measure(
+        self, sightings: Sequence[Sighting], x: FloatArray, covariance: FloatArray, dt_s: float
+    ) -> Measurements:
+        """Measurements of one frame, dt after the one before, against the (N,) state x and its covariance."""
         height_m, noise, size = self.height_m, self._noise, self._image_size
         white = noise.white(dt_s)
         horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
@@ -222,7 +288,8 @@ class BoxGeometry:
         variances: list[float] = []
         common: list[bool] = []
         views: list[View] = []
-        for slot, kind, box, edges, doubtful, log_part in sightings:
+        for sighting in sightings:
+            slot, kind, box, edges, doubtful, log_part = sighting
             at = CAMERA + VEHICLE * slot
             log_distance, _, _, log_width, log_height, aspect, bump_px, _ = x[at : at + VEHICLE].tolist()
             distance_m, width_m = math.exp(log_distance), math.exp(log_width + log_part)
@@ -257,6 +324,8 @@ class BoxGeometry:
                 row[SCALE] = distance_m / depth_m
                 row[at + DISTANCE] = -row[SCALE]
                 row[WIDER] = row[at + WIDTH] = row[at + ASPECT] = 1.0
+                log_usual = log_part + wider + math.log1p(side_m / width_m)
+                views[-1] = self._turned(sighting, view, log_usual, x, covariance)
                 expected = log_focal + math.log((width_m + side_m) / depth_m) + wider + aspect
                 residuals.append(math.log(box.w) - expected)
                 variances.append(noise.log_width_sigma(box) ** 2 * white)

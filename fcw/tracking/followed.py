@@ -10,7 +10,7 @@ from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
 from fcw.tracking.association import WHOLE, Edges, completed, cut_as_expected, own_edges
 from fcw.tracking.belief.lately import Lately
-from fcw.tracking.box_measurement import road_slope
+from fcw.tracking.box_measurement import outwards_m, road_slope
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
 from fcw.tracking.range.boxed_part import News
@@ -367,10 +367,9 @@ class Followed:
             side_m = self._settings.model.vehicle_length_m if shows_side else 0.0
             lateral_m = inner * (distance_m + side_m) / focal_px + outwards * self.state.width_m / 2
         elif self._settings.box_noise.shows_side:
-            # What shows beyond the rear's own width is the side that is turned to us.
-            side_m = max(box.w * metres_per_px - self.state.width_m, 0.0)
+            shown_m, length_m = box.w * metres_per_px, self._settings.model.vehicle_length_m
             turned_m = lateral_m - road_slope(path, distance_m) * distance_m
-            lateral_m += math.copysign(min(side_m / 2, abs(turned_m)), turned_m)
+            lateral_m += outwards_m(turned_m, shown_m, self.state.width_m, distance_m, length_m)
         return lateral_m
 
 

@@ -274,16 +274,16 @@ def test_the_jacobian_is_the_derivative_of_the_residuals_but_teaches_no_scale(di
     camera = CAMERA_MODEL
     x = np.array([camera.horizon_row_px, math.log(camera.row_scale_m_px), camera.pole_m, 1.0, -2.0, 0.04])
     x = np.append(x, (math.log(distance_m), 0.1, 0.0, math.log(1.8), math.log(1.4), 0.02, 1.5, 3.0))
+    covariance = np.diag(np.full(len(x), 1e-4))
     sightings = [Sighting(0, 0, seen(distance_m))]
-    rows = geometry.measure(sightings, x, 0.1).rows
+    rows = geometry.measure(sightings, x, covariance, 0.1).rows
     step = 1e-6
     for k in range(CAMERA + VEHICLE):
         up, down = x.copy(), x.copy()
         up[k] += step
         down[k] -= step
-        change = (
-            geometry.measure(sightings, down, 0.1).residuals - geometry.measure(sightings, up, 0.1).residuals
-        )
+        less, more = (geometry.measure(sightings, at, covariance, 0.1).residuals for at in (down, up))
+        change = less - more
         if k not in (SCALE, POLE):
             assert rows[:, k] == pytest.approx(change / (2 * step), rel=1e-4, abs=1e-6)
     assert rows[:, SCALE] == pytest.approx(-rows[:, CAMERA + DISTANCE])

@@ -306,7 +306,7 @@ class RangeFilter:
             Sighting(n, self._kinds[n], box, edges.get(n, WHOLE), n in doubtful, self._parts[n].log_part)
             for n, box in boxes
         ]
-        seen = self._geometry.measure(sightings, self._x, dt_s)
+        seen = self._geometry.measure(sightings, self._x, self._p, dt_s)
         slots, white = [slot for slot, _ in boxes], self._box_noise.white(dt_s)
         seen = judge_widths(seen, self._x, self._p, white, slots, self._parts)
         for slot, view in zip(slots, seen.views, strict=True):

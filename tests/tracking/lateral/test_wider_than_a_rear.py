@@ -1,0 +1,61 @@
+"""What is wider than a rear: a side beside our way, a car across it, and one that turns off."""
+
+import math
+
+import pytest
+
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.detector import Detection
+from fcw.frame import ImageSize
+from fcw.tracking.tracker import Tracker
+from fcw.tracking.types import Track
+
+FRAME_NS = 33_333_333
+WIDTH_M, HEIGHT_M, LENGTH_M = 1.75, 1.5, 4.2
+CALIBRATION = Calibration.from_camera(
+    GroundPlaneCamera(0.02, 1000.0, 359.5, 1.3, 639.5), ImageSize(1280, 720), reference_offset_m=0.0
+)
+
+
+def tracked(distance_m: float, sides_m: list[tuple[float, float]]) -> list[Track]:
+    """One vehicle by boxes that go, frame by frame, from one place across the road to another."""
+    tracker, tracks = Tracker(CALIBRATION), []
+    for frame, (left_m, right_m) in enumerate(sides_m):
+        box = CALIBRATION.ground_box(distance_m, (left_m + right_m) / 2, left_m - right_m, HEIGHT_M)
+        tracks += tracker.update(frame * FRAME_NS, [Detection(box, 1.0)])
+    assert {track.track_id for track in tracks} == {1}
+    return tracks
+
+
+@pytest.mark.parametrize("distance_m", [12.0, 20.0, 30.0])
+@pytest.mark.parametrize("turning_s", [1.0, 2.0, 3.0])
+def test_who_turns_off_does_not_come_nearer(distance_m, turning_s):
+    sides_m = []
+    for frame in range(120):
+        angle_rad = min(max(frame / 30 - 1.0, 0.0) / turning_s, 1.0) * math.pi / 2
+        shown_m = WIDTH_M * math.cos(angle_rad) + LENGTH_M * math.sin(angle_rad)
+        sides_m.append((WIDTH_M / 2, WIDTH_M / 2 - shown_m))
+    tracks = tracked(distance_m, sides_m)
+    # Where its width counts as always, 5 to 12 m/s, 1 to 2 s, and more than a third nearer.
+    assert max(track.closing_speed_mps for track in tracks) < 0.25 * distance_m
+    assert min(track.ttc_s or math.inf for track in tracks) > 3.5
+    assert min(track.distance_m for track in tracks) > 0.8 * distance_m
+
+
+@pytest.mark.parametrize("distance_m", [12.0, 20.0])
+def test_a_car_across_half_of_our_way_is_not_beside_it(distance_m):
+    # First it is seen from behind; then it reaches from 3.3 m to the left to 1 m to the right.
+    behind, across = (1.15 + WIDTH_M / 2, 1.15 - WIDTH_M / 2), (3.3, -1.0)
+    *_, last = tracked(distance_m, 10 * [behind] + 10 * [across])
+    assert last.lateral_m == pytest.approx(1.15, abs=0.3)
+    assert last.distance_m == pytest.approx(distance_m, rel=0.1)
+
+
+@pytest.mark.parametrize("distance_m", [12.0, 20.0])
+def test_a_car_beside_our_way_shows_its_side(distance_m):
+    left_m = 4.0
+    # The far end of its inner side, as wide as it looks where its rear is.
+    inner_m = (left_m - WIDTH_M) * distance_m / (distance_m + LENGTH_M)
+    *_, last = tracked(distance_m, 30 * [(left_m, inner_m)])
+    assert last.lateral_m == pytest.approx(left_m - WIDTH_M / 2, abs=0.35)
