@@ -10,6 +10,8 @@ import math
 ACCELERATION_SIGMA_MPS2 = 2.0
 ACCELERATION_S = 2.0
 """Own acceleration and how long it lasts (Singer 1970)."""
+ROUNDED_MPS = 0.15
+"""Given speeds come in steps of about 1 km/h: our acceleration is learnt as if they were off by so much."""
 ERRORS_LAST_S = 0.5
 """Correlation time of the picture's errors: a third is left after half a second on `kitti-odometry-03`."""
 ROUGH_PART, ROUGH_MPS = 0.07, 0.7
@@ -60,31 +62,36 @@ class OwnSpeed:
             sigma_mps: 1-sigma; 0 where it was given.
 
         Returns:
-            By how much we became faster since the frame before; 0 where that is unknown, as where the speed
-            is known roughly.
+            By how much we became faster since the frame before. Where that is unknown, as where the speed is
+            known roughly, what we accelerated with last runs out: at once, it would pass for an acceleration
+            of every vehicle.
         """
         before_mps, self.gain_sigma_mps = self.speed_mps, 0.0
+        lasting, coasted_mps = math.exp(-dt_s / ACCELERATION_S), self._acceleration_mps2 * dt_s
+        self._acceleration_mps2 *= lasting
         if speed_mps is None:
             self._hold(dt_s)
-            return 0.0
+            return coasted_mps
         was_rough, self._rough = self._rough, sigma_mps > max(ROUGH_PART * speed_mps, ROUGH_MPS)
         if before_mps is None or self._rough or was_rough:
-            return self._begin(speed_mps, sigma_mps)
-        lasting = math.exp(-dt_s / ACCELERATION_S)
-        predicted_mps = before_mps + self._acceleration_mps2 * dt_s
+            self._begin(speed_mps, sigma_mps)
+            return coasted_mps
+        predicted_mps = before_mps + coasted_mps
         off_mps = speed_mps - predicted_mps
         near_mps = JUMP_MPS + JUMP_SIGMAS * math.hypot(self.sigma_mps, sigma_mps)
         jumped = sigma_mps > 0 and abs(off_mps) > near_mps
         self._jumped_s = self._jumped_s + dt_s if jumped else 0.0
         if self._jumped_s > JUMPED_S:
-            return self._begin(speed_mps, sigma_mps)
+            self._begin(speed_mps, sigma_mps)
+            return coasted_mps
         vv = self._vv + 2 * dt_s * self._va + dt_s**2 * self._aa
         va = lasting * (self._va + dt_s * self._aa)
         aa = lasting**2 * self._aa + ACCELERATION_SIGMA_MPS2**2 * (1 - lasting**2)
         noise = math.inf if jumped else sigma_mps**2 * max(1.0, 2 * ERRORS_LAST_S / max(dt_s, 1e-6))
-        gain, acceleration_gain = (vv / (vv + noise), va / (vv + noise)) if vv + noise > 0 else (1.0, 0.0)
+        gain = vv / (vv + noise) if vv + noise > 0 else 1.0
+        acceleration_gain = va / (vv + max(noise, ROUNDED_MPS**2))
         self.speed_mps = predicted_mps + gain * off_mps
-        self._acceleration_mps2 = lasting * self._acceleration_mps2 + acceleration_gain * off_mps
+        self._acceleration_mps2 += acceleration_gain * off_mps
         self._vv, self._va, self._aa = (1 - gain) * vv, (1 - gain) * va, aa - acceleration_gain * va
         self.sigma_mps = math.sqrt(max(self._vv, 0.0))
         if sigma_mps:
@@ -101,9 +108,8 @@ class OwnSpeed:
         if self.sigma_mps > HELD_PART * self.speed_mps:
             self.speed_mps = None
 
-    def _begin(self, speed_mps: float, sigma_mps: float) -> float:
-        """Know this and nothing of before; we became no faster by it."""
+    def _begin(self, speed_mps: float, sigma_mps: float) -> None:
+        """Know this speed and none of before; we became no faster by it."""
         self.speed_mps, self.sigma_mps = speed_mps, sigma_mps
-        self._acceleration_mps2 = self._va = self._jumped_s = 0.0
+        self._va = self._jumped_s = 0.0
         self._vv, self._aa = sigma_mps**2, ACCELERATION_SIGMA_MPS2**2
-        return 0.0

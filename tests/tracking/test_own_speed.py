@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.tracking.own_speed import ERRORS_LAST_S, OwnSpeed
+from fcw.tracking.own_speed import ACCELERATION_S, ERRORS_LAST_S, OwnSpeed
 
 DT_S = 1 / 30
 
@@ -104,3 +104,18 @@ def test_a_speed_that_is_known_roughly_is_taken_as_told_and_is_no_gain(told):
     # What is known well after it says nothing of what came before.
     assert own.update(DT_S, 17.0, 0.5) == 0.0
     assert own.update(DT_S, 17.2, 0.5) > 0.0
+
+
+@pytest.mark.parametrize("sigma_mps", [0.0, 0.4])
+@pytest.mark.parametrize("then_mps", [None, 12.0], ids=["no speed", "a rough one"])
+def test_braking_of_which_no_more_is_told_runs_out(sigma_mps: float, then_mps: float | None):
+    own, speed_mps = OwnSpeed(), 20.0
+    for _ in range(60):
+        speed_mps -= 4.0 * DT_S
+        # In steps of 1 km/h, as most devices tell it.
+        own.update(DT_S, round(3.6 * speed_mps) / 3.6, sigma_mps)
+    gains = [own.update(DT_S, then_mps, 5.0) for _ in range(300)]
+    # The filter takes an acceleration for one that passes, and so for a little less than it is.
+    assert gains[0] / DT_S == pytest.approx(-4.0, abs=1.1)
+    assert sum(gains) == pytest.approx(gains[0] / DT_S * ACCELERATION_S, rel=0.05)
+    assert all(before <= after <= 0 for before, after in pairwise(gains))
