@@ -18,29 +18,43 @@ CALIBRATION = Calibration.from_camera(
 )
 
 
-def tracked(distance_m: float, sides_m: list[tuple[float, float]]) -> list[Track]:
+def tracked(distance_m: float, sides_m: list[tuple[float, float]], closing_mps: float = 0.0) -> list[Track]:
     """One vehicle by boxes that go, frame by frame, from one place across the road to another."""
     tracker, tracks = Tracker(CALIBRATION), []
     for frame, (left_m, right_m) in enumerate(sides_m):
-        box = CALIBRATION.ground_box(distance_m, (left_m + right_m) / 2, left_m - right_m, HEIGHT_M)
+        ahead_m = distance_m - closing_mps * frame / 30
+        box = CALIBRATION.ground_box(ahead_m, (left_m + right_m) / 2, left_m - right_m, HEIGHT_M)
         tracks += tracker.update(frame * FRAME_NS, [Detection(box, 1.0)])
     assert {track.track_id for track in tracks} == {1}
     return tracks
 
 
-@pytest.mark.parametrize("distance_m", [12.0, 20.0, 30.0])
-@pytest.mark.parametrize("turning_s", [1.0, 2.0, 3.0])
-def test_who_turns_off_does_not_come_nearer(distance_m, turning_s):
+def turning(turning_s: float) -> list[tuple[float, float]]:
+    """The sides of a vehicle that goes ahead of us for a second, and then turns off to the right."""
     sides_m = []
     for frame in range(120):
         angle_rad = min(max(frame / 30 - 1.0, 0.0) / turning_s, 1.0) * math.pi / 2
         shown_m = WIDTH_M * math.cos(angle_rad) + LENGTH_M * math.sin(angle_rad)
         sides_m.append((WIDTH_M / 2, WIDTH_M / 2 - shown_m))
-    tracks = tracked(distance_m, sides_m)
+    return sides_m
+
+
+@pytest.mark.parametrize("distance_m", [12.0, 20.0, 30.0])
+@pytest.mark.parametrize("turning_s", [1.0, 2.0, 3.0])
+def test_who_turns_off_does_not_come_nearer(distance_m, turning_s):
+    tracks = tracked(distance_m, turning(turning_s))
     # Where its width counts as always, 5 to 12 m/s, 1 to 2 s, and more than a third nearer.
     assert max(track.closing_speed_mps for track in tracks) < 0.25 * distance_m
     assert min(track.ttc_s or math.inf for track in tracks) > 3.5
     assert min(track.distance_m for track in tracks) > 0.8 * distance_m
+
+
+@pytest.mark.parametrize("turning_s", [2.0, 3.0])
+def test_who_turns_into_our_way_still_comes_nearer(turning_s):
+    tracks = tracked(45.0, turning(turning_s)[::-1], closing_mps=8.0)
+    # A second later. Where its width counts as always, 5.4 m/s, and a fifth to a third too far away.
+    assert tracks[-1].closing_speed_mps > 6.5
+    assert tracks[-1].distance_m < 1.15 * (45.0 - 8.0 * 119 / 30)
 
 
 @pytest.mark.parametrize("distance_m", [12.0, 20.0])
