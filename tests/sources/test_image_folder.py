@@ -70,6 +70,23 @@ def test_kitti_timestamps(tmp_path, beside: bool):
     assert source.notes == ()
 
 
+def test_kitti_timestamps_are_found_from_within_the_folder_too(tmp_path, monkeypatch):
+    write_pictures(tmp_path / "data", ["0.png", "1.png"])
+    (tmp_path / "timestamps.txt").write_text("0\n0.5\n")
+    monkeypatch.chdir(tmp_path / "data")
+    assert [frame.time_ns for frame in open_source(".").frames()] == [0, 500_000_000]
+
+
+def test_hidden_files_are_no_pictures(tmp_path):
+    write_pictures(tmp_path, ["0.png", "1.png"])
+    for name in ("._0.png", "._1.png"):
+        (tmp_path / name).write_bytes(b"\0\5\x16\7\0\2\0\0Mac OS X        ")
+    (tmp_path / "timestamps.txt").write_text("0\n0.5\n")
+    source = open_source(tmp_path)
+    assert [frame.time_ns for frame in source.frames()] == [0, 500_000_000]
+    assert source.notes == ()
+
+
 def test_times_beside_another_folder_are_not_its_own(tmp_path):
     write_pictures(tmp_path / "front", ["0.png"])
     (tmp_path / "timestamps.txt").write_text("5.0\n")
@@ -127,7 +144,8 @@ def test_a_picture_of_another_size_is_named(tmp_path):
 def test_a_folder_without_pictures(tmp_path):
     with pytest.raises(UserError, match="no pictures in this folder"):
         open_source(tmp_path)
-    (tmp_path / "drive.MP4").write_bytes(b"")
+    for name in ("._drive.MP4", "drive.MP4"):
+        (tmp_path / name).write_bytes(b"")
     with pytest.raises(UserError, match=r"name the video in it: .*drive\.MP4"):
         open_source(tmp_path)
     (tmp_path / "bad.png").write_bytes(b"no picture")
