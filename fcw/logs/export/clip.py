@@ -151,7 +151,10 @@ def _logs(path: Path) -> list[Path]:
 
 
 def _names(log: Path) -> list[str]:
-    """Names of a log, whose path is resolved, and of the folders above it, from the nearest up."""
+    """Names of a log, whose path is resolved, and of the folders above it, from the nearest up.
+
+    Bytes that are no UTF-8 are escapes in them, so that every table and page can be written.
+    """
     parts = list(log.parent.parts[1:]) or ["drive"]
     own = [] if log.name == MCAP_NAME else [log.stem]
-    return own + parts[::-1]
+    return [name.encode("utf-8", "backslashreplace").decode() for name in (*own, *parts[::-1])]
