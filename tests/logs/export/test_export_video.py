@@ -73,6 +73,23 @@ def assert_shows(pictures: list[NDArray[np.uint8]], indexes: range) -> None:
         assert np.abs(picture.astype(int) - marked_picture(index)).mean() < 3, index
 
 
+def test_a_part_of_a_drive_is_where_the_drive_was_then(drive, tmp_path):
+    points = "".join(
+        f'<trkpt lat="{48 + second / 1000}" lon="11"><time>2026-05-01T10:00:0{second}Z</time></trkpt>'
+        for second in range(5)
+    )
+    gpx = f"<gpx><trk><trkseg>{points}</trkseg></trk></gpx>".encode()
+    write_log(tmp_path / "drive.mcap", drive, replace(drive_header(), gpx=gpx))
+    part, _ = cut(tmp_path / "drive.mcap", tmp_path / "part.mcap", (2.2, 3.0))
+    part_of_it, _ = cut(part.path, tmp_path / "part of it.mcap", (0, 0.5))
+    for log in (part, part_of_it):  # from the keyframe at 2 s on
+        track = log.track()
+        assert track is not None
+        assert track.place_at(0.5) == pytest.approx((48.0025, 11.0), abs=1e-9)
+    whole, _ = cut(tmp_path / "drive.mcap", tmp_path / "whole.mcap", None)
+    assert whole.header == DriveLog(tmp_path / "drive.mcap").header
+
+
 @pytest.mark.parametrize(
     ("between", "first", "last", "earlier_s"),
     [
