@@ -217,7 +217,8 @@ class PreparedDrive:
         if summary.frames == 0 and not stop.is_set():
             raise UserError(f"{self.job.source}: no frame could be read; " + "; ".join(self.source.notes))
         check_log(out / MCAP_NAME, summary.frames)
-        notes = (*self.notes, *self.source.notes, *summary.all_notes)
+        given = summary.notes_on(self.ego_speed)
+        notes = (*self.notes, *self.source.notes, *given, *summary.all_notes)
         as_json = summary.as_json(time.perf_counter() - start) | {"notes": [*notes]}
         write_whole(out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
         return DriveOutcome(as_json, notes, stop.is_set())
