@@ -27,6 +27,8 @@ DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
 FALLBACK_RATE_HZ = 25.0
 OWN_CLOCKS = ("rtsp", "video4linux2,v4l2", "avfoundation")
 """Inputs whose times are the camera's own; for others FFmpeg counts frames, and the arrival says more."""
+SET_BACK_NS = NANOSECONDS
+"""A clock that goes back further was set anew, as by a time server: later times go on from the last one."""
 STREAM_OPTIONS = {"flags": "low_delay", "rtsp_transport": "tcp"}
 _NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
 
@@ -99,7 +101,7 @@ class CameraSource:
         self.notes = ()
         with self._opened() as (container, stream):
             own_clock = self.recorded or container.format.name in OWN_CLOCKS
-            first_s, first_ns, last_ns, index = 0.0, None, -1, 0
+            first_s, first_ns, last_s, last_ns, index = 0.0, None, 0.0, -1, 0
             try:
                 for picture in self._pictures(container, stream):
                     now_s = time.monotonic()
@@ -115,7 +117,12 @@ class CameraSource:
                     time_ns = round((now_s - first_s) * NANOSECONDS)
                     if own_clock and first_ns is not None and picture.pts is not None:
                         time_ns = to_ns(picture.pts, stream) - first_ns
-                    last_ns = time_ns = max(time_ns, last_ns + 1)
+                        if time_ns < last_ns - SET_BACK_NS:
+                            go_on_ns = last_ns + round((now_s - last_s) * NANOSECONDS)
+                            first_ns -= go_on_ns - time_ns
+                            time_ns = go_on_ns
+                    time_ns = max(time_ns, last_ns + 1)
+                    last_s, last_ns = now_s, time_ns
                     if start_ns is None or time_ns >= start_ns:
                         yield Frame(index, time_ns, image)
                     index += 1
