@@ -73,6 +73,21 @@ def assert_shows(pictures: list[NDArray[np.uint8]], indexes: range) -> None:
         assert np.abs(picture.astype(int) - marked_picture(index)).mean() < 3, index
 
 
+def test_a_copied_video_takes_pictures_that_stand_back_in_time(drive, tmp_path):
+    entries = list(drive[:12])
+    (late,), (own,) = entries.pop(5)[1], entries[5][1]  # as an MCAP file that was recorded so is read
+    late = replace(late, time_ns=entries[3][0].time_ns, shown=False)
+    entries[5] = entries[5][0], (late, own)
+    write_log(tmp_path / "drive.mcap", entries, drive_header())
+    clip = DriveClip.open(tmp_path / "drive.mcap")
+    assert write_relayed_mp4(tmp_path / "drive.mp4", clip, lambda: None) == 12
+    with av.open(str(tmp_path / "drive.mp4")) as container:
+        shown_s = [picture.time for picture in container.decode(video=0)]
+    known_s = [clip.time_s(result.time_ns) for result, _ in entries]
+    assert [time_s for time_s in shown_s if time_s in known_s] == known_s
+    assert len(shown_s) == 12
+
+
 def test_a_part_of_a_drive_is_where_the_drive_was_then(drive, tmp_path):
     points = "".join(
         f'<trkpt lat="{48 + second / 1000}" lon="11"><time>2026-05-01T10:00:0{second}Z</time></trkpt>'
