@@ -1,5 +1,6 @@
 """Which drives are exported, and which part of them."""
 
+import itertools
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -104,22 +105,28 @@ def find_drives(paths: Sequence[Path]) -> dict[str, Path]:
 
     Returns:
         Name -> log. A drive has the name of its folder, or of its file where that has another name; where
-        two are alike, the folders above go before it.
+        two are alike, the folders above go before it, or, where that does not help, a number behind it.
 
     Raises:
         UserError: a path does not exist, or is a folder without any drive.
     """
     logs = list(dict.fromkeys(log for path in paths for log in _logs(path)))
+    paths_of = [_names(log) for log in logs]
+    different, deepest = len(set(map(tuple, paths_of))), max(map(len, paths_of), default=0)
     depth = 1
-    names = [_names(log)[0] for log in logs]
-    while len(set(names)) < len(names):
+    names = [path[0] for path in paths_of]
+    while len(set(names)) < different and depth < deepest:
         depth += 1
         counts = Counter(names)
         names = [
-            "-".join(reversed(_names(log)[:depth])) if counts[name] > 1 else name
-            for name, log in zip(names, logs, strict=True)
+            "-".join(reversed(path[:depth])) if counts[name] > 1 else name
+            for name, path in zip(names, paths_of, strict=True)
         ]
-    return dict(zip(names, logs, strict=True))
+    named: dict[str, Path] = {}
+    for name, log in zip(names, logs, strict=True):  # monday.mcap beside monday/drive.mcap
+        numbered = (f"{name}-{number}" for number in itertools.count(2))
+        named[next(one for one in itertools.chain((name,), numbered) if one not in named)] = log
+    return named
 
 
 def _logs(path: Path) -> list[Path]:

@@ -55,6 +55,13 @@ def test_drives_of_the_same_name_are_told_apart_by_the_folders_above(tmp_path, l
     assert find_drives([tmp_path]) == {"car-monday": a, "van-monday": b, "tuesday": c}
 
 
+def test_a_log_beside_the_folder_of_its_name_is_told_apart_by_a_number(tmp_path, log_bytes):
+    folders = put(tmp_path / "monday" / "drive.mcap", log_bytes)
+    cut, second = (put(tmp_path / name, log_bytes) for name in ("monday.mcap", "monday-2.mcap"))
+    assert find_drives([folders, cut]) == {"monday": folders, "monday-2": cut}
+    assert find_drives([cut, folders, second]) == {"monday": cut, "monday-2": folders, "monday-2-2": second}
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems allow no such names")
 def test_a_name_that_is_no_utf_8_is_written_with_escapes(tmp_path, log_bytes):
     latin_1 = tmp_path / os.fsdecode(b"caf\xe9")
