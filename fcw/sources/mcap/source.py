@@ -43,7 +43,9 @@ def open_mcap(path: Path, topic: str | None = None) -> Source:
 
         log = DriveLog(path)
         size = log.header.image_size
-        return PacketVideoSource(path.name, label, log.video_packets, codec, lambda: file.notes, size)
+        source = PacketVideoSource(path.name, label, log.video_packets, codec, lambda: file.notes, size)
+        source.zero_utc_ns = log.header.zero_utc_ns
+        return source
     packets = _ForeignPackets(file, pictures, codec)
     return PacketVideoSource(path.name, label, packets, codec, lambda: packets.notes)
 

@@ -50,7 +50,10 @@ class PacketVideoSource:
     Attributes:
         name: the file's.
         image_size: of every picture.
+        zero_utc_ns: see `fcw.frame.DatedSource`; a log of this program may know it.
     """
+
+    zero_utc_ns: int | None = None
 
     def __init__(
         self,

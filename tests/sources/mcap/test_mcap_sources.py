@@ -1,6 +1,7 @@
 """MCAP files of others as drives: their pictures at their own times, and clear words where that cannot be."""
 
 import tracemalloc
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -29,7 +30,7 @@ from mcap_files import (
 
 from fcw.camera.file import calibration_text, read_calibration
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize
+from fcw.frame import DatedSource, Frame, ImageSize
 from fcw.sources import open_source
 from fcw.sources.mcap.facts import mcap_facts
 
@@ -215,6 +216,13 @@ def test_pictures_of_an_own_log_keep_an_odd_size(size: ImageSize, tmp_path: Path
     for frame in source.frames():
         assert frame.image.flags.c_contiguous
         assert difference(frame.image, marked_picture(frame.index, size)) < CLOSE
+
+
+def test_an_own_log_knows_when_its_drive_was(tmp_path: Path) -> None:
+    write_log(tmp_path / "drive.mcap", marked_drive(2), replace(drive_header(), zero_utc_ns=START_NS))
+    source = open_source(tmp_path / "drive.mcap")
+    assert isinstance(source, DatedSource)
+    assert source.zero_utc_ns == START_NS
 
 
 def test_several_cameras_without_a_choice_are_listed(frames: list[Frame], tmp_path: Path) -> None:
