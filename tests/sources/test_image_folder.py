@@ -1,5 +1,7 @@
 """Folders of pictures as drives."""
 
+import errno
+import os
 from pathlib import Path
 
 import cv2
@@ -139,6 +141,19 @@ def test_a_picture_of_another_size_is_named(tmp_path):
     next(frames)
     with pytest.raises(UserError, match=r"2\.png: 64x50 pixels, expected 64x48"):
         next(frames)
+
+
+def test_a_path_through_a_file_and_one_that_may_not_be_read_say_what_helps(tmp_path, monkeypatch):
+    (tmp_path / "a.mp4").touch()
+    with pytest.raises(UserError, match=r"a\.mp4/x: no such file or folder"):
+        open_source(tmp_path / "a.mp4" / "x")
+
+    def refused(self: Path) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+
+    monkeypatch.setattr(Path, "stat", refused)  # the tests may run as root, who may read everything
+    with pytest.raises(UserError, match=r"\(Permission denied\); make it, and its folders, readable"):
+        open_source(tmp_path / "a.mp4")
 
 
 def test_a_folder_without_pictures(tmp_path):
