@@ -1,14 +1,12 @@
 """MCAP files of others as drives: their pictures at their own times, and clear words where that cannot be."""
 
 import tracemalloc
-from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from export_drives import drive_header, marked_drive, marked_picture, write_log
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_files import (
@@ -30,7 +28,7 @@ from mcap_files import (
 
 from fcw.camera.file import calibration_text, read_calibration
 from fcw.errors import UserError
-from fcw.frame import DatedSource, Frame, ImageSize
+from fcw.frame import Frame
 from fcw.sources import open_source
 from fcw.sources.mcap.facts import mcap_facts
 
@@ -206,23 +204,6 @@ def test_other_video_is_decoded_and_not_relayed(
     for frame, original in zip(read, frames, strict=True):
         assert difference(frame.image, cv2.resize(original.image, (320, 180))) < CLOSE
     assert next(source.frames(read[9].time_ns)).index == 9
-
-
-@pytest.mark.parametrize("size", [ImageSize(63, 47), ImageSize(64, 47), ImageSize(63, 48)])
-def test_pictures_of_an_own_log_keep_an_odd_size(size: ImageSize, tmp_path: Path) -> None:
-    write_log(tmp_path / "drive.mcap", marked_drive(2, size), drive_header(size))
-    source = open_source(tmp_path / "drive.mcap")
-    assert source.image_size == size  # a calibration of another size would be stretched
-    for frame in source.frames():
-        assert frame.image.flags.c_contiguous
-        assert difference(frame.image, marked_picture(frame.index, size)) < CLOSE
-
-
-def test_an_own_log_knows_when_its_drive_was(tmp_path: Path) -> None:
-    write_log(tmp_path / "drive.mcap", marked_drive(2), replace(drive_header(), zero_utc_ns=START_NS))
-    source = open_source(tmp_path / "drive.mcap")
-    assert isinstance(source, DatedSource)
-    assert source.zero_utc_ns == START_NS
 
 
 def test_several_cameras_without_a_choice_are_listed(frames: list[Frame], tmp_path: Path) -> None:
