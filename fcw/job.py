@@ -217,7 +217,8 @@ class PreparedDrive:
         if summary.frames == 0 and not stop.is_set():
             raise UserError(f"{self.job.source}: no frame could be read; " + "; ".join(self.source.notes))
         check_log(out / MCAP_NAME, summary.frames)
-        notes = (*self.notes, *self.source.notes, *summary.all_notes)
+        given = summary.notes_on(self.ego_speed)
+        notes = (*self.notes, *self.source.notes, *given, *summary.all_notes)
         as_json = summary.as_json(time.perf_counter() - start) | {"notes": [*notes]}
         write_whole(out / SUMMARY_NAME, json.dumps(as_json, indent=2) + "\n")
         return DriveOutcome(as_json, notes, stop.is_set())
@@ -278,7 +279,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     source, calibration = straightened(source, load_calibration(job, source, facts))
     detector = job.detector
     model = load_model(detector, job.detector_classes, job.model) if isinstance(detector, str) else None
-    ego_speed = _ego_speed(job, source, facts)
+    ego_speed = _ego_speed(job, facts)
     policy, notes = job.warning_policy, ()
     if isinstance(policy, str):
         name, policy = policy, make_policy(policy, job.warning_timing)
@@ -373,14 +374,10 @@ def _is_track(job: DriveJob) -> bool:
     return isinstance(job.ego_speed, str | Path) and str(job.ego_speed).lower().endswith(".gpx")
 
 
-def _ego_speed(job: DriveJob, source: Source, facts: "McapFacts | None") -> EgoSpeed | None:
+def _ego_speed(job: DriveJob, facts: "McapFacts | None") -> EgoSpeed | None:
     """The own speed that was given; else what the source's file knows of it."""
     if isinstance(job.ego_speed, EgoSpeed):
         return job.ego_speed
     if job.ego_speed is None:
         return None if facts is None else facts.ego_speed
-    speed = EgoSpeed.parse(str(job.ego_speed))
-    if facts is None or not _is_track(job):
-        return speed
-    start_s = next(source.frames()).time_ns / 1e9  # a track begins with the drive, not in 1970
-    return EgoSpeed(tuple(time_s + start_s for time_s in speed.times_s), speed.speeds_mps)
+    return EgoSpeed.parse(str(job.ego_speed))

@@ -272,12 +272,16 @@ class _Ourselves:
     def __init__(self, stages: Stages) -> None:
         self._ego, self._given = stages.ego or EgoEstimator(), stages.ego_speed
         self._others: list[Box] = []
+        self._first_ns: int | None = None
 
     def see(self, frame: Frame, detections: _Found) -> Ego:
         """Take a frame; other vehicles are masked by their boxes in it, or in the last one searched."""
         if detections is not None:
             self._others = [found.box for found in detections if not found.faint]
-        time_ns, given = frame.time_ns, self._given
+        given = self._given
+        if self._first_ns is None:
+            self._first_ns = frame.time_ns
+        time_ns = frame.time_ns - (self._first_ns if given and given.from_first_frame else 0)
         speed_mps = given.at(time_ns) if given else None
         yaw_rate_radps = given.yaw_rate_at(time_ns) if given else None
-        return self._ego.update(time_ns, frame.image, self._others, speed_mps, yaw_rate_radps)
+        return self._ego.update(frame.time_ns, frame.image, self._others, speed_mps, yaw_rate_radps)

@@ -8,6 +8,7 @@ from fcw.logs.events import find_events
 from fcw.logs.records import NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.motion.state import Mount, SpeedSource
+from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningLevel
 
 NS_PER_S = 1_000_000_000
@@ -55,6 +56,7 @@ class OwnMotionSummary:
 
     frames: int = 0
     known: int = 0
+    given: int = 0
     distance_m: float = 0.0
     mount: Mount | None = None
     _last_ns: int | None = None
@@ -73,6 +75,7 @@ class OwnMotionSummary:
         if motion is None:
             return
         self.mount = motion.mount
+        self.given += motion.speed_source is SpeedSource.GIVEN
         by_picture_mps = motion.picture_speed_mps
         if (
             motion.speed_source is SpeedSource.GIVEN
@@ -178,6 +181,16 @@ class DriveSummary:
             for event in find_events(self._series.build())
             if event.kind in LEVEL_NAMES
         ]
+
+    def notes_on(self, given: EgoSpeed | None) -> tuple[str, ...]:
+        """What a person should know of the own speed that was given: that it is of another time."""
+        if given is None or not given.times_s or not self.frames or self._own.given:
+            return ()
+        return (
+            f"the own speed that was given is not used: it is from {given.times_s[0]:.1f} s to "
+            f"{given.times_s[-1]:.1f} s, and the drive from {self._first_ns / NS_PER_S:.1f} s to "
+            f"{self._last_ns / NS_PER_S:.1f} s on its source's clock",
+        )
 
     @property
     def blind_s(self) -> float:

@@ -162,6 +162,36 @@ def test_what_no_field_of_a_job_can_be_is_named_with_its_field(field: str, value
     assert str(raised.value) == f"DriveJob({field}={value!r}): expected {expected}"
 
 
+class LateSource(GreySource):
+    """Its clock shows an hour at the first picture, as that of a stream recorded to MPEG-TS may."""
+
+    def frames(self, start_ns: int | None = None):
+        for frame in super().frames(start_ns):
+            yield replace(frame, time_ns=frame.time_ns + 3_600_000_000_000)
+
+
+def test_a_gpx_track_begins_with_the_first_picture_whatever_the_clock_shows_then(tmp_path):
+    points = (
+        f'<trkpt lat="48" lon="11"><time>2026-05-01T10:00:0{second}Z</time>'
+        f"<speed>{10 + second}</speed></trkpt>"
+        for second in range(3)
+    )
+    (tmp_path / "drive.gpx").write_text(f"<gpx><trk><trkseg>{''.join(points)}</trkseg></trk></gpx>")
+    seen: list[fcw.FrameResult] = []
+    given = replace(job(tmp_path / "out"), ego_speed=tmp_path / "drive.gpx", own_motion=False)
+    fcw.run_drive(given, LateSource(), on_result=seen.append)
+    assert [one.ego_speed_mps for one in seen] == pytest.approx([10 + 0.04 * i for i in range(FRAMES)])
+
+
+def test_an_own_speed_of_another_time_is_told(tmp_path):
+    (tmp_path / "speed.csv").write_text("time_s,speed_mps\n0,10\n60,12\n")
+    given = replace(job(tmp_path / "out"), ego_speed=tmp_path / "speed.csv", warning_policy="ttc")
+    told = "the own speed that was given is not used: it is from 0.0 s to 60.0 s, and the drive from 3600.0 s"
+    late, in_time = (fcw.run_drive(given, source()).notes for source in (LateSource, GreySource))
+    assert [note for note in late if note.startswith(told)] == [f"{told} to 3600.8 s on its source's clock"]
+    assert [note for note in in_time if note.startswith("the own speed")] == []
+
+
 def test_a_detectors_class_is_no_detector():
     mistaken: Any = OwnDetector
     with pytest.raises(fcw.UserError, match="an object with `name` and `detect`"):

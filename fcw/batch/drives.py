@@ -235,7 +235,10 @@ def _table(path: Path) -> dict[str, _OfCamera]:
         at = [head.index(name) for name in columns]
         if short := [line for line, row in rows if len(row) <= max(at)]:
             raise UserError(f"{path}, line {short[0]}: too few columns; expected {', '.join(head)}")
-        cells = [[row[column] for column in at] for _, row in rows]
+        cells = dict.fromkeys(tuple(row[column] for column in at) for _, row in rows)
+        counts = Counter(camera for camera, *_ in cells)
+        if unlike := [camera for camera, count in counts.items() if count > 1]:
+            raise UserError(f"{path}: camera {unlike[0]} has {counts[unlike[0]]} unlike lines; keep one")
         table = {
             camera: _OfCamera(path.parent / calibration, "".join(topic))
             for camera, calibration, *topic in cells

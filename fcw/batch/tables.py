@@ -10,7 +10,7 @@ from fcw.annotation.store import read_review
 from fcw.batch.fleet import FLEET_NAME, Fleet
 from fcw.batch.ledger import DRIVES_NAME, MANIFEST_NAME, RECORD_NAME, Record, State
 from fcw.batch.review_list import REVIEW_LIST_NAME, ListedDrive, fill_review_list
-from fcw.bounded.gpx import GpxTrack, parse_gpx
+from fcw.bounded.gpx import GpxTrack
 from fcw.errors import UserError
 from fcw.files import check_kind, whole_files
 from fcw.logs.events import find_events
@@ -233,5 +233,5 @@ class _Gathered:
 def _track(log: DriveLog) -> GpxTrack | None:
     """Where a drive went; None where its own speed came from no GPX track."""
     with suppress(UserError):
-        return parse_gpx(log.header.gpx, str(log.path)) if log.header.gpx else None
+        return log.track()
     return None

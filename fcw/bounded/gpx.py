@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -23,7 +23,7 @@ class GpxTrack:
 
     Attributes:
         start_s: time of the first point, in seconds since 1970, UTC.
-        times_s: of the points, from the first one.
+        times_s: of the points, from the first one, or from whatever `later` counts.
         places: latitude and longitude of each, in degrees.
         speeds_mps: the receiver's own; None where a point has none.
     """
@@ -33,13 +33,17 @@ class GpxTrack:
     places: tuple[tuple[float, float], ...]
     speeds_mps: tuple[float | None, ...]
 
+    def later(self, seconds: float) -> "GpxTrack":
+        """The same places, so many seconds later; or earlier, if it is below 0."""
+        return replace(self, times_s=tuple(time_s + seconds for time_s in self.times_s))
+
     def place_at(self, time_s: float) -> tuple[float, float] | None:
         """Latitude and longitude in degrees, on the straight line between two points.
 
         Args:
-            time_s: from the first point; None comes of one before it or after the last.
+            time_s: on the clock of `times_s`; None comes of one before the first point or after the last.
         """
-        if not 0 <= time_s <= self.times_s[-1]:
+        if not self.times_s[0] <= time_s <= self.times_s[-1]:
             return None
         after = min(max(bisect_right(self.times_s, time_s), 1), len(self.times_s) - 1)
         (north, east), (north_after, east_after) = self.places[after - 1], self.places[after]

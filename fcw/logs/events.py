@@ -142,8 +142,10 @@ def _event(series: DriveSeries, rows: slice, kind: EventKind) -> DriveEvent:
     near_miss = kind == "near miss"
     vehicle = int((series.lead_id if near_miss else series.warned_id)[rows.start])
     prefix = "" if near_miss else "warned_"
-    # Where it was lost its figures are what they would have been: shown, but no measurement.
-    at = np.arange(rows.start, rows.stop)[series.extrapolated[rows] == 0]
+    at = np.arange(rows.start, rows.stop)
+    if not near_miss:
+        # Where it was lost its figures are what they would have been: shown, but no measurement.
+        at = at[series.extrapolated[rows] == 0]
     braking_mps2, distance_m, ttc_s = (
         getattr(series, prefix + name)[at] for name in ("required_deceleration_mps2", "distance_m", "ttc_s")
     )

@@ -104,6 +104,8 @@ class DriveHeader:
         zero_utc_ns: what time 0 of the source's clock is in UTC, in nanoseconds since 1970, as the source's
             file says it; None where that says nothing.
         gpx: the GPX file that the own speed came from, which begins with the drive; empty for none.
+        gpx_begins_ns: when it does, on the source's clock; None where it is with the log's first frame, as
+            with all but a part cut out of a drive.
     """
 
     source: str
@@ -117,6 +119,7 @@ class DriveHeader:
     imperial: bool = False
     zero_utc_ns: int | None = None
     gpx: bytes = b""
+    gpx_begins_ns: int | None = None
 
     def begun_utc_ns(self, first_ns: int) -> int | None:
         """What the time of the drive's first frame is in UTC, in nanoseconds since 1970; None where nothing

@@ -32,7 +32,8 @@ class DriveSeries:
         time_ns: int64, presentation times.
         level: int8, the `WarningLevel` shown.
         warned_id: int64, the track that the warning is about; `NO_TRACK` where there is none.
-        rule: int8, number of the rule that holds the level in `rules`.
+        rule: int32, number of the rule that holds the level in `rules`; int8 in logs of before a policy of
+            one's own could name more than 127.
         lead_id: int64, the lead vehicle; `NO_TRACK` where the own path is free.
         distance_m: float32, of the lead.
         distance_low_m: float32, its 16th percentile.
@@ -67,7 +68,7 @@ class DriveSeries:
     time_ns: NDArray[np.int64]
     level: NDArray[np.int8]
     warned_id: NDArray[np.int64]
-    rule: NDArray[np.int8]
+    rule: NDArray[np.int32] | NDArray[np.int8]
     lead_id: NDArray[np.int64]
     distance_m: NDArray[np.float32]
     distance_low_m: NDArray[np.float32]
@@ -159,13 +160,18 @@ class DriveSeries:
         return DriveSeries(**columns)
 
 
-_TYPECODES = {np.dtype(np.int64): "q", np.dtype(np.int8): "b", np.dtype(np.float32): "f"}
+_TYPECODES = {
+    np.dtype(np.int64): "q",
+    np.dtype(np.int32): "i",
+    np.dtype(np.int8): "b",
+    np.dtype(np.float32): "f",
+}
 _COLUMNS: dict[str, type[np.generic]] = {
     "frame_index": np.int64,
     "time_ns": np.int64,
     "level": np.int8,
     "warned_id": np.int64,
-    "rule": np.int8,
+    "rule": np.int32,
     "lead_id": np.int64,
     "distance_m": np.float32,
     "distance_low_m": np.float32,

@@ -26,16 +26,17 @@ def check_path(path: Path) -> None:
     """See that a name can be one of a file.
 
     Raises:
-        UserError: it is too long, holds a zero, or is no text.
+        UserError: it is too long, holds a zero, or is no text; or what it names may not be looked at.
     """
     try:
         path.stat()
         str(path).encode()
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "its name is no UTF-8"
-        raise UserError(f"{str(path)[:200]!a}: cannot be opened ({reason}); rename it") from None
+        mend = "make it, and its folders, readable" if isinstance(error, PermissionError) else "rename it"
+        raise UserError(f"{str(path)[:200]!a}: cannot be opened ({reason}); {mend}") from None
 
 
 def is_mcap(path: Path) -> bool:

@@ -27,6 +27,9 @@ DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
 FALLBACK_RATE_HZ = 25.0
 OWN_CLOCKS = ("rtsp", "video4linux2,v4l2", "avfoundation")
 """Inputs whose times are the camera's own; for others FFmpeg counts frames, and the arrival says more."""
+CLOCK_SET_NS = NANOSECONDS
+"""A clock that goes back by more, or forward by so much more than the next picture took to come, was set
+anew, as by a time server: later times go on from the last one."""
 STREAM_OPTIONS = {"flags": "low_delay", "rtsp_transport": "tcp"}
 _NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
 
@@ -99,7 +102,7 @@ class CameraSource:
         self.notes = ()
         with self._opened() as (container, stream):
             own_clock = self.recorded or container.format.name in OWN_CLOCKS
-            first_s, first_ns, last_ns, index = 0.0, None, -1, 0
+            first_s, first_ns, last_s, last_ns, index = 0.0, None, 0.0, -1, 0
             try:
                 for picture in self._pictures(container, stream):
                     now_s = time.monotonic()
@@ -115,7 +118,14 @@ class CameraSource:
                     time_ns = round((now_s - first_s) * NANOSECONDS)
                     if own_clock and first_ns is not None and picture.pts is not None:
                         time_ns = to_ns(picture.pts, stream) - first_ns
-                    last_ns = time_ns = max(time_ns, last_ns + 1)
+                        step_ns, passed_ns = time_ns - last_ns, round((now_s - last_s) * NANOSECONDS)
+                        # A recording comes as fast as the network gives it.
+                        sprang = not self.recorded and step_ns > passed_ns + CLOCK_SET_NS
+                        if index > 0 and (sprang or step_ns < -CLOCK_SET_NS):
+                            first_ns += step_ns - passed_ns
+                            time_ns = last_ns + passed_ns
+                    time_ns = max(time_ns, last_ns + 1)
+                    last_s, last_ns = now_s, time_ns
                     if start_ns is None or time_ns >= start_ns:
                         yield Frame(index, time_ns, image)
                     index += 1

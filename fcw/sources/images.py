@@ -2,7 +2,7 @@
 
 import re
 import statistics
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -51,7 +51,7 @@ class ImageFolderSource:
         self.path = path
         self._pictures = [path] if path.is_file() else _listed(path)
         if not self._pictures:
-            videos = sorted(file for file in path.iterdir() if file.suffix.lower() in VIDEO_SUFFIXES)
+            videos = sorted(_files(path, VIDEO_SUFFIXES))
             raise UserError(
                 f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files"
                 + (f", or name the video in it: {videos[0]}" if videos else "")
@@ -133,8 +133,14 @@ class ImageFolderSource:
 
 def _listed(folder: Path) -> list[Path]:
     """The pictures of a folder in natural order."""
-    files = (file for file in folder.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES)
-    return sorted(files, key=_natural_key)
+    return sorted(_files(folder, PICTURE_SUFFIXES), key=_natural_key)
+
+
+def _files(folder: Path, suffixes: Collection[str]) -> list[Path]:
+    """Files of some kinds but hidden ones: macOS puts a `._0.png`, which is none, beside `0.png` on cards."""
+    return [
+        file for file in folder.iterdir() if file.suffix.lower() in suffixes and not file.name.startswith(".")
+    ]
 
 
 def _missing(name: str, pictures: Sequence[Path]) -> Iterator[str]:
@@ -159,6 +165,7 @@ def _times_file(path: Path) -> Path | None:
     """The file with the times of a folder's pictures, where there is one."""
     if path.is_file():
         return None
+    path = path.absolute()  # `.` has no name
     places = (path, path.parent) if path.name == KITTI_FOLDER_NAME else (path,)
     return next((place / TIMES_NAME for place in places if (place / TIMES_NAME).is_file()), None)
 

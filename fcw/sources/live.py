@@ -65,6 +65,7 @@ class LiveSource(ForwardingSource):
         self._latest: tuple[Frame, float] | None = None
         self._error: BaseException | None = None
         self._ended = False
+        self._not_due = False
         self._gone = ""
         self._captures: OrderedDict[int, Capture] = OrderedDict()
         self.dropped = 0
@@ -107,6 +108,7 @@ class LiveSource(ForwardingSource):
         left = threading.Event()
         with self._changed:
             self._latest, self._error, self._ended, self._gone = None, None, False, ""
+            self._not_due = False
         reader = threading.Thread(target=self._read, args=(start_ns, left), name="live", daemon=True)
         reader.start()
         try:
@@ -129,7 +131,9 @@ class LiveSource(ForwardingSource):
         with self._changed:
             while self._latest is None and not self._ended and not self._stop.is_set():
                 self._changed.wait(STOP_CHECK_S)
-                if time.monotonic() > patience_s:
+                if self._not_due:
+                    patience_s = time.monotonic() + PATIENCE_S
+                elif self._latest is None and time.monotonic() > patience_s:
                     self._gone = f"{self.name}: no picture for {PATIENCE_S:.0f} s, so the drive ends"
                     return None
             if self._stop.is_set():
@@ -149,6 +153,7 @@ class LiveSource(ForwardingSource):
                 self.duration_s = (frame.time_ns - first_ns) / NANOSECONDS
                 early_s = started_s + self.duration_s - self._clock.now_s()
                 if self._paced and early_s > 0:
+                    self._not_due = True
                     self._clock.wait_s(early_s, self._stop)
                 if self._stop.is_set() or left.is_set():
                     return
@@ -167,5 +172,5 @@ class LiveSource(ForwardingSource):
                 # Its picture is not seen, but later ones cannot be decoded without it.
                 unseen = (replace(packet, shown=False) for packet in self._latest[0].packets)
                 frame = replace(frame, packets=(*unseen, *frame.packets))
-            self._latest = frame, self._clock.now_s()
+            self._latest, self._not_due = (frame, self._clock.now_s()), False
             self._changed.notify_all()

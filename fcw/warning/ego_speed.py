@@ -33,11 +33,14 @@ class EgoSpeed:
         times_s: sample times on the source's clock, ascending; empty for a constant speed.
         speeds_mps: speed at each time, or the one constant speed.
         yaw_rates_radps: how fast we turn at each time, positive to the left; empty where unknown.
+        from_first_frame: whether the times count from the drive's first frame instead, as those of a GPX
+            track, whose receiver knows nothing of the source's clock.
     """
 
     times_s: tuple[float, ...]
     speeds_mps: tuple[float, ...]
     yaw_rates_radps: tuple[float, ...] = ()
+    from_first_frame: bool = False
 
     @classmethod
     def parse(cls, text: str) -> "EgoSpeed":
@@ -70,7 +73,7 @@ class EgoSpeed:
 
     @classmethod
     def read_gpx(cls, path: Path) -> "EgoSpeed":
-        """From a GPX track that begins with the drive: its first point is at the time 0 of the source.
+        """From a GPX track that begins with the drive: its first point is at the drive's first frame.
 
         Raises:
             UserError: the file is no GPX track, or holds an implausible speed.
@@ -79,7 +82,7 @@ class EgoSpeed:
         for number, speed_mps in enumerate(speeds_mps, 1):
             if fault := speed_fault(speed_mps, "remove the point"):
                 raise UserError(f"ego speed {path}, track point {number}: {speed_mps:g} m/s, {fault}")
-        return cls(times_s, speeds_mps)
+        return cls(times_s, speeds_mps, from_first_frame=True)
 
     @classmethod
     def read_csv(cls, path: Path) -> "EgoSpeed":

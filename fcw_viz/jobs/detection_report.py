@@ -246,12 +246,17 @@ def _caption(evaluation: DetectionEvaluation, failure: Failure) -> str:
 def _crop(
     pixels: NDArray[np.uint8], box: NDArray[np.float64]
 ) -> tuple[NDArray[np.uint8], float, tuple[int, int]]:
-    """The surroundings of a box, enlarged; how much, and the crop's first column and row."""
+    """The surroundings of a box, enlarged; how much, and the crop's first column and row.
+
+    Of a box outside the picture, which labels may hold by a slip, the nearest part of the picture.
+    """
     x, y, w, h = box
+    columns, rows = pixels.shape[1], pixels.shape[0]
+    middle_x, middle_y = np.clip(x + w / 2, 0, columns), np.clip(y + h / 2, 0, rows)
     half_width = max(w * (0.5 + CONTEXT), SMALLEST_CROP_PX * 0.65)
     half_height = max(h * (0.5 + CONTEXT), SMALLEST_CROP_PX * 0.5)
-    left, right = (round(np.clip(x + w / 2 + side * half_width, 0, pixels.shape[1])) for side in (-1, 1))
-    top, bottom = (round(np.clip(y + h / 2 + side * half_height, 0, pixels.shape[0])) for side in (-1, 1))
+    left, right = (round(np.clip(middle_x + side * half_width, 0, columns)) for side in (-1, 1))
+    top, bottom = (round(np.clip(middle_y + side * half_height, 0, rows)) for side in (-1, 1))
     scale = TILE_HEIGHT_PX / (bottom - top)
     size = max(round((right - left) * scale), 1), TILE_HEIGHT_PX
     crop = cv2.resize(pixels[top:bottom, left:right], size, interpolation=cv2.INTER_CUBIC)

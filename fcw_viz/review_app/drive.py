@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fcw.bounded.gpx import GpxTrack, parse_gpx
+from fcw.bounded.gpx import GpxTrack
 from fcw.errors import UserError
 from fcw.logs.events import DriveEvent, find_events
 from fcw.logs.mcap.following import LogWatch
@@ -97,10 +97,8 @@ class Drive:
     @cached_property
     def track(self) -> GpxTrack | None:
         """Where it went; None where its own speed came from no GPX track."""
-        if not self.header.gpx:
-            return None
         try:
-            return parse_gpx(self.header.gpx, f"{self.log.path}: its track")
+            return self.log.track()
         except UserError as error:
             LOGGER.warning("%s", error)
             return None

@@ -127,6 +127,7 @@ def test_one_file_serves_all_that_have_none(tmp_path):
         ("kamera,file\na,b.yaml\n", "expected camera and calibration"),
         ("camera,calibration\na,b.yaml\n", "b.yaml of camera a is not there"),
         ("camera,calibration\n", "names no camera"),
+        ("camera,calibration\na,b.yaml\na,c.yaml\na,b.yaml\n", "camera a has 2 unlike lines; keep one"),
     ],
 )
 def test_a_wrong_table_is_refused(tmp_path, text, told):

@@ -17,6 +17,7 @@ from fcw.simulation.truth.file import read_truth
 from fcw.sources import VideoSource
 from fcw_viz.cli import main
 from fcw_viz.commands.demo import demo_folder
+from fcw_viz.jobs.detection_report import _crop
 
 FRAMES = range(100, 1000, 150)
 
@@ -108,6 +109,16 @@ def test_json_alone_on_stdout_with_the_keys_scripts_rely_on(drive, capsys, tmp_p
     assert sum(map(int, re.findall(r"<tr><td>missed: [^<]*<td>(\d+)", page))) == misses
     false = round(figures["fppi"] * figures["frames"])
     assert sum(map(int, re.findall(r"<tr><td>false: [^<]*<td>(\d+)", page))) == false
+
+
+@pytest.mark.parametrize(
+    "box", [(100, -200, 50, 50), (700, 100, 50, 50), (100, 400, 50, 40), (-300, 9, 9, 9)]
+)
+def test_of_a_box_outside_its_picture_the_report_shows_the_nearest_part(box: tuple[int, int, int, int]):
+    crop, _, (left, top) = _crop(np.zeros((180, 320, 3), np.uint8), np.array(box, np.float64))
+    assert crop.size > 0
+    assert 0 <= left < 320
+    assert 0 <= top < 180
 
 
 @pytest.mark.slow

@@ -21,6 +21,7 @@ from fcw.frame import ImageSize
 from fcw.logs.mcap.reader import DriveLog
 from fcw.sources import open_source
 from fcw_viz.cli import main
+from fcw_viz.commands.run.options import RunCommand, job_of
 from fcw_viz.rerun.log import read_frame_times
 
 CLIPS = (
@@ -69,6 +70,14 @@ def short_drive(folder: Path, frames: int = 25) -> Path:
 def quick(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The detector where a run is about its logs."""
     return f"onnx:{write_quick_net(tmp_path_factory.mktemp('net') / 'quick.onnx')}"
+
+
+def test_by_default_a_drive_has_a_folder_of_its_own_name(tmp_path, monkeypatch):
+    (tmp_path / "2026.05.01" / "left").mkdir(parents=True)
+    (tmp_path / "2026.05.01.mp4").touch()
+    monkeypatch.chdir(tmp_path / "2026.05.01" / "left")
+    for source, name in (("..", "2026.05.01"), ("../../2026.05.01.mp4", "2026.05.01"), (".", "left")):
+        assert job_of(RunCommand(source), Path(source)).out == Path("recordings") / name
 
 
 @pytest.mark.parametrize("clip", CLIPS)

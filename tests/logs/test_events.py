@@ -1,6 +1,7 @@
 """Events of a drive: from made-up signals, and from the truth of the shipped drive."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -141,6 +142,17 @@ def test_what_a_near_miss_is(distance_m: float, closing_mps: float, own_mps: flo
     frames = [frame(i, 60.0, 0.0) for i in range(5)]
     frames += [frame(i, distance_m, closing_mps, own_mps=own_mps) for i in range(5, 10)]
     assert [event.kind for event in events_of(frames)] == kinds
+
+
+def test_a_near_miss_is_measured_while_an_advisory_is_held_on_another_vehicle():
+    near = [frame(i, 10.0, 10.0, track_id=8) for i in range(5)]
+    held = WarningState(WarningLevel.ADVISORY, 3, "following_time", extrapolated=True)
+    found = {event.kind: event for event in events_of([replace(one, warning=held) for one in near])}
+    assert found["near miss"].track_id == 8
+    assert found["near miss"].min_ttc_s == 1.0
+    assert found["near miss"].min_distance_m == 10.0
+    assert found["near miss"].severity == pytest.approx(10.0**2 / (2 * 10.0) / 8)
+    assert found["advisory"].min_distance_m is None
 
 
 def test_a_moments_closeness_is_noise():

@@ -47,6 +47,14 @@ def assert_alike(one: DriveSeries, other: DriveSeries) -> None:
             assert mine == theirs
 
 
+def test_a_policy_of_ones_own_may_name_its_rule_anew_in_each_frame(short_drive):
+    result = short_drive[0][0]
+    rules = [f"at {number} m/s" for number in range(300)]
+    warned = [replace(result, warning=WarningState(WarningLevel.WARNING, 7, rule)) for rule in rules]
+    series = DriveSeries.from_bytes(series_of([(one, ()) for one in warned]).to_bytes())
+    assert [series.rules[number] for number in series.rule] == rules
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory, header, short_drive) -> DriveLog:
     return write_log(tmp_path_factory.mktemp("whole") / "drive.mcap", header, short_drive)

@@ -1,5 +1,6 @@
 """A camera gives pictures with times of their own. Tests have streams on this machine for one."""
 
+import itertools
 import socket
 import threading
 from collections.abc import Callable, Generator
@@ -71,6 +72,31 @@ def test_a_recording_on_the_network_keeps_its_own_times_and_its_own_rate(
     frames = list(live.frames())
     assert len(frames) + live.dropped == 12
     assert sum(clock.waited_s) == pytest.approx(11 / 30, abs=1e-3)
+
+
+@pytest.mark.parametrize("starts", [(300, 30), (30, 90_000)], ids=["back", "forward"])
+def test_when_a_cameras_clock_is_set_the_times_go_on(
+    starts: tuple[int, int],
+    serve: Serve,
+    make_video: MakeVideo,
+    numbered_images: list[NDArray[np.uint8]],
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.setattr("fcw.sources.camera.OWN_CLOCKS", ("mpegts",))  # as rtsp, which needs a server
+    came_s = itertools.count(500.0, 0.05)
+    monkeypatch.setattr("fcw.sources.camera.time", SimpleNamespace(monotonic=lambda: next(came_s)))
+    parts = [
+        make_video(name, numbered_images[:9], pts=range(start, start + 9), codec_options={"bf": "0"})
+        for name, start in zip(("before.ts", "after.ts"), starts, strict=True)
+    ]
+    whole = parts[0].with_name("whole.ts")
+    whole.write_bytes(b"".join(part.read_bytes() for part in parts))
+    source = CameraSource(f"{serve([], whole).url}/file")
+    assert not source.recorded
+    steps_ns = np.diff([frame.time_ns for frame in source.frames()])
+    assert len(steps_ns) == 17
+    assert np.delete(steps_ns, 8) == pytest.approx([1e9 / 30] * 16, abs=2e4)  # ticks of 11 microseconds
+    assert steps_ns[8] == pytest.approx(50e6)  # when it came
 
 
 def test_where_no_camera_is_the_message_says_what_was_expected():

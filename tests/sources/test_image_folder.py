@@ -1,5 +1,7 @@
 """Folders of pictures as drives."""
 
+import errno
+import os
 from pathlib import Path
 
 import cv2
@@ -70,6 +72,23 @@ def test_kitti_timestamps(tmp_path, beside: bool):
     assert source.notes == ()
 
 
+def test_kitti_timestamps_are_found_from_within_the_folder_too(tmp_path, monkeypatch):
+    write_pictures(tmp_path / "data", ["0.png", "1.png"])
+    (tmp_path / "timestamps.txt").write_text("0\n0.5\n")
+    monkeypatch.chdir(tmp_path / "data")
+    assert [frame.time_ns for frame in open_source(".").frames()] == [0, 500_000_000]
+
+
+def test_hidden_files_are_no_pictures(tmp_path):
+    write_pictures(tmp_path, ["0.png", "1.png"])
+    for name in ("._0.png", "._1.png"):
+        (tmp_path / name).write_bytes(b"\0\5\x16\7\0\2\0\0Mac OS X        ")
+    (tmp_path / "timestamps.txt").write_text("0\n0.5\n")
+    source = open_source(tmp_path)
+    assert [frame.time_ns for frame in source.frames()] == [0, 500_000_000]
+    assert source.notes == ()
+
+
 def test_times_beside_another_folder_are_not_its_own(tmp_path):
     write_pictures(tmp_path / "front", ["0.png"])
     (tmp_path / "timestamps.txt").write_text("5.0\n")
@@ -124,10 +143,24 @@ def test_a_picture_of_another_size_is_named(tmp_path):
         next(frames)
 
 
+def test_a_path_through_a_file_and_one_that_may_not_be_read_say_what_helps(tmp_path, monkeypatch):
+    (tmp_path / "a.mp4").touch()
+    with pytest.raises(UserError, match=r"a\.mp4/x: no such file or folder"):
+        open_source(tmp_path / "a.mp4" / "x")
+
+    def refused(self: Path) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+
+    monkeypatch.setattr(Path, "stat", refused)  # the tests may run as root, who may read everything
+    with pytest.raises(UserError, match=r"\(Permission denied\); make it, and its folders, readable"):
+        open_source(tmp_path / "a.mp4")
+
+
 def test_a_folder_without_pictures(tmp_path):
     with pytest.raises(UserError, match="no pictures in this folder"):
         open_source(tmp_path)
-    (tmp_path / "drive.MP4").write_bytes(b"")
+    for name in ("._drive.MP4", "drive.MP4"):
+        (tmp_path / name).write_bytes(b"")
     with pytest.raises(UserError, match=r"name the video in it: .*drive\.MP4"):
         open_source(tmp_path)
     (tmp_path / "bad.png").write_bytes(b"no picture")

@@ -150,6 +150,30 @@ def test_a_source_that_falls_silent_ends_the_drive(monkeypatch: pytest.MonkeyPat
     assert "no picture for" in source.notes[-1]
 
 
+class HeldClock(FakeClock):
+    """Waiting ends when the test lets it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waiting, self.due = threading.Event(), threading.Event()
+
+    def wait_s(self, seconds: float, stop: threading.Event) -> None:
+        super().wait_s(seconds, stop)
+        self.waiting.set()
+        assert self.due.wait(WAIT_S)
+
+
+def test_a_picture_that_is_not_due_yet_is_waited_for(monkeypatch: pytest.MonkeyPatch):
+    made, clock = Made(count=2), HeldClock()
+    made.gate.release(made.count)
+    frames = LiveSource(made, threading.Event(), clock=clock).frames()
+    assert next(frames).index == 0
+    assert clock.waiting.wait(WAIT_S)
+    monkeypatch.setattr(live, "PATIENCE_S", 0.0)
+    threading.Timer(0.2, clock.due.set).start()
+    assert next(frames).index == 1
+
+
 def test_frames_asked_for_again_begin_anew():
     made = Made()
     source, frames, _, _ = opened(made)

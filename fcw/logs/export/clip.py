@@ -1,5 +1,6 @@
 """Which drives are exported, and which part of them."""
 
+import itertools
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -104,22 +105,28 @@ def find_drives(paths: Sequence[Path]) -> dict[str, Path]:
 
     Returns:
         Name -> log. A drive has the name of its folder, or of its file where that has another name; where
-        two are alike, the folders above go before it.
+        two are alike, the folders above go before it, or, where that does not help, a number behind it.
 
     Raises:
         UserError: a path does not exist, or is a folder without any drive.
     """
     logs = list(dict.fromkeys(log for path in paths for log in _logs(path)))
+    paths_of = [_names(log) for log in logs]
+    different, deepest = len(set(map(tuple, paths_of))), max(map(len, paths_of), default=0)
     depth = 1
-    names = [_names(log)[0] for log in logs]
-    while len(set(names)) < len(names):
+    names = [path[0] for path in paths_of]
+    while len(set(names)) < different and depth < deepest:
         depth += 1
         counts = Counter(names)
         names = [
-            "-".join(reversed(_names(log)[:depth])) if counts[name] > 1 else name
-            for name, log in zip(names, logs, strict=True)
+            "-".join(reversed(path[:depth])) if counts[name] > 1 else name
+            for name, path in zip(names, paths_of, strict=True)
         ]
-    return dict(zip(names, logs, strict=True))
+    named: dict[str, Path] = {}
+    for name, log in zip(names, logs, strict=True):  # monday.mcap beside monday/drive.mcap
+        numbered = (f"{name}-{number}" for number in itertools.count(2))
+        named[next(one for one in itertools.chain((name,), numbered) if one not in named)] = log
+    return named
 
 
 def _logs(path: Path) -> list[Path]:
@@ -151,7 +158,10 @@ def _logs(path: Path) -> list[Path]:
 
 
 def _names(log: Path) -> list[str]:
-    """Names of a log, whose path is resolved, and of the folders above it, from the nearest up."""
+    """Names of a log, whose path is resolved, and of the folders above it, from the nearest up.
+
+    Bytes that are no UTF-8 are escapes in them, so that every table and page can be written.
+    """
     parts = list(log.parent.parts[1:]) or ["drive"]
     own = [] if log.name == MCAP_NAME else [log.stem]
-    return own + parts[::-1]
+    return [name.encode("utf-8", "backslashreplace").decode() for name in (*own, *parts[::-1])]

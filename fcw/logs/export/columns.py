@@ -287,5 +287,11 @@ EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
     _of_event("min_ttc_s", "float64", "s", "smallest time to collision; empty when it never closed"),
     _of_event("min_distance_m", "float64", "m", "smallest distance; empty when it was never measured"),
     _of_event("max_required_deceleration_mps2", "float64", "m/s^2", "hardest braking needed; empty for none"),
-    Column("note", "string", "", "note about a mount that moved", lambda row: row.event.note or None),
+    Column(
+        "note",
+        "string",
+        "",
+        "what was said of a mount that moved, or of blank pictures",
+        lambda row: row.event.note or None,
+    ),
 )

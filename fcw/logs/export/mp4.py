@@ -87,12 +87,16 @@ def _own_packets(clip: DriveClip, on_frame: Callable[[], None]) -> Iterator[Vide
 
 
 def _write(path: Path, clip: DriveClip, packets: Iterator[VideoPacket]) -> int:
-    """Packets with rising times, the first one a keyframe, as MP4 with the index first."""
+    """Packets, the first one a keyframe, as MP4 with the index first.
+
+    Pictures that stand back in time, as a recorder's clock may, are in a log only to feed the decoder: MP4
+    wants rising times, and shows them for a tick.
+    """
     first = next(packets, None) if len(clip.log.series().keyframe_ns) else None
     if first is None:
         raise UserError(f"{clip.log.path}: the log holds no pictures; there is no video to write")
     rate_hz, start_ns = clip.log.header.frame_rate_hz or FALLBACK_RATE_HZ, int(clip.times_ns[0])
-    count, last = 1, first
+    count, last, last_ticks = 1, first, _ticks(first.time_ns - start_ns)
     with (
         whole_file(path) as partial,
         av.open(io.BytesIO(first.data), format="h264") as sample,  # tells size, profile and parameter sets
@@ -101,21 +105,22 @@ def _write(path: Path, clip: DriveClip, packets: Iterator[VideoPacket]) -> int:
         stream = container.add_stream_from_template(sample.streams.video[0])
         stream.time_base = Fraction(1, TICKS_PER_S)
 
-        def mux(packet: VideoPacket, duration_ns: int) -> None:
+        def mux(packet: VideoPacket, ticks: int, duration_ticks: int) -> None:
             muxed = av.Packet(packet.data)
             muxed.stream, muxed.time_base = stream, Fraction(1, TICKS_PER_S)
             # No B frames in a log or of ours: packets are decoded in the order in which they are shown.
             # Those that only feed the decoder have times below 0, which an edit list keeps from being shown.
-            muxed.pts = muxed.dts = _ticks(packet.time_ns - start_ns)
-            muxed.duration = _ticks(duration_ns)
+            muxed.pts = muxed.dts = ticks
+            muxed.duration = duration_ticks
             muxed.is_keyframe = packet.keyframe
             container.mux(muxed)
 
         for packet in packets:
-            mux(last, packet.time_ns - last.time_ns)
-            last = packet
+            ticks = max(_ticks(packet.time_ns - start_ns), last_ticks + 1)
+            mux(last, last_ticks, ticks - last_ticks)
+            last, last_ticks = packet, ticks
             count += 1
-        mux(last, round(NS_PER_S / rate_hz))
+        mux(last, last_ticks, round(TICKS_PER_S / rate_hz))
     return count
 
 

@@ -1,6 +1,7 @@
 """A drive, or a range of it, as a log of its own: in MCAP, or in whatever else a `Sink` writes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,8 +41,10 @@ def replay(clip: DriveClip, sink: Sink, on_frame: Callable[[], None]) -> int:
     Raises:
         UserError: the log is damaged, or the sink cannot be written.
     """
-    frames = 0
-    sink.open(clip.log.header)
+    frames, header = 0, clip.log.header
+    if header.gpx and header.gpx_begins_ns is None and clip.times_ns[0] > clip.first_ns:
+        header = replace(header, gpx_begins_ns=clip.first_ns)
+    sink.open(header)
     try:
         for result, packets in clip.entries():
             if frames == 0:

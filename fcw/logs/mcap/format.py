@@ -46,12 +46,14 @@ CHUNK_BYTES = 1 << 30
 """Chunks end by time, never by size."""
 
 _TRUTH = {True: "true", False: "false"}
+_LATER_TIMES = ("zero_utc_ns", "gpx_begins_ns")
+"""Of the header, which not every log has."""
 
 
 def drive_metadata(header: DriveHeader) -> dict[str, str]:
     """The `fcw.drive` record; numbers keep all their digits."""
-    dated = {} if header.zero_utc_ns is None else {"zero_utc_ns": str(header.zero_utc_ns)}
-    return dated | {
+    times = {name: getattr(header, name) for name in _LATER_TIMES}
+    return {name: str(time_ns) for name, time_ns in times.items() if time_ns is not None} | {
         "format_version": FORMAT_VERSION,
         "source": header.source,
         "image_width": str(header.image_size.width),
@@ -83,8 +85,8 @@ def drive_header(
         model_sha256=drive["model_sha256"],
         versions=dict(versions),
         imperial=drive["imperial"] == _TRUTH[True],
-        zero_utc_ns=int(drive["zero_utc_ns"]) if "zero_utc_ns" in drive else None,
         gpx=gpx,
+        **{name: int(drive[name]) for name in _LATER_TIMES if name in drive},
     )
 
 

@@ -15,6 +15,7 @@ from mcap.records import Attachment, Chunk, Message, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
+from fcw.bounded.gpx import GpxTrack, parse_gpx
 from fcw.bounded.mcap_chunks import check_chunks
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
@@ -114,6 +115,19 @@ class DriveLog:
                 if self._strict:
                     raise self._damaged(error) from error
                 return scanned_chunks(file)
+
+    def track(self) -> GpxTrack | None:
+        """Where the drive went, its times from the log's first frame; None where no GPX track gave the speed.
+
+        Raises:
+            UserError: the track is damaged.
+        """
+        header = self.header
+        if not header.gpx:
+            return None
+        first_ns = int(self.series().time_ns[0])
+        begins_ns = first_ns if header.gpx_begins_ns is None else header.gpx_begins_ns
+        return parse_gpx(header.gpx, f"{self.path}: its track").later((begins_ns - first_ns) / NANOSECONDS)
 
     def results(self, start_ns: int | None = None, end_ns: int | None = None) -> Iterator[FrameResult]:
         """Results of the frames at times in [start_ns, end_ns), in order; all by default.

@@ -108,8 +108,8 @@ class Clock:
         return cls(False, 0) if first is None or stamp_ns is None else cls(True, first.log_ns - stamp_ns)
 
     def time_ns(self, message: Logged) -> int:
-        """A message's time."""
-        return (message.stamp_ns if self.stamps else None) or message.log_ns
+        """A message's time; of one that nobody stamped, when it was logged less the delay."""
+        return (message.stamp_ns if self.stamps else None) or message.log_ns - self.delay_ns
 
     def search_ns(self, time_ns: int) -> int:
         """A log time surely before that of a message with a time."""

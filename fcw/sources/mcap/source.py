@@ -15,7 +15,7 @@ from fcw.sources import h264
 from fcw.sources.mcap.file import Clock, McapFile, Topic
 from fcw.sources.mcap.images import McapImageSource
 from fcw.sources.mcap.pictures import PICTURE_TYPES, VIDEO_CODECS, VIDEO_TYPES
-from fcw.sources.mcap.video import PacketStream, PacketVideoSource, counted
+from fcw.sources.mcap.video import PacketVideoSource, counted
 
 OWN_LOG_TYPE = "fcw.VideoPacket"
 """Only this program's logs say of each packet whether it is shown."""
@@ -39,7 +39,13 @@ def open_mcap(path: Path, topic: str | None = None) -> Source:
     codec = _codec(file, pictures)
     label = f"{path}: {pictures.name}"
     if is_own_log(file):
-        return PacketVideoSource(path.name, label, _own_log_packets(path), codec, lambda: file.notes)
+        from fcw.logs.mcap.reader import DriveLog  # it builds on the packets of this package
+
+        log = DriveLog(path)
+        size = log.header.image_size
+        source = PacketVideoSource(path.name, label, log.video_packets, codec, lambda: file.notes, size)
+        source.zero_utc_ns = log.header.zero_utc_ns
+        return source
     packets = _ForeignPackets(file, pictures, codec)
     return PacketVideoSource(path.name, label, packets, codec, lambda: packets.notes)
 
@@ -130,9 +136,3 @@ class _ForeignPackets:
             elif unit is not None:  # parameter sets alone are no picture
                 before += 1
                 self._before_keyframe = max(before, self._before_keyframe)
-
-
-def _own_log_packets(path: Path) -> PacketStream:
-    from fcw.logs.mcap.reader import DriveLog  # it builds on the packets of this package
-
-    return DriveLog(path).video_packets

@@ -50,7 +50,10 @@ class PacketVideoSource:
     Attributes:
         name: the file's.
         image_size: of every picture.
+        zero_utc_ns: see `fcw.frame.DatedSource`; a log of this program may know it.
     """
+
+    zero_utc_ns: int | None = None
 
     def __init__(
         self,
@@ -59,6 +62,7 @@ class PacketVideoSource:
         packets: PacketStream,
         codec: str = "h264",
         file_notes: Callable[[], tuple[str, ...]] = tuple,
+        stated_size: ImageSize | None = None,
     ) -> None:
         """Decode the first picture.
 
@@ -68,6 +72,7 @@ class PacketVideoSource:
             packets: the stream; asked for anew for each pass.
             codec: FFmpeg's name of its codec.
             file_notes: what is to be known of the file by now.
+            stated_size: of the pictures, where the file says so; encoded, odd ones have a row or column more.
 
         Raises:
             UserError: no picture in it decodes.
@@ -79,7 +84,10 @@ class PacketVideoSource:
         first = next((picture for picture, _ in self._pictures(None)), None)
         if first is None:
             raise UserError(f"{label}: no picture in its {codec} video can be decoded; expected at least one")
-        self.image_size = ImageSize(first.width, first.height)
+        self._coded_size = size = ImageSize(first.width, first.height)
+        if stated_size is not None and size == _even(stated_size):
+            size = stated_size
+        self.image_size = size
         self._plain = codec == "h264" and first.format.name in ("yuv420p", "yuvj420p")
 
     @property
@@ -131,17 +139,17 @@ class PacketVideoSource:
             if last_ns is not None and own.time_ns <= last_ns:
                 late += 1
                 continue
-            if ImageSize(picture.width, picture.height) != self.image_size:
+            if ImageSize(picture.width, picture.height) != self._coded_size:
                 self._notes = (
-                    f"{self._label}: the picture size changes from {self.image_size} to "
+                    f"{self._label}: the picture size changes from {self._coded_size} to "
                     f"{picture.width}x{picture.height}; the rest is left out",
                 )
                 return
             last_ns = own.time_ns
             if start_ns is None or own.time_ns >= start_ns:
                 carried = (*(_hidden(packet, own.time_ns) for packet in waiting[:-1]), own)
-                image = bgr(picture)
-                yield Frame(index, own.time_ns, image, carried if relays else ())
+                image = bgr(picture)[: self.image_size.height, : self.image_size.width]
+                yield Frame(index, own.time_ns, np.ascontiguousarray(image), carried if relays else ())
                 waiting = []
             index += 1
         self._notes = tuple(self._lost(late))
@@ -211,6 +219,10 @@ def frame_rate_hz(times_ns: NDArray[np.int64]) -> float:
     """Pictures per second from the median step of rising times."""
     steps_ns = np.diff(times_ns)
     return NANOSECONDS / float(np.median(steps_ns)) if len(steps_ns) else FALLBACK_FRAME_RATE_HZ
+
+
+def _even(size: ImageSize) -> ImageSize:
+    return ImageSize(size.width + size.width % 2, size.height + size.height % 2)
 
 
 def counted(pictures: int) -> str:

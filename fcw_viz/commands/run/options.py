@@ -80,9 +80,10 @@ def job_of(command: RunCommand, source: Path, out: Path | None = None) -> "Drive
     if command.search_rate < 0:
         expected = "pictures a second, e.g. 12, or 0 to search every one"
         raise UserError(f"--search-rate {command.search_rate:g}: expected {expected}")
+    name = source.stem if source.is_file() else source.resolve().name  # a folder's may be 2026.05.01, or `..`
     return DriveJob(
         source=source,
-        out=out or command.out or RECORDINGS / (source.stem or source.resolve().name),
+        out=out or command.out or RECORDINGS / name,
         calibration=command.calibration,
         topic=command.topic,
         detector=command.detector,

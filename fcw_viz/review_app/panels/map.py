@@ -29,7 +29,7 @@ def map_html(drive: Drive, time_s: float) -> str:
     """The map; a click on an event is `event:<its number>`. Nothing for a drive without a track.
 
     Args:
-        drive: the drive; its track begins with it.
+        drive: the drive.
         time_s: the moment that is shown.
     """
     track = drive.track
@@ -43,7 +43,7 @@ def map_svg(track: GpxTrack, drive: Drive, time_s: float) -> str:
     """The map as SVG, see `map_html`."""
     times_s = np.array(track.times_s)
     points_m = metres(track.places)
-    during = times_s <= drive.duration_s
+    during = (times_s >= 0) & (times_s <= drive.duration_s)
     shown_m = points_m[during] if during.sum() > 1 else points_m
     middle_m = (shown_m.min(axis=0) + shown_m.max(axis=0)) / 2
     span_m = np.maximum(shown_m.max(axis=0) - shown_m.min(axis=0), LEAST_M)
@@ -54,7 +54,7 @@ def map_svg(track: GpxTrack, drive: Drive, time_s: float) -> str:
         return list(zip((WIDTH_PX / 2 + east).tolist(), (HEIGHT_PX / 2 - north).tolist(), strict=True))
 
     def at(moment_s: float) -> tuple[float, float] | None:
-        if not 0 <= moment_s <= times_s[-1]:
+        if not times_s[0] <= moment_s <= times_s[-1]:
             return None
         point = [np.interp(moment_s, times_s, points_m[:, axis]) for axis in (0, 1)]
         return places(np.array([point]))[0]

@@ -1,5 +1,7 @@
 """Which drives and frames an export takes."""
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -7,6 +9,8 @@ from export_drives import START_NS, STEP_NS, drive_header, marked_drive, write_l
 
 from fcw.errors import UserError
 from fcw.logs.export.clip import DriveClip, check_between, find_drives
+from fcw.logs.export.columns import TRACK_COLUMNS, track_rows
+from fcw.logs.export.table import write_csv
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +53,24 @@ def test_drives_of_the_same_name_are_told_apart_by_the_folders_above(tmp_path, l
     b = put(tmp_path / "van" / "monday" / "drive.mcap", log_bytes)
     c = put(tmp_path / "van" / "tuesday" / "drive.mcap", log_bytes)
     assert find_drives([tmp_path]) == {"car-monday": a, "van-monday": b, "tuesday": c}
+
+
+def test_a_log_beside_the_folder_of_its_name_is_told_apart_by_a_number(tmp_path, log_bytes):
+    folders = put(tmp_path / "monday" / "drive.mcap", log_bytes)
+    cut, second = (put(tmp_path / name, log_bytes) for name in ("monday.mcap", "monday-2.mcap"))
+    assert find_drives([folders, cut]) == {"monday": folders, "monday-2": cut}
+    assert find_drives([cut, folders, second]) == {"monday": cut, "monday-2": folders, "monday-2-2": second}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems allow no such names")
+def test_a_name_that_is_no_utf_8_is_written_with_escapes(tmp_path, log_bytes):
+    latin_1 = tmp_path / os.fsdecode(b"caf\xe9")
+    drive = put(latin_1 / "drive.mcap", log_bytes)
+    drives = find_drives([tmp_path])
+    assert drives == {r"caf\udce9": drive}
+    rows = track_rows([DriveClip.open(drive, name) for name in drives], lambda: None)
+    assert write_csv(tmp_path / "tracks.csv", TRACK_COLUMNS, rows) == 30
+    assert DriveClip.open(drive).name == r"caf\udce9"
 
 
 def test_other_mcap_files_in_a_folder_are_no_drives(tmp_path, log_bytes):

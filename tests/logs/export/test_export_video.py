@@ -73,6 +73,38 @@ def assert_shows(pictures: list[NDArray[np.uint8]], indexes: range) -> None:
         assert np.abs(picture.astype(int) - marked_picture(index)).mean() < 3, index
 
 
+def test_a_copied_video_takes_pictures_that_stand_back_in_time(drive, tmp_path):
+    entries = list(drive[:12])
+    (late,), (own,) = entries.pop(5)[1], entries[5][1]  # as an MCAP file that was recorded so is read
+    late = replace(late, time_ns=entries[3][0].time_ns, shown=False)
+    entries[5] = entries[5][0], (late, own)
+    write_log(tmp_path / "drive.mcap", entries, drive_header())
+    clip = DriveClip.open(tmp_path / "drive.mcap")
+    assert write_relayed_mp4(tmp_path / "drive.mp4", clip, lambda: None) == 12
+    with av.open(str(tmp_path / "drive.mp4")) as container:
+        shown_s = [picture.time for picture in container.decode(video=0)]
+    known_s = [clip.time_s(result.time_ns) for result, _ in entries]
+    assert [time_s for time_s in shown_s if time_s in known_s] == known_s
+    assert len(shown_s) == 12
+
+
+def test_a_part_of_a_drive_is_where_the_drive_was_then(drive, tmp_path):
+    points = "".join(
+        f'<trkpt lat="{48 + second / 1000}" lon="11"><time>2026-05-01T10:00:0{second}Z</time></trkpt>'
+        for second in range(5)
+    )
+    gpx = f"<gpx><trk><trkseg>{points}</trkseg></trk></gpx>".encode()
+    write_log(tmp_path / "drive.mcap", drive, replace(drive_header(), gpx=gpx))
+    part, _ = cut(tmp_path / "drive.mcap", tmp_path / "part.mcap", (2.2, 3.0))
+    part_of_it, _ = cut(part.path, tmp_path / "part of it.mcap", (0, 0.5))
+    for log in (part, part_of_it):  # from the keyframe at 2 s on
+        track = log.track()
+        assert track is not None
+        assert track.place_at(0.5) == pytest.approx((48.0025, 11.0), abs=1e-9)
+    whole, _ = cut(tmp_path / "drive.mcap", tmp_path / "whole.mcap", None)
+    assert whole.header == DriveLog(tmp_path / "drive.mcap").header
+
+
 @pytest.mark.parametrize(
     ("between", "first", "last", "earlier_s"),
     [

@@ -86,7 +86,8 @@ def test_a_log_gives_back_all_it_was_given(any_frame_result, header, tmp_path, d
 @pytest.mark.parametrize("imperial", [True, False])
 def test_the_header_comes_back(header, short_drive, tmp_path, imperial: bool):
     fields = {name: getattr(header, name) for name in DriveHeader.__dataclass_fields__}
-    dated = {"zero_utc_ns": 1_622_530_320 * 10**9, "gpx": b"<gpx/>"} if imperial else {}
+    zero_utc_ns = 1_622_530_320 * 10**9
+    dated = {"zero_utc_ns": zero_utc_ns, "gpx": b"<gpx/>", "gpx_begins_ns": -5} if imperial else {}
     header = DriveHeader(**{**fields, **dated, "imperial": imperial, "relays_video": imperial})
     assert write_log(tmp_path / "drive.mcap", header, short_drive[:3]).header == header
 

@@ -93,6 +93,15 @@ def test_log_times_count_where_nobody_stamped(frames: list[Frame], tmp_path: Pat
     assert [frame.time_ns for frame in source.frames()] == [stamp_ns(f) + DELAY_NS for f in frames[:4]]
 
 
+def test_a_picture_nobody_stamped_is_on_the_clock_of_the_others(frames: list[Frame], tmp_path: Path) -> None:
+    messages = [
+        ("/camera", COMPRESSED, stamp_ns(frame) + DELAY_NS, ros_jpeg(frame, time_ns=0 if i == 1 else None))
+        for i, frame in enumerate(frames[:4])
+    ]
+    source = open_source(ros_file(tmp_path / "drive.mcap", messages))
+    assert [frame.time_ns for frame in source.frames()] == [stamp_ns(frame) for frame in frames[:4]]
+
+
 @pytest.mark.parametrize(
     ("encoding", "encoded"),
     [
