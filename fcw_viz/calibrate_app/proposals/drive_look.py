@@ -66,6 +66,7 @@ class Look:
             or where the car stood for most of the time.
         vehicles: seen on the way.
         times_ns: of the pictures whose speed that mean is of.
+        first_ns: time of the drive's first picture.
         yaw_rad: of the camera, to the left of the direction of travel; None where the drive does not show it.
         view_rad: horizontal field of view of the whole picture; None where the drive does not show it.
         instead: what else would do, where that was not done yet.
@@ -76,6 +77,7 @@ class Look:
     scale_per_mps: float | None = None
     vehicles: tuple[Ruler, ...] = ()
     times_ns: tuple[int, ...] = ()
+    first_ns: int = 0
     yaw_rad: Gaussian | None = None
     view_rad: Gaussian | None = None
     instead: str = ""
@@ -90,12 +92,13 @@ class Look:
         Raises:
             UserError: it does not cover them.
         """
-        found = [own_speed.at(time_ns) for time_ns in self.times_ns]
+        zero_ns = self.first_ns if own_speed.from_first_frame else 0
+        found = [own_speed.at(time_ns - zero_ns) for time_ns in self.times_ns]
         speeds_mps = [speed_mps for speed_mps in found if speed_mps is not None]
         if not speeds_mps or len(speeds_mps) < LEAST_KNOWN_PART * len(found):
             raise UserError(
-                f"{name}: it has no speed for the seconds that were looked at; expected times that count "
-                "from the drive's first picture"
+                f"{name}: it has no speed for the seconds that were looked at; expected times on the clock of "
+                "the drive, or of a GPX track that begins with it"
             )
         return float(np.mean(speeds_mps))
 
@@ -132,11 +135,12 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
         return Look(None, "")
     seen, speed = found.seen, found.speed
     scale, times_ns = (None, ()) if speed is None else (speed.scale_per_mps, speed.times_ns)
+    first_ns = next(pictures.source.frames()).time_ns
     horizon = None if seen.leads_to_px is None else seen.leads_to_px[1]
     if horizon is None or horizon.sigma > LARGEST_SIGMA_HEIGHTS * size.height:
         instead = "take the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""
         words = f"The drive shows no horizon: {_why_not(seen)}; {instead}drag the horizon."
-        return Look(None, words, scale, times_ns=times_ns)
+        return Look(None, words, scale, times_ns=times_ns, first_ns=first_ns)
     horizon = Gaussian(horizon.value, math.hypot(horizon.sigma, ROAD_SIGMA_HEIGHTS * size.height))
     yaw_rad = _yaw(found.calibration.orientation)
     words = f"By {_sources(seen)} the horizon is at row {horizon.value:.0f} ± {horizon.sigma:.0f}"
@@ -145,7 +149,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
         words += " Does a flat road end there? If not, drag it."
     if found.piece_words:
         words += f" It holds {found.piece_words}: the horizon jumps there, the camera was moved."
-    return Look(horizon, words, scale, times_ns=times_ns, yaw_rad=yaw_rad)
+    return Look(horizon, words, scale, times_ns=times_ns, first_ns=first_ns, yaw_rad=yaw_rad)
 
 
 class _NobodyAsksError(Exception):

@@ -241,6 +241,9 @@ def test_a_look_tells_how_far_it_has_come(tmp_path: Path, monkeypatch: pytest.Mo
 def test_a_file_of_speeds_gives_the_mean_over_the_pictures_that_were_looked_at():
     look = Look(None, "", 100.0, times_ns=tuple(range(2_000_000_000, 4_000_000_001, 100_000_000)))
     ramp = EgoSpeed((0.0, 10.0), (0.0, 20.0))
-    assert look.mean_speed_mps(ramp, "drive.gpx") == pytest.approx(6.0)
+    assert look.mean_speed_mps(ramp, "drive.csv") == pytest.approx(6.0)
+    # A receiver knows nothing of the drive's clock, which begins at 1.5 s.
+    track = replace(ramp, from_first_frame=True)
+    assert replace(look, first_ns=1_500_000_000).mean_speed_mps(track, "drive.gpx") == pytest.approx(3.0)
     with pytest.raises(UserError, match=r"drive\.gpx: it has no speed for the seconds"):
         look.mean_speed_mps(EgoSpeed((10.0, 20.0), (5.0, 5.0)), "drive.gpx")
