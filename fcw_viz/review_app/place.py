@@ -55,7 +55,7 @@ class Place:
     @property
     def review(self) -> DriveReview:
         """What is said of the open drive by now."""
-        return self.session.review(self.opened.name)
+        return self.session.review(self.opened.name, self.opened)
 
     @property
     def judged(self) -> JudgedEvent | None:
