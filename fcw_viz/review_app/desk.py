@@ -8,6 +8,7 @@ from fcw.errors import UserError
 from fcw_viz.page.script import empty_element, focus_element, note_in_address, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.picture.box_commands import BoxCommands
 from fcw_viz.review_app.picture.box_editor import BoxEditor
 from fcw_viz.review_app.place import Place, parse_place
@@ -88,11 +89,14 @@ class Desk:
         self.refresh()
 
     def follow(self) -> None:
-        """Go on with the open drive as its log stands by now, where it has grown or is another one."""
-        place = self.place
-        if place.drive is None:
-            return
-        drive, before = self._session.current(place.drive.name), place.drive
+        """Go on with the open drive, and the run beside it, as their logs stand by now."""
+        if self.place.drive is not None:
+            self._follow_drive(self.place.drive)
+            self.runs.follow()
+
+    def _follow_drive(self, before: Drive) -> None:
+        """Go on with the open drive where it has grown or is another one."""
+        place, drive = self.place, self._session.current(before.name)
         if drive is before:
             return
         goes_on = drive.origin is before.origin
@@ -102,7 +106,7 @@ class Desk:
         self.playing.stop()
         place.turn_to(drive)
         self.playing.load(drive)
-        self.screen.turn_to_drive(drive)
+        self.screen.turn_to_drive(drive, goes_on)
         if plays:
             self.playing.go_on()
         elif at_end and goes_on:

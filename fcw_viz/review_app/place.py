@@ -83,6 +83,10 @@ class Place:
         event = None if selected is None else reference_to(self.opened.events[selected])
         self.drive = drive
         self.row = drive.row_at(time_s)
+        if self.marked is not None:
+            start_s, end_s = self.marked
+            inside = start_s < drive.duration_s
+            self.marked = (start_s, min(end_s, drive.duration_s)) if inside else None
         self.selected = None if event is None else find_event(event, drive.events)
 
     def leave(self) -> None:

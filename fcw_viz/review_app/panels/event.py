@@ -4,6 +4,7 @@ from html import escape
 
 import viser
 
+from fcw.logs.events import DriveEvent
 from fcw.logs.records import FrameResult
 from fcw.warning.types import WarningLevel
 from fcw_viz.page.channel import enters, says
@@ -21,7 +22,7 @@ class EventPanel:
 
     def __init__(self, gui: viser.GuiApi, place: Place, annotating: Annotating) -> None:
         self._place, self._annotating = place, annotating
-        self._reasons: dict[tuple[str, int], FrameResult] = {}
+        self._reasons: dict[tuple[object, DriveEvent], FrameResult] = {}
         self._event = gui.add_html("")
         self._words = gui.add_html("")
         self._list = gui.add_html("")
@@ -66,9 +67,9 @@ class EventPanel:
 
     def _reason(self, drive: Drive, number: int) -> FrameResult:
         """The frame that says why it came: the first one of its level, or of a near miss the worst."""
-        key = drive.name, number
+        event = drive.events[number]
+        key = drive.origin, event  # of a drive that grows or is run again another event may have the number
         if key not in self._reasons:
-            event = drive.events[number]
             row = drive.row_at(event.peak_s)
             levels = {level.name.lower(): level for level in WarningLevel}
             if event.kind in levels:

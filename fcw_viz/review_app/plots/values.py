@@ -103,7 +103,9 @@ class FrameSignals:
         self._series = log.series()
         self._blocks: OrderedDict[int, _Block] = OrderedDict()
         if before is not None:
-            self._blocks.update((n, block) for n, block in before._blocks.items() if block.rows == BLOCK_ROWS)
+            with before._changed:  # its thread may still be reading
+                blocks = tuple(before._blocks.items())
+            self._blocks.update((n, block) for n, block in blocks if block.rows == BLOCK_ROWS)
         self._wanted: list[int] = []
         self._changed = threading.Condition()
         self._closed = False

@@ -47,7 +47,7 @@ def test_names_and_ids_of_another_review_file_are_words(drive: Drive):
             Entry(MARKUP, TIME, "anna", MissedEvent(1.0, 2.0, "")),
         ]
     )
-    session: Any = SimpleNamespace(reviewer="anna", review=lambda _: DriveReview(review, (), ()))
+    session: Any = SimpleNamespace(reviewer="anna", review=lambda *_: DriveReview(review, (), ()))
     place = Place(session)
     place.drive = drive
     boxes = BoxEditor(MagicMock(), place, Annotating(place, MagicMock()), MagicMock())
@@ -55,7 +55,8 @@ def test_names_and_ids_of_another_review_file_are_words(drive: Drive):
     parts: Any = Parts()
     BoxesPanel(parts, MagicMock(), boxes, MagicMock()).show()
     RemarksPanel(parts, place).show()
-    assert "Confirmed by" in parts.html and "missedlevel" in parts.html
+    assert "Confirmed by" in parts.html
+    assert "missedlevel" in parts.html
     assert "<img" not in parts.html
 
 
