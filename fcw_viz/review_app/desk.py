@@ -11,7 +11,7 @@ from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.picture.box_commands import BoxCommands
 from fcw_viz.review_app.picture.box_editor import BoxEditor
-from fcw_viz.review_app.place import Place, parse_place
+from fcw_viz.review_app.place import Place, parse_place, place_text
 from fcw_viz.review_app.runs.comparing import Comparing
 from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
@@ -218,7 +218,7 @@ class Desk:
         """Take back what was said last in this tab, in the drive of which it was said."""
         name = self.annotating.last_drive
         if name is not None and self.place.drive is not None and name != self.place.drive.name:
-            self.open_at(name)
+            self.open_at(place_text(name))
         self.annotating.undo()
 
     # Words

@@ -157,6 +157,11 @@ def list_order(events: Sequence[JudgedEvent], by_time: bool) -> list[int]:
     return sorted(ranked) if by_time else ranked
 
 
+def place_text(name: str, event: int | None = None) -> str:
+    """What `parse_place` takes for a drive, whatever signs its name has, or for an event of it."""
+    return f"{name}#{'' if event is None else event}"
+
+
 def parse_place(text: str) -> tuple[str, int | None, float | None]:
     """The drive, and the event (`#<number>`) or the moment (`@<seconds>`), that a text names."""
     name, sign, rest = text.rpartition("@")
@@ -166,8 +171,8 @@ def parse_place(text: str) -> tuple[str, int | None, float | None]:
         except ValueError:
             pass
     name, sign, rest = text.rpartition("#")
-    if sign and rest.isdigit():
-        return name, int(rest), None
+    if sign and (rest.isdecimal() or not rest):
+        return name, int(rest) if rest else None, None
     return text, None, None
 
 
