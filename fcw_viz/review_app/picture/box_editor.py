@@ -5,7 +5,14 @@ from dataclasses import replace
 from functools import partial
 
 from fcw.annotation.box_motion import moved, reshaped
-from fcw.annotation.records import BoxEdit, FrameConfirmed, LabelledBox, new_box_id, track_box_id
+from fcw.annotation.records import (
+    BoxEdit,
+    FrameConfirmed,
+    LabelledBox,
+    MadeBy,
+    new_box_id,
+    track_box_id,
+)
 from fcw.box import Box
 from fcw.errors import UserError
 from fcw.logs.overlay import OTHER_TRACK_COLOR, Rgb
@@ -121,9 +128,9 @@ class BoxEditor:
 
     def draw(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> None:
         """Take a box that was drawn: the selected one's where the frame has none of it, else another one."""
-        if right_px - left_px < SMALLEST_PX or bottom_px - top_px < SMALLEST_PX:
-            raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
         box = self._inside(left_px, top_px, right_px, bottom_px)
+        if _is_slip(box):
+            raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
         if self.draws_rear:
             box_id, label = self.told()
             self.draws_rear = False
@@ -347,9 +354,7 @@ class BoxEditor:
             self.redraw()
             return
         self._dragged = self._sides = None
-        if label.box.w < SMALLEST_PX or label.box.h < SMALLEST_PX:
-            self.redraw()
-            raise UserError(f"a box has to be at least {SMALLEST_PX:g} pixels wide and high")
+        self.redraw()
         self.say(BoxEdit(self._frame_index, box_id, label))
 
     def _grabbed(self, box_id: str) -> LabelledBox:
@@ -381,9 +386,18 @@ class BoxEditor:
         label = edit.label
         if label is None:
             return edit
-        box = label.box
-        cut = self._inside(box.x, box.y, box.right, box.bottom)
-        return replace(edit, label=replace(label, box=cut))
+        cut, rear = self._cut_box(label.box), label.rear_box
+        if edit.made_by is MadeBy.HAND and _is_slip(cut):
+            raise UserError(
+                f"a box has to be at least {SMALLEST_PX:g} pixels wide and high, inside the picture"
+            )
+        if rear is not None:
+            rear = self._cut_box(rear)
+            rear = None if _is_slip(rear) else rear  # nothing of it is seen
+        return replace(edit, label=replace(label, box=cut, rear_box=rear))
+
+    def _cut_box(self, box: Box) -> Box:
+        return self._inside(box.x, box.y, box.right, box.bottom)
 
     def _inside(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> Box:
         """A box cut at the picture's edges."""
@@ -391,6 +405,10 @@ class BoxEditor:
         left_px, right_px = (min(max(x, -0.5), size.width - 0.5) for x in (left_px, right_px))
         top_px, bottom_px = (min(max(y, -0.5), size.height - 0.5) for y in (top_px, bottom_px))
         return Box(left_px, top_px, max(right_px - left_px, 1e-3), max(bottom_px - top_px, 1e-3))
+
+
+def _is_slip(box: Box) -> bool:
+    return min(box.w, box.h) < SMALLEST_PX
 
 
 def _sides(box: Box) -> Sides:
