@@ -77,7 +77,8 @@ def empty_element(client: viser.ClientHandle, element_id: str, taken: str) -> No
     run_script(
         client,
         f"const field = document.getElementById({json.dumps(element_id)});"
-        f"if (field?.value === {json.dumps(taken)}) field.value = '';",
+        f"if (field?.value === {json.dumps(taken)}) {{ field.value = '';"
+        "field.dispatchEvent(new Event('input', { bubbles: true })); }",
     )
 
 

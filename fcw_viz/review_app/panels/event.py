@@ -38,7 +38,8 @@ class EventPanel:
         )
         own = self._annotating.own_verdict
         # On its own: half typed words stay when the rest is drawn anew.
-        set_html(self._words, text_block(_words_field(own.said.text)) if own is not None else "")
+        field = "" if own is None else _words_field(f"{drive.name} {own.said.event}", own.said.text)
+        set_html(self._words, text_block(field) if field else "")
         set_html(self._event, text_block(self._event_html(drive)))
 
     def _event_html(self, drive: Drive) -> str:
@@ -80,8 +81,9 @@ class EventPanel:
         return self._reasons[key]
 
 
-def _words_field(text: str) -> str:
+def _words_field(event: str, text: str) -> str:
+    """A field of each event's own: what is half typed about one is not said of another."""
     return (
-        f'<input type="text" {enters("fcw-explain", "explain")} value="{escape(text)}" '
+        f'<input type="text" {enters(f"fcw-explain {event}", "explain")} value="{escape(text)}" '
         'placeholder="Comment; Enter saves it" autocomplete="off">'
     )
