@@ -27,7 +27,7 @@ LEFT_PX, NARROW_LEFT_PX = 190.0, 144.0
 """Of the time line and the plots inside the strip: their names and figures stand at the left."""
 BAR_PX, PLOTS_TOP_PX = 38.0, 38.0 + TIMELINE_PX + 8.0
 """The time line stands under the buttons, the plots under it."""
-LISTS_BELOW_PX, NARROW_BELOW_PX = 860.0, 520.0
+LISTS_BELOW_PX, NARROW_BELOW_PX = 910.0, 600.0
 """Of the strip's width: where it is less, speeds and ranges are chosen from lists; and the figures beside the
 plots take less room."""
 WINDOWS_S: dict[str, float | None] = {
