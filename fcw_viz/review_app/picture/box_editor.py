@@ -5,14 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from fcw.annotation.box_motion import moved, reshaped
-from fcw.annotation.records import (
-    BoxEdit,
-    FrameConfirmed,
-    LabelledBox,
-    MadeBy,
-    new_box_id,
-    track_box_id,
-)
+from fcw.annotation.records import BoxEdit, FrameConfirmed, LabelledBox, new_box_id, track_box_id
 from fcw.box import Box
 from fcw.errors import UserError
 from fcw.logs.overlay import OTHER_TRACK_COLOR, Rgb
@@ -22,6 +15,7 @@ from fcw_viz.page.picture.label_layout import Area, Point
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, box_line
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.picture.box_limits import SMALLEST_PX, cut, inside, is_slip
 from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.words import box_words
 
@@ -30,8 +24,6 @@ EDITED_COLOR: Rgb = (70, 200, 110)
 SELECTED_COLOR: Rgb = (255, 255, 255)
 HANDLE_COLOR: Rgb = (255, 215, 40)
 REAR_COLOR: Rgb = (120, 200, 255)
-SMALLEST_PX = 3.0
-"""A box that is drawn smaller is a slip of the hand."""
 GRIPS = {
     "corner top left": (-1, -1),
     "corner top right": (1, -1),
@@ -129,7 +121,7 @@ class BoxEditor:
     def draw(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> None:
         """Take a box that was drawn: the selected one's where the frame has none of it, else another one."""
         box = self._inside(left_px, top_px, right_px, bottom_px)
-        if _is_slip(box):
+        if is_slip(box):
             raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
         if self.draws_rear:
             box_id, label = self.told()
@@ -161,7 +153,7 @@ class BoxEditor:
 
     def say(self, *edits: BoxEdit) -> None:
         """Keep edits, of any frames, as one step; the boxes are cut at the picture's edges."""
-        self._annotating.say(*map(self._cut, edits))
+        self._annotating.say(*(cut(self._view.plane.size, edit) for edit in edits))
         self.redraw()
         self._show_panels()
 
@@ -382,33 +374,8 @@ class BoxEditor:
         if not self.active:
             raise UserError("correct boxes first: press E")
 
-    def _cut(self, edit: BoxEdit) -> BoxEdit:
-        label = edit.label
-        if label is None:
-            return edit
-        cut, rear = self._cut_box(label.box), label.rear_box
-        if edit.made_by is MadeBy.HAND and _is_slip(cut):
-            raise UserError(
-                f"a box has to be at least {SMALLEST_PX:g} pixels wide and high, inside the picture"
-            )
-        if rear is not None:
-            rear = self._cut_box(rear)
-            rear = None if _is_slip(rear) else rear  # nothing of it is seen
-        return replace(edit, label=replace(label, box=cut, rear_box=rear))
-
-    def _cut_box(self, box: Box) -> Box:
-        return self._inside(box.x, box.y, box.right, box.bottom)
-
     def _inside(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> Box:
-        """A box cut at the picture's edges."""
-        size = self._view.plane.size
-        left_px, right_px = (min(max(x, -0.5), size.width - 0.5) for x in (left_px, right_px))
-        top_px, bottom_px = (min(max(y, -0.5), size.height - 0.5) for y in (top_px, bottom_px))
-        return Box(left_px, top_px, max(right_px - left_px, 1e-3), max(bottom_px - top_px, 1e-3))
-
-
-def _is_slip(box: Box) -> bool:
-    return min(box.w, box.h) < SMALLEST_PX
+        return inside(self._view.plane.size, left_px, top_px, right_px, bottom_px)
 
 
 def _sides(box: Box) -> Sides:
