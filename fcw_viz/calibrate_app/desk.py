@@ -145,6 +145,7 @@ class Desk:
 
     def save(self) -> None:
         """Write the calibration file, and say so."""
+        self.session.look_at_file()
         already = self.session.state.saved
         if self._try(self.session.save):
             name = self.session.state.save_path.name
