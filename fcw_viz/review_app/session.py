@@ -245,6 +245,8 @@ class ReviewSession:
                     changed |= self._refresh(name)
                 except UserError as error:
                     LOGGER.warning("%s", error)
+                except Exception:
+                    LOGGER.exception("%s cannot be followed", name)
             if changed:
                 self._publish()
 

@@ -1,5 +1,6 @@
 """What tabs share: drives worst first, words kept at once, and everybody told."""
 
+import errno
 import shutil
 import threading
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.writer import McapSink
 from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.session import DRIVES_KEPT, ReviewSession
 
@@ -205,6 +207,27 @@ def test_who_looks_at_a_drive_that_is_another_by_now_judges_none_of_its_events(
     with pytest.raises(UserError, match="the log was replaced"):
         Annotating(place, lambda title, text: None).judge(Judgement.FALSE)
     assert session.review("made").review.verdicts == ()
+
+
+def test_a_file_that_raises_what_nobody_foresaw_does_not_end_the_list(
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    damaged, opens = tmp_path / "damaged.mcap", Drive.open
+
+    def raises(name: str, path: Path) -> Drive:
+        if path == damaged:
+            raise OSError(errno.EINVAL, "Invalid argument")  # of a seek to where a flipped bit leads
+        return opens(name, path)
+
+    shutil.copy(log, damaged)
+    monkeypatch.setattr(Drive, "open", raises)
+    session = ReviewSession({"damaged": damaged, "made": log}, "anna")
+    session.start()
+    wait(session, "looks", lambda: not session.unread)
+    session.close()
+    whole, trouble = session.cards
+    assert whole.name == "made"
+    assert "cannot be read; see the terminal" in trouble.trouble
 
 
 def test_the_list_counts_what_others_say_of_drives_that_nobody_has_open_here(
