@@ -65,8 +65,10 @@ class Desk:
 
     def show_list(self) -> None:
         """Back to the list of the folder's drives."""
-        if not self._session.folder.several:
-            return
+        if self._session.folder.several:
+            self._close_drive()
+
+    def _close_drive(self) -> None:
         if self.place.drive is not None:
             self._focus_left(self.place.drive.name)
         self._leave_drive()
@@ -75,7 +77,11 @@ class Desk:
         self.refresh()
 
     def open_at(self, text: str) -> None:
-        """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`."""
+        """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`.
+
+        Raises:
+            UserError: there is no such drive, or it is damaged; then it is not left half open.
+        """
         name, event, moment_s = parse_place(text)
         if not self._session.folder.several:
             name = next(iter(self._session.drives))  # whatever it was called when the place was noted
@@ -85,8 +91,12 @@ class Desk:
         self.playing.load(drive)
         if not drive.complete:
             self._notify("This log is not finished", "It is shown up to its last frame.", trouble=True)
-        self.screen.open(drive, self.ahead.take(drive))
-        self.refresh()
+        try:
+            self.screen.open(drive, self.ahead.take(drive))
+            self.refresh()
+        except UserError:
+            self._close_drive()
+            raise
 
     def follow(self) -> None:
         """Go on with the open drive, and the run beside it, as their logs stand by now."""

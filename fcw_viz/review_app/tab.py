@@ -106,7 +106,8 @@ class Tab(PageTab):
         if text:
             try:
                 desk.open_at(text)
-            except UserError:
+            except UserError as error:
+                self.refuse(error)
                 self._arrive("")
         elif not self._session.folder.several:
             desk.open_at(place_text(next(iter(drives))))

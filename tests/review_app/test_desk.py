@@ -1,4 +1,4 @@
-"""What a desk shows when the logs before it are written anew."""
+"""What a desk shows when the logs before it are written anew, or damaged."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -9,15 +9,18 @@ from unittest.mock import MagicMock
 import pytest
 from review_drives import CAUTION_S, RATE_HZ, SIZE, header, result
 
+from fcw.errors import UserError
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.records import FrameResult
 from fcw_viz.page.picture.plane import PicturePlane
 from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.desk import Desk
 from fcw_viz.review_app.panels.event import EventPanel
+from fcw_viz.review_app.picture.frames import FramePictures
 from fcw_viz.review_app.plots import values
 from fcw_viz.review_app.plots.signals import AHEAD, Chosen
 from fcw_viz.review_app.session import ReviewSession
+from fcw_viz.review_app.tab import Tab
 
 SCORE = Chosen("score", AHEAD)
 FIRST = round((CAUTION_S - 0.4) * RATE_HZ)
@@ -136,3 +139,23 @@ def test_a_marked_range_ends_with_a_drive_that_is_shorter_by_now(sitting: Sittin
     assert desk.place.marked == (0.6, 1.0)
     sitting.run_again("made", frames=RATE_HZ // 2)
     assert desk.place.marked is None
+
+
+def test_a_drive_that_is_damaged_where_it_opens_is_not_left_half_open(
+    sitting: Sitting, monkeypatch: pytest.MonkeyPatch
+):
+    def damaged(pictures: FramePictures, row: int) -> FrameResult:
+        raise UserError("the log is damaged")
+
+    monkeypatch.setattr(FramePictures, "result", damaged)
+    shown: list[object] = []
+    sitting.desk.screen._show_panels = lambda: shown.append(sitting.desk.place.drive)
+    with pytest.raises(UserError, match="damaged"):
+        sitting.desk.open_at("again#0")
+    assert sitting.desk.place.drive is None
+    assert shown[-1] is None  # the list is there again
+    tab = object.__new__(Tab)
+    tab._desk, tab._session, tab._panels = sitting.desk, sitting.session, MagicMock()
+    tab.refuse = MagicMock()
+    tab._arrive("again#0")
+    assert "damaged" in str(tab.refuse.call_args)
