@@ -271,6 +271,8 @@ def _missed_ends_html(axis: TimeAxis, review: Review, reviewer: str) -> str:
         if entry.person != reviewer:
             continue
         for name, time_s in (("missedfrom", entry.said.start_s), ("missedto", entry.said.end_s)):
+            if not axis.holds(time_s):
+                continue  # said of an earlier run, that was longer
             slide = slides_along(
                 f"fcw-{name}-{entry.entry_id}",
                 "fcw-whole",
