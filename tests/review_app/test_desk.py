@@ -129,6 +129,11 @@ def test_a_run_beside_it_that_is_run_again_is_compared_anew(sitting: Sitting):
     sitting.run_again("made", change=lambda one: replace(one, tracks=(), lead_id=None))
     wait_until(lambda: runs.differences is not None)
     assert runs.differences == ()
+    shown: list[object] = []
+    sitting.desk.screen._show_panels = lambda: shown.append(runs.other)
+    with pytest.raises(UserError, match="shares no moment"):
+        sitting.run_again("again", change=lambda one: replace(one, time_ns=one.time_ns + 10**12))
+    assert shown == [None]  # the page does not go on with the run before
 
 
 def test_a_marked_range_ends_with_a_drive_that_is_shorter_by_now(sitting: Sitting):

@@ -71,6 +71,7 @@ class Comparing:
             drive, other = place.opened, place.session.open(self, name)
             if not len(matching_rows(drive.series, other.series)[0]):
                 place.session.release(self)
+                self._changed()
                 raise UserError(
                     f"{name!r} shares no moment with this drive: choose another run of {drive.header.source}"
                 )
