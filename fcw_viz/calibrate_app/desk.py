@@ -21,7 +21,7 @@ from fcw_viz.calibrate_app.session import CalibrationSession, Person
 from fcw_viz.calibrate_app.tools import Tool
 from fcw_viz.page.channel import PageChannel
 from fcw_viz.page.pictures import Pictures
-from fcw_viz.page.script import expect_typing
+from fcw_viz.page.script import expect_no_typing, expect_typing
 from fcw_viz.page.tab import PageTab
 
 PLATE_PICTURE_PX, ZOOMED_PICTURE_PX = 900.0, 1280.0
@@ -145,6 +145,7 @@ class Desk:
 
     def save(self) -> None:
         """Write the calibration file, and say so."""
+        self.session.look_at_file()
         already = self.session.state.saved
         if self._try(self.session.save):
             name = self.session.state.save_path.name
@@ -160,6 +161,11 @@ class Desk:
             self.fields.flush()
             self.selected = mark_id
             self.refresh()
+
+    def click_mark(self, mark_id: int) -> None:
+        """Select a mark on the picture, which asks for no distance."""
+        self.select(mark_id)
+        expect_no_typing(self.client)
 
     def use(
         self, tool: Tool, on_click: Callable[[float, float], None] | None = None, words: str = ""
@@ -251,6 +257,7 @@ class Desk:
             self._click_plate(column_px, row_px)
             return
         if not self.apply(AddMark(column_px, row_px, self.frame_index)):
+            expect_no_typing(self.client)
             return
         marks = self.session.state.document.marks
         added = next((m for m in reversed(marks) if (m.column_px, m.row_px) == (column_px, row_px)), None)
@@ -277,9 +284,12 @@ class Desk:
         index = self._wanted_frame
         if index is not None:
             self._wanted_frame = None
-            self.frame_index = index
-            self.view.show(self.pictures.read(index).image)
-            self.refresh()
+            try:
+                image = self.pictures.read(index).image
+                self.frame_index = index
+                self.view.show(image)
+            finally:
+                self.refresh()  # what cannot be read leaves the one before
 
     def _selected_mark(self) -> Mark | None:
         return next((mark for mark in self._newest.document.marks if mark.id == self.selected), None)

@@ -131,7 +131,7 @@ class PictureHandles:
             mark.row_px,
             color,
             lambda column_px, row_px: MoveMark(mark_id, column_px, row_px),
-            lambda: desk.select(mark_id),
+            lambda: desk.click_mark(mark_id),
             mark.enabled,
         )
 

@@ -1,5 +1,6 @@
 """The page's server: one session for all tabs."""
 
+import threading
 from pathlib import Path
 
 import viser
@@ -15,6 +16,8 @@ from fcw_viz.page.server import DEFAULT_PORT, PageServer, check_port
 
 SMALLEST_PX = 64
 """Of a picture in which anybody can see a road."""
+LOOK_S = 1.0
+"""So often it is looked whether the saved file is still what was saved."""
 
 
 class CalibrationPage(PageServer):
@@ -53,6 +56,9 @@ class CalibrationPage(PageServer):
         self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
         super().__init__(port, f"fcw calibrate · {self.pictures.name}", dark)
         self.session.announce(bare_address(self.port))
+        self._stopped = threading.Event()
+        self._watch = threading.Thread(target=self._watch_file, name="saved file", daemon=True)
+        self._watch.start()
 
     def open_tab(self, client: viser.ClientHandle) -> Tab:
         """A tab on the session."""
@@ -63,4 +69,10 @@ class CalibrationPage(PageServer):
         for look in self.looks:
             look.close()
         super().stop()
+        self._stopped.set()
+        self._watch.join()
         self.session.close()
+
+    def _watch_file(self) -> None:
+        while not self._stopped.wait(LOOK_S):
+            self.session.look_at_file()

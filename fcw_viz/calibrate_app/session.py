@@ -62,6 +62,7 @@ class CalibrationSession:
         self._journal = beginning.journal
         self._history = beginning.history
         self._saved = beginning.saved
+        self._saved_stamp = _stamp(save_path)
         self._notice = beginning.notice
         self._previews: dict[Person, Edit] = {}
         self._people: list[Person] = []
@@ -193,13 +194,23 @@ class CalibrationSession:
                 raise UserError(f"not saved: {_why_not(solution)}")
             calibration = solution.result.calibration
             write_calibration(calibration, self._save_path, solution.warnings)
-            self._saved = calibration
+            self._saved, self._saved_stamp = calibration, _stamp(self._save_path)
             # Without this line a resumed session compares what the file holds, which tells as well.
             with suppress(UserError):
                 self._journal.add_saved(file_digest(self._save_path))
             self._change()
         self._publish()
         return self._save_path
+
+    def look_at_file(self) -> None:
+        """Tell everybody where the saved file was changed or deleted by another hand."""
+        with self._lock:
+            if not self._state.saved or _stamp(self._save_path) == self._saved_stamp:
+                return
+            self._saved = None
+            self._notice = f"{self._save_path.name} was changed or deleted elsewhere; saving writes it anew."
+            self._change()
+        self._publish()
 
     def announce(self, address: str) -> None:
         """Keep the page's address, which whoever starts a second page on this work is told.
@@ -297,6 +308,15 @@ class CalibrationSession:
             finally:
                 with self._lock:
                     self._publishing = False
+
+
+def _stamp(path: Path) -> tuple[int, int, int] | None:
+    """By which a change of a file is noticed; None where it is not there."""
+    try:
+        state = path.stat()
+    except OSError:
+        return None
+    return state.st_ino, state.st_size, state.st_mtime_ns
 
 
 def _call(listener: Listener, state: SessionState) -> None:

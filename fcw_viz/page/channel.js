@@ -7,7 +7,7 @@
 //   data-fcw-waits                          of the same: the message is sent when it is let go of, and only then
 //   data-fcw-choice="reason"                of a select: the value that is chosen, "reason:OTHER"
 //   data-fcw-enter="note"                   of a field: Enter is the message "note:" and what was typed, which stays
-//                                           until the server has taken it
+//                                           until the server has taken it, also when the field is drawn anew
 //   data-fcw-key="t"                        of a field: that key puts the cursor in it
 //   data-fcw-typed="search"                 of a field: what stands in it while it is typed, "search:ab"
 //   data-fcw-scroll="list"                  drawn anew, it is scrolled to where it was
@@ -18,7 +18,7 @@
 const SLIDE_MS = 40; // between the messages of one drag; the last position is always told
 const TYPED_MS = 80; // after the last letter
 
-const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {}, scrolled: {}, row: null });
+const channel = (window.fcwChannel ??= { uuid: null, count: 0, sizes: {}, scrolled: {}, row: null, typed: {} });
 channel.uuid = uuid;
 channel.sizes = {};
 // The number makes each message a new value: viser tells its server of changes only.
@@ -166,6 +166,30 @@ if (!channel.listens) {
     const row = rowsOf().find((one) => one.dataset.fcwItem === channel.row);
     row?.focus({ preventScroll: true }); // somebody may have turned the wheel since
   };
+  // Words half typed stay when their field is drawn anew, and so does the cursor: else the next letter were a key of
+  // the page. A field that is taken away loses the focus in the same moment.
+  const FIELD = "[data-fcw-enter], [data-fcw-typed]";
+  let left = {};
+  document.addEventListener("input", ({ target }) => {
+    if (target.matches?.(FIELD)) channel.typed[target.id] = target.value;
+  });
+  document.addEventListener("focusout", ({ target }) => {
+    if (!target.matches?.(FIELD)) return;
+    left = { id: target.id, at: target.selectionStart };
+    setTimeout(() => (left = {}));
+  });
+  const typeOn = () => {
+    for (const field of document.querySelectorAll(FIELD)) {
+      if (field.fcwTypedOn) continue;
+      field.fcwTypedOn = true;
+      const words = channel.typed[field.id] ?? field.value;
+      if (words.trim() === field.value.trim()) delete channel.typed[field.id]; // kept, by now
+      else field.value = words;
+      if (field.id !== left.id) continue;
+      field.focus({ preventScroll: true });
+      field.setSelectionRange(left.at, left.at);
+    }
+  };
   const showChosen = () => {
     for (const element of document.querySelectorAll("[data-fcw-seen]")) {
       if (!element.fcwSeen) element.scrollIntoView({ block: "nearest" });
@@ -178,6 +202,7 @@ if (!channel.listens) {
     for (const element of document.querySelectorAll("[data-fcw-size]")) sizes.observe(element);
     measure();
     scrollBack();
+    typeOn();
     focusRow();
     showChosen();
   }).observe(document.body, { childList: true, subtree: true });

@@ -29,17 +29,23 @@
     return keys;
   };
   window.fcwExpectsTyping = { click: false, key: "" };
+  // No field comes: the keys mean what they always mean.
+  window.fcwNoField = () => {
+    for (const key of waiting ? stopWaiting() : [])
+      document.documentElement.dispatchEvent(
+        new KeyboardEvent("keydown", { key, code: /\d/.test(key) ? `Digit${key}` : "", bubbles: true }));
+  };
   const expectTyping = () => {
     if (waiting) stopWaiting();
-    waiting = { keys: [], timer: setTimeout(() => {
-      // No field came: the keys mean what they always mean.
-      for (const key of stopWaiting())
-        document.documentElement.dispatchEvent(
-          new KeyboardEvent("keydown", { key, code: /\d/.test(key) ? `Digit${key}` : "", bubbles: true }));
-    }, WAIT_MS) };
+    waiting = { keys: [], timer: setTimeout(window.fcwNoField, WAIT_MS) };
   };
+  const CLICK_PX = 3; // of motion; more is a drag
+  let pressed = null;
+  document.addEventListener("pointerdown", (event) => (pressed = event), { capture: true });
   document.addEventListener("pointerup", (event) => {
-    if (window.fcwExpectsTyping.click && event.button === 0 && onPicture(event.target)) expectTyping();
+    if (!window.fcwExpectsTyping.click || event.button !== 0 || !onPicture(event.target)) return;
+    if (pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) > CLICK_PX) return;
+    expectTyping();
   });
   window.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input, textarea")) return;

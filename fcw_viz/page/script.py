@@ -57,6 +57,11 @@ def expect_typing(client: viser.ClientHandle, after_click: bool, after_key: str)
     run_script(client, f"window.fcwExpectsTyping = {json.dumps(asks)};")
 
 
+def expect_no_typing(client: viser.ClientHandle) -> None:
+    """What was clicked asks for no number: digits typed since then are keys."""
+    run_script(client, "window.fcwNoField();")
+
+
 def turn_to_tab(client: viser.ClientHandle, name: str) -> None:
     """Open a tab of the panel; `turn_back` leads back."""
     run_script(client, f"window.fcwTurnTo({json.dumps(name)});")
@@ -77,7 +82,8 @@ def empty_element(client: viser.ClientHandle, element_id: str, taken: str) -> No
     run_script(
         client,
         f"const field = document.getElementById({json.dumps(element_id)});"
-        f"if (field?.value === {json.dumps(taken)}) field.value = '';",
+        f"if (field?.value === {json.dumps(taken)}) {{ field.value = '';"
+        "field.dispatchEvent(new Event('input', { bubbles: true })); }",
     )
 
 

@@ -139,7 +139,7 @@ class Annotating:
     def say(self, *said: Said) -> None:
         """Keep something said of the open drive; all of it is one step to take back."""
         name = self._place.opened.name
-        entries = self._place.session.say(name, *said)
+        entries = self._place.session.say(name, *said, seen=self._place.opened)
         self._said.append(_Words(name, tuple(entry.entry_id for entry in entries)))
         self._taken_back.clear()
 

@@ -8,9 +8,10 @@ from fcw.errors import UserError
 from fcw_viz.page.script import empty_element, focus_element, note_in_address, run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.picture.box_commands import BoxCommands
 from fcw_viz.review_app.picture.box_editor import BoxEditor
-from fcw_viz.review_app.place import Place, parse_place
+from fcw_viz.review_app.place import Place, parse_place, place_text
 from fcw_viz.review_app.runs.comparing import Comparing
 from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
@@ -64,8 +65,10 @@ class Desk:
 
     def show_list(self) -> None:
         """Back to the list of the folder's drives."""
-        if not self._session.folder.several:
-            return
+        if self._session.folder.several:
+            self._close_drive()
+
+    def _close_drive(self) -> None:
         if self.place.drive is not None:
             self._focus_left(self.place.drive.name)
         self._leave_drive()
@@ -74,7 +77,11 @@ class Desk:
         self.refresh()
 
     def open_at(self, text: str) -> None:
-        """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`."""
+        """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`.
+
+        Raises:
+            UserError: there is no such drive, or it is damaged; then it is not left half open.
+        """
         name, event, moment_s = parse_place(text)
         if not self._session.folder.several:
             name = next(iter(self._session.drives))  # whatever it was called when the place was noted
@@ -84,15 +91,22 @@ class Desk:
         self.playing.load(drive)
         if not drive.complete:
             self._notify("This log is not finished", "It is shown up to its last frame.", trouble=True)
-        self.screen.open(drive, self.ahead.take(drive))
-        self.refresh()
+        try:
+            self.screen.open(drive, self.ahead.take(drive))
+            self.refresh()
+        except UserError:
+            self._close_drive()
+            raise
 
     def follow(self) -> None:
-        """Go on with the open drive as its log stands by now, where it has grown or is another one."""
-        place = self.place
-        if place.drive is None:
-            return
-        drive, before = self._session.current(place.drive.name), place.drive
+        """Go on with the open drive, and the run beside it, as their logs stand by now."""
+        if self.place.drive is not None:
+            self._follow_drive(self.place.drive)
+            self.runs.follow()
+
+    def _follow_drive(self, before: Drive) -> None:
+        """Go on with the open drive where it has grown or is another one."""
+        place, drive = self.place, self._session.current(before.name)
         if drive is before:
             return
         goes_on = drive.origin is before.origin
@@ -102,7 +116,7 @@ class Desk:
         self.playing.stop()
         place.turn_to(drive)
         self.playing.load(drive)
-        self.screen.turn_to_drive(drive)
+        self.screen.turn_to_drive(drive, goes_on)
         if plays:
             self.playing.go_on()
         elif at_end and goes_on:
@@ -214,7 +228,7 @@ class Desk:
         """Take back what was said last in this tab, in the drive of which it was said."""
         name = self.annotating.last_drive
         if name is not None and self.place.drive is not None and name != self.place.drive.name:
-            self.open_at(name)
+            self.open_at(place_text(name))
         self.annotating.undo()
 
     # Words

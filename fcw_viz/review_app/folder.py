@@ -211,8 +211,8 @@ class Folder:
         drive = self._growing.pop(name, None)
         try:
             drive = Drive.open(name, path) if drive is None or _is_other(drive, path) else drive.grown()
-        except UserError:
-            drive = None  # the card says so
+        except Exception:  # whatever a damaged file raises: its card says so, and the others are read
+            drive = None
         card = read_card(name, path, drive, self.thumbnail(name))
         # Its worst moment may be another one by now.
         self._pictured.discard(name)

@@ -55,7 +55,7 @@ class Place:
     @property
     def review(self) -> DriveReview:
         """What is said of the open drive by now."""
-        return self.session.review(self.opened.name)
+        return self.session.review(self.opened.name, self.opened)
 
     @property
     def judged(self) -> JudgedEvent | None:
@@ -83,6 +83,10 @@ class Place:
         event = None if selected is None else reference_to(self.opened.events[selected])
         self.drive = drive
         self.row = drive.row_at(time_s)
+        if self.marked is not None:
+            start_s, end_s = self.marked
+            inside = start_s < drive.duration_s
+            self.marked = (start_s, min(end_s, drive.duration_s)) if inside else None
         self.selected = None if event is None else find_event(event, drive.events)
 
     def leave(self) -> None:
@@ -153,6 +157,11 @@ def list_order(events: Sequence[JudgedEvent], by_time: bool) -> list[int]:
     return sorted(ranked) if by_time else ranked
 
 
+def place_text(name: str, event: int | None = None) -> str:
+    """What `parse_place` takes for a drive, whatever signs its name has, or for an event of it."""
+    return f"{name}#{'' if event is None else event}"
+
+
 def parse_place(text: str) -> tuple[str, int | None, float | None]:
     """The drive, and the event (`#<number>`) or the moment (`@<seconds>`), that a text names."""
     name, sign, rest = text.rpartition("@")
@@ -162,8 +171,8 @@ def parse_place(text: str) -> tuple[str, int | None, float | None]:
         except ValueError:
             pass
     name, sign, rest = text.rpartition("#")
-    if sign and rest.isdigit():
-        return name, int(rest), None
+    if sign and (rest.isdecimal() or not rest):
+        return name, int(rest) if rest else None, None
     return text, None, None
 
 

@@ -85,14 +85,16 @@ class Screen:
         self.show_picture()
         self._strip.show_frame()
 
-    def turn_to_drive(self, drive: Drive) -> None:
-        """Go on with a drive that has grown, or is another one, at the place's row."""
+    def turn_to_drive(self, drive: Drive, goes_on: bool) -> None:
+        """Go on at the place's row with a drive that has grown (it goes on), or is another one."""
         if self._frames is not None:
             self._frames.close()
         self._frames = FramePictures(drive)
-        before, self._signals = self._signals, FrameSignals(drive.log, self._signals_came, self._signals)
+        before = self._signals
         if before is not None:
             before.close()
+        kept = before if goes_on else None
+        self._signals = FrameSignals(drive.log, self._signals_came, kept)
         self._tab.view.set_size(drive.header.image_size)
         if not self._playing.now:
             self.show_picture()

@@ -138,21 +138,22 @@ class ReviewSession:
             raise UserError(f"no drive {name!r} here; choose one from the list")
         with self._lock:
             opened = self._open.get(name)
-            if opened is not None and opened.drive.watch.look() is LogChange.REPLACED:
-                opened = None
-                self._open.pop(name).store.close()
-        if opened is None:
-            drive = Drive.open(name, path)
-            with self._lock:
-                opened = self._open.get(name)
-                if opened is None:
-                    store = ReviewStore(drive.log)
-                    opened = self._open[name] = _Open(drive, store, _shown(drive, store))
+            replaced = opened is not None and opened.drive.watch.look() is LogChange.REPLACED
+        drive = Drive.open(name, path) if opened is None or replaced else opened.drive
         with self._lock:
+            before = self._open.get(name)
+            if before is None or (replaced and before is opened):  # else somebody else was quicker
+                store = ReviewStore(drive.log)
+                self._open[name] = _Open(drive, store, _shown(drive, store))
+                if before is not None:
+                    before.store.close()
+            drive = self._open[name].drive
             self._open.move_to_end(name)
             self._in_use[person] = name
             self._let_go()
-        return opened.drive
+        if replaced:
+            self._publish()  # who looks at the old one is told
+        return drive
 
     def release(self, person: object) -> None:
         """Somebody looks at no drive any more."""
@@ -165,19 +166,30 @@ class ReviewSession:
         with self._lock:
             return self._open[name].drive
 
-    def review(self, name: str) -> DriveReview:
-        """What is said of an open drive by now."""
-        with self._lock:
-            return self._open[name].shown
+    def review(self, name: str, seen: Drive | None = None) -> DriveReview:
+        """What is said of an open drive by now.
 
-    def say(self, name: str, *said: Said) -> tuple[Entry[Said], ...]:
+        Args:
+            name: of the drive.
+            seen: the drive as somebody still has it: the events are its own, whatever it has become.
+        """
+        with self._lock:
+            opened = self._open[name]
+            return opened.shown if seen is None or seen is opened.drive else _shown(seen, opened.store)
+
+    def say(self, name: str, *said: Said, seen: Drive | None = None) -> tuple[Entry[Said], ...]:
         """Keep what the reviewer says of an open drive; it is on the disk when this returns.
+
+        Args:
+            name: of the drive.
+            said: one or several things, kept together.
+            seen: the drive as they have it before them.
 
         Raises:
             UserError: it cannot be kept; what was not kept does not count.
         """
         with self._lock:
-            entries = self._told(name).store.add_all(self.reviewer, said)
+            entries = self._told(name, seen).store.add_all(self.reviewer, said)
             self._show(name)
         self._publish()
         return entries
@@ -197,10 +209,10 @@ class ReviewSession:
         store, thumbnail = opened.store, self.folder.thumbnail(name)
         self.folder.put(card_of(opened.drive, store.review, store.troubles, thumbnail))
 
-    def _told(self, name: str) -> _Open:
+    def _told(self, name: str, seen: Drive | None) -> _Open:
         """A drive that is spoken of, if it is still what was looked at; the caller holds the lock."""
         opened = self._open[name]
-        if opened.drive.watch.look().is_other:
+        if (seen or opened.drive).origin is not opened.drive.origin or opened.drive.watch.look().is_other:
             raise UserError(
                 f"{opened.drive.log.path}: the log was replaced or deleted while it was open here, so "
                 "nothing is kept for it; open the drive again"
@@ -233,6 +245,8 @@ class ReviewSession:
                     changed |= self._refresh(name)
                 except UserError as error:
                     LOGGER.warning("%s", error)
+                except Exception:
+                    LOGGER.exception("%s cannot be followed", name)
             if changed:
                 self._publish()
 
@@ -253,8 +267,8 @@ class ReviewSession:
             if self._open.get(name) is not opened:
                 return False
             if change is LogChange.REPLACED:
-                opened.store.close()
-                opened.store = ReviewStore(drive.log)
+                before, opened.store = opened.store, ReviewStore(drive.log)
+                before.close()
             opened.drive = drive
             if not opened.store.refresh() and change is LogChange.NONE:
                 return False

@@ -14,6 +14,7 @@ from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import Desk
 from fcw_viz.review_app.keys import all_keys
 from fcw_viz.review_app.panels.layout import PANEL_WIDTH_PX, Panels
+from fcw_viz.review_app.place import place_text
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.triage.drive_filter import parse_filter
 from fcw_viz.review_app.triage.filter_bar import filter_messages
@@ -105,10 +106,11 @@ class Tab(PageTab):
         if text:
             try:
                 desk.open_at(text)
-            except UserError:
+            except UserError as error:
+                self.refuse(error)
                 self._arrive("")
         elif not self._session.folder.several:
-            desk.open_at(next(iter(drives)))
+            desk.open_at(place_text(next(iter(drives))))
         else:
             self._panels.show_filter()  # somebody else's words may have had it drawn before it was asked
             desk.refresh()

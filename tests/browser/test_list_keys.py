@@ -1,4 +1,4 @@
-"""A list is gone through by keys, also while it is drawn anew."""
+"""A list is gone through by keys, and fields are typed in, also while they are drawn anew."""
 
 from collections.abc import Generator
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from fcw_viz.page import channel
-from fcw_viz.page.channel import is_item, says
+from fcw_viz.page.channel import enters, is_item, says, tells_typed
 
 CHANNEL = Path(channel.__file__).with_suffix(".js").read_text()
 ROWS = "".join(
@@ -78,3 +78,23 @@ def test_tab_stops_at_rows_and_a_field_keeps_its_keys(page: Page):
     page.locator("button").focus()
     press(page, "Enter")
     assert not any("open:" in words for words in page.evaluate("window.told"))
+
+
+@pytest.mark.parametrize("manner", [enters("note", "note"), tells_typed("search", "search")])
+def test_what_is_half_typed_stays_when_its_field_is_drawn_anew(page: Page, manner: str):
+    field = f"<input {manner}>"
+    page.evaluate(DRAW, field)
+    page.locator("input").focus()
+    press(page, "a", "c", "ArrowLeft")
+    page.evaluate(DRAW, f"<p>somebody else has said something</p>{field}")
+    press(page, "b")  # no key of the page
+    assert page.locator("input").input_value() == "abc"
+    page.locator("input").evaluate("field => field.blur()")
+    page.evaluate("() => new Promise(setTimeout)")
+    page.evaluate(DRAW, field)
+    page.evaluate("() => Promise.resolve()")
+    assert page.evaluate("document.activeElement.tagName") == "BODY"
+    assert page.locator("input").input_value() == "abc"
+    page.evaluate(DRAW, f"<input {manner} value='abc'>")  # it is kept
+    page.evaluate(DRAW, f"<input {manner} value='abc, and more of another tab'>")
+    assert page.locator("input").input_value() == "abc, and more of another tab"

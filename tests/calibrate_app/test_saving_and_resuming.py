@@ -66,6 +66,28 @@ def test_saved_tells_whether_the_file_is_this_document(session):
     assert session.state.saved, "a mark without a distance changes no calibration"
 
 
+@pytest.mark.parametrize("act", ["delete", "change"])
+def test_a_saved_file_that_another_hand_changes_is_not_called_saved(session, tmp_path, act):
+    calibrated(session)
+    session.save()
+    session.look_at_file()
+    assert session.state.saved
+    told = []
+    session.join(told.append)
+    if act == "delete":
+        save_path(tmp_path).unlink()
+    else:
+        with save_path(tmp_path).open("a") as file:
+            file.write("# of another hand\n")
+    session.look_at_file()
+    assert not told[-1].saved
+    assert "drive.calibration.yaml was changed or deleted elsewhere" in told[-1].notice
+    session.save()
+    session.look_at_file()
+    assert session.state.saved
+    assert "another hand" not in save_path(tmp_path).read_text()
+
+
 @pytest.mark.parametrize(
     ("points", "status"),
     [

@@ -1,9 +1,14 @@
 """Where somebody is: events are followed, and gone to in the order of time or of the list."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from fcw.errors import UserError
-from fcw_viz.review_app.place import LEAD_IN_S, Place, parse_place
+from fcw_viz.review_app.drive_card import DriveCard
+from fcw_viz.review_app.panels.folder_list import folder_html
+from fcw_viz.review_app.place import LEAD_IN_S, Place, parse_place, place_text
 
 
 def at(place: Place, time_s: float) -> Place:
@@ -24,6 +29,15 @@ def test_a_place_is_a_drive_and_what_follows_its_name(
     text: str, parsed: tuple[str, int | None, float | None]
 ):
     assert parse_place(text) == parsed
+
+
+@pytest.mark.parametrize("name", ["drive #2", "cam@8", "a#1@2#3"])
+@pytest.mark.parametrize("read", [True, False])
+def test_a_drive_of_the_list_opens_whatever_signs_its_name_has(name: str, read: bool):
+    html = folder_html("drives", [DriveCard(name, Path("drive.mcap"), 3.0, read=read)], 0, 1000.0)
+    (message,) = re.findall('data-fcw="open:([^"]*)"', html)
+    assert parse_place(message) == (name, None, None)
+    assert parse_place(place_text(name, 4)) == (name, 4, None)
 
 
 def test_a_drive_begins_at_its_worst_event_where_nothing_else_is_named(place: Place):

@@ -1,18 +1,23 @@
 """What tabs share: drives worst first, words kept at once, and everybody told."""
 
+import errno
 import shutil
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from review_drives import QUIET_S, DriveWriting, tear, write_drive
+from review_drives import ADVISORY_S, QUIET_S, RATE_HZ, DriveWriting, header, result, tear, write_drive
 
 from fcw.annotation.records import Judgement, Note, Verdict
 from fcw.annotation.review import reference_to
 from fcw.annotation.store import ReviewStore
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.mcap.writer import McapSink
+from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.session import DRIVES_KEPT, ReviewSession
 
 WAIT_S = 120.0
@@ -169,6 +174,60 @@ def test_nothing_is_kept_of_a_log_that_is_another_by_now(session: ReviewSession,
     log.unlink()
     with pytest.raises(UserError, match="replaced or deleted"):
         session.say("made", Note(1.0, "of none"))
+
+
+def test_a_log_that_cannot_be_read_any_more_takes_nothing_from_who_has_it_open(
+    session: ReviewSession, log: Path
+):
+    drive = session.open("tab", "made")
+    log.write_bytes(b"a run that has just begun")
+    with pytest.raises(UserError, match="not a drive log"):
+        session.open("another tab", "made")
+    assert session.current("made") is drive
+    assert len(session.review("made").events) == len(drive.events)
+
+
+def test_who_looks_at_a_drive_that_is_another_by_now_judges_none_of_its_events(
+    session: ReviewSession, log: Path
+):
+    place = Place(session)
+    place.enter(session.open(place, "made"), 0, None)
+    told = threading.Event()
+    session.join(place, told.set)
+    log.unlink()
+    sink = McapSink(log)
+    sink.open(header())
+    for index in range(round(ADVISORY_S * RATE_HZ), round((ADVISORY_S + 1) * RATE_HZ)):
+        sink.write(result(index), ())
+    sink.close()
+    session.open("another tab", "made")
+    assert told.is_set()
+    assert place.judged is not None
+    assert place.judged.event == place.opened.events[0]  # its own, until it follows
+    with pytest.raises(UserError, match="the log was replaced"):
+        Annotating(place, lambda title, text: None).judge(Judgement.FALSE)
+    assert session.review("made").review.verdicts == ()
+
+
+def test_a_file_that_raises_what_nobody_foresaw_does_not_end_the_list(
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    damaged, opens = tmp_path / "damaged.mcap", Drive.open
+
+    def raises(name: str, path: Path) -> Drive:
+        if path == damaged:
+            raise OSError(errno.EINVAL, "Invalid argument")  # of a seek to where a flipped bit leads
+        return opens(name, path)
+
+    shutil.copy(log, damaged)
+    monkeypatch.setattr(Drive, "open", raises)
+    session = ReviewSession({"damaged": damaged, "made": log}, "anna")
+    session.start()
+    wait(session, "looks", lambda: not session.unread)
+    session.close()
+    whole, trouble = session.cards
+    assert whole.name == "made"
+    assert "cannot be read; see the terminal" in trouble.trouble
 
 
 def test_the_list_counts_what_others_say_of_drives_that_nobody_has_open_here(

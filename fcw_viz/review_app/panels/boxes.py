@@ -1,6 +1,7 @@
 """Correcting boxes: the switch, what can be done, and the buttons of the selected box."""
 
 from collections.abc import Callable, Mapping
+from html import escape
 
 import viser
 
@@ -47,7 +48,7 @@ class BoxesPanel:
             )
         count, edited = boxes.box_count
         said = ", ".join(boxes.confirmed_by)
-        confirmed = f"<p>Confirmed by {said}.</p>" if said else ""
+        confirmed = f"<p>Confirmed by {escape(said)}.</p>" if said else ""
         return (
             f"<p><b>{count} box{'es' * (count != 1)}</b> on this frame, {edited} corrected.</p>{confirmed}"
             f"{'' if boxes.selected is None else _selected_html(boxes.told()[1], boxes.draws_rear)}"

@@ -4,6 +4,7 @@ from html import escape
 
 import viser
 
+from fcw.logs.events import DriveEvent
 from fcw.logs.records import FrameResult
 from fcw.warning.types import WarningLevel
 from fcw_viz.page.channel import enters, says
@@ -21,7 +22,7 @@ class EventPanel:
 
     def __init__(self, gui: viser.GuiApi, place: Place, annotating: Annotating) -> None:
         self._place, self._annotating = place, annotating
-        self._reasons: dict[tuple[str, int], FrameResult] = {}
+        self._reasons: dict[tuple[object, DriveEvent], FrameResult] = {}
         self._event = gui.add_html("")
         self._words = gui.add_html("")
         self._list = gui.add_html("")
@@ -37,7 +38,8 @@ class EventPanel:
         )
         own = self._annotating.own_verdict
         # On its own: half typed words stay when the rest is drawn anew.
-        set_html(self._words, text_block(_words_field(own.said.text)) if own is not None else "")
+        field = "" if own is None else _words_field(f"{drive.name} {own.said.event}", own.said.text)
+        set_html(self._words, text_block(field) if field else "")
         set_html(self._event, text_block(self._event_html(drive)))
 
     def _event_html(self, drive: Drive) -> str:
@@ -66,9 +68,9 @@ class EventPanel:
 
     def _reason(self, drive: Drive, number: int) -> FrameResult:
         """The frame that says why it came: the first one of its level, or of a near miss the worst."""
-        key = drive.name, number
+        event = drive.events[number]
+        key = drive.origin, event  # of a drive that grows or is run again another event may have the number
         if key not in self._reasons:
-            event = drive.events[number]
             row = drive.row_at(event.peak_s)
             levels = {level.name.lower(): level for level in WarningLevel}
             if event.kind in levels:
@@ -79,8 +81,9 @@ class EventPanel:
         return self._reasons[key]
 
 
-def _words_field(text: str) -> str:
+def _words_field(event: str, text: str) -> str:
+    """A field of each event's own: what is half typed about one is not said of another."""
     return (
-        f'<input type="text" {enters("fcw-explain", "explain")} value="{escape(text)}" '
+        f'<input type="text" {enters(f"fcw-explain {event}", "explain")} value="{escape(text)}" '
         'placeholder="Comment; Enter saves it" autocomplete="off">'
     )

@@ -15,6 +15,7 @@ from fcw_viz.review_app.panels.moment_list import (
     unfinished_html,
 )
 from fcw_viz.review_app.panels.troubles import troubles_html
+from fcw_viz.review_app.place import place_text
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.timeline import (
     HEIGHT_PX,
@@ -64,7 +65,7 @@ def folder_html(
     most: int = MOST_LISTED,
     unfinished: Sequence[Record] = (),
 ) -> str:
-    """The list; a click on a drive or on one of its marks is `open:<its name>` or `open:<its name>#<event>`.
+    """The list; a click on a drive or on one of its marks is `open:<its name>#` or `open:<its name>#<event>`.
 
     Args:
         title: of the folder.
@@ -157,18 +158,18 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
         )
     if not card.read:
         return (
-            f'<div class="fcw-row" {is_item(card.name)} {says(f"open:{card.name}")}>'
+            f'<div class="fcw-row" {is_item(card.name)} {says(f"open:{place_text(card.name)}")}>'
             f'<div class="fcw-thumb">…</div>'
             f"<div><header><b>{escape(card.name)}</b><span>not read yet</span></header></div></div>"
         )
     judged = card.judged
     axis = TimeAxis(0.0, max(card.duration_s, 0.04), axis_px)
     counts = _counts(card)
-    worst, number = '<div class="fcw-worst"><span>No events.</span></div>', 0
+    worst, number = '<div class="fcw-worst"><span>No events.</span></div>', None
     if card.events:
         number = next(iter(asked.numbers(card)), by_severity(card.events)[0])
         worst = event_words(card, number)
-    opens = f"open:{card.name}" if not card.events else f"open:{card.name}#{number}"
+    opens = f"open:{place_text(card.name, number)}"
     calm = not (card.events or card.review.entries)
     # A mark of the time line opens the drive there: its message names the drive, too.
     svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")

@@ -41,7 +41,7 @@ def event_words(card: DriveCard, number: int) -> str:
     )
     return (
         f'<div class="fcw-worst" style="--kind: {kind_color(event.kind)}"><i></i><b>'
-        f"{kind_title(event.kind)} at {time_text(event.start_s)}</b>"
+        f"{escape(kind_title(event.kind))} at {time_text(event.start_s)}</b>"
         f"<span>{escape(event_line(event, card.imperial))}</span>{said}</div>"
     )
 

@@ -59,7 +59,7 @@ class RemarksPanel:
         if self._is_own(entry):
             about = "Missed"
             options = "".join(
-                f'<option value="{entry_id} {level.name}"{" selected" * (level is said.level)}>'
+                f'<option value="{escape(entry_id)} {level.name}"{" selected" * (level is said.level)}>'
                 f"{level.name.lower()}</option>"
                 for level in reversed(WarningLevel)
                 if level

@@ -11,7 +11,8 @@ from fcw.annotation.box_motion import followed, interpolated, moved, reshaped
 from fcw.annotation.records import BoxEdit, LabelledBox, MadeBy, VehicleKind, View
 from fcw.box import Box
 from fcw.errors import UserError
-from fcw_viz.review_app.picture.box_editor import SMALLEST_PX, BoxEditor
+from fcw_viz.review_app.picture.box_editor import BoxEditor
+from fcw_viz.review_app.picture.box_limits import SMALLEST_PX
 from fcw_viz.review_app.place import Place
 
 FOLLOWED_S = 4.0

@@ -15,6 +15,7 @@ from fcw_viz.page.picture.label_layout import Area, Point
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, box_line
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.annotating import Annotating
+from fcw_viz.review_app.picture.box_limits import SMALLEST_PX, cut, inside, is_slip
 from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.words import box_words
 
@@ -23,8 +24,6 @@ EDITED_COLOR: Rgb = (70, 200, 110)
 SELECTED_COLOR: Rgb = (255, 255, 255)
 HANDLE_COLOR: Rgb = (255, 215, 40)
 REAR_COLOR: Rgb = (120, 200, 255)
-SMALLEST_PX = 3.0
-"""A box that is drawn smaller is a slip of the hand."""
 GRIPS = {
     "corner top left": (-1, -1),
     "corner top right": (1, -1),
@@ -121,9 +120,9 @@ class BoxEditor:
 
     def draw(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> None:
         """Take a box that was drawn: the selected one's where the frame has none of it, else another one."""
-        if right_px - left_px < SMALLEST_PX or bottom_px - top_px < SMALLEST_PX:
-            raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
         box = self._inside(left_px, top_px, right_px, bottom_px)
+        if is_slip(box):
+            raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
         if self.draws_rear:
             box_id, label = self.told()
             self.draws_rear = False
@@ -154,7 +153,7 @@ class BoxEditor:
 
     def say(self, *edits: BoxEdit) -> None:
         """Keep edits, of any frames, as one step; the boxes are cut at the picture's edges."""
-        self._annotating.say(*map(self._cut, edits))
+        self._annotating.say(*(cut(self._view.plane.size, edit) for edit in edits))
         self.redraw()
         self._show_panels()
 
@@ -347,9 +346,7 @@ class BoxEditor:
             self.redraw()
             return
         self._dragged = self._sides = None
-        if label.box.w < SMALLEST_PX or label.box.h < SMALLEST_PX:
-            self.redraw()
-            raise UserError(f"a box has to be at least {SMALLEST_PX:g} pixels wide and high")
+        self.redraw()
         self.say(BoxEdit(self._frame_index, box_id, label))
 
     def _grabbed(self, box_id: str) -> LabelledBox:
@@ -377,20 +374,8 @@ class BoxEditor:
         if not self.active:
             raise UserError("correct boxes first: press E")
 
-    def _cut(self, edit: BoxEdit) -> BoxEdit:
-        label = edit.label
-        if label is None:
-            return edit
-        box = label.box
-        cut = self._inside(box.x, box.y, box.right, box.bottom)
-        return replace(edit, label=replace(label, box=cut))
-
     def _inside(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> Box:
-        """A box cut at the picture's edges."""
-        size = self._view.plane.size
-        left_px, right_px = (min(max(x, -0.5), size.width - 0.5) for x in (left_px, right_px))
-        top_px, bottom_px = (min(max(y, -0.5), size.height - 0.5) for y in (top_px, bottom_px))
-        return Box(left_px, top_px, max(right_px - left_px, 1e-3), max(bottom_px - top_px, 1e-3))
+        return inside(self._view.plane.size, left_px, top_px, right_px, bottom_px)
 
 
 def _sides(box: Box) -> Sides:

@@ -118,11 +118,5 @@ def _figure(curve: Curve) -> str:
 
 def _row_at(curve: Curve, time_s: float) -> int | None:
     """Which of its values is that of a moment; None where the run is not there then."""
-    times_s = curve.run.times_s
-    row = int(np.searchsorted(times_s, time_s + 1e-6, side="right")) - 1
-    if row < 0 or (row == len(times_s) - 1 and len(times_s) > 1):
-        # After the last one it is there for as long as a frame is.
-        late_s = time_s - float(times_s[-1]) if len(times_s) else np.inf
-        if row < 0 or late_s > 2 * float(times_s[-1] - times_s[-2]):
-            return None
-    return row
+    row = int(np.searchsorted(curve.run.times_s, time_s + 1e-6, side="right")) - 1
+    return None if row < 0 or time_s > curve.run.end_s else row

@@ -192,7 +192,10 @@ def readout(plots: Sequence[Plot], axis: TimeAxis) -> str:
                 every = max(1, -(-len(times_s) // max(int(axis.width_px), 1)))
                 at = np.arange(0, len(times_s), every)
                 known[run.name] = len(runs), at
-                runs.append({"times_s": [round(float(time_s), 3) for time_s in times_s[at]], "curves": []})
+                # After the run's end there is no value any more.
+                ends_s = [*times_s[at], *filter(np.isfinite, [run.end_s])]
+                moments_s = [round(float(time_s), 3) for time_s in ends_s]
+                runs.append({"times_s": moments_s, "curves": []})
             number, at = known[run.name]
             listed = runs[number]["curves"]
             assert isinstance(listed, list)
@@ -201,7 +204,7 @@ def readout(plots: Sequence[Plot], axis: TimeAxis) -> str:
                     "name": " · ".join(filter(None, (plot.title, curve.name))),
                     "unit": plot.unit,
                     "color": curve.color,
-                    "values": [_number(value, plot.decimals) for value in curve.told.value[at]],
+                    "values": [*(_number(value, plot.decimals) for value in curve.told.value[at]), ""],
                 }
             )
     return json.dumps(runs, separators=(",", ":"))

@@ -40,8 +40,11 @@ if (!window.fcwStrip) {
   const show = (visible) => { for (const node of [tip, hair]) node.style.display = visible ? "block" : "none"; };
   show(false);
   const clock = (seconds) => {
-    const minutes = Math.floor(seconds / 60), rest = (seconds - 60 * minutes).toFixed(2);
-    return minutes ? `${minutes}:${rest.padStart(5, "0")}` : `${rest} s`;
+    const hundredths = Math.round(100 * seconds), all = Math.floor(hundredths / 6000);
+    const rest = ((hundredths % 6000) / 100).toFixed(2), [hours, minutes] = [Math.floor(all / 60), all % 60];
+    if (!all) return `${rest} s`;
+    const tail = `${minutes}:${rest.padStart(5, "0")}`;
+    return hours ? `${hours}:${tail.padStart(8, "0")}` : tail; // as time_text of drive.py
   };
   const line = (color, name, value) => {
     const row = document.createElement("div");

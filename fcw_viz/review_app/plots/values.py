@@ -1,5 +1,6 @@
 """The values of signals over rows of a drive: from the log's columns, else from its frames by blocks."""
 
+import math
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
@@ -28,6 +29,9 @@ BLOCK_ROWS = 256
 """Frames that are read together: a few tenths of a second."""
 BLOCKS_KEPT = 512
 """An hour and a half of a drive; some ten kilobytes each for every vehicle in them."""
+
+LAST_FRAMES = 2
+"""The last frame is seen for as long as so many."""
 
 Column = NDArray[np.float64]
 
@@ -103,7 +107,9 @@ class FrameSignals:
         self._series = log.series()
         self._blocks: OrderedDict[int, _Block] = OrderedDict()
         if before is not None:
-            self._blocks.update((n, block) for n, block in before._blocks.items() if block.rows == BLOCK_ROWS)
+            with before._changed:  # its thread may still be reading
+                blocks = tuple(before._blocks.items())
+            self._blocks.update((n, block) for n, block in blocks if block.rows == BLOCK_ROWS)
         self._wanted: list[int] = []
         self._changed = threading.Condition()
         self._closed = False
@@ -267,6 +273,14 @@ class Run:
         rows = drive.rows_between(start_s - later_s, end_s - later_s)
         times_s = (drive.series.time_ns[rows] - zero_ns) / 1e9
         return cls(name, drive.series, rows, times_s, frames)
+
+    @property
+    def end_s(self) -> float:
+        """Until when there is a value: two frames after the drive's last one; of a single frame for ever."""
+        times_ns = self.series.time_ns
+        if self.rows.stop < len(times_ns) or len(times_ns) < 2:
+            return math.inf
+        return float(self.times_s[-1]) + LAST_FRAMES * int(times_ns[-1] - times_ns[-2]) / 1e9
 
     def values(self, chosen: Chosen) -> Values:
         """A signal over the part."""

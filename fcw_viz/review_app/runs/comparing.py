@@ -45,6 +45,7 @@ class Comparing:
         self.other: Drive | None = None
         self.differences: tuple[Difference, ...] | None = ()
         self.at: int | None = None
+        self._compared: tuple[object, object] = None, None
 
     @property
     def messages(self) -> Mapping[str, Callable[[str], object]]:
@@ -70,10 +71,12 @@ class Comparing:
             drive, other = place.opened, place.session.open(self, name)
             if not len(matching_rows(drive.series, other.series)[0]):
                 place.session.release(self)
+                self._changed()
                 raise UserError(
                     f"{name!r} shares no moment with this drive: choose another run of {drive.header.source}"
                 )
             self.other, self.differences = other, None
+            self._compared = drive.origin, other.origin
             threading.Thread(target=self._find, args=(drive, other), name="differences", daemon=True).start()
         self._changed()
 
@@ -81,6 +84,15 @@ class Comparing:
         """Compare with nothing."""
         self.other, self.differences, self.at = None, (), None
         self._place.session.release(self)
+
+    def follow(self) -> None:
+        """Go on with the other run as its log stands by now; compare anew where one of them was run again."""
+        if self.other is None:
+            return
+        name = self.other.name
+        self.other = self._place.session.current(name)
+        if (self._place.opened.origin, self.other.origin) != self._compared:
+            self.choose(name)
 
     def go_to(self, number: int) -> None:
         """Show a difference where it is largest."""

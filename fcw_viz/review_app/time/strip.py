@@ -27,7 +27,7 @@ LEFT_PX, NARROW_LEFT_PX = 190.0, 144.0
 """Of the time line and the plots inside the strip: their names and figures stand at the left."""
 BAR_PX, PLOTS_TOP_PX = 38.0, 38.0 + TIMELINE_PX + 8.0
 """The time line stands under the buttons, the plots under it."""
-LISTS_BELOW_PX, NARROW_BELOW_PX = 860.0, 520.0
+LISTS_BELOW_PX, NARROW_BELOW_PX = 910.0, 600.0
 """Of the strip's width: where it is less, speeds and ranges are chosen from lists; and the figures beside the
 plots take less room."""
 WINDOWS_S: dict[str, float | None] = {
@@ -271,6 +271,8 @@ def _missed_ends_html(axis: TimeAxis, review: Review, reviewer: str) -> str:
         if entry.person != reviewer:
             continue
         for name, time_s in (("missedfrom", entry.said.start_s), ("missedto", entry.said.end_s)):
+            if not axis.holds(time_s):
+                continue  # said of an earlier run, that was longer
             slide = slides_along(
                 f"fcw-{name}-{entry.entry_id}",
                 "fcw-whole",

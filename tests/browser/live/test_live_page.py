@@ -124,6 +124,7 @@ def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
     page.wait_for_function("document.documentElement.dataset.fcwSound === 'waits'")
     assert "silent until you click" in person.words(".fcw-sound .waits")
     assert "waiting for the first picture" in person.words(".fcw-drive + p")
+    assert not person.at(".fcw-age").is_visible()  # there is no picture that could be old
     drive.page.say_waiting("getting ready")
     wait_for(lambda: "getting ready" in person.words(".fcw-drive + p"))
     page.evaluate(LISTEN)

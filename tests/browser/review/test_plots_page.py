@@ -1,10 +1,15 @@
 """The plots of the review page in a real Chromium."""
 
+import re
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Browser
 from review_drives import BOX, CAUTION_S, FRAMES, NEAR_MISS_S, RATE_HZ
 from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of
+
+from fcw_viz.review_app.drive import time_text
+from fcw_viz.review_app.tab import STRIP_MANNERS
 
 WORST_ROW = row_of(CAUTION_S)
 
@@ -42,3 +47,12 @@ def test_plots_are_chosen_read_at_the_mouse_and_made_higher(
     page.reload()
     person.browser.wait_until_ready()
     wait_for(lambda: page.evaluate(drawn) == ["distance", "ttc"])
+
+
+def test_moments_under_the_mouse_are_written_as_everywhere_else(chromium: Browser):
+    (clock,) = re.findall(r"const clock = [\s\S]*?\n  };", STRIP_MANNERS)
+    moments_s = [0.0, 7.5, 59.996, 60.0, 119.997, 3599.996, 3727.5]
+    page = chromium.new_page()
+    written = page.evaluate(f"moments => {{ {clock} return moments.map(clock); }}", moments_s)
+    page.context.close()
+    assert written == [time_text(moment_s, 2) for moment_s in moments_s]

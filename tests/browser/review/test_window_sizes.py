@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from review_helpers import OpenPage, Review, Reviewer, WaitFor
 
-WINDOWS_PX = ((1400, 900), (1000, 700), (768, 1024), (700, 700), (390, 844))
+WINDOWS_PX = ((1400, 900), (1220, 700), (900, 700), (768, 1024), (700, 700), (390, 844))
 # Left, top, right and bottom of what is seen.
 RECTANGLE = """selector => {
   const { left, top, right, bottom } = document.querySelector(selector).getBoundingClientRect();
@@ -102,6 +102,9 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
     wait_for(lambda: page.locator(".fcw-row .fcw-whole svg").count() == 2)
     wait_for(lambda: not page.evaluate(UNREACHED, ".fcw-row header, .fcw-row svg"))
     assert overlap_px(page.evaluate(RECTANGLE, ".fcw-folder"), page.evaluate(RECTANGLE, PANEL)) < 1
+    for width_px in (390, 1000, 1200):
+        page.set_viewport_size({"width": width_px, "height": 844})
+        wait_for(lambda: not page.evaluate(UNREACHED, ".fcw-filter > *"))
 
 
 def test_a_picture_made_lower_for_taller_plots_keeps_its_share_of_any_window(

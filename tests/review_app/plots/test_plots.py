@@ -22,6 +22,7 @@ from review_drives import (
 
 from fcw.errors import UserError
 from fcw_viz.review_app.drive import Drive
+from fcw_viz.review_app.plots.area import figures_html
 from fcw_viz.review_app.plots.choice import PlotChoice
 from fcw_viz.review_app.plots.drawing import PAD_PX, plots_svg
 from fcw_viz.review_app.plots.plot import make_plots, plot_places, readout
@@ -179,15 +180,20 @@ def test_of_many_values_those_that_have_room_are_named():
     assert ticks(1.0, 4.0, 1.0, 1) == [1.0, 4.0]
 
 
-def distance_without(drive: Drive, rows: slice, axis: TimeAxis) -> list[np.ndarray]:
-    """The curves of the distance where some frames are missing."""
+def without(drive: Drive, rows: slice) -> Drive:
+    """The drive with some frames missing."""
     kept = np.delete(np.arange(FRAMES), rows)
     of_frames = {
         field.name: getattr(drive.series, field.name)[kept]
         for field in fields(drive.series)
         if len(getattr(drive.series, field.name)) == FRAMES
     }
-    runs = [Run.of(replace(drive, series=replace(drive.series, **of_frames)), axis.start_s, axis.end_s)]
+    return replace(drive, series=replace(drive.series, **of_frames))
+
+
+def distance_without(drive: Drive, rows: slice, axis: TimeAxis) -> list[np.ndarray]:
+    """The curves of the distance where some frames are missing."""
+    runs = [Run.of(without(drive, rows), axis.start_s, axis.end_s)]
     plots = make_plots(runs, [Chosen("distance", AHEAD)], False)
     return curves(ET.fromstring(plots_svg(plots, runs, axis, HEIGHT_PX)), "distance")
 
@@ -202,6 +208,24 @@ def test_a_gap_in_time_is_a_gap_of_the_curve(drive: Drive):
     before, after = distance_without(drive, slice(100, 150), axis)
     assert before[-1][0] == pytest.approx(axis.x(99 / RATE_HZ), abs=0.1)
     assert after[0][0] == pytest.approx(axis.x(150 / RATE_HZ), abs=0.1)
+
+
+@pytest.mark.parametrize("start_s", [0.0, 10.0])
+def test_a_run_that_has_ended_has_no_value_any_more(drive: Drive, start_s: float):
+    end_s, axis = 4.0, TimeAxis(start_s, start_s + 10.0, 900.0)
+    short = without(drive, slice(round(end_s * RATE_HZ) + 1, FRAMES))
+    runs = [Run.of(one, axis.start_s, axis.end_s, name=name) for name, one in (("a", drive), ("b", short))]
+    plots = make_plots(runs, [Chosen("distance", AHEAD)], False)
+
+    def figures(time_s: float) -> list[str]:
+        return re.findall("<b>(.*?)</b>", figures_html(plots, time_s, 190.0, 0.0, HEIGHT_PX))
+
+    assert figures(start_s + 8.0)[1] == "–"
+    _, ended = json.loads(readout(plots, axis))
+    last = int(np.searchsorted(ended["times_s"], start_s + 8.0, side="right")) - 1
+    assert ended["curves"][0]["values"][last] == ""
+    if start_s < end_s:
+        assert figures(end_s) == ["40.0 m", "40.0 m"]
 
 
 def test_imperial_units(drive: Drive):

@@ -20,6 +20,7 @@ from fcw.annotation.records import (
 from fcw.annotation.review import JudgedEvent, fold, judged_events
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.time.axis import TimeAxis
+from fcw_viz.review_app.time.strip import _missed_ends_html
 from fcw_viz.review_app.time.timeline import drawn_events, labelled_spans, timeline_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -115,3 +116,9 @@ def test_labelled_frames_in_a_row_are_one_bar_with_what_is_confirmed_apart(drive
 def test_ticks_have_as_many_digits_as_their_step(duration_s: float, texts: list[str]):
     drawn = ET.fromstring(timeline_svg(TimeAxis(0.0, duration_s, 500.0), (), fold(()), None, None, False))
     assert [each.text for each in drawn.iter() if each.tag.endswith("text")][: len(texts)] == texts
+
+
+def test_ends_to_drag_stand_on_the_time_line_of_the_run_that_is_shown():
+    missed = entries(("anna", MissedEvent(1.0, 2.0, "")), ("anna", MissedEvent(2.5, 40.0, "")))
+    html = _missed_ends_html(TimeAxis(0.0, 3.0, 300.0), fold(missed), "anna")
+    assert re.findall(r"left:([\d.]+)px", html) == ["100.0", "200.0", "250.0"]
