@@ -98,7 +98,8 @@ class DetectionCurve:
         It is infinite where even the surest detections are false too often.
         """
         _, false = self._counts
-        allowed = np.flatnonzero(self._cuts & (false <= fppi * self.frames))
+        # Divided, 29 of 100 pictures are 0.29 to the bit, where 0.29 times 100 is a little less than 29.
+        allowed = np.flatnonzero(self._cuts & (false / (self.frames or 1.0) <= fppi))
         return self.at_threshold(float(self.scores[allowed[-1]]) if len(allowed) else float("inf"))
 
     def at_rate(self, rate: float) -> OperatingPoint | None:
@@ -119,11 +120,11 @@ class DetectionCurve:
     def average_precision(self) -> float:
         """Mean over 101 recalls of the best precision at that recall or above, as COCO's AP at one IoU.
 
-        NaN where there is no vehicle.
+        Unlike there the order of equal scores does not matter. NaN where there is no vehicle.
         """
         if not self.vehicles:
             return float("nan")
-        hits, false = self._counts
+        hits, false = (counts[self._cuts] for counts in self._counts)
         precision = hits / np.maximum(hits + false, np.finfo(float).tiny)
         best = np.append(np.maximum.accumulate(precision[::-1])[::-1], 0.0)
         return float(best[np.searchsorted(hits / self.vehicles, RECALLS, side="left")].mean())

@@ -52,7 +52,8 @@ def plausible(
     """Which boxes can be vehicles standing on the road.
 
     What the picture's border cuts off may be wider, and stand nearer, than it looks. Cut off below it is the
-    own bonnet where even the nearest vehicle would be too low, or where it is cut off on both sides as well.
+    own bonnet where all of it is below the horizon, and even the nearest vehicle would be too low, or it is
+    cut off on both sides as well.
 
     Args:
         boxes: (N, 4) x, y, w, h.
@@ -76,5 +77,6 @@ def plausible(
     nearest_rows_px = down.row_at(vehicles.nearest_m) - down.horizon_row_px
     highest_m = camera.height_m * (1 - (boxes[:, 1] - down.horizon_row_px) / nearest_rows_px)
     bonnet = cut_below & ((highest_m < vehicles.lowest_m) | (cut_left & cut_right))
+    bonnet &= boxes[:, 1] > down.horizon_row_px  # the camera looks over it
     possible = ((bottoms >= first) | cut_below) & ((bottoms <= last) | (cut_below & (last >= limits[1])))
     return possible & ~bonnet

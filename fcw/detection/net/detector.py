@@ -104,8 +104,8 @@ class NetDetector:
         self._aim: Aim | None = None
         self.aim(Aim(calibration.camera.pitch_rad, settings.pitch_tolerance_rad))
         self._glance, self._look = Glance(model.glance, settings.glance_from), Look(model.look)
-        given = settings.score_threshold
-        self._threshold = model.score_threshold if given is None else given
+        given, self._usual_threshold = settings.score_threshold, model.score_threshold
+        self._threshold = self._usual_threshold if given is None else given
 
     @property
     def name(self) -> str:
@@ -195,10 +195,11 @@ class NetDetector:
         agreeing = intersection_over_union(boxes, boxes) >= settings.agreeing_iou
         np.fill_diagonal(agreeing, True)  # else one may miss it by a hair
         scores += settings.borne_out * np.log(agreeing @ _probability(scores))
-        found = scores >= self._threshold - settings.faint_margin
+        heard = scores >= min(self._threshold, self._usual_threshold) - settings.faint_margin
         return tuple(
             Detection(Box(*box), score, faint=score < self._threshold)
-            for box, score in zip(*self._agreed(boxes[found], scores[found]), strict=True)
+            for box, score in zip(*self._agreed(boxes[heard], scores[heard]), strict=True)
+            if score >= self._threshold - settings.faint_margin
         )
 
     def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -227,12 +228,14 @@ class NetDetector:
     ) -> tuple[list[list[float]], list[float]]:
         """The best of those that overlap, each where those that agree with it have it on average.
 
-        Faint windows have no say in where a surer one's vehicle is.
+        Windows below the threshold, the detector's or the model's, have no say in where the vehicle of one
+        above it is: asked for all scores the detector puts a vehicle where it puts it otherwise.
         """
         kept = suppress(boxes, scores, self._settings.largest_overlap)
-        faint = scores < self._threshold
+        heard_from = np.where(scores >= self._threshold, self._threshold, -np.inf)
+        heard_from[scores >= self._usual_threshold] = self._usual_threshold
         agreeing = intersection_over_union(boxes[kept], boxes) >= self._settings.agreeing_iou
-        weights = (agreeing & (faint[kept, None] | ~faint)) * _probability(scores)
+        weights = (agreeing & (scores >= heard_from[kept, None])) * _probability(scores)
         weights[np.arange(len(kept)), kept] += 1e-9
         merged = weights @ boxes / weights.sum(axis=1, keepdims=True)
         return merged.tolist(), scores[kept].tolist()

@@ -39,6 +39,7 @@ class Mover:
         acceleration_mps2: along the road.
         lateral_m: where it is across the road.
         drift_mps: its speed across the road.
+        facing_rad: its heading where it only crosses the road; None where it drives along it.
     """
 
     s_m: float
@@ -55,10 +56,13 @@ class Mover:
     acceleration_mps2: float = 0.0
     lateral_m: float = 0.0
     drift_mps: float = 0.0
+    facing_rad: float | None = None
 
     @property
     def heading_rad(self) -> float:
         """Of the axis from its near to its far face against the road; it points along the path."""
+        if self.facing_rad is not None:
+            return self.facing_rad
         return math.atan2(self.sense * self.drift_mps, max(abs(self.speed_mps), STRAIGHT_SPEED_MPS))
 
     def place(self, time_s: float) -> None:

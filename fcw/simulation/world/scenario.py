@@ -225,7 +225,8 @@ class VehiclePlan:
         offset_m: from the lane's middle, positive to the left.
         oncoming: whether it comes towards us.
         parked: whether it only stands there, lamps off.
-        actions: what its driver does; until the first one the speed is kept.
+        actions: what its driver does; until the first one the speed is kept. One who never drives along the
+            road crosses it, and faces where he goes.
     """
 
     name: str

@@ -6,7 +6,14 @@ from dataclasses import dataclass, replace
 
 from fcw.simulation.world.motion import LaneChange, NoseDive, RoadShake, Sway
 from fcw.simulation.world.movers import Mover, advance
-from fcw.simulation.world.scenario import FRAMES_PER_SECOND, MPS_PER_KMH, Action, Scenario, VehiclePlan
+from fcw.simulation.world.scenario import (
+    FRAMES_PER_SECOND,
+    MPS_PER_KMH,
+    Action,
+    RoadPlan,
+    Scenario,
+    VehiclePlan,
+)
 from fcw.simulation.world.state import (
     VEHICLE_SIZES,
     EgoState,
@@ -147,11 +154,23 @@ class World:
             front_m=look.size.length_m,
             rear_m=0.0,
             road=self.scenario.road,
+            facing_rad=_facing_across_rad(plan, self.scenario.road),
         )
 
 
 def _in_order(actions: Iterable[Action]) -> list[Action]:
     return sorted(actions, key=lambda action: action.at_s)
+
+
+def _facing_across_rad(plan: VehiclePlan, road: RoadPlan) -> float | None:
+    """Heading of a vehicle that only crosses the road: it faces where it goes, also before it starts."""
+    drives = plan.speed_kmh > 0 or any(action.speed_kmh or action.follow_kmh for action in plan.actions)
+    if drives or not plan.actions:
+        return None
+    action = _in_order(plan.actions)[0]
+    to_m = road.lane_middle_m(action.lane or 0) if action.offset_m is None else action.offset_m
+    way_m = to_m - road.lane_middle_m(plan.lane) - plan.offset_m
+    return math.copysign(math.pi / 2, -way_m if plan.oncoming else way_m)
 
 
 def _look(plan: VehiclePlan, seed: int) -> _Look:

@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.boxes.overlap import cut_to_picture
 from fcw.detection.boxes.plausible import PlausibleVehicles, plausible
 from fcw.detection.model import VehicleStatistics
 from fcw.detection.windows.plan import DistancePrior
@@ -80,6 +81,24 @@ def test_a_near_vehicle_cut_off_below_passes_whatever_its_height(distance_m, hei
     rear = pitched.ground_box(distance_m, 0.0, 1.8, height_m)
     assume(rear.bottom > SIZE.height)
     assert is_plausible(rear.x, rear.y, rear.w, SIZE.height - 0.5 - rear.y)
+
+
+@pytest.mark.parametrize(
+    ("camera", "size", "vehicle"),
+    [
+        # A telephone held upright, 4.5 m behind a lorry that fills all of its picture's width.
+        (GroundPlaneCamera(-0.05, 1712.0, 639.5, 1.5, 359.5), ImageSize(720, 1280), (4.5, 0.0, 2.5, 3.6)),
+        (GroundPlaneCamera(-0.05, 956.0, 239.5, 1.63, 319.5), ImageSize(640, 480), (3.2, 0.0, 2.5, 3.6)),
+        # Seen from below 1 m all that is cut off is low by its rows, and yet stands above the horizon.
+        (GroundPlaneCamera(-0.1, 1075.0, 187.0, 0.55, 620.5), ImageSize(1242, 375), (5.0, -0.1, 1.8, 1.45)),
+        (GroundPlaneCamera(-0.1, 985.0, 179.5, 0.7, 319.5), ImageSize(640, 360), (5.1, -0.5, 1.6, 1.4)),
+    ],
+)
+def test_what_stands_above_the_horizon_is_no_bonnet(camera, size, vehicle):
+    rear = camera.ground_box(*vehicle)
+    cut = cut_to_picture(np.array([[rear.x, rear.y, rear.w, rear.h]]), size)
+    assert cut[0, 1] + cut[0, 3] == size.height - 0.5
+    assert plausible(cut, camera, size)[0]
 
 
 def test_nothing_stands_in_the_sky() -> None:

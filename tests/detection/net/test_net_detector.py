@@ -250,6 +250,17 @@ def test_what_is_faint_is_apart_from_the_vehicles_and_leaves_them_as_they_are(mo
     assert overlaps.max() <= settings.largest_overlap
 
 
+@pytest.mark.parametrize("threshold", [None, -math.inf, 0.0, 6.0])
+def test_a_sure_vehicle_stands_in_one_place_whatever_score_is_asked_for(model, calibration, threshold):
+    bottom = calibration.horizon_row_px + 90.0
+    sure, unsure = (600.0, bottom - 90.0, 100.0, 90.0), (600.0, bottom - 105.0, 100.0, 90.0)
+    detector = NetDetector(model, calibration, NetSettings(score_threshold=threshold))
+    best = detector.decide(np.array([sure, unsure]), np.array([8.0, -1.0]))[0]
+    # By the logit that the model ships with only the first one is a vehicle.
+    assert -1.0 < model.score_threshold < 6.0
+    assert astuple(best.box) == pytest.approx(sure)
+
+
 def test_it_is_had_by_its_name(calibration, picture):
     detector = make_detector("net", load_model("net"), calibration)
     assert detector.name == "net"

@@ -32,6 +32,18 @@ def test_average_precision_of_all_and_of_nothing():
     assert math.isnan(curve([0], 0).average_precision)
 
 
+def test_equal_scores_count_alike_in_whatever_order_they_come():
+    # No threshold parts the two: precision is 1/2 at every recall.
+    for hits in ([1, 0], [0, 1]):
+        assert curve(hits, 1, scores=[1, 1]).average_precision == pytest.approx(1 / 2)
+
+
+@pytest.mark.parametrize("false", [7, 29, 57, 58])
+def test_so_many_false_positives_in_a_hundred_pictures_are_allowed_where_they_are_asked_for(false):
+    found = curve([0] * false + [1, 0], 1, frames=100)
+    assert found.at_fppi(false / 100) == pytest.approx((2.0, 1.0, false / 100))
+
+
 def test_the_highest_threshold_that_reaches_a_rate():
     found = curve([1, 0, 1], 3, frames=2)
     assert found.at_rate(1 / 3) == pytest.approx((3.0, 1 / 3, 0.0))

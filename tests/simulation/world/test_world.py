@@ -97,6 +97,17 @@ def test_a_cut_in_ends_in_our_lane_and_points_along_its_path():
         assert now.heading_rad == pytest.approx(np.arctan(slope), abs=2e-3)
 
 
+@pytest.mark.parametrize(("to_m", "oncoming"), [(22.0, False), (-40.0, False), (22.0, True)])
+def test_who_only_crosses_the_road_faces_where_he_goes_from_the_start(to_m, oncoming):
+    cross = Action(at_s=1, offset_m=to_m, over_s=3)
+    plan = VehiclePlan(name="a", gap_m=60, offset_m=-22, oncoming=oncoming, actions=(cross,))
+    vehicles = series(drive(plan, duration_s=3), "a")
+    moved_m = vehicles[-1].lateral_m - vehicles[0].lateral_m
+    # An oncoming one shows its front, from which its axis runs backwards.
+    ahead = -1 if oncoming else 1
+    assert {ahead * v.heading_rad for v in vehicles} == {np.copysign(np.pi / 2, moved_m)}
+
+
 def test_oncoming_vehicles_come_and_parked_ones_stand():
     states = drive(
         VehiclePlan(name="oncoming", lane=1, oncoming=True, gap_m=300, speed_kmh=90),
