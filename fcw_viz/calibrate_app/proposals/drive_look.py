@@ -97,8 +97,8 @@ class Look:
         speeds_mps = [speed_mps for speed_mps in found if speed_mps is not None]
         if not speeds_mps or len(speeds_mps) < LEAST_KNOWN_PART * len(found):
             raise UserError(
-                f"{name}: it has no speed for the seconds that were looked at; expected times on the clock of "
-                "the drive, or of a GPX track that begins with it"
+                f"{name}: it has no speed for the seconds that were looked at; expected times on the clock "
+                "of the drive, or of a GPX track that begins with it"
             )
         return float(np.mean(speeds_mps))
 
