@@ -83,7 +83,7 @@ SHARPEST_ROAD_PER_M = 1 / 80
 STEEPEST_SLOPE = 0.3
 """The bend of a road is not known so far ahead that it would have turned by more."""
 TURNS_SIGMAS = 3.0
-"""A box that is by so much wider for its height than before, or narrower, is that of a vehicle that turns,"""
+"""A box that is by so much wider for its height than before, or a side so much narrower, is of what turns,"""
 TURNS_FACTOR = 8.0
 """and its aspect may change by so many times what is beyond. Of 1, 2, 4 and 8, with 1.5 to 3 sigmas, the pair
 that makes little of a car that turns off and changes least of all else."""
@@ -244,7 +244,7 @@ class BoxGeometry:
     def _turned(
         self, sighting: Sighting, view: View, log_usual: float, x: FloatArray, covariance: FloatArray
     ) -> View:
-        """The view of a vehicle whose box is wider for its height than it was, or narrower.
+        """The view of a vehicle whose box is wider for its height than it was; of a side, or narrower.
 
         A car that turns off becomes twice as wide in two seconds. To a filter in which a vehicle keeps its
         width it would come nearer, and one that turns into our way would fall back.
@@ -269,7 +269,9 @@ class BoxGeometry:
             noise.log_width_sigma(box), log_height_sigma, view.aspect_sigma, math.sqrt(max(sizes, 0.0))
         )
         wider = math.log(box.w / box.h) - float(x[width] - x[height]) - log_usual
-        beyond = max(abs(wider) - TURNS_SIGMAS * sigma, 0.0)
+        # A rear that becomes narrower is boxed in part: see `fcw.tracking.range.boxed_part`.
+        off = wider if sighting.kind < self.prior.rear_count else abs(wider)
+        beyond = max(off - TURNS_SIGMAS * sigma, 0.0)
         return replace(view, aspect_sigma=math.hypot(view.aspect_sigma, TURNS_FACTOR * beyond))
 
     def measure(
