@@ -2,7 +2,7 @@
 
 Most vehicles that we close in on fast stand: at a light, at the end of a queue, at the kerb. The filter's
 belief in a closing speed is one Gaussian and cannot say so. The prior of a vehicle's own speed is a sum of
-two, and what follows from both has a closed form (Alspach & Sorenson 1972). It is taken at readout and not
+three, and what follows from all has a closed form (Alspach & Sorenson 1972). It is taken at readout and not
 fed back: a vehicle that stands may start.
 """
 
@@ -20,12 +20,18 @@ class SpeedPrior:
         standing_share: how many of the vehicles seen ahead stand. With more of them a slow lead far ahead is
             taken for a standing one, and warned of too early.
         standing_sigma_mps: of what a standing one seems to move: errors of the own speed.
-        travelling_sigma_mps: of the speed of those that travel, about our own: two sigma are 58 km/h.
+        oncoming_share: how many of those that travel come towards us. With none of them an oncoming vehicle
+            passes for a standing one until its closing speed is measured to a quarter of its own speed. Few
+            are in our way: of 0.1 and 0.02 the one that brings no false episodes on KITTI tracking, three
+            seeds.
+        travelling_sigma_mps: of the speed of those that travel, about our own, on either side of the road:
+            two sigma are 58 km/h.
         closing_sigma_mps: of the closing speed where the own speed is unknown.
     """
 
     standing_share: float = 0.2
     standing_sigma_mps: float = 0.3
+    oncoming_share: float = 0.02
     travelling_sigma_mps: float = 8.0
     closing_sigma_mps: float = 15.0
 
@@ -44,10 +50,11 @@ def with_own_speed(
     # The prior is one of closing speeds: what the own speed is off, all of them are.
     measured_mps = own_mps - state.closing_speed_mps
     variance = state.closing_speed_sigma_mps**2
-    parts = []
+    travelling, parts = 1 - prior.standing_share, []
     for share, mean_mps, sigma_mps in (
         (prior.standing_share, 0.0, prior.standing_sigma_mps),
-        (1 - prior.standing_share, own_mps, prior.travelling_sigma_mps),
+        (travelling * prior.oncoming_share, -own_mps, prior.travelling_sigma_mps),
+        (travelling * (1 - prior.oncoming_share), own_mps, prior.travelling_sigma_mps),
     ):
         prior_variance = sigma_mps**2 + own_sigma_mps**2
         spread = variance + prior_variance

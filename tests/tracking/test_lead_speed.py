@@ -29,7 +29,11 @@ def test_mean_and_sigma_are_those_of_bayes_rule(own_mps, closing_mps, sigma_mps)
     speeds_mps = np.linspace(-120.0, 160.0, 28_001)
     belief = density(speeds_mps, own_mps - closing_mps, sigma_mps) * (
         PRIOR.standing_share * density(speeds_mps, 0.0, PRIOR.standing_sigma_mps)
-        + (1 - PRIOR.standing_share) * density(speeds_mps, own_mps, PRIOR.travelling_sigma_mps)
+        + (1 - PRIOR.standing_share)
+        * (
+            PRIOR.oncoming_share * density(speeds_mps, -own_mps, PRIOR.travelling_sigma_mps)
+            + (1 - PRIOR.oncoming_share) * density(speeds_mps, own_mps, PRIOR.travelling_sigma_mps)
+        )
     )
     belief /= belief.sum()
     mean_mps = float(belief @ speeds_mps)
@@ -42,6 +46,14 @@ def test_mean_and_sigma_are_those_of_bayes_rule(own_mps, closing_mps, sigma_mps)
 def test_what_may_stand_is_believed_to_stand():
     found = with_own_speed(state(16.0, 3.0), 19.0, PRIOR)
     assert 17.0 < found.closing_speed_mps < 19.0
+
+
+@pytest.mark.parametrize(("own_mps", "sigma_mps"), [(25.0, 5.0), (22.0, 4.0), (14.0, 3.0)])
+def test_what_comes_towards_us_does_not_stand(own_mps, sigma_mps):
+    # It drives as fast as we do. Where all are taken to stand or to travel our way, 14 to 25 m/s of 28 to 50.
+    found = with_own_speed(state(2 * own_mps - sigma_mps / 2, sigma_mps), own_mps, PRIOR)
+    assert found.closing_speed_mps == pytest.approx(2 * own_mps, rel=0.1)
+    assert found.closing_speed_sigma_mps > sigma_mps / 2
 
 
 def test_what_surely_travels_keeps_its_closing_speed():
