@@ -178,20 +178,21 @@ class BoxGeometry:
             kind, depth_m = self.prior.first_sight(by_width, by_height, row, scale)
         return kind, max(depth_m - pole_m, NEAREST_START_M)
 
-    def _side_m(self, box: Box, distance_m: float, width_m: float, focal_px: float) -> float:
+    def _side_m(self, box: Box, kind: int, distance_m: float, width_m: float, focal_px: float) -> float:
         """How much of its side a vehicle beside our path shows."""
         behind_m = road_slope(self.path, distance_m) * distance_m
         outer_m = max(
             abs((self._axis_px - edge_px) * distance_m / focal_px - behind_m)
             for edge_px in (box.x, box.right)
         )
-        return visible_side_m(outer_m, width_m, distance_m, self._model.vehicle_length_m)
+        return visible_side_m(outer_m, width_m, distance_m, self.prior.lengths_m[kind])
 
-    def view(self, box: Box, distance_m: float, width_m: float, focal_px: float) -> View:
+    def view(self, box: Box, kind: int, distance_m: float, width_m: float, focal_px: float) -> View:
         """How a vehicle of this distance and width stands to us.
 
         Args:
             box: of it.
+            kind: index of its kind.
             distance_m: as believed.
             width_m: of its rear.
             focal_px: believed together with the distance, by which its side shows. With the calibrated one a
@@ -200,7 +201,7 @@ class BoxGeometry:
                 calibration: boxes that are too wide would pull that as well.
         """
         model = self._model
-        side_m = self._side_m(box, distance_m, width_m, focal_px)
+        side_m = self._side_m(box, kind, distance_m, width_m, focal_px)
         path_m = self.path.lateral_at(distance_m)
         outer_m = max(
             abs((self._axis_px - edge_px) * distance_m / self._focal_px - path_m)
@@ -225,12 +226,12 @@ class BoxGeometry:
         if not (measures_row(box, size, noise) and measures_width(box, size, noise)):
             return None
         width_m = math.exp(self.prior.log_sizes[kind][0])
-        view = self.view(box, distance_m, width_m, self._focal_px)
+        view = self.view(box, kind, distance_m, width_m, self._focal_px)
         if view.lateral_m > self._model.common_path_m:
             return None
         shown_m = width_m
         if kind < self.prior.rear_count and noise.shows_side:
-            shown_m += self._side_m(box, distance_m, width_m, self._focal_px)
+            shown_m += self._side_m(box, kind, distance_m, width_m, self._focal_px)
         focal_px = camera.row_scale_m_px / math.hypot(self.height_m, camera.pole_m)
         below_px = camera.row_scale_m_px / (focal_px * shown_m / box.w + self.prior.overhangs_m[kind])
         noise_px = math.hypot(noise.bottom_sigma_px(box), below_px * noise.log_width_sigma(box))
@@ -297,7 +298,7 @@ class BoxGeometry:
             distance_m, width_m = math.exp(log_distance), math.exp(log_width + log_part)
             depth_m = max(distance_m + pole_m, SMALLEST_DEPTH_M)
             below_px = scale / depth_m
-            view = self.view(box, distance_m, width_m, focal_px)
+            view = self.view(box, kind, distance_m, width_m, focal_px)
             views.append(view)
             before = len(residuals)
             if edges.bottom and measures_row(box, size, noise):
@@ -321,7 +322,7 @@ class BoxGeometry:
             if edges.across and measures_width(box, size, noise):
                 side_m = 0.0
                 if kind < self.prior.rear_count and noise.shows_side:
-                    side_m = self._side_m(box, distance_m, width_m, focal_px)
+                    side_m = self._side_m(box, kind, distance_m, width_m, focal_px)
                 row = rows[len(residuals)]
                 row[SCALE] = distance_m / depth_m
                 row[at + DISTANCE] = -row[SCALE]

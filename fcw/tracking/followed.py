@@ -364,10 +364,10 @@ class Followed:
             outwards = -1.0 if inner_px == box.x else 1.0
             inner = camera.principal_column_px - inner_px
             shows_side = self._settings.box_noise.shows_side and inner * outwards > 0
-            side_m = self._settings.model.vehicle_length_m if shows_side else 0.0
+            side_m = self.state.length_m if shows_side else 0.0
             lateral_m = inner * (distance_m + side_m) / focal_px + outwards * self.state.width_m / 2
         elif self._settings.box_noise.shows_side:
-            shown_m, length_m = box.w * metres_per_px, self._settings.model.vehicle_length_m
+            shown_m, length_m = box.w * metres_per_px, self.state.length_m
             turned_m = lateral_m - road_slope(path, distance_m) * distance_m
             lateral_m += outwards_m(turned_m, shown_m, self.state.width_m, distance_m, length_m)
         return lateral_m

@@ -293,7 +293,7 @@ class Tracker:
         return with_own_speed(state, self._own.speed_mps, prior, self._own.sigma_mps)
 
     def _free_edges(self, box: Box, others: Sequence[Box]) -> Edges:
-        return free_edges(box, others, self._calibration.camera, self._settings.model.vehicle_length_m)
+        return free_edges(box, others, self._calibration.camera, self._settings.model.rears[0].length_m)
 
     def _start(
         self,

@@ -45,6 +45,7 @@ class SizePrior:
         self.log_sizes: list[Vector2] = [(math.log(k.width_m), math.log(k.height_m)) for k in kinds]
         self.sigmas: list[Vector2] = [(k.width_sigma, k.height_sigma) for k in kinds]
         self.overhangs_m = [k.overhang_m if at_tyres else 0.0 for k in kinds]
+        self.lengths_m = [k.length_m for k in kinds]
         self._log_shares = [math.log(kind.share) for kind in kinds]
         self._with_height = with_height
         self._precisions: list[Vector2] = [(w**-2, h**-2) for w, h in self.sigmas]

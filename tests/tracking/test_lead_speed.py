@@ -16,7 +16,7 @@ PRIOR = SpeedPrior()
 def state(closing_mps, sigma_mps, at_distance_mps=None):
     """Of a well-known camera: no error of the distance is in the closing speed."""
     at_distance_mps = sigma_mps if at_distance_mps is None else at_distance_mps
-    return RangeState(60.0, 0.1, closing_mps, sigma_mps, at_distance_mps, 0.5, 1.0, 1.7, 0.1, 0.1)
+    return RangeState(60.0, 0.1, closing_mps, sigma_mps, at_distance_mps, 0.5, 1.0, 1.7, 4.2, 0.1, 0.1)
 
 
 def density(x, mean, sigma):

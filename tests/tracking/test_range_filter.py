@@ -390,11 +390,11 @@ def test_with_another_focal_length_vehicles_stand_as_far_beside_us(log_scale, di
     """The side of a car shrinks with its distance alone: else a wrong scale would feed itself."""
     model, box = RangeModel(), seen(distance_m, lateral_m)
     geometry = BoxGeometry(CAMERA_MODEL, SIZE, NOISE, model)
-    beyond_m = []
+    beyond_m, length_m = [], model.rears[0].length_m
     for scale in (1.0, math.exp(log_scale)):
-        view = geometry.view(box, scale * distance_m, CAR.width_m, scale * CAMERA_MODEL.focal_y_px)
+        view = geometry.view(box, 0, scale * distance_m, CAR.width_m, scale * CAMERA_MODEL.focal_y_px)
         part = math.sqrt(view.aspect_sigma**2 - model.aspect_sigma**2) / model.side_sigma
         side_m = CAR.width_m * part / (1 - part)
-        beyond_m.append(side_m * (scale * distance_m + model.vehicle_length_m) / model.vehicle_length_m)
+        beyond_m.append(side_m * (scale * distance_m + length_m) / length_m)
     assert beyond_m[1] == pytest.approx(beyond_m[0])
     assert beyond_m[0] == pytest.approx(lateral_m - CAR.width_m / 2, abs=0.01)

@@ -162,7 +162,7 @@ class RangeFilter:
             closing_mps = ego_speed_mps / 2
             closing_sigma_mps = ego_speed_mps / 2 + model.closing_margin_mps
         sizes, sigmas = self._prior.log_sizes[kind], self._prior.sigmas[kind]
-        view = self._geometry.view(box, distance_m, math.exp(sizes[0]), self.focal_px)
+        view = self._geometry.view(box, kind, distance_m, math.exp(sizes[0]), self.focal_px)
         self._x = np.concatenate(
             (self._x, (math.log(distance_m), closing_mps / distance_m, 0.0, *sizes, 0.0, 0.0, 0.0))
         )
@@ -377,9 +377,10 @@ class RangeFilter:
         at = CAMERA + VEHICLE * slot
         index = [SCALE, *range(at, at + 3)]
         width_m = math.exp(float(self._x[at + WIDTH] + self._x[WIDER]) + self._parts[slot].log_part)
-        overhang_m = self._prior.overhangs_m[self._kinds[slot]]
+        kind, prior = self._kinds[slot], self._prior
+        length_m, overhang_m = prior.lengths_m[kind], prior.overhangs_m[kind]
         return RangeState.of(
-            self._x[at : at + 3], self._p[np.ix_(index, index)], width_m, overhang_m, self._model
+            self._x[at : at + 3], self._p[np.ix_(index, index)], width_m, length_m, overhang_m, self._model
         )
 
     def _judge_kind(self, slot: int) -> None:

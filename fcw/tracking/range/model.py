@@ -19,6 +19,7 @@ class VehicleKind:
         height_m: median height.
         height_sigma: 1-sigma of the logarithm of the height.
         overhang_m: from what is seen of it nearest to us to where its tyres meet the road.
+        length_m: of the side that is seen where it stands beside our path, or along a bend.
     """
 
     share: float
@@ -27,6 +28,7 @@ class VehicleKind:
     height_m: float
     height_sigma: float
     overhang_m: float = 0.0
+    length_m: float = 4.2
 
 
 REARS = (
@@ -37,8 +39,8 @@ REARS = (
     # Vans.
     VehicleKind(0.10, 1.90, 0.06, 2.10, 0.12, 0.9),
     # Lorries and buses: 2.55 m is the widest that is allowed in Europe, 2.6 m in the United States.
-    # Axles stand 1 m (vans with a box) to 3.3 m (city buses) ahead of the rear.
-    VehicleKind(0.10, 2.60, 0.10, 3.30, 0.15, 1.5),
+    # Axles stand 1 m (vans with a box) to 3.3 m (city buses) ahead of the rear. KITTI's are 10.1 m long.
+    VehicleKind(0.10, 2.60, 0.10, 3.30, 0.15, 1.5, 10.1),
 )
 TURNED = (
     # Cars seen from a corner, and from the side.
@@ -68,7 +70,6 @@ class RangeModel:
             ahead, which turns a little. One degree shows 7 cm of its side.
         aspect_correlation_s: how long it stays turned: a change of lane, a bend.
         side_sigma: how well the visible side of a vehicle beside our path is known, as a part of it.
-        vehicle_length_m: of the side that is seen of a vehicle beside our path.
         calibration_pitch_sigma_rad: how far calibrations are off in use, beside their clicks: people park on
             ramps, load the boot, bump the mount.
         overhang_sigma: 1-sigma of an overhang, as a part of it. It is in the interval alone: a vehicle keeps
@@ -115,7 +116,6 @@ class RangeModel:
     aspect_sigma: float = 0.03
     aspect_correlation_s: float = 5.0
     side_sigma: float = 0.5
-    vehicle_length_m: float = 4.2
     calibration_pitch_sigma_rad: float = math.radians(0.5)
     overhang_sigma: float = 0.33
     unmodelled_sigma: float = 0.04

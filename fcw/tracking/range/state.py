@@ -22,6 +22,7 @@ class RangeState:
         closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
         closing_acceleration_sigma_mps2: 1-sigma.
         width_m: of its rear, as the detector's boxes show it.
+        length_m: of its kind.
         log_across_sigma: 1-sigma of the logarithm of what places across the road are multiplied by, distance
             over focal length: where the focal length is little known, it is little wrong with them.
         across_rate_sigma_per_s: 1-sigma of the rate at which what keeps its bearing comes nearer across the
@@ -36,12 +37,19 @@ class RangeState:
     closing_acceleration_mps2: float
     closing_acceleration_sigma_mps2: float
     width_m: float
+    length_m: float
     log_across_sigma: float
     across_rate_sigma_per_s: float
 
     @classmethod
     def of(
-        cls, x: FloatArray, p: FloatArray, width_m: float, overhang_m: float, model: RangeModel
+        cls,
+        x: FloatArray,
+        p: FloatArray,
+        width_m: float,
+        length_m: float,
+        overhang_m: float,
+        model: RangeModel,
     ) -> "RangeState":
         """As the filter has it.
 
@@ -49,6 +57,7 @@ class RangeState:
             x: (3,) log D, V / D and A / D.
             p: (4, 4) covariance of log K and these.
             width_m: of its rear.
+            length_m: of its kind.
             overhang_m: by which its lower edge is believed to be farther away.
             model: beliefs.
         """
@@ -67,6 +76,7 @@ class RangeState:
             closing_acceleration_mps2=growth * distance_m,
             closing_acceleration_sigma_mps2=distance_m * _root(gg + 2 * growth * lg + growth * growth * ll),
             width_m=width_m,
+            length_m=length_m,
             log_across_sigma=math.hypot(_root(across), model.unmodelled_sigma),
             across_rate_sigma_per_s=_root(rr + 2 * rate * across_rate + rate * rate * across),
         )
