@@ -18,6 +18,7 @@ from fcw.motion.state import STRAIGHT, OwnPath
 from fcw.tracking.association import WHOLE, Edges
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
+from fcw.tracking.types import USUAL_WIDTH_M
 from fcw.tracking.vehicle_sizes import SizePrior
 
 NEAREST_START_M = 1.0
@@ -208,8 +209,12 @@ class BoxGeometry:
             for edge_px in (box.x, box.right)
         )
         lateral_m = outer_m - width_m / 2
+        side_part = side_m / (width_m + side_m)
+        if kind >= self.prior.rear_count:
+            # Its side is in its width, and becomes more or less of that as it turns.
+            side_part = max(1 - USUAL_WIDTH_M / width_m, 0.0)
         return View(
-            math.hypot(model.aspect_sigma, model.side_sigma * side_m / (width_m + side_m)),
+            math.hypot(model.aspect_sigma, model.side_sigma * side_part),
             self._focal_px * math.hypot(model.bump_sigma_rad, model.cross_slope * lateral_m / distance_m),
             lateral_m,
         )

@@ -57,6 +57,24 @@ def test_who_turns_into_our_way_still_comes_nearer(turning_s):
     assert tracks[-1].distance_m < 1.15 * (45.0 - 8.0 * 119 / 30)
 
 
+@pytest.mark.parametrize("turning_s", [2.0, 3.0, 4.0])
+@pytest.mark.parametrize(("distance_m", "closing_mps"), [(45.0, 8.0), (60.0, 12.0)])
+def test_a_car_seen_from_its_side_keeps_its_distance_as_it_turns_into_our_way(
+    turning_s, distance_m, closing_mps
+):
+    sides_m = []
+    for frame in range(75):
+        angle_rad = max(1 - frame / 30 / turning_s, 0.0) * math.radians(72.0)
+        shown_m = WIDTH_M * math.cos(angle_rad) + LENGTH_M * math.sin(angle_rad)
+        sides_m.append((WIDTH_M / 2, WIDTH_M / 2 - shown_m))
+    tracks = tracked(distance_m, sides_m, closing_mps)
+    # Where its width counts as that of a rear, a fifth to a third too far away, and half as fast or slower.
+    for before_s, track in ((0.5, tracks[-16]), (0.0, tracks[-1])):
+        true_m = distance_m - closing_mps * (74 / 30 - before_s)
+        assert track.distance_m == pytest.approx(true_m, rel=0.13)
+        assert track.closing_speed_mps > 0.6 * closing_mps
+
+
 @pytest.mark.parametrize("distance_m", [12.0, 20.0])
 def test_a_car_across_half_of_our_way_is_not_beside_it(distance_m):
     # First it is seen from behind; then it reaches from 3.3 m to the left to 1 m to the right.
