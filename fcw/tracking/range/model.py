@@ -39,8 +39,8 @@ REARS = (
     # Vans.
     VehicleKind(0.10, 1.90, 0.06, 2.10, 0.12, 0.9),
     # Lorries and buses: 2.55 m is the widest that is allowed in Europe, 2.6 m in the United States.
-    # Axles stand 1 m (vans with a box) to 3.3 m (city buses) ahead of the rear. They are 7 m (vans with a box)
-    # to 16.5 m long (with a trailer); twelve of KITTI tracking 9.0 m in the median.
+    # Axles stand 1 m (vans with a box) to 3.3 m (city buses) ahead of the rear. They are 7 m (those vans) to
+    # 16.5 m long (with a trailer); twelve of KITTI tracking 9.0 m in the median.
     VehicleKind(0.10, 2.60, 0.10, 3.30, 0.15, 1.5, 10.1),
 )
 TURNED = (
