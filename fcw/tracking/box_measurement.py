@@ -211,8 +211,8 @@ class BoxGeometry:
         lateral_m = outer_m - width_m / 2
         side_part = side_m / (width_m + side_m)
         if kind > self.prior.rear_count:
-            # Seen from its side, which becomes more or less of its width as it turns. From a corner as well, but
-            # so does a van look first that comes half into our lane: its width unsure, warnings were lost.
+            # Seen from its side, which becomes more or less of its width as it turns. From a corner as well,
+            # but so looks a van at first that comes half into our lane: its width unsure, warnings were lost.
             side_part = max(1 - USUAL_WIDTH_M / width_m, 0.0)
         return View(
             math.hypot(model.aspect_sigma, model.side_sigma * side_part),
