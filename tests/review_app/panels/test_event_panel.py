@@ -2,9 +2,9 @@
 
 import re
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
+from gui_parts import Parts
 from review_drives import QUIET_S, write_drive
 
 from fcw.annotation.records import Judgement
@@ -14,21 +14,10 @@ from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.session import ReviewSession
 
 
-class Parts:
-    """Stands for viser's panel: keeps the parts that are put in it."""
-
-    def __init__(self) -> None:
-        self.added: list[Any] = []
-
-    def add_html(self, content: str) -> Any:
-        self.added.append(SimpleNamespace(content=content))
-        return self.added[-1]
-
-
 def shown(place: Place) -> str:
     parts: Any = Parts()
     EventPanel(parts, place, Annotating(place, lambda title, text: None)).show()
-    return "".join(part.content for part in parts.added)
+    return parts.html
 
 
 def test_that_a_drive_has_no_events_is_said_once(tmp_path: Path):

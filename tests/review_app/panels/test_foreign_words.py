@@ -6,6 +6,8 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import MagicMock
 
+from gui_parts import Parts
+
 from fcw.annotation.records import Entry, FrameConfirmed, MissedEvent
 from fcw.annotation.review import JudgedEvent, fold
 from fcw_viz.review_app.annotating import Annotating
@@ -20,24 +22,6 @@ from fcw_viz.review_app.session import DriveReview
 
 MARKUP = '"><img src=x onerror=alert(1)>'
 TIME = "2026-11-20T10:00:00.000000Z"
-
-
-class Parts:
-    """Stands for viser's panel: keeps the HTML that is put in it."""
-
-    def __init__(self) -> None:
-        self.added: list[Any] = []
-
-    def add_html(self, content: str) -> Any:
-        self.added.append(SimpleNamespace(content=content))
-        return self.added[-1]
-
-    def __getattr__(self, name: str) -> Any:
-        return MagicMock()
-
-    @property
-    def html(self) -> str:
-        return "".join(part.content for part in self.added)
 
 
 def test_names_and_ids_of_another_review_file_are_words(drive: Drive):
