@@ -120,6 +120,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         mount=ego.motion.mount,
         ego_speed_sigma_mps=own_sigma_mps,
         turn=turn,
+        body_pitch_rad=ego.body_pitch_rad,
     )
     tracks = tuple(map(in_single_precision, tracks))
     lead_id = stages.tracker.lead_id

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, Gaussian
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.lanes import Lane, LaneTracker
 from fcw.motion.path import SLOWEST_TURN_MPS, PathAhead
@@ -26,10 +26,12 @@ class Ego(NamedTuple):
     Attributes:
         motion: own motion; its speed and yaw rate are the given ones where there are any.
         path: own path.
+        body_pitch_rad: how much lower the camera looks than its mount does; None where no picture tells it.
     """
 
     motion: OwnMotion
     path: OwnPath
+    body_pitch_rad: Gaussian | None = None
 
 
 class EgoEstimator:
@@ -65,16 +67,17 @@ class EgoEstimator:
             given_mps: own speed from elsewhere, which goes before the picture's; None when unknown.
             given_yaw_radps: own yaw rate, positive to the left, likewise.
         """
-        motion, lane = OwnMotion(), None
+        motion, lane, body_pitch_rad = OwnMotion(), None, None
         if self._estimator is not None:
             motion = self._estimator.update(time_ns, image, boxes)
+            body_pitch_rad = self._estimator.body_pitch(time_ns)
         if given_mps is not None:
             motion = replace(motion, speed_mps=given_mps, speed_sigma_mps=0.0, speed_source=SpeedSource.GIVEN)
         if given_yaw_radps is not None:
             motion = replace(motion, yaw_rate_radps=given_yaw_radps, yaw_rate_sigma_radps=None)
         if self._estimator is not None:
             lane = self._see_lane(self._estimator, motion)
-        return Ego(motion, self._path.update(time_ns, motion, lane))
+        return Ego(motion, self._path.update(time_ns, motion, lane), body_pitch_rad)
 
     def _see_lane(self, estimator: MotionEstimator, motion: OwnMotion) -> Lane | None:
         """The lane by the latest picture that own motion used."""

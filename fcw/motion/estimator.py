@@ -34,7 +34,11 @@ CHANGED_FROM_SIGMAS = 3.0
 
 
 class _Attempt:
-    """What two pictures say if the motion was about as a filter expects it; the filter has taken it."""
+    """What two pictures say if the motion was about as a filter expects it; the filter has taken it.
+
+    Who knows the motion also takes a turn that is beyond what springs mostly do: among speeds that are only
+    supposed it would make up for a wrong one.
+    """
 
     def __init__(
         self,
@@ -44,6 +48,7 @@ class _Attempt:
         expectation: MotionFilter,
         dt_s: float,
         settings: MotionSettings,
+        known: bool,
     ) -> None:
         mean, covariance, by_state = expectation.expect(dt_s)
         self.flow: Flow = follower.follow(*pictures, mean)
@@ -83,6 +88,9 @@ class _Attempt:
         sigma_m = math.sqrt(covariance[TRAVEL, TRAVEL])
         if shift_m > settings.jump_sigmas * sigma_m + settings.jump_mps * dt_s:
             return
+        if known and not self.doubtful and expectation.allow_nod(solution, mean, covariance):
+            mean, covariance, by_state = expectation.expect(dt_s)
+            solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
         self.evidence, self.solution = solution.evidence, solution
         expectation.correct(solution, mean, covariance, by_state)
 
@@ -249,6 +257,19 @@ class MotionEstimator:
             roll_sigma_rad=math.hypot(sigmas_rad[2], self._settings.verge_roll_sigma_rad),
         )
 
+    def body_pitch(self, time_ns: int) -> Gaussian | None:
+        """How much lower the camera looks at a time than its mount does: the body on its springs, in rad.
+
+        None while no points tell the speed: what turns the pictures is not told apart then.
+        """
+        if not self._known or self._last is None:
+            return None
+        settings, age_s = self._settings, max((time_ns - self._last.time_ns) / 1e9, 0.0)
+        lasting = math.exp(-age_s / settings.fast_pitch_s)
+        since_rad = settings.fast_pitch_sigma_rad * math.sqrt(1 - lasting**2)
+        sigma_rad = math.hypot(self._filter.sigma(SPRING) * lasting, since_rad)
+        return Gaussian(float(self._filter.x[SPRING]) * lasting, sigma_rad)
+
     @property
     def picture(self) -> SmallPicture | None:
         """The latest one that was used."""
@@ -268,7 +289,7 @@ class MotionEstimator:
         best = None
         needed = settings.first_evidence
         if self._known:
-            best = self._attempt(pictures, dt_s, self._filter.copy())
+            best = self._attempt(pictures, dt_s, self._filter.copy(), known=True)
             needed = best.evidence + settings.other_evidence
             doubtful = best.solution is None or best.doubtful
             self._doubtful_s = self._doubtful_s + dt_s if doubtful else 0.0
@@ -284,7 +305,7 @@ class MotionEstimator:
                 supposed = before.copy()
                 supposed.forget_speed(speed_mps, settings.supposed_sigma_mps)
                 supposed.predict(dt_s)
-                other = self._attempt(pictures, dt_s, supposed)
+                other = self._attempt(pictures, dt_s, supposed, known=False)
                 if other.solution is None or other.solution.unknowns[TRAVEL] < self._slowest_mps * dt_s:
                     continue
                 if not other.doubtful and other.evidence > needed:
@@ -349,9 +370,10 @@ class MotionEstimator:
         return solution
 
     def _attempt(
-        self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter
+        self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter, known: bool
     ) -> _Attempt:
-        return _Attempt(self._follower, pictures, self._camera.height_m, expectation, dt_s, self._settings)
+        height_m = self._camera.height_m
+        return _Attempt(self._follower, pictures, height_m, expectation, dt_s, self._settings, known)
 
 
 def _contradicts(by_road: Gaussian, by_points: Gaussian) -> bool:

@@ -35,6 +35,8 @@ SPEED, ACCELERATION, YAW_RATE, MOUNT_PITCH, MOUNT_YAW, MOUNT_ROLL, SPRING, SPRIN
 STATES = 8
 MOUNT = slice(MOUNT_PITCH, MOUNT_ROLL + 1)
 UNKNOWN_SPEED_SIGMA_MPS = 20.0
+NOD_SIGMAS = 1.5
+"""A turn beyond so many sigmas is a nod: it is expected to be just so far off then."""
 SLOWEST_DIRECTION_MPS = 1.0
 """Below this speed the direction of travel is anything."""
 
@@ -122,6 +124,17 @@ class MotionFilter:
         covariance = by_state @ self.p @ by_state.T
         covariance.flat[:: UNKNOWNS + 1] += noise**2
         return by_state @ self.x, covariance, by_state
+
+    def allow_nod(self, solution: Solution, mean: FloatArray, covariance: FloatArray) -> bool:
+        """Expect the turn that pictures tell, where springs hardly ever turn so far: a bump, a hard stop.
+
+        Returns:
+            Whether that is so: what is expected has changed.
+        """
+        off_rad = float(solution.unknowns[PITCH_TURN] - mean[PITCH_TURN])
+        unexpected = (off_rad / NOD_SIGMAS) ** 2 - float(covariance[PITCH_TURN, PITCH_TURN])
+        self.p[SPRING, SPRING] += max(unexpected, 0.0)
+        return unexpected > 0
 
     def correct(
         self, solution: Solution, mean: FloatArray, covariance: FloatArray, by_state: FloatArray

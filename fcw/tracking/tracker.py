@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box, shared_area
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, Gaussian
 from fcw.detection.detector import Detection
 from fcw.motion.bend.turn import Turn
 from fcw.motion.mount import MountNote
@@ -96,6 +96,7 @@ class Tracker:
         mount: Mount | None = None,
         ego_speed_sigma_mps: float | None = None,
         turn: Turn | None = None,
+        body_pitch_rad: Gaussian | None = None,
     ) -> tuple[Track, ...]:
         """Take one frame's detections.
 
@@ -112,6 +113,8 @@ class Tracker:
             mount: of the camera as the picture tells it, which ranging goes by; None where it tells nothing.
             ego_speed_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
             turn: our turning now, beside the path ahead; None takes the path to bend as we turn.
+            body_pitch_rad: how much lower the camera looks now than its mount does, by the picture; None
+                where it does not tell.
 
         Returns:
             The confirmed tracks in the order of their ids, coasting ones among them.
@@ -132,7 +135,7 @@ class Tracker:
         self._unsearched_s += dt_s
         search_s = None if detections is None else self._unsearched_s
         before = [followed.box for followed in self._followed]
-        growths = self._range.predict(dt_s, own_gain_mps, path, self._own.gain_sigma_mps)
+        growths = self._range.predict(dt_s, own_gain_mps, path, self._own.gain_sigma_mps, body_pitch_rad)
         if mount is not None:
             self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
         for followed, growth in zip(self._followed, growths, strict=True):

@@ -6,7 +6,7 @@ simultaneous localisation and mapping (Smith, Self & Cheeseman 1990). The state 
 
     B, log K, C   the row map v = B + K / (D + C), see `fcw.camera.ground_plane`
     p             pitch by load and slopes, px of rows, slow
-    q             pitch of the body on its springs, px of rows, fast
+    q             pitch of the body on its springs, px of rows, fast; about what own motion tells of it
     b             how much wider all boxes are, of the logarithm, by the detector or because vehicles
                   are wider here; constant
 
@@ -42,7 +42,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
-from fcw.camera.calibration import Calibration
+from fcw.camera.calibration import Calibration, Gaussian
 from fcw.motion.state import STRAIGHT, Mount, OwnPath
 from fcw.tracking.association import WHOLE, Edges
 from fcw.tracking.box_measurement import (
@@ -67,6 +67,7 @@ from fcw.tracking.box_measurement import (
     Sighting,
     View,
 )
+from fcw.tracking.range.body_pitch import BodyPitch
 from fcw.tracking.range.boxed_part import BoxedPart, judge_widths
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.range.state import RangeState
@@ -99,7 +100,7 @@ class RangeFilter:
         self._kinds: list[int] = []
         self._views: list[View] = []
         self._parts: list[BoxedPart] = []
-        self._frame, self._own_mps2 = 0, 0.0
+        self._frame, self._body = 0, BodyPitch(model)
 
         scale = camera.row_scale_m_px
         depths_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m + camera.pole_m
@@ -205,6 +206,7 @@ class RangeFilter:
         own_gain_mps: float = 0.0,
         path: OwnPath = STRAIGHT,
         own_gain_sigma_mps: float = 0.0,
+        body_pitch_rad: Gaussian | None = None,
     ) -> list[float]:
         """Move on by dt.
 
@@ -213,28 +215,26 @@ class RangeFilter:
             own_gain_mps: by how much we became faster in it; every closing speed grows by as much.
             path: our own now, along which vehicles stand.
             own_gain_sigma_mps: of the gain where the camera measured it: its scale is the camera's.
+            body_pitch_rad: how much lower the camera looks now than its mount does; None where untold.
 
         Returns:
             For each vehicle the factor by which the picture of it grew.
         """
         model, x, n, focal_px = self._model, self._x, len(self._x), self._focal_px
         self._geometry.path = path
-        if dt_s > 0:
-            # Own speeds come in steps: over the time in which the body follows them.
-            renewed = 1 - math.exp(-dt_s / model.fast_pitch_correlation_s)
-            self._own_mps2 += renewed * (own_gain_mps / dt_s - self._own_mps2)
-        nod_rad = math.hypot(model.fast_pitch_sigma_rad, model.dive_rad_per_mps2 * self._own_mps2)
+        told_before_rad = self._body.update(dt_s, own_gain_mps, body_pitch_rad)
         at: NDArray[np.int64] = np.arange(CAMERA, n, VEHICLE)
         keep, added = np.ones(n), np.zeros(n)
         for places, sigma, correlation_s in (  # first-order Markov processes about zero
             (SLOW, focal_px * model.slow_pitch_sigma_rad, model.slow_pitch_correlation_s),
-            (FAST, focal_px * nod_rad, model.fast_pitch_correlation_s),
+            (FAST, focal_px * self._body.sigma_rad, model.fast_pitch_correlation_s),
             (at + ASPECT, np.array([v.aspect_sigma for v in self._views]), model.aspect_correlation_s),
             (at + BUMP, np.array([v.bump_sigma_px for v in self._views]), model.bump_correlation_s),
         ):
             keep[places] = math.exp(-dt_s / correlation_s)
             added[places] = np.square(sigma) * (1 - math.exp(-2 * dt_s / correlation_s))
         x *= keep
+        x[FAST] += focal_px * (keep[FAST] * told_before_rad - self._body.told_rad)  # the rest fades
         moved = np.diag(keep)
         rate, growth = x[at + RATE], x[at + GROWTH]
         lasting = math.exp(-dt_s / model.acceleration_correlation_s)
