@@ -22,7 +22,7 @@ CAR, STEP_S = RangeModel().rears[0], 0.1
 
 
 def distances_m(nods_rad, told, true_m=25.0):
-    """What is believed after each box of a car at a constant distance, seen from a body that nods like this."""
+    """What is believed after each box of a car at a constant distance, by a body that nods like this."""
     range_filter, believed_m = RangeFilter(CALIBRATION, NOISE, RangeModel()), []
     rear = CAMERA.ground_box(true_m, 0.0, CAR.width_m, CAR.height_m)
     assert range_filter.add(rear, None)
