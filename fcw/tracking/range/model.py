@@ -42,6 +42,8 @@ REARS = (
     # Axles stand 1 m (vans with a box) to 3.3 m (city buses) ahead of the rear. They are 7 m (those vans) to
     # 16.5 m long (with a trailer); twelve of KITTI tracking 9.0 m in the median.
     VehicleKind(0.10, 2.60, 0.10, 3.30, 0.15, 1.5, 10.1),
+    # Motorcycles, mopeds and bicycles with their riders: handlebars are 0.6 to 0.95 m wide.
+    VehicleKind(0.03, 0.75, 0.15, 1.60, 0.10, 0.3, 2.1),
 )
 TURNED = (
     # Cars seen from a corner, and from the side.
