@@ -34,7 +34,7 @@ _NO_SMOOTH_EDGES = """
   };
 """
 # three.js knows where everything is, and which picture is shown, also where nothing is drawn. To draw it in
-# software is a quarter of what these tests take, and few of them look at it.
+# software is a fifth of what these tests take, and few of them look at it.
 _NOTHING_DRAWN = """
   for (const name of ["clear", "drawArrays", "drawArraysInstanced", "drawElements", "drawElementsInstanced",
                       "generateMipmap", "texImage2D", "texStorage2D", "texSubImage2D"])
