@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -14,10 +15,11 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.model import Lens
 from fcw.camera.straight import Orientation, Straightening, straight_column, turn
 from fcw.frame import Frame, ImageSize
-from fcw.simulation.drive import render_drive
 from fcw.simulation.world.scenario import load_scenario
+from fcw.sources import open_source
 from fcw.sources.straight import straightened
 
+DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 SIZE = ImageSize(1280, 720)
 CAMERA = GroundPlaneCamera(0.05, 1000.0, 359.5, 1.3, 639.5)
 LENSES = [
@@ -78,10 +80,9 @@ class OneFrame:
 
 @pytest.mark.slow
 def test_the_simulators_picture_comes_back_from_a_turned_wide_camera():
-    """Yaw 3 degrees, roll 2 degrees, k1 -0.25 put on a rendered picture, and taken off again."""
-    scenario = load_scenario("demo")
-    frame, _ = next(iter(render_drive(scenario)))
-    camera = scenario.camera.camera()
+    """Yaw 3 degrees, roll 2 degrees, k1 -0.25 put on a picture of the shipped drive, and taken off again."""
+    frame = next(open_source(DEMO).frames())
+    camera = load_scenario("demo").camera.camera()
     lens = Lens(
         "radtan",
         camera.focal_y_px,

@@ -44,7 +44,7 @@ def test_a_newcomer_calibrates_in_three_clicks_three_numbers_one_height_and_one_
 ):
     source = pictures_of_demo_drive(tmp_path)
     page = serve(source)
-    person = Person(open_page(page.url))
+    person = Person(open_page(page.url, drawn_at=0.25))
     assert "Choose what you have" in person.banner
     assert person.button("Save drive.calibration.yaml").is_disabled()
     for name, place, distance in zip("ABC", DEMO_MARKS_PX, ("7.6", "16,6", "31.6"), strict=True):

@@ -119,7 +119,7 @@ def drawn(person: Reviewer) -> Callable[[], str]:
 def test_a_live_drive_is_seen_and_heard_and_then_reviewed(
     drive: Drive, open_page: OpenPage, wait_for: WaitFor
 ):
-    person = Reviewer(open_page(drive.page.url, picture=False))
+    person = Reviewer(open_page(drive.page.url, picture=False, drawn_at=0.25))
     page = person.browser.page
     page.wait_for_function("document.documentElement.dataset.fcwSound === 'waits'")
     assert "silent until you click" in person.words(".fcw-sound .waits")

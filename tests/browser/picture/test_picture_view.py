@@ -175,7 +175,7 @@ def test_the_view_is_zoomed_panned_and_boxed(server, open_page):
 
 
 def test_the_magnifier_shows_what_is_under_the_handle_that_is_dragged_or_clicked(server, open_page, wait_for):
-    tab = open_page(server.url)
+    tab = open_page(server.url, drawn_at=0.25)
     tab.page.mouse.move(*tab.mouse_position(*HANDLE))
     tab.page.mouse.down()
     tab.page.mouse.move(*tab.mouse_position(*PATCH), steps=4)

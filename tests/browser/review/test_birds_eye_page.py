@@ -29,7 +29,7 @@ def drive_log(tmp_path: Path) -> Path:
 def test_there_and_back_the_picture_is_exactly_as_before(
     drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
 ):
-    person = Reviewer(open_page(review({"made": drive_log}).url))
+    person = Reviewer(open_page(review({"made": drive_log}).url, drawn_at=0.25))
     wait_for(lambda: person.sees(WORST_ROW))
     browser = person.browser
     browser.wait_until_still()

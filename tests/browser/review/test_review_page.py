@@ -61,7 +61,7 @@ def test_the_worst_moment_of_five_drives_is_two_clicks_away(
 
 
 def test_keys(drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor):
-    person = Reviewer(open_page(review({"made": drive_log}).url))
+    person = Reviewer(open_page(review({"made": drive_log}).url, drawn_at=0.25))
     wait_for(lambda: person.sees(WORST_ROW))
     for key, row in (
         ("ArrowRight", WORST_ROW + 1),
