@@ -23,6 +23,7 @@ from fcw.camera.points import (
     PARAMETER_COUNT,
     PointsError,
     check_order,
+    check_reach,
     check_repeats,
     distinct_distances,
 )
@@ -191,6 +192,7 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
         check_repeats(points, document.row_sigma_px)
         check_order(points)
         return None
+    check_reach(points)  # as the marks have them: of dashes the fit counts from the first
     known = stated(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
     # Points that fit no camera are found by their rows, also where much else is known.
     enough = len(distinct_distances([p.distance_m for p in points])) + facts.priors.count >= PARAMETER_COUNT

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.plausibility import Finding, FindingKind, OffsetProposal
-from fcw.camera.points import PointsError, PointsFault
+from fcw.camera.points import FARTHEST_POINT_M, PointsError, PointsFault
 from fcw.camera.uncertainty import NextClick
 from fcw.camera.verdicts.hypotheses import Fault
 from fcw.camera.verdicts.judgement import Suspicion
@@ -142,6 +142,9 @@ def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool, guess:
             case _:
                 pass
     match error.fault:
+        case PointsFault.NOT_A_POINT:
+            limit = typed_text(FARTHEST_POINT_M, imperial)
+            return f"{at(marks[0])} is farther than anybody measures ({limit}). Correct its distance."
         case PointsFault.ROWS_TOGETHER:
             return (
                 f"The rows of {names(marks)} differ by less than the error of a click. "

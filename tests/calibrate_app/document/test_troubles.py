@@ -77,6 +77,19 @@ def test_degenerate_points_are_named_in_feet_where_feet_are_typed():
     assert "C (30 ft) is farther than B (20 ft)" in only_trouble(solve(document)).text
 
 
+@pytest.mark.parametrize("paced", [False, True])
+def test_a_mark_farther_than_anybody_measures_is_named_by_its_letter(paced):
+    """Of dashes the fit counts from the first one, but the person from where the marks are."""
+    rows_px = (row_px for _, row_px in seen(9.0, 21.0, 33.0))
+    points = tuple(zip((300.0, 600.0, 900.0), rows_px, strict=True))
+    document = said(*points, height_m=1.3, paced=paced)
+    solution = solve(document)
+    assert solution.status is Status.DEGENERATE
+    trouble = only_trouble(solution)
+    assert trouble.mark_ids == (3,)
+    assert "C (900 m) is farther than anybody measures (500 m)" in trouble.text
+
+
 def test_swapped_distances_are_swapped_back():
     points = seen(6, 15, 40)
     document = said((6, points[0][1]), (40, points[1][1]), (15, points[2][1]), height_m=1.3)
