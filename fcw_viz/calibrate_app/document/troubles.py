@@ -156,10 +156,6 @@ def _camera_trouble(document: Document, marks: Sequence[Mark], result: Result) -
     mend = _mend(document, marks, named, offset_m)
     if named.fault is Fault.BUMPER and cause.offset is not None:
         likely = words.offset_cause(document, cause.offset)
-    elif named.fault is Fault.FEET:
-        likely = words.unit_cause("the distances", document.imperial)
-    elif named.fault is Fault.POINT:
-        likely = words.lone_cause(wrong[0])
     else:
         likely = words.verdict_cause(document, marks, named)
     if cause.is_question:
@@ -226,7 +222,7 @@ def _unit_mend(document: Document) -> Mend:
         if mark.distance_m is not None
     )
     edits = (*distances, SetUnits(not document.imperial))
-    return Mend(words.unit_label("the distances", document.imperial), edits)
+    return Mend(words.unit_label(document.imperial), edits)
 
 
 def _prior_trouble(document: Document, calibration: Calibration, field: str) -> Trouble:

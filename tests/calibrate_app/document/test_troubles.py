@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from session_helpers import PAPER_POINTS, SIZE, edits, mended, only_trouble, said, seen
+from session_helpers import CAMERA, PAPER_POINTS, SIZE, edits, mended, only_trouble, said, seen
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.lens.model import Lens
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document.document import Belief
+from fcw_viz.calibrate_app.document.document import Belief, Line
 from fcw_viz.calibrate_app.document.edits import (
     DeleteMark,
     EnableMark,
@@ -237,3 +237,16 @@ def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(ste
     if solution.result is not None:
         assert all(math.isfinite(row.row_px) for row in solution.result.rows)
         assert all(not math.isnan(row.high_m) for row in solution.result.rows)
+
+
+def test_a_height_that_the_rest_contradicts_is_told_in_the_units_that_are_typed():
+    """With its error: `1.6 ± 0.0984 ft` would be wrong by a factor of three."""
+    lines = tuple(
+        Line((CAMERA.column_at(y, 7.0), CAMERA.row_at(7.0)), (CAMERA.column_at(y, 40.0), CAMERA.row_at(40.0)))
+        for y in (1.75, -1.75)
+    )
+    stated = said(*seen(9, 25, 45), height_m=1.6, height_sigma_m=0.03)
+    stated = replace(stated, lane_lines=lines, lane_width=Belief(Gaussian(3.5, 0.05)))
+    for imperial, words in ((False, "1.6 ± 0.03 m contradicts"), (True, "5.25 ± 0.0984 ft contradicts")):
+        troubles = solve(replace(stated, imperial=imperial)).troubles
+        assert any(words in trouble.text for trouble in troubles)
