@@ -12,7 +12,7 @@ from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import default_path
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.model import Lens
-from fcw.camera.points import check_priors
+from fcw.camera.points import check_each, check_priors
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.files import CALIBRATION, check_kind, check_place
@@ -71,7 +71,9 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     check_priors(priors)
     evidence = stated_evidence(command) or Evidence()
     if command.points:
-        evidence = replace(evidence, points=tuple(ground_point(text) for text in command.points))
+        points = tuple(ground_point(text) for text in command.points)
+        check_each(points, size)
+        evidence = replace(evidence, points=points)
     lens = stated_lens(command, size)
     notes: tuple[str, ...] = ()
     with progress(source.name, None) as bar:
