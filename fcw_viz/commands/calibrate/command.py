@@ -1,5 +1,6 @@
 """`fcw calibrate`: with points on the command line, or as the page that they are clicked on."""
 
+from fcw.errors import UserError
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 
 
@@ -24,6 +25,8 @@ def run_calibrate(command: CalibrateCommand) -> int:
         from fcw_viz.commands.calibrate.from_clip import run_calibrate_from_clip
 
         return run_calibrate_from_clip(command)
+    if command.speed is not None:
+        raise UserError("--speed: only with --from-clip; the page asks for it in the way of a known speed")
     if command.source is not None and not marked(command):
         from fcw_viz.commands.calibrate.page import run_calibrate_page
 
@@ -36,4 +39,4 @@ def run_calibrate(command: CalibrateCommand) -> int:
 def marked(command: CalibrateCommand) -> bool:
     """Whether something of the road is stated."""
     marks = (command.points, command.lane_line, command.dashes, command.rectangle, command.plate)
-    return any(marks)
+    return any(marks) or command.horizon_line is not None

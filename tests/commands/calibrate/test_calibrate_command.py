@@ -273,6 +273,9 @@ def test_source_gives_the_image_size_and_the_place_to_save(picture_folder, capsy
         (["--json"], "--json: only with --points; the page has a button for it"),
         (["--export", "kalibr", "k.yaml"], "--export: only with --points"),
         (["--port", "0"], "--port 0: expected a number from 1 to 65535"),
+        (["--speed", "25"], "--speed: only with --from-clip"),
+        (["--lane-width", "3.7"], "--lane-width: needs two --lane-line"),
+        (["--horizon-line", "0:30:127:31"], "--height is missing"),
     ],
 )
 def test_what_the_page_refuses_before_it_starts(arguments, message, picture_folder, capsys):
