@@ -1,15 +1,18 @@
 """`fcw calibrate` with a lens, and without one where it would be needed."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.export import camera_info_text
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
 from fcw.camera.straight import Orientation, Straightening
 from fcw.frame import ImageSize
@@ -67,3 +70,50 @@ def test_marks_beside_each_other_at_one_distance_are_of_a_fisheye_in_two_rows(tm
     assert result["pitch_rad"] == pytest.approx(camera.pitch_rad, abs=0.002)
     assert main(arguments) == 2
     assert "have the same distance, 3 m" in capsys.readouterr().err
+
+
+BOARD_FOCAL_PX = 500.0
+
+
+def write_boards(folder: Path, sizes: list[tuple[int, int]]) -> None:
+    """A chessboard of 6x4 inner corners seen by a lens of `BOARD_FOCAL_PX`, in pictures of these sizes."""
+    folder.mkdir()
+    for number, (width, height) in enumerate(sizes):
+        focal_px = BOARD_FOCAL_PX * width / 640
+        matrix = np.array([[focal_px, 0, width / 2 - 0.5], [0, focal_px, height / 2 - 0.5], [0, 0, 1]])
+        turn = np.array([0.35 * math.sin(2.0 * number), 0.35 * math.cos(2.0 * number), 0.1 * number])
+        away = np.array([-3.5, -2.5, 9.0])
+        image = np.full((height, width, 3), 255, np.uint8)
+        for row in range(5):
+            for column in range(7):
+                if (row + column) % 2:
+                    continue
+                square = np.array([(column + x, row + y, 0.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+                places, _ = cv2.projectPoints(square, turn, away, matrix, np.zeros(5))
+                corners = np.round(places.reshape(-1, 2) * 16).astype(np.int32)
+                cv2.fillConvexPoly(image, corners, (0, 0, 0), cv2.LINE_AA, 4)
+        cv2.imwrite(str(folder / f"{number}.png"), image)
+
+
+@pytest.mark.parametrize("named", ["boards.v1", "."])
+def test_the_lens_of_a_folder_of_boards_is_saved_under_the_folders_whole_name(
+    named, tmp_path, capsys, monkeypatch
+):
+    folder = tmp_path / "boards.v1"
+    write_boards(folder, [(640, 480)] * 4)
+    monkeypatch.chdir(folder if named == "." else tmp_path)
+    result = result_of(["calibrate", named, "--chessboard", "6x4"], capsys)
+    assert Path(result["saved"]).name == "boards.v1.lens.yaml"
+    assert read_lens(Path(result["saved"])).focal_y_px == pytest.approx(BOARD_FOCAL_PX, rel=0.02)
+
+
+def test_boards_in_pictures_of_several_sizes_give_no_lens(tmp_path, capsys):
+    """Taken for one size they gave a wrong lens, and no word of it."""
+    folder = tmp_path / "boards"
+    write_boards(folder, [(640, 480), (640, 480), (320, 240), (640, 480), (641, 481)])
+    assert main(["calibrate", str(folder), "--chessboard", "6x4"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "pictures of several sizes (3 of 640x480, 1 of 320x240, 1 of 641x481)" in said
+    assert list(tmp_path.iterdir()) == [folder]
+    (folder / "2.png").unlink()
+    assert main(["calibrate", str(folder), "--chessboard", "6x4"]) == 0, "a pixel more is of the same lens"
