@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from fcw.camera.points import (
     check_repeats,
     distinct_distances,
 )
+from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.solve import calibrate
 from fcw.camera.uncertainty import best_next_click, camera_sigmas, relative_errors, row_sigmas
 from fcw.camera.vanishing import combined, vanishing_row
@@ -224,8 +226,13 @@ def _of_rows(document: Document, priors: Priors, points: Sequence[GroundPoint]) 
             tape_error=document.tape_error,
         )
 
-    calibration = with_height(ASSUMED_HEIGHT_M if document.height_m is None else document.height_m)
-    if document.height_m is None or document.height_sigma_m is None:
+    if document.height_m is None:
+        calibration = with_height(ASSUMED_HEIGHT_M)
+        with suppress(UserError):  # one so far off may determine no camera
+            return with_height_error(calibration, UNKNOWN_HEIGHT_SIGMA_M, with_height)
+        return calibration
+    calibration = with_height(document.height_m)
+    if document.height_sigma_m is None:
         return calibration
     return with_height_error(calibration, document.height_sigma_m, with_height)
 

@@ -35,12 +35,11 @@ def stated(
         assumed_height_m: where no height was said, for the preview.
         assumed_offset_m: the same of the bumper.
     """
-    height_m = Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
-    if document.height_m is not None or not document.has_size:
-        height_m = Gaussian(
-            assumed_height_m if document.height_m is None else document.height_m,
-            document.height_sigma_m or MEASURED_SIGMA_M,
-        )
+    if document.height_m is None:
+        assumed_m = UNKNOWN_HEIGHT_M if document.has_size else assumed_height_m
+        height_m = Gaussian(assumed_m, UNKNOWN_HEIGHT_SIGMA_M)
+    else:
+        height_m = Gaussian(document.height_m, document.height_sigma_m or MEASURED_SIGMA_M)
     offset_m = document.reference_offset_m
     return Known(
         _evidence(document, points),
