@@ -293,6 +293,21 @@ def test_marks_of_a_clip_are_checked_as_they_are_in_a_picture(arguments, message
     assert not default_path(bent_clip).exists()
 
 
+def test_exchanged_sides_are_refused_in_a_clip_too(bent_clip, monkeypatch, capsys):
+    """Every distance would be wrong by a factor of two."""
+    monkeypatch.undo()
+    camera = GroundPlaneCamera(0.03, 500.0, 179.5, 1.3, 319.5)
+    corners = ":".join(f"{camera.column_at(y, d):.2f}:{camera.row_at(d):.2f}" for d, y in BAY_M)
+    command = ["calibrate", str(bent_clip), "--from-clip", "--rectangle", corners, "--rectangle-sides"]
+    assert main([*command, "5x2.5"]) == 2
+    assert "exchange them in --rectangle-sides" in " ".join(capsys.readouterr().err.split())
+    assert not default_path(bent_clip).exists()
+    assert main([*command, "2.5x5"]) == 0
+    assert read_calibration(default_path(bent_clip)).distance_at(camera.row_at(20.0)) == pytest.approx(
+        20.0, rel=0.05
+    )
+
+
 def test_marks_in_a_bent_picture_are_taken_as_they_are_and_that_is_said(bent_clip, capsys):
     assert main(["calibrate", str(bent_clip), "--from-clip", *LANES]) == 0
     told = " ".join(capsys.readouterr().err.split())
