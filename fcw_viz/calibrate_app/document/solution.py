@@ -118,7 +118,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
         calibration = _calibration(document, facts)
     except UserError as error:
         # What is in the sky explains it: nobody else is to blame.
-        troubles = sky() or degenerate_troubles(document, error, calibration_of, thorough=effects)
+        troubles = sky() or degenerate_troubles(document, error, facts.priors, calibration_of, effects)
         return replace(
             incomplete,
             status=Status.DEGENERATE,

@@ -90,6 +90,20 @@ def test_a_mark_farther_than_anybody_measures_is_named_by_its_letter(paced):
     assert "C (900 m) is farther than anybody measures (500 m)" in trouble.text
 
 
+def test_what_is_known_of_lens_and_horizon_has_a_say_in_what_went_wrong():
+    """Three rows alone do not tell 150 m for 15 from two distances that are swapped."""
+    view, horizon = Gaussian(2 * math.atan(0.64), 0.03), Gaussian(CAMERA.horizon_row_px, 2.0)
+    (near, slip, far) = seen(7, 15, 25)
+    document = said(near, (150.0, slip[1]), far, height_m=1.3)
+    document = replace(document, field_of_view=Belief(view), horizon=Belief(horizon))
+    trouble = only_trouble(solve(document))
+    assert "B is 15 m away, not 150 m" in trouble.text
+    good = solve(mended(document, trouble.mend))
+    assert good.status is Status.GOOD
+    assert good.result is not None
+    assert good.result.calibration.distance_at(CAMERA.row_at(30.0)) == pytest.approx(30.0, rel=0.02)
+
+
 def test_swapped_distances_are_swapped_back():
     points = seen(6, 15, 40)
     document = said((6, points[0][1]), (40, points[1][1]), (15, points[2][1]), height_m=1.3)
