@@ -323,6 +323,11 @@ def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, cap
         (["FOLDER", "--chessboard", "9"], "--chessboard 9: expected its inner corners"),
         (["FOLDER/no", "--chessboard", "9x6"], "not a folder of pictures of the board"),
         (["FOLDER", "--chessboard", "9x6"], "no picture in this folder that can be read; expected"),
+        (["FOLDER", "--chessboard", "9x6", "--height", "1.3"], "--height: --chessboard does not use it"),
+        (
+            ["--from-drive", "FOLDER", "--save", "x.yaml", "--height", "1.3"],
+            "--height: --from-drive does not",
+        ),
     ],
 )
 def test_a_chessboard_that_is_not_there_is_refused(tmp_path, capsys, arguments, message):
