@@ -12,13 +12,12 @@ from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment, combined, vanishing_row
 from fcw.errors import UserError
+from fcw.self_calibration.speed import SPEED_SIGMA
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
 
 FEWEST_VEHICLES = 5
 """Fewer say more of themselves than of the camera."""
-SPEED_SIGMA = 0.04
-"""Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
 
 
 def stated(
