@@ -144,10 +144,16 @@ def write_calibration(calibration: Calibration, path: Path, warnings: Sequence[s
     """Write the calibration file, whole or not at all; see `calibration_text`.
 
     Raises:
-        UserError: the file cannot be written there, or is there already and is no calibration.
+        UserError: the file cannot be written there, or is there already and is no calibration, or it would
+            hold a number that is none of a camera, so that nobody could read it again.
     """
     check_kind(path, *CALIBRATION)
-    write_whole(path, calibration_text(calibration, warnings))
+    text = calibration_text(calibration, warnings)
+    try:
+        parse_calibration(text, str(path))
+    except UserError as error:
+        raise UserError(f"{error}; not saved: check the marks, the lens and what else was said") from error
+    write_whole(path, text)
 
 
 def read_calibration(path: Path) -> Calibration:

@@ -155,9 +155,7 @@ def check_points(
         PointsError: naming the points and the mend.
         UserError: they are too many.
     """
-    for point in points:
-        _check_point(point, image_size)
-    check_reach(points)
+    check_each(points, image_size)
     ordered = sorted(points, key=lambda point: point.distance_m)
     distinct = len(distinct_distances([point.distance_m for point in points]))
     enough = distinct + prior_count >= PARAMETER_COUNT
@@ -185,6 +183,18 @@ def check_points(
         check_order(points)
     if len(points) == PARAMETER_COUNT and prior_count == 0:
         _check_convex(*ordered)
+
+
+def check_each(points: Sequence[GroundPoint], image_size: ImageSize) -> None:
+    """Refuse points that are none by themselves, whatever the others are, and more than anybody clicks.
+
+    Raises:
+        PointsError: naming the point.
+        UserError: they are too many.
+    """
+    for point in points:
+        _check_point(point, image_size)
+    check_reach(points)
 
 
 def check_reach(points: Sequence[GroundPoint]) -> None:

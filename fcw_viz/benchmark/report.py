@@ -54,7 +54,7 @@ def print_figures(figures: Figures, console: Console, earlier: EarlierFigures | 
         for change in earlier.changes(figures):
             against.add_row(change.name, f"{change.before:.2f}", f"{change.now:.2f}", f"{change.ratio:.2f}")
         tables.append(against)
-        console.print(f"\nearlier: {earlier.heading}", highlight=False, markup=False)
+        console.print(f"\nearlier: {earlier.heading}", highlight=False)
         console.print("now / before: less than 1 is faster for times, more than 1 for rates", highlight=False)
     for table in tables:
         table.columns[0].no_wrap = True
@@ -86,7 +86,8 @@ def write_report(figures: Figures, folder: Path, earlier: EarlierFigures | None 
         UserError: a file cannot be written.
     """
     text = io.StringIO()
-    print_figures(figures, Console(file=text, width=TEXT_COLUMNS), earlier)
+    console = Console(file=text, width=TEXT_COLUMNS, markup=False, emoji=False)  # names may hold brackets
+    print_figures(figures, console, earlier)
     files = {
         TEXT_NAME: text.getvalue(),
         JSON_NAME: json.dumps(figures.as_json(), indent=2) + "\n",

@@ -131,8 +131,8 @@ class Desk:
         """Do one step; False where it was refused, and the person was told why."""
         return self._try(lambda: self.session.apply(self.person, *edits))
 
-    def preview(self, edit: Edit) -> None:
-        """Show what an edit would do, while dragging."""
+    def preview(self, edit: Edit | None) -> None:
+        """Show what an edit would do, while dragging; None ends that."""
         self._try(lambda: self.session.preview(self.person, edit))
 
     def undo(self) -> None:

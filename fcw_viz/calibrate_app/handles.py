@@ -63,7 +63,8 @@ class PictureHandles:
     def show(self, state: SessionState) -> None:
         """Bring the handles to a moment of the session."""
         self._wishes = dict(self._wished(state))
-        for name in set(self._handles) - set(self._wishes):
+        gone = set(self._handles) - set(self._wishes)
+        for name in gone:
             self._handles.pop(name).remove()
         for name, wish in self._wishes.items():
             if name not in self._handles:
@@ -73,6 +74,9 @@ class PictureHandles:
             self._handles[name].set_colour(wish.color)
             self._handles[name].set_hollow(not wish.enabled)
             self._handles[name].lets_click_through = wish.lets_click_through
+        if self._dragged in gone:  # deleted in another tab: nothing else ends this drag
+            self._dragged = ""
+            self._desk.preview(None)
 
     def _new_handle(self, name: str, wish: _Wish) -> Handle:
         def drag(phase: Phase, column_px: float, row_px: float) -> None:

@@ -97,7 +97,7 @@ def report_html(
 def _warnings(state: SessionState) -> Iterator[str]:
     if state.solution.height_assumed:
         yield _warning(
-            "The camera's height was not said; the one here is assumed. Distances do not depend on it."
+            "The camera's height was not said; the one here is assumed, and the intervals allow for that."
         )
     for trouble in state.solution.troubles:
         yield _warning(trouble.text)

@@ -242,6 +242,8 @@ class CalibrationSession:
                 try:
                     event = Event(now(), person.name, action, edits())
                     history = self._history.after(event)
+                    # A step that a fault of ours cannot solve must not be kept: no page could open it again.
+                    self._solve(history.document)
                     self._journal.add(event)
                 except BaseException:
                     if ended is not None:

@@ -11,6 +11,7 @@ from session_helpers import PAPER_POINTS, tell
 
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.desk import Desk
+from fcw_viz.calibrate_app.document.edits import DeleteMark, MoveMark
 from fcw_viz.calibrate_app.handles import PictureHandles
 from fcw_viz.calibrate_app.session import CalibrationSession, Person
 
@@ -39,6 +40,27 @@ def test_a_click_on_a_point_asks_for_no_number(desk: Desk, monkeypatch: pytest.M
     click()
     assert desk.selected == len(PAPER_POINTS)
     told.assert_called_once_with(desk.client)
+
+
+def test_a_drag_ends_where_its_point_is_deleted_by_another(desk: Desk):
+    """Else the point would lie where it was dragged to, and could not be moved, once undo brings it back."""
+    handles = PictureHandles(desk)
+    handles.show(desk.state)
+    *_, drag, _ = desk.view.add_handle.call_args.args  # pyright: ignore[reportAttributeAccessIssue]
+    last = desk.state.document.marks[-1]
+    for phase in ("start", "update"):
+        drag(phase, last.column_px, last.row_px + 30)
+    bert = desk.session.join(lambda _: None)
+    desk.session.apply(bert, DeleteMark(last.id))
+    handles.show(desk.session.state)
+    desk.session.undo(bert)
+    assert desk.session.state.document.mark(last.id) == last
+    handles.show(desk.session.state)
+    moved = MoveMark(last.id, last.column_px, last.row_px - 5)
+    desk.session.apply(bert, moved)
+    handles.show(desk.session.state)
+    handle = desk.view.add_handle.return_value  # pyright: ignore[reportAttributeAccessIssue]
+    handle.move.assert_called_with(moved.column_px, moved.row_px)
 
 
 def test_a_picture_that_cannot_be_read_is_not_the_one_that_is_clicked_in(desk: Desk):

@@ -27,6 +27,7 @@ from fcw.camera.file import read_calibration
 from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.besides.knowledge import SetVehicles
+from fcw_viz.calibrate_app.document.document import Document
 from fcw_viz.calibrate_app.document.edits import (
     AddMark,
     DeleteMark,
@@ -35,7 +36,7 @@ from fcw_viz.calibrate_app.document.edits import (
 )
 from fcw_viz.calibrate_app.document.journal import journal_path, read_journal
 from fcw_viz.calibrate_app.document.solution import solve
-from fcw_viz.calibrate_app.document.state import SessionState, Status
+from fcw_viz.calibrate_app.document.state import SessionState, Solution, Status
 
 # Who sees what
 
@@ -74,6 +75,25 @@ def test_a_step_of_which_one_edit_fails_changes_nothing(session, tmp_path):
         session.apply(anna, SetHeight(1.2), DeleteMark(2))
     assert session.state == before
     assert kept(tmp_path) == before.document
+
+
+def test_a_step_that_the_program_cannot_solve_is_not_kept(tmp_path, monkeypatch):
+    """Kept, it would fail each time that the work is opened again."""
+
+    def faulty(document: Document, effects: bool = True) -> Solution:
+        if len(document.marks) == 3:
+            raise RuntimeError("a fault of ours")
+        return solve(document, effects)
+
+    monkeypatch.setattr("fcw_viz.calibrate_app.session.solve", faulty)
+    session = open_session(tmp_path)
+    anna = session.join(nobody)
+    tell(session, anna, seen(6, 15))
+    with pytest.raises(RuntimeError, match="a fault of ours"):
+        tell(session, anna, seen(40))
+    session.close()
+    assert len(kept(tmp_path).marks) == 2
+    assert len(open_session(tmp_path).state.document.marks) == 2
 
 
 def test_two_drags_at_once_are_both_shown_and_not_kept(session, tmp_path):

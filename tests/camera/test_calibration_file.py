@@ -198,6 +198,18 @@ def test_missing_and_unreadable_files(tmp_path):
         read_calibration(tmp_path / "binary.yaml")
 
 
+def test_what_could_not_be_read_again_is_not_saved(tmp_path):
+    """A focal length of 2e7 px is that of no lens; the file that was there stays."""
+    file = tmp_path / "camera.yaml"
+    camera = GroundPlaneCamera(0.03, 1100.0, 359.5, 1.225, 639.5)
+    write_calibration(Calibration.from_camera(camera, ImageSize(1280, 720)), file)
+    before = file.read_text()
+    nowhere = Calibration.from_camera(replace(camera, focal_y_px=2e7), ImageSize(1280, 720))
+    with pytest.raises(UserError, match=r"camera\.yaml: .*focal_y_px is 20000000.*; not saved: check"):
+        write_calibration(nowhere, file)
+    assert file.read_text() == before
+
+
 def test_saving_where_nothing_can_be_written_leaves_nothing(tmp_path):
     with pytest.raises(UserError, match=r"x\.yaml: cannot write .* name a file in a folder that exists"):
         write_calibration(three_point_calibration(), tmp_path / "no folder" / "x.yaml")

@@ -33,6 +33,7 @@ from fcw_viz.benchmark.picture_cases import (
     PRIOR_NEAR,
     prior_name,
 )
+from fcw_viz.benchmark.report import write_report
 from fcw_viz.benchmark.stages import (
     DECODING,
     DETECTION_REST,
@@ -202,6 +203,14 @@ def test_bench_refuses_a_report_that_cannot_be_written_before_it_measures(
     # Without the folder's check the missing video would be told of.
     assert main(["bench", str(tmp_path / "none.mp4"), "--report", str(tmp_path / "file")]) == 2
     assert "cannot make this folder" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_report_writes_names_as_they_are(tmp_path: Path) -> None:
+    names = [LUV, FULL, *(prior_name(far_m, deg) for far_m in FARTHEST_M for deg in PITCH_TOLERANCES_DEG)]
+    windows = dict.fromkeys(names[1:], 1000)
+    figures = Figures("drive [cut] :car:.mp4, 1280x720", {name: [1.0] for name in names}, {}, {}, windows)
+    write_report(figures, tmp_path)
+    assert (tmp_path / "bench.txt").read_text().startswith("drive [cut] :car:.mp4, 1280x720\n")
 
 
 def test_a_video_of_one_picture_cannot_be_repeated(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ SLOPE_SIGMA_RAD = math.radians(0.25)
 However many there are, they tell the horizon no better than this.
 """
 SMALLEST_DEPTH_M = 0.2
-TANGENTS, LOG_FOCALS = (-1.0, 1.5), (3.0, 12.0)
+TANGENTS, LOG_FOCALS, LOG_HEIGHTS = (-1.0, 1.5), (3.0, 12.0), (-5.0, 10.0)
 """Of cameras that are tried; a fit that ends beyond has found none."""
 NO_BEND = Gaussian(0.0, CLOSED_SIGMA)
 LARGEST_BEND = 0.6
@@ -199,7 +199,8 @@ class JointFit:
         x, _ = min(fits, key=lambda fit: fit[1])
         jacobian = self.jacobian(x)
         scale = np.linalg.norm(jacobian, axis=0)
-        found = TANGENTS[0] <= x[TANGENT] <= TANGENTS[1] and LOG_FOCALS[0] <= x[LOG_FOCAL] <= LOG_FOCALS[1]
+        limits = ((TANGENT, TANGENTS), (LOG_FOCAL, LOG_FOCALS), (LOG_HEIGHT, LOG_HEIGHTS))
+        found = all(least <= x[k] <= most for k, (least, most) in limits)
         if not (found and np.isfinite(scale).all() and scale.all()):
             raise UserError(
                 "no camera fits all that was said; check the marks, their distances and the camera's height"
@@ -280,6 +281,7 @@ class JointFit:
         x = x.copy()
         x[TANGENT] = min(max(x[TANGENT], TANGENTS[0]), TANGENTS[1])
         x[LOG_FOCAL] = min(max(x[LOG_FOCAL], LOG_FOCALS[0]), LOG_FOCALS[1])
+        x[LOG_HEIGHT] = min(max(x[LOG_HEIGHT], LOG_HEIGHTS[0]), LOG_HEIGHTS[1])
         x[BEND] = min(max(x[BEND], -LARGEST_BEND), LARGEST_BEND)
         camera, orientation = self.camera(x)
         self._way = Straightening(camera, orientation, self.lens(x), self._size)

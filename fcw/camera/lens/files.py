@@ -82,9 +82,9 @@ def _lens(
     coefficients: tuple[float, ...],
     size: tuple[float, ...],
 ) -> Lens:
-    if model not in MODELS:
+    known = MODELS.get(model) if isinstance(model, str) else None
+    if known is None:
         raise _wrong(path, field, model, f"one of {', '.join(MODELS)}")
-    known = MODELS[str(model)]
     counts = COEFFICIENT_COUNTS[known]
     # Trailing zeros are the same lens: OpenCV writes up to fourteen.
     while len(coefficients) > max(counts) and coefficients[-1] == 0:
@@ -116,10 +116,6 @@ def _numbers(path: Path, field: str, values: object) -> tuple[float, ...]:
     ):
         raise _wrong(path, field, values, "a list of finite numbers")
     return tuple(float(value) for value in values)
-
-
-def _is_finite(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _wrong(path: Path, field: str, value: object, expected: str) -> UserError:

@@ -1,5 +1,6 @@
 """A lens from pictures: of a chessboard, or of lines that are straight in the world."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import cv2
@@ -12,6 +13,8 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 FEWEST_BOARDS = 3
+CROPPED_PX = 1
+"""Cameras crop single pictures by a pixel now and then."""
 FEWEST_LINE_POINTS = 5
 BENT_PX = 3.0
 """A line that bends by more than this was bent by the lens, or is not straight."""
@@ -25,29 +28,37 @@ def lens_of_chessboards(pictures: Sequence[NDArray[np.uint8]], inner_corners: tu
         inner_corners: of the board, across and down.
 
     Raises:
-        UserError: too few of them show the whole board.
+        UserError: too few of them show the whole board, or those that do are of several sizes.
     """
     across, down = inner_corners
     board = np.zeros((across * down, 3), np.float32)
     board[:, :2] = np.mgrid[0:across, 0:down].T.reshape(-1, 2)
-    found, size = [], None
+    found: list[NDArray] = []
+    sizes: Counter[ImageSize] = Counter()
     criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-3)
     for picture in pictures:
         grey = (
             picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
         )
-        size = size or (grey.shape[1], grey.shape[0])
         shown, corners = cv2.findChessboardCorners(grey, inner_corners)
         if shown:
             found.append(cv2.cornerSubPix(grey, corners, (9, 9), (-1, -1), criteria))
-    if size is None or len(found) < FEWEST_BOARDS:
+            sizes[ImageSize(grey.shape[1], grey.shape[0])] += 1
+    if len(found) < FEWEST_BOARDS:
         raise UserError(
             f"the whole board of {across}x{down} inner corners shows in {len(found)} of {len(pictures)} "
             f"pictures, expected {FEWEST_BOARDS} or more; check the number of inner corners, and that all of "
             "them are in the picture"
         )
+    size = next(iter(sizes))
+    if any(max(abs(one.width - size.width), abs(one.height - size.height)) > CROPPED_PX for one in sizes):
+        counted = ", ".join(f"{count} of {one}" for one, count in sizes.items())
+        raise UserError(
+            f"the board shows in pictures of several sizes ({counted}); a lens is of one mode of the camera, "
+            "held one way up: leave the pictures of the others out"
+        )
     _, matrix, coefficients, _, _ = cv2.calibrateCamera(
-        [board] * len(found), found, size, np.eye(3), np.zeros(5)
+        [board] * len(found), found, (size.width, size.height), np.eye(3), np.zeros(5)
     )
     return Lens(
         "radtan",
@@ -56,7 +67,7 @@ def lens_of_chessboards(pictures: Sequence[NDArray[np.uint8]], inner_corners: tu
         float(matrix[0, 2]),
         float(matrix[1, 2]),
         tuple(np.ravel(coefficients)[:5].tolist()),
-        ImageSize(*size),
+        size,
     )
 
 

@@ -4,7 +4,6 @@ How often each mistake is made (`SHARES`) is a guess about people, not a count. 
 is in `fcw.camera.verdicts.judgement`.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -147,7 +146,7 @@ def _dashes(said: tuple[float, ...], offset_m: float) -> Iterator[Hypothesis]:
     if len(gaps) < 2 or min(gaps) <= 0 or max(gaps) > (1 + EVEN_PART) * min(gaps):
         return
     period_m = float(np.mean(gaps))
-    start = (offset_m, math.hypot(DASH_START_SIGMA_M, 1e-6))
+    start = (offset_m, DASH_START_SIGMA_M)
     yield Hypothesis(Fault.DASHES, DASHES_SHARE, said, offset_m=start)
     others = [other for other in DASH_PERIODS_M if abs(other / period_m - 1) > 0.02]
     for other in others:

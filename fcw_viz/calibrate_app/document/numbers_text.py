@@ -11,7 +11,9 @@ WIDE_INTERVAL = 5.0
 NARROW_INTERVAL = 0.5
 """One of fewer units than this needs two."""
 HALVES = ((0.29, "would cut the error to a quarter"), (0.4, "would cut the error to a third"))
-_METRES = re.compile(r"(\d+(?:\.\d+)?) m\b")
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_METRES = re.compile(rf"({_NUMBER.pattern}(?: (?:±|by|to) {_NUMBER.pattern})*) m\b")
+"""Also `1.3 ± 0.03 m`, `2.5 by 5 m` and `2.1 to 2.4 m`, whose unit is that of each number."""
 HALF = 0.6
 """A ratio of errors up to this is called half."""
 
@@ -40,7 +42,11 @@ def with_lengths(text: str, imperial: bool) -> str:
     """A sentence of the library, which writes metres, in the units of the page."""
     if not imperial:
         return text
-    return _METRES.sub(lambda found: f"{in_units(float(found[1]), True):.3g} ft", text)
+
+    def feet(number: re.Match[str]) -> str:
+        return f"{in_units(float(number[0]), True):.3g}"
+
+    return _METRES.sub(lambda found: f"{_NUMBER.sub(feet, found[1])} ft", text)
 
 
 def about_text(distance_m: float, imperial: bool) -> str:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+
 from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import read_calibration
 from fcw.camera.prior_sigmas import ROLL_SIGMA_RAD, YAW_SIGMA_RAD
@@ -22,6 +24,8 @@ FILE_PERSON = "calibration file"
 """Who did it, where the file did."""
 SURE_RAD, SURE_PX = 1e-3, 0.1
 """A file may call its numbers exact."""
+ALIKE_AT_M, ALIKE_PART = (5.0, 10.0, 20.0, 40.0), 0.02
+"""Two cameras are alike whose distances there differ by a smaller part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +35,8 @@ class Beginning:
     Attributes:
         journal: open and locked.
         history: what happened before.
-        saved: what the calibration file holds, calibrated anew; None where there is none that can be read.
+        saved: what the calibration file holds, calibrated anew; None where there is none that can be read, or
+            where what it says of its points gives another camera.
         notice: what everybody should know of it; empty where there is nothing.
     """
 
@@ -62,13 +67,19 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
     content = journal.content
     history = content.history
     saved = None if loaded is None else _calibration(loaded)
-    if existed and saved is not None and digest == content.saved_digest:
+    if in_file is not None and not (saved and _are_alike(saved, in_file)):
+        # Made without what every lens has, or with vehicles or a speed, which no file keeps.
+        saved = None
+    if existed and in_file is not None and digest == content.saved_digest:
         # The file is this journal's own, which alone knows how sure the height was.
         own = _calibration(history.document)
         saved = own if own == in_file else saved
     if not existed:
         if loaded is not None:
-            notice = f"The points of {save_path.name} were loaded. {notice}".strip()
+            another = (
+                "" if saved else "Alone they do not give the camera that it holds; saving replaces that."
+            )
+            notice = f"The points of {save_path.name} were loaded. {another or notice}".strip()
         return Beginning(journal, history, saved, notice)
     steps = f"{content.event_count} step" + ("" if content.event_count == 1 else "s")
     notices = [f"Your work goes on where it was: {steps} from {journal.path.name}."] * bool(
@@ -150,6 +161,12 @@ def document_of(calibration: Calibration) -> Document:
         plates=plates,
         plate_width_m=calibration.plates[0].width_m if plates else default.plate_width_m,
     )
+
+
+def _are_alike(one: Calibration, other: Calibration) -> bool:
+    """Whether two cameras see all distances nearly alike."""
+    rows_px = other.row_at(np.array(ALIKE_AT_M))
+    return bool(np.allclose(one.distance_at(rows_px), ALIKE_AT_M, rtol=ALIKE_PART, atol=0.0))
 
 
 def _turn(value_rad: float, sigma_rad: float, unknown_rad: float) -> Belief | None:

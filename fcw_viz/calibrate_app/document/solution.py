@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,9 +24,11 @@ from fcw.camera.points import (
     PARAMETER_COUNT,
     PointsError,
     check_order,
+    check_reach,
     check_repeats,
     distinct_distances,
 )
+from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.solve import calibrate
 from fcw.camera.uncertainty import best_next_click, camera_sigmas, relative_errors, row_sigmas
 from fcw.camera.vanishing import combined, vanishing_row
@@ -115,7 +118,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
         calibration = _calibration(document, facts)
     except UserError as error:
         # What is in the sky explains it: nobody else is to blame.
-        troubles = sky() or degenerate_troubles(document, error, calibration_of, thorough=effects)
+        troubles = sky() or degenerate_troubles(document, error, facts.priors, calibration_of, effects)
         return replace(
             incomplete,
             status=Status.DEGENERATE,
@@ -191,6 +194,7 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
         check_repeats(points, document.row_sigma_px)
         check_order(points)
         return None
+    check_reach(points)  # as the marks have them: of dashes the fit counts from the first
     known = stated(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
     # Points that fit no camera are found by their rows, also where much else is known.
     enough = len(distinct_distances([p.distance_m for p in points])) + facts.priors.count >= PARAMETER_COUNT
@@ -222,8 +226,13 @@ def _of_rows(document: Document, priors: Priors, points: Sequence[GroundPoint]) 
             tape_error=document.tape_error,
         )
 
-    calibration = with_height(ASSUMED_HEIGHT_M if document.height_m is None else document.height_m)
-    if document.height_m is None or document.height_sigma_m is None:
+    if document.height_m is None:
+        calibration = with_height(ASSUMED_HEIGHT_M)
+        with suppress(UserError):  # one so far off may determine no camera
+            return with_height_error(calibration, UNKNOWN_HEIGHT_SIGMA_M, with_height)
+        return calibration
+    calibration = with_height(document.height_m)
+    if document.height_sigma_m is None:
         return calibration
     return with_height_error(calibration, document.height_sigma_m, with_height)
 

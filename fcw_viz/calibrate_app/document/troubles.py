@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from fcw.camera.calibration import Calibration, Gaussian
+from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.plausibility import FindingKind, plausibility
 from fcw.camera.points import PARAMETER_COUNT, PointsError, PointsFault
 from fcw.camera.verdicts.hypotheses import Fault
@@ -59,13 +59,14 @@ UNITS_M = {
 
 
 def degenerate_troubles(
-    document: Document, error: UserError, calibrate: Calibrate, thorough: bool
+    document: Document, error: UserError, priors: Priors, calibrate: Calibrate, thorough: bool
 ) -> tuple[Trouble, ...]:
     """Why a document determines no camera.
 
     Args:
         document: what was said.
         error: what calibrating it raised.
+        priors: what was said of lens and horizon.
         calibrate: tries what a mend would make of it.
         thorough: whether to look for a mend.
     """
@@ -74,7 +75,7 @@ def degenerate_troubles(
     marks = _marks_of(document, error)
     text = words.degenerate(error, marks, document.imperial)
     ids = tuple(mark.id for mark in marks)
-    if thorough and (verdict := _verdict(document, error)):
+    if thorough and (verdict := _verdict(document, error, priors)):
         told = [mark for mark in document.marks if mark.ground_point is not None]
         mend = _mend(document, told, verdict, verdict.offset_m)
         if mend and _makes_plausible(document, mend, calibrate):
@@ -84,7 +85,7 @@ def degenerate_troubles(
     return (Trouble(text, ids, mend),)
 
 
-def _verdict(document: Document, error: PointsError) -> Suspicion | None:
+def _verdict(document: Document, error: PointsError, priors: Priors) -> Suspicion | None:
     """The mistake that explains points without a camera, where one does."""
     points = [mark.ground_point for mark in document.marks if mark.ground_point is not None]
     if error.fault not in JUDGED or len(points) < PARAMETER_COUNT or document.height_m is None:
@@ -95,7 +96,9 @@ def _verdict(document: Document, error: PointsError) -> Suspicion | None:
         document.height_m,
         document.reference_offset_m or 0.0,
         document.row_sigma_px,
-        imperial=document.imperial,
+        priors,
+        document.tape_error,
+        document.imperial,
     ).named
 
 
@@ -156,10 +159,6 @@ def _camera_trouble(document: Document, marks: Sequence[Mark], result: Result) -
     mend = _mend(document, marks, named, offset_m)
     if named.fault is Fault.BUMPER and cause.offset is not None:
         likely = words.offset_cause(document, cause.offset)
-    elif named.fault is Fault.FEET:
-        likely = words.unit_cause("the distances", document.imperial)
-    elif named.fault is Fault.POINT:
-        likely = words.lone_cause(wrong[0])
     else:
         likely = words.verdict_cause(document, marks, named)
     if cause.is_question:
@@ -226,7 +225,7 @@ def _unit_mend(document: Document) -> Mend:
         if mark.distance_m is not None
     )
     edits = (*distances, SetUnits(not document.imperial))
-    return Mend(words.unit_label("the distances", document.imperial), edits)
+    return Mend(words.unit_label(document.imperial), edits)
 
 
 def _prior_trouble(document: Document, calibration: Calibration, field: str) -> Trouble:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.plausibility import Finding, FindingKind, OffsetProposal
-from fcw.camera.points import PointsError, PointsFault
+from fcw.camera.points import FARTHEST_POINT_M, PointsError, PointsFault
 from fcw.camera.uncertainty import NextClick
 from fcw.camera.verdicts.hypotheses import Fault
 from fcw.camera.verdicts.judgement import Suspicion
@@ -17,6 +17,7 @@ from fcw_viz.calibrate_app.document.numbers_text import (
     in_units,
     interval_text,
     typed_text,
+    with_lengths,
 )
 from fcw_viz.calibrate_app.document.ways.hints import HINTS, hint_plates, hint_rectangle
 
@@ -142,6 +143,9 @@ def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool, guess:
             case _:
                 pass
     match error.fault:
+        case PointsFault.NOT_A_POINT:
+            limit = typed_text(FARTHEST_POINT_M, imperial)
+            return f"{at(marks[0])} is farther than anybody measures ({limit}). Correct its distance."
         case PointsFault.ROWS_TOGETHER:
             return (
                 f"The rows of {names(marks)} differ by less than the error of a click. "
@@ -266,10 +270,18 @@ def verdict_cause(document: Document, marks: Sequence[Mark], named: Suspicion) -
             meant = typed_text(named.distances_m[named.points[0]], imperial)
             said = typed_text(wrong[0].distance_m or 0.0, imperial)
             return f"Likely cause: {wrong[0].name} is {meant} away, not {said}: a slip of the decimal point."
+        case Fault.FEET:
+            typed, really = ("feet", "metres") if imperial else ("metres", "feet")
+            return f"Likely cause: the distances were typed as {typed}, but are in {really}."
+        case Fault.POINT:
+            return (
+                f"Likely cause: {wrong[0].name} sits on the wrong mark or has a wrong distance; "
+                "without it all others agree."
+            )
         case _:
             offset_m = document.reference_offset_m or 0.0
             points = [mark.ground_point for mark in marks if mark.ground_point is not None]
-            return f"Likely cause: {cause_text(named, points, offset_m)}."
+            return with_lengths(f"Likely cause: {cause_text(named, points, offset_m)}.", imperial)
 
 
 def distance_label(mark: Mark, distance_m: float, imperial: bool) -> str:
@@ -277,23 +289,9 @@ def distance_label(mark: Mark, distance_m: float, imperial: bool) -> str:
     return f"Set the distance of {mark.name} to {typed_text(distance_m, imperial)}"
 
 
-def unit_cause(what: str, imperial: bool) -> str:
-    """Where the other unit explains an implausible camera."""
-    typed, meant = ("feet", "metres") if imperial else ("metres", "feet")
-    return f"Likely cause: {what} were typed as {typed}, but are in {meant}."
-
-
-def unit_label(what: str, imperial: bool) -> str:
-    """The button that takes lengths for those of the other unit."""
-    return f"Take {what} for {'metres' if imperial else 'feet'}"
-
-
-def lone_cause(mark: Mark) -> str:
-    """Where one wrong point explains an implausible camera."""
-    return (
-        f"Likely cause: {mark.name} sits on the wrong mark or has a wrong distance; "
-        "without it all others agree."
-    )
+def unit_label(imperial: bool) -> str:
+    """The button that takes the distances for those of the other unit."""
+    return f"Take the distances for {'metres' if imperial else 'feet'}"
 
 
 def height_trouble(document: Document, height_m: float) -> str:

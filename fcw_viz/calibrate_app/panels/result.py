@@ -15,7 +15,8 @@ from fcw_viz.page.style import card, set_html, step_heading, text_block
 FIRST_WORDS = '<p class="dim">Comes as soon as enough was said.</p>'
 STALE_WORDS = "Not current: the last result that could be calculated."
 UNTOLD_WORDS = (
-    '<p class="dim">Pitch and lens come with the height of the camera; distances do not need it.</p>'
+    '<p class="dim">Pitch and lens come with the height of the camera; until then the intervals allow for '
+    "any.</p>"
 )
 BANDS_WORDS = (
     "On the picture: each line is where the road is so far away, its band is where that row may lie two "

@@ -40,7 +40,8 @@ def run_calibrate_chessboard(command: CalibrateCommand, board: str) -> int:
             f"({', '.join(sorted(PICTURE_SUFFIXES))}) of the board"
         )
     lens = lens_of_chessboards(pictures, (int(size[1]), int(size[2])))
-    save = command.save or command.source.with_suffix(".lens.yaml")
+    beside = command.source.parent / f"{command.source.resolve().name}.lens.yaml"  # `.` has no name
+    save = command.save or beside
     write_whole(save, _camera_info(lens))
     view_deg = math.degrees(2 * math.atan(lens.image_size.width / 2 / lens.focal_x_px))
     if command.json:

@@ -12,13 +12,13 @@ from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import default_path
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.lens.model import Lens
-from fcw.camera.points import check_priors
+from fcw.camera.points import check_each, check_priors
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
 from fcw.files import CALIBRATION, check_kind, check_place
 from fcw.frame import Source
 from fcw.warning.ego_speed import speed_fault
-from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
+from fcw_viz.commands.calibrate.evidence import evidence_warnings, stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import ground_point, save_and_report
 from fcw_viz.commands.calibrate.priors import stated_lens, stated_priors
@@ -46,7 +46,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     """Look through the clip, solve, save and print; returns the exit code.
 
     Raises:
-        UserError: there is no source, or what it shows does not determine a camera.
+        UserError: there is no source, or what it shows and what was said does not determine a camera.
     """
     from fcw.self_calibration.clip import VEHICLE_HEIGHTS_M
     from fcw.sources import open_source
@@ -71,7 +71,9 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     check_priors(priors)
     evidence = stated_evidence(command) or Evidence()
     if command.points:
-        evidence = replace(evidence, points=tuple(ground_point(text) for text in command.points))
+        points = tuple(ground_point(text) for text in command.points)
+        check_each(points, size)
+        evidence = replace(evidence, points=points)
     lens = stated_lens(command, size)
     notes: tuple[str, ...] = ()
     with progress(source.name, None) as bar:
@@ -97,6 +99,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         notes += (_contradicts(found.contradiction.apart_rad),)
     if found.piece_words:
         notes += (_jump(found.piece_words),)
+    notes += tuple(evidence_warnings(command, calibration))
     return save_and_report(calibration, save, command, notes)
 
 

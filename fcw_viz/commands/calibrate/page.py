@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fcw.camera.file import default_path
 from fcw.errors import UserError
-from fcw.frame import ImageSize
+from fcw_viz.calibrate_app.document.besides.knowledge import SetLens, SetTapeError
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.edits import (
     Edit,
@@ -18,9 +18,9 @@ from fcw_viz.calibrate_app.document.edits import (
 )
 from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.calibrate_app.session import Person
-from fcw_viz.commands.calibrate.evidence import check_height
+from fcw_viz.commands.calibrate.evidence import stated_evidence, stated_height
 from fcw_viz.commands.calibrate.options import CalibrateCommand
-from fcw_viz.commands.calibrate.priors import stated_priors
+from fcw_viz.commands.calibrate.priors import stated_lens, stated_priors
 from fcw_viz.console import RESULTS
 
 COMMAND_LINE = Person("command line")
@@ -41,6 +41,7 @@ def run_calibrate_page(command: CalibrateCommand, source: Path) -> int:
             raise UserError(f"{option}: only with --points; the page has a button for it")
     if command.exact:
         raise UserError("--exact: only with --points; the page uses what every lens has, too")
+    stated_evidence(command)  # refuses what belongs to a mark that is not there
     page = CalibrationPage(
         source, command.save or default_path(source), command.port, command.dark, command.topic
     )
@@ -63,17 +64,23 @@ def run_calibrate_page(command: CalibrateCommand, source: Path) -> int:
 def _say(page: CalibrationPage, command: CalibrateCommand) -> None:
     """Tell the session what the command line says, where that is new to it."""
     document = page.session.state.document
-    edits = [edit for edit in _edits(command, document.image_size) if edit.apply(document) != document]
+    edits = [edit for edit in _edits(command, document) if edit.apply(document) != document]
     if edits:
         page.session.apply(COMMAND_LINE, *edits)
 
 
-def _edits(command: CalibrateCommand, size: ImageSize) -> list[Edit]:
-    priors = stated_priors(command, size)
+def _edits(command: CalibrateCommand, document: Document) -> list[Edit]:
+    size = document.image_size
+    priors, lens = stated_priors(command, size), stated_lens(command, size)
     edits: list[Edit] = []
     if command.height is not None:
-        check_height(command.height)
-        edits.append(SetHeight(command.height))
+        stated_height(command)  # refuses what is none
+        known_m = document.height_sigma_m if command.height == document.height_m else None
+        edits.append(SetHeight(command.height, command.height_sigma or known_m))
+    if lens is not None:
+        edits.append(SetLens(lens))
+    if command.tape_error != Document(size).tape_error:
+        edits.append(SetTapeError(command.tape_error))
     if command.reference_offset:
         edits.append(SetReference(True, command.reference_offset))
     if command.row_sigma != Document(size).row_sigma_px:

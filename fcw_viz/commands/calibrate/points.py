@@ -14,7 +14,13 @@ from fcw.camera.file import default_path, write_calibration
 from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
-from fcw.camera.points import PARAMETER_COUNT, PointsError, check_points, distinct_distances
+from fcw.camera.points import (
+    PARAMETER_COUNT,
+    PointsError,
+    PointsFault,
+    check_points,
+    distinct_distances,
+)
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M
 from fcw.camera.solve import calibrate
 from fcw.camera.verdicts.sky import lies_in_sky
@@ -101,12 +107,8 @@ def _calibration(command: CalibrateCommand) -> Calibration:
     size = _image_size(command)
     lens = stated_lens(command, size)
     everything = evidence or Evidence()
-    if points:
-        if everything.points:
-            raise UserError("--dashes: for marks whose first distance is not known; leave out --points")
-        everything = replace(everything, points=points)
     known = Known(
-        everything,
+        replace(everything, points=points) if points else everything,
         size,
         stated_height(command),
         command.reference_offset,
@@ -129,8 +131,10 @@ def _of_rows(command: CalibrateCommand, known: Known, sized: bool) -> Calibratio
     Args:
         command: with all that was said.
         known: the same, for one fit.
-        sized: whether something else besides tells how large everything is; then fewer points will do, which
-            give None.
+        sized: whether something else besides tells how large everything is.
+
+    Returns:
+        None where all else makes up for points that are too few, or for what its lens does to them.
     """
     points, size, priors = known.evidence.points, known.image_size, known.priors
     height_m = UNKNOWN_HEIGHT_M if command.height is None else command.height
@@ -149,13 +153,18 @@ def _of_rows(command: CalibrateCommand, known: Known, sized: bool) -> Calibratio
             exact=command.exact,
         )
 
-    distinct = len(distinct_distances([point.distance_m for point in points]))
-    if sized and distinct + priors.count < PARAMETER_COUNT:
-        check_points(points, size, command.row_sigma, PARAMETER_COUNT)
-        return None
+    told = len(distinct_distances([point.distance_m for point in points])) + priors.count
+    # A lens is its focal length and its axis; two lines meet on the horizon.
+    besides = 2 * (known.lens is not None)
+    besides += len(known.evidence.lines) > 1 or known.evidence.horizon is not None
     try:
+        if told < PARAMETER_COUNT and (sized or told + besides >= PARAMETER_COUNT):
+            check_points(points, size, command.row_sigma, PARAMETER_COUNT)
+            return None
         return of(points)
     except PointsError as error:
+        if known.lens is not None and error.fault is PointsFault.SAME_DISTANCE:
+            return None  # beside each other, a lens that bends the picture moves them
         for k, point in enumerate(points):
             others = points[:k] + points[k + 1 :]
             place = (point.column_px, point.row_px, point.distance_m)

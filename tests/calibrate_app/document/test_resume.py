@@ -9,7 +9,7 @@ import pytest
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Evidence, Ruler
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.solve import calibrate
@@ -81,3 +81,34 @@ def test_of_an_ordinary_file_nothing_is_said_but_that_it_was_loaded(tmp_path):
         begun(calibrate(POINTS, SIZE, 1.3), tmp_path).notice
         == "The points of clip.calibration.yaml were loaded."
     )
+
+
+EXACT = calibrate(
+    [GroundPoint(d, row) for d, row in ((4.0, 461.0), (5.0, 428.0), (7.0, 383.0))], SIZE, 1.225, exact=True
+)
+"""The paper's own example: with what every lens has, 10 m are seen in row 352, not 344."""
+BY_VEHICLES = calibrate_jointly(
+    Known(
+        Evidence(
+            POINTS[:1],
+            rulers=tuple(
+                Ruler(639.5, CAMERA.row_at(d), 1000 * VEHICLE_WIDTH_M.value / d, VEHICLE_WIDTH_M, 1.0)
+                for d in (10.0, 15.0, 20.0, 30.0, 45.0)
+            ),
+        ),
+        SIZE,
+        Gaussian(1.3, 0.03),
+        reference_offset_m=1.6,
+    )
+)
+
+
+@pytest.mark.parametrize("made", [EXACT, BY_VEHICLES])
+def test_a_file_whose_points_give_another_camera_is_not_said_to_be_what_is_shown(made, tmp_path):
+    """Made without the priors of the page, or with what a file has no place for."""
+    beginning = begun(made, tmp_path)
+    assert beginning.saved is None
+    assert "Alone they do not give the camera that it holds" in beginning.notice
+    again = begin(tmp_path / "clip.mp4", SIZE, tmp_path / "clip.calibration.yaml")
+    assert again.saved is None
+    again.journal.close()

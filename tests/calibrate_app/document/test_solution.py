@@ -15,6 +15,7 @@ from fcw_viz.calibrate_app.document.document import Belief, Document, Line
 from fcw_viz.calibrate_app.document.edits import AddMark, EnableMark, SetDistance
 from fcw_viz.calibrate_app.document.solution import solve
 from fcw_viz.calibrate_app.document.state import Status
+from fcw_viz.calibrate_app.document.ways.ways import middle_row
 
 # What is still missing
 
@@ -59,6 +60,23 @@ def test_without_a_height_the_distances_are_shown_and_nothing_can_be_saved():
     assert solution.result is not None
     for row in solution.result.rows:
         assert row.row_px == pytest.approx(CAMERA.row_at(row.distance_m), abs=0.5)
+
+
+def test_the_preview_without_a_height_is_as_unsure_as_heights_are_where_no_distance_is_marked():
+    """Lens and horizon tell distances in camera heights, and lenses are 0.8 to 2.2 m above the road."""
+    view, horizon = Gaussian(2 * math.atan(0.64), math.radians(3)), Gaussian(CAMERA.horizon_row_px, 2.0)
+    rows = Document(SIZE, field_of_view=Belief(view), principal_row=middle_row(SIZE), horizon=Belief(horizon))
+    for document in (rows, replace(rows, yaw=Belief(Gaussian(0.0, 0.01)))):
+        solution = solve(document)
+        assert solution.height_assumed
+        assert solution.result is not None
+        seen_as_30_m = replace(CAMERA, height_m=1.7).row_at(30.0)
+        low_m, high_m = solution.result.calibration.distance_interval(seen_as_30_m)
+        assert low_m < 30.0 < high_m
+        assert "Rough" in solution.result.quality
+        sure = solve(replace(document, height_m=1.3, height_sigma_m=0.03))
+        assert sure.result is not None
+        assert "Rough" not in sure.result.quality
 
 
 def test_two_repeated_clicks_on_one_mark_are_no_mistake():

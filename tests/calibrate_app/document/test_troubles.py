@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from session_helpers import PAPER_POINTS, SIZE, edits, mended, only_trouble, said, seen
+from session_helpers import CAMERA, PAPER_POINTS, SIZE, edits, mended, only_trouble, said, seen
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.lens.model import Lens
 from fcw.errors import UserError
-from fcw_viz.calibrate_app.document.document import Belief
+from fcw_viz.calibrate_app.document.document import Belief, Line
 from fcw_viz.calibrate_app.document.edits import (
     DeleteMark,
     EnableMark,
@@ -75,6 +75,33 @@ def test_degenerate_points_are_named_by_their_letters_beside_their_marks(points,
 def test_degenerate_points_are_named_in_feet_where_feet_are_typed():
     document = said((3.048, 461), (6.096, 428), (9.144, 440), height_m=1.2, imperial=True)
     assert "C (30 ft) is farther than B (20 ft)" in only_trouble(solve(document)).text
+
+
+@pytest.mark.parametrize("paced", [False, True])
+def test_a_mark_farther_than_anybody_measures_is_named_by_its_letter(paced):
+    """Of dashes the fit counts from the first one, but the person from where the marks are."""
+    rows_px = (row_px for _, row_px in seen(9.0, 21.0, 33.0))
+    points = tuple(zip((300.0, 600.0, 900.0), rows_px, strict=True))
+    document = said(*points, height_m=1.3, paced=paced)
+    solution = solve(document)
+    assert solution.status is Status.DEGENERATE
+    trouble = only_trouble(solution)
+    assert trouble.mark_ids == (3,)
+    assert "C (900 m) is farther than anybody measures (500 m)" in trouble.text
+
+
+def test_what_is_known_of_lens_and_horizon_has_a_say_in_what_went_wrong():
+    """Three rows alone do not tell 150 m for 15 from two distances that are swapped."""
+    view, horizon = Gaussian(2 * math.atan(0.64), 0.03), Gaussian(CAMERA.horizon_row_px, 2.0)
+    (near, slip, far) = seen(7, 15, 25)
+    document = said(near, (150.0, slip[1]), far, height_m=1.3)
+    document = replace(document, field_of_view=Belief(view), horizon=Belief(horizon))
+    trouble = only_trouble(solve(document))
+    assert "B is 15 m away, not 150 m" in trouble.text
+    good = solve(mended(document, trouble.mend))
+    assert good.status is Status.GOOD
+    assert good.result is not None
+    assert good.result.calibration.distance_at(CAMERA.row_at(30.0)) == pytest.approx(30.0, rel=0.02)
 
 
 def test_swapped_distances_are_swapped_back():
@@ -224,3 +251,16 @@ def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(ste
     if solution.result is not None:
         assert all(math.isfinite(row.row_px) for row in solution.result.rows)
         assert all(not math.isnan(row.high_m) for row in solution.result.rows)
+
+
+def test_a_height_that_the_rest_contradicts_is_told_in_the_units_that_are_typed():
+    """With its error: `1.6 ± 0.0984 ft` would be wrong by a factor of three."""
+    lines = tuple(
+        Line((CAMERA.column_at(y, 7.0), CAMERA.row_at(7.0)), (CAMERA.column_at(y, 40.0), CAMERA.row_at(40.0)))
+        for y in (1.75, -1.75)
+    )
+    stated = said(*seen(9, 25, 45), height_m=1.6, height_sigma_m=0.03)
+    stated = replace(stated, lane_lines=lines, lane_width=Belief(Gaussian(3.5, 0.05)))
+    for imperial, words in ((False, "1.6 ± 0.03 m contradicts"), (True, "5.25 ± 0.0984 ft contradicts")):
+        troubles = solve(replace(stated, imperial=imperial)).troubles
+        assert any(words in trouble.text for trouble in troubles)

@@ -376,3 +376,13 @@ def test_a_known_lens_is_not_moved_by_what_turns_tell():
     )
     found = calibrate_jointly(Known(evidence, SIZE, HEIGHT, lens=lens))
     assert found.camera.focal_y_px == pytest.approx(1000.0, rel=1e-4)
+
+
+def test_a_fit_that_runs_away_in_height_is_no_camera_and_no_fault():
+    """The axis far below the picture, and two marks at one distance in places far apart."""
+    points = (GroundPoint(26.0, 7.9, 41.0), GroundPoint(0.3, 47.5, 63.5), GroundPoint(0.3, 3.6, 24.7))
+    known = Known(
+        Evidence(points), ImageSize(64, 48), Gaussian(1.3, 0.5), priors=Priors(None, Gaussian(94300.0, 1.44))
+    )
+    with pytest.raises(UserError):
+        calibrate_jointly(known)

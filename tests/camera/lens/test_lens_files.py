@@ -105,6 +105,11 @@ def test_numbers_are_read_however_another_tool_writes_them(text, tmp_path):
             "distortion_coefficients: [0.1]}",
             "distortion coefficients is [0.1], expected 4 or 5 or 8 numbers of radtan",
         ),
+        (
+            "{image_width: 4, image_height: 3, camera_matrix: [9, 0, 1, 0, 9, 1, 0, 0, 1], "
+            "distortion_model: [plumb_bob], distortion_coefficients: [0, 0, 0, 0]}",
+            "distortion_model is ['plumb_bob'], expected one of plumb_bob",
+        ),
     ],
 )
 def test_another_file_is_named_with_what_was_expected(text, message, tmp_path):

@@ -273,6 +273,9 @@ def test_source_gives_the_image_size_and_the_place_to_save(picture_folder, capsy
         (["--json"], "--json: only with --points; the page has a button for it"),
         (["--export", "kalibr", "k.yaml"], "--export: only with --points"),
         (["--port", "0"], "--port 0: expected a number from 1 to 65535"),
+        (["--speed", "25"], "--speed: only with --from-clip"),
+        (["--lane-width", "3.7"], "--lane-width: needs two --lane-line"),
+        (["--horizon-line", "0:30:127:31"], "--height is missing"),
     ],
 )
 def test_what_the_page_refuses_before_it_starts(arguments, message, picture_folder, capsys):
@@ -320,6 +323,11 @@ def test_a_chessboard_gives_a_lens_file_that_the_calibration_takes(tmp_path, cap
         (["FOLDER", "--chessboard", "9"], "--chessboard 9: expected its inner corners"),
         (["FOLDER/no", "--chessboard", "9x6"], "not a folder of pictures of the board"),
         (["FOLDER", "--chessboard", "9x6"], "no picture in this folder that can be read; expected"),
+        (["FOLDER", "--chessboard", "9x6", "--height", "1.3"], "--height: --chessboard does not use it"),
+        (
+            ["--from-drive", "FOLDER", "--save", "x.yaml", "--height", "1.3"],
+            "--height: --from-drive does not",
+        ),
     ],
 )
 def test_a_chessboard_that_is_not_there_is_refused(tmp_path, capsys, arguments, message):

@@ -176,6 +176,10 @@ def test_a_rectangle_without_a_side_needs_the_height(capsys):
         ),
         (["--lane-line", "1:2:3:4", "--lane-width", "3.7"], "--lane-width: needs two --lane-line"),
         (["--from-clip"], "--from-clip: name the video or folder of pictures"),
+        (
+            ["--dashes", "500", "450", "430", "--dash-period", "12", "--points", "6:500"],
+            "--dashes: for marks whose first distance is not known; leave out --points",
+        ),
         (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),
     ],
 )
@@ -270,6 +274,38 @@ def test_marks_and_lens_count_in_a_clip_as_they_do_in_a_picture(bent_clip, monke
     for d, (column_px, row_px) in zip((4.0, 7.0, 12.0, 25.0), marks, strict=True):
         _, straight_row_px = calibration.straight_place(column_px, row_px)
         assert calibration.distance_at(straight_row_px) == pytest.approx(d, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--points", "6:nan"], "point 6:nan: expected finite numbers"),
+        (["--points", "6:200", "-3:180"], "point -3:180: distance -3 m, expected more than 0"),
+        (
+            ["--points", "6:200", "--dashes", "200", "190", "185", "--dash-period", "12"],
+            "--dashes: for marks whose first distance is not known; leave out --points",
+        ),
+    ],
+)
+def test_marks_of_a_clip_are_checked_as_they_are_in_a_picture(arguments, message, bent_clip, capsys):
+    assert main(["calibrate", str(bent_clip), "--from-clip", *arguments]) == 2
+    assert message in " ".join(capsys.readouterr().err.split())
+    assert not default_path(bent_clip).exists()
+
+
+def test_exchanged_sides_are_refused_in_a_clip_too(bent_clip, monkeypatch, capsys):
+    """Every distance would be wrong by a factor of two."""
+    monkeypatch.undo()
+    camera = GroundPlaneCamera(0.03, 500.0, 179.5, 1.3, 319.5)
+    corners = ":".join(f"{camera.column_at(y, d):.2f}:{camera.row_at(d):.2f}" for d, y in BAY_M)
+    command = ["calibrate", str(bent_clip), "--from-clip", "--rectangle", corners, "--rectangle-sides"]
+    assert main([*command, "5x2.5"]) == 2
+    assert "exchange them in --rectangle-sides" in " ".join(capsys.readouterr().err.split())
+    assert not default_path(bent_clip).exists()
+    assert main([*command, "2.5x5"]) == 0
+    assert read_calibration(default_path(bent_clip)).distance_at(camera.row_at(20.0)) == pytest.approx(
+        20.0, rel=0.05
+    )
 
 
 def test_marks_in_a_bent_picture_are_taken_as_they_are_and_that_is_said(bent_clip, capsys):

@@ -12,13 +12,12 @@ from fcw.camera.joint.uneven import UnevenDashes, uneven_dashes
 from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment, combined, vanishing_row
 from fcw.errors import UserError
+from fcw.self_calibration.speed import SPEED_SIGMA
 from fcw_viz.calibrate_app.document.document import Belief, Document
 from fcw_viz.calibrate_app.document.ways.height import MEASURED_SIGMA_M
 
 FEWEST_VEHICLES = 5
 """Fewer say more of themselves than of the camera."""
-SPEED_SIGMA = 0.04
-"""Of the speed by the picture, over a clip: on KITTI odometry 03 it is off by 3 % a second."""
 
 
 def stated(
@@ -35,12 +34,11 @@ def stated(
         assumed_height_m: where no height was said, for the preview.
         assumed_offset_m: the same of the bumper.
     """
-    height_m = Gaussian(UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M)
-    if document.height_m is not None or not document.has_size:
-        height_m = Gaussian(
-            assumed_height_m if document.height_m is None else document.height_m,
-            document.height_sigma_m or MEASURED_SIGMA_M,
-        )
+    if document.height_m is None:
+        assumed_m = UNKNOWN_HEIGHT_M if document.has_size else assumed_height_m
+        height_m = Gaussian(assumed_m, UNKNOWN_HEIGHT_SIGMA_M)
+    else:
+        height_m = Gaussian(document.height_m, document.height_sigma_m or MEASURED_SIGMA_M)
     offset_m = document.reference_offset_m
     return Known(
         _evidence(document, points),
