@@ -12,6 +12,7 @@ from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, MOUNT_YAW, SPEED, SPRING,
 from fcw.motion.flow.pacing import Pacing
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
 from fcw.motion.flow.road_plane import RoadPair, RoadPlane
+from fcw.motion.flow.stillness import Stillness
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH_TURN, TRAVEL, YAW_TURN, Solution, solve
 from fcw.motion.state import Mount, OwnMotion, SpeedSource
@@ -48,6 +49,7 @@ class _Attempt:
         expectation: MotionFilter,
         dt_s: float,
         settings: MotionSettings,
+        stillness: Stillness,
         known: bool,
     ) -> None:
         mean, covariance, by_state = expectation.expect(dt_s)
@@ -77,9 +79,9 @@ class _Attempt:
             self.doubtful = bool(
                 fast_back or few or min(inlying.mean(), inlying[road].mean()) < settings.standing_part
             )
-            # Few points on a dashboard may stand while all that is farther away goes by.
-            stands = abs(solution.unknowns[TRAVEL]) < settings.still_mps * dt_s
-            self.doubtful |= bool(stands and follower.picture_moves)
+            if not self.doubtful and abs(solution.unknowns[TRAVEL]) < settings.still_mps * dt_s:
+                # Few points on a dashboard may stand while all that is farther away goes by.
+                self.doubtful = follower.picture_moves or not stillness.lasts(pictures[1], mean)
             if self.doubtful:
                 return
         if self.points[0] < settings.fewest_points or inlying.mean() < settings.fewest_inlying:
@@ -108,6 +110,7 @@ class MotionEstimator:
         self._camera = calibration.camera
         self._follower = PointFollower(self._camera, calibration.image_size.width, self._settings)
         self._filter = MotionFilter(self._settings)
+        self._stillness = Stillness(self._follower)
         self._plane = RoadPlane()
         self._pacing = Pacing()
         self._last: SmallPicture | None = None
@@ -149,6 +152,7 @@ class MotionEstimator:
         now = self._follower.picture(taken_ns, grey, boxes)
         self._last = now
         if last is None:
+            self._stillness.keep(now, moves=False)
             return self.state
         self._since_search_s += dt_s
         before = self._filter.copy()
@@ -167,6 +171,7 @@ class MotionEstimator:
         )
         self._judge_mount()
         state = self.state
+        self._stillness.keep(now, (state.speed_mps or 0.0) > settings.still_mps)
         self._slowest_mps -= HARDEST_BRAKING_MPS2 * dt_s
         self._fastest_mps += HARDEST_SPEEDING_UP_MPS2 * dt_s
         if state.speed_mps is not None and not (self._known and self._doubtful_s):
@@ -372,8 +377,8 @@ class MotionEstimator:
     def _attempt(
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter, known: bool
     ) -> _Attempt:
-        height_m = self._camera.height_m
-        return _Attempt(self._follower, pictures, height_m, expectation, dt_s, self._settings, known)
+        height_m, settings, stillness = self._camera.height_m, self._settings, self._stillness
+        return _Attempt(self._follower, pictures, height_m, expectation, dt_s, settings, stillness, known)
 
 
 def _contradicts(by_road: Gaussian, by_points: Gaussian) -> bool:

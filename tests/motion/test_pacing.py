@@ -37,3 +37,29 @@ def test_after_a_recorder_stalled_its_pictures_count_when_they_are_shown():
     """Five pictures were lost, twice; the one before is shown in their place."""
     times = paced([(k / 30, k - k % 20 if k % 20 < 5 else k) for k in range(90)])
     assert times[:, 1] == pytest.approx(times[:, 0], abs=1e-12)
+
+
+def drifting(steps_px, steps_s):
+    """(time shown, time taken) of pictures of a scene that moves by so much in each step."""
+    pacing, rng = Pacing(), np.random.default_rng(0)
+    scene = np.cumsum(rng.normal(0, 8, (90, 4000)), axis=1) % 200
+    times = []
+    for place, time_s in zip(np.cumsum(steps_px), np.cumsum(steps_s), strict=True):
+        left = int(place)
+        assert pacing.is_new(time_s, scene[:, left : left + 160].astype(np.uint8))
+        times.append((time_s, pacing.taken_s))
+    return np.array(times)
+
+
+def test_what_moves_evenly_was_taken_evenly_whatever_its_times_say():
+    delays_s = np.random.default_rng(2).uniform(0, 0.05, 101)
+    times = drifting(np.full(100, 2.0), 0.05 + np.diff(delays_s))
+    later = times[times[:, 0] > 2.5]
+    assert np.diff(later[:, 1]) == pytest.approx(0.05, rel=0.25)
+    assert np.diff(later[:, 1]).std() < 0.2 * np.diff(later[:, 0]).std()
+
+
+def test_what_moves_as_its_times_say_was_taken_when_it_is_shown():
+    steps = np.random.default_rng(3).integers(1, 4, 100)
+    times = drifting(2.0 * steps, steps / 30)
+    assert times[:, 1] == pytest.approx(times[:, 0], abs=1e-12)

@@ -87,8 +87,7 @@ class OwnCar:
             width, height = self._cell_px
             rows = slice(max(int(box.y // height), 0), max(int(box.bottom // height) + 1, 0))
             shows[rows, max(int(box.x // width), 0) : max(int(box.right // width) + 1, 0)] = False
-        rest = shows & ~self.cells.reshape(shows.shape)
-        self.rest_moves = bool(rest.any() and (moved_px[rest] > MOVED_PX).mean() >= MOVING_PART)
+        self.rest_moves = self._part_moved(moved_px, shows) >= MOVING_PART
         if not self.rest_moves:
             return
         kept = np.exp(-since_s / FORGOTTEN_S)
@@ -96,6 +95,14 @@ class OwnCar:
         self._still = kept * self._still + (shows & still)
         self._moved = kept * self._moved + (shows & ~still)
         self.cells = self._standing().ravel()
+
+    def part_moved(self, ago: NDArray[np.uint8], now: NDArray[np.uint8]) -> float:
+        """Part of the cells beside the own car that moved between two (height, width) grey pictures."""
+        return self._part_moved(*self._motion(ago, now))
+
+    def _part_moved(self, moved_px: FloatArray, shows: NDArray[np.bool_]) -> float:
+        rest = shows & ~self.cells.reshape(shows.shape)
+        return float((moved_px[rest] > MOVED_PX).mean()) if rest.any() else 0.0
 
     def _motion(
         self, last: NDArray[np.uint8], now: NDArray[np.uint8]

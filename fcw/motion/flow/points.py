@@ -23,6 +23,8 @@ BESIDE_M = 1.0
 """Between the road and what is beside it lies a strip of which nobody knows."""
 FAR_INVERSE_DEPTH = 0.01
 """1/m, where background is looked for in the next picture."""
+IN_PLACE_PX = 1.0
+"""A point that moved by less between two pictures is in its place."""
 PLANE_MARGIN_PX = 16
 """The road is drawn so far above its highest point: windows of the pyramid's upper levels reach there."""
 
@@ -124,6 +126,26 @@ class PointFollower:
     def picture_moves(self) -> bool:
         """Whether the picture moved lately, as a whole and whatever the points say, beside the own car."""
         return self._own_car is not None and self._own_car.rest_moves
+
+    def part_in_place(self, ago: SmallPicture, now: SmallPicture, mean: FloatArray) -> float:
+        """Part of the points of a picture that a later one shows where they were; 0 where there are none.
+
+        Args:
+            ago: the first picture.
+            now: the second.
+            mean: (8,) expected unknowns of `fcw.motion.solver`.
+        """
+        cells, _ = self._choose(ago, mean)
+        if not len(cells):
+            return 0.0
+        places = ago.corners.places[cells]
+        places_now, found, differences = self._flow(ago.grey, now.grey, places, places)
+        in_place = found & (differences < self._settings.largest_difference * ago.corners.contrast[cells])
+        return float((in_place & (np.linalg.norm(places_now - places, axis=1) < IN_PLACE_PX)).mean())
+
+    def part_changed(self, ago: SmallPicture, now: SmallPicture) -> float:
+        """Part of the cells of a picture beside the own car that a later one shows changed."""
+        return 0.0 if self._own_car is None else self._own_car.part_moved(ago.grey, now.grey)
 
     def follow(self, last: SmallPicture, now: SmallPicture, mean: FloatArray) -> Flow:
         """Follow the points of one picture to the next.
