@@ -1,4 +1,4 @@
-"""The gates of the lateral filter chosen on all sequences of KITTI tracking but one, for each in turn.
+"""The constants of the lateral filter chosen on all sequences of KITTI tracking but one, for each in turn.
 
     python benchmarks/tracking/lateral_gates.py $FCW_DATA/kitti-tracking [--seed 0]
 
@@ -25,11 +25,13 @@ from fcw.tracking import lateral_filter
 
 JUMPS_SIGMAS = (3.0, 4.0, 6.0)
 SETTLINGS_S = (0.25, 0.5, 1.0)
+WRONG_BEFORE_PARTS = (0.5, 0.7, 0.85, 1.0)
 BOX_NOISE_PX = 2.0
 NEAREST_M, FARTHEST_M = 5.0, 40.0
 FEWEST_PLACES = 5
 
-Gates = tuple[float, float]
+Constants = tuple[float, float, float]
+"""JUMP_SIGMAS, SETTLING_S and WRONG_BEFORE_PART."""
 
 
 def true_speeds(sequence: KittiSequence) -> dict[tuple[int, int], float]:
@@ -80,25 +82,35 @@ def main() -> None:
     arguments = parser.parse_args()
     names = sequence_names(arguments.folder)
     sequences = {name: read_sequence(arguments.folder, name) for name in names}
-    found: dict[tuple[Gates, str], list[float]] = {}
-    candidates: list[Gates] = list(product(JUMPS_SIGMAS, SETTLINGS_S))
-    for gates in candidates:
+    found: dict[tuple[Constants, str], list[float]] = {}
+    jump_sigmas, settling_s = lateral_filter.JUMP_SIGMAS, lateral_filter.SETTLING_S
+    part = lateral_filter.WRONG_BEFORE_PART
+    gates = [(*pair, part) for pair in product(JUMPS_SIGMAS, SETTLINGS_S)]
+    parts = [(jump_sigmas, settling_s, other) for other in WRONG_BEFORE_PARTS]
+    candidates = list(dict.fromkeys(gates + parts))
+    for constants in candidates:
         with (
-            patch.object(lateral_filter, "JUMP_SIGMAS", gates[0]),
-            patch.object(lateral_filter, "SETTLING_S", gates[1]),
+            patch.object(lateral_filter, "JUMP_SIGMAS", constants[0]),
+            patch.object(lateral_filter, "SETTLING_S", constants[1]),
+            patch.object(lateral_filter, "WRONG_BEFORE_PART", constants[2]),
         ):
             for name in names:
-                found[gates, name] = list(scores(arguments.folder, sequences[name], arguments.seed))
-        pooled = [score for name in names for score in found[gates, name]]
+                found[constants, name] = list(scores(arguments.folder, sequences[name], arguments.seed))
+        pooled = [score for name in names for score in found[constants, name]]
         score_mps = float(np.mean(pooled))
-        sys.stdout.write(f"{gates[0]:g} sigma, {gates[1]:g} s: {score_mps:.4f} m/s, {len(pooled)} vehicles\n")
+        sys.stdout.write(f"{in_words(constants)}: {score_mps:.4f} m/s, {len(pooled)} vehicles\n")
     for left_out in names:
 
-        def others(gates: Gates, left_out: str = left_out) -> float:
-            return float(np.mean([s for name in names if name != left_out for s in found[gates, name]]))
+        def others(constants: Constants, left_out: str = left_out) -> float:
+            return float(np.mean([s for name in names if name != left_out for s in found[constants, name]]))
 
         best = min(candidates, key=others)
-        sys.stdout.write(f"without {left_out}: {best[0]:g} sigma, {best[1]:g} s\n")
+        sys.stdout.write(f"without {left_out}: {in_words(best)}\n")
+
+
+def in_words(constants: Constants) -> str:
+    """For the report."""
+    return "{:g} sigma, {:g} s, {:g} of what is wrong".format(*constants)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,9 @@ vehicle. Of 3, 4 and 6 chosen by the lateral speed alone, whichever sequence of 
 SETTLING_S = 0.25
 """In so long the rate of a vehicle just found is learnt; until then what is far off has moved there. Of 0.25,
 0.5 and 1 s chosen likewise."""
+WRONG_BEFORE_PART = 0.7
+"""So much of what is wrong with a distance was wrong before, of its logarithm; the rest came with the closing
+speed since. Of 0.5, 0.7, 0.85 and 1 chosen likewise."""
 JERKINESS_M2PS3 = 0.3
 """Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
 and so does our own turning for vehicles ahead."""
@@ -59,11 +62,12 @@ class LateralFilter:
         self._rate_variance += JERKINESS_M2PS3 * dt_s
 
     def scale(self, factor: float) -> None:
-        """The distance turns out to be so many times what was thought, and the place across with it.
+        """The distance turns out to be so many times what was expected, and the place across with it in part.
 
-        That is no motion: what errs in the distance would else be taken for one.
+        That is no motion: what errs in the distance would else be taken for one. The other part is due to a
+        wrong closing speed, and would make one of what stands beside our way.
         """
-        self.lateral_m *= factor
+        self.lateral_m *= factor**WRONG_BEFORE_PART
 
     def displace(self, lateral_m: float, sigma_m: float) -> None:
         """Take a position, with its 1-sigma, to which it has not moved: another part of it is seen there."""

@@ -70,3 +70,14 @@ def test_after_two_jumps_in_a_row_its_rate_is_known_no_better_than_at_first():
 def test_who_crosses_fast_when_it_is_found_is_seen_to_do_so_in_a_third_of_a_second(rate_mps):
     found, _ = settled(0.1, rate_mps, 1, dt_s=0.1, seconds=0.3)
     assert found.rate_mps == pytest.approx(rate_mps, rel=0.25)
+
+
+def test_what_stands_beside_our_way_does_not_seem_to_come_in_where_its_closing_speed_is_too_high():
+    # Parked 2.4 m aside; we drive at 6 m/s, 7.5 are believed, so that its distance is mended in each frame.
+    found, dt_s, lag = LateralFilter(-2.4, 0.05), 1 / 30, 0.96
+    for distance_m in np.arange(20.0, 5.0, -6.0 * dt_s):
+        expected_m = lag * distance_m - 7.5 * dt_s
+        found.predict(dt_s)
+        found.scale(lag * (distance_m - 6.0 * dt_s) / expected_m)
+        found.correct(-2.4, 0.05)
+    assert abs(found.rate_mps) < 0.6  # 0.74 if all of it counted as wrong before
