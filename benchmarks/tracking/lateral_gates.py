@@ -25,7 +25,7 @@ from fcw.tracking import lateral_filter
 
 JUMPS_SIGMAS = (3.0, 4.0, 6.0)
 SETTLINGS_S = (0.25, 0.5, 1.0)
-WRONG_BEFORE_PARTS = (0.5, 0.7, 0.85, 1.0)
+WRONG_BEFORE_PARTS = (0.5, 0.75, 0.85, 1.0)
 BOX_NOISE_PX = 2.0
 NEAREST_M, FARTHEST_M = 5.0, 40.0
 FEWEST_PLACES = 5

@@ -15,9 +15,9 @@ vehicle. Of 3, 4 and 6 chosen by the lateral speed alone, whichever sequence of 
 SETTLING_S = 0.25
 """In so long the rate of a vehicle just found is learnt; until then what is far off has moved there. Of 0.25,
 0.5 and 1 s chosen likewise."""
-WRONG_BEFORE_PART = 0.7
+WRONG_BEFORE_PART = 0.75
 """So much of what is wrong with a distance was wrong before, of its logarithm; the rest came with the closing
-speed since. Of 0.5, 0.7, 0.85 and 1 chosen likewise."""
+speed since. Of 0.5, 0.75, 0.85 and 1 chosen likewise."""
 JERKINESS_M2PS3 = 0.3
 """Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
 and so does our own turning for vehicles ahead."""
