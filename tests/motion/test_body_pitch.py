@@ -28,6 +28,12 @@ def told_deg(own, nods_deg, speed_mps=10.0):
     return np.array(told)
 
 
+def told_after(own, steps):
+    pitch_rad = own.body_pitch(steps * STEP_NS)
+    assert pitch_rad is not None
+    return pitch_rad
+
+
 @pytest.mark.parametrize("nod_deg", [-1.2, 1.2])
 def test_a_nod_is_told_while_it_lasts(nod_deg):
     nods_deg = np.array([0.0] * 12 + [nod_deg / 2] + [nod_deg] * 3 + [nod_deg / 2] + [0.0] * 3)
@@ -37,7 +43,7 @@ def test_a_nod_is_told_while_it_lasts(nod_deg):
 def test_what_was_told_fades_until_the_next_picture():
     own = estimator()
     told_deg(own, [0.0] * 12 + [1.2])
-    now, later, long_after = (own.body_pitch((12 + steps) * STEP_NS) for steps in (0, 3, 100))
+    now, later, long_after = (told_after(own, steps) for steps in (12, 15, 112))
     assert now.value > later.value > 0
     assert now.sigma < later.sigma < long_after.sigma
     assert long_after.value == pytest.approx(0.0, abs=1e-6)
