@@ -17,6 +17,7 @@ from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.interval import UncertainRowMap, Vector3, distance_interval, row_gradients
 from fcw.camera.lens.model import Lens
+from fcw.camera.lens.pixel_map import PixelMap
 from fcw.camera.straight import LEVEL, Orientation, Straightening, Undone
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -124,6 +125,19 @@ class Priors:
             prior is not None
             for prior in (self.field_of_view_rad, self.principal_row_px, self.horizon_row_px)
         )
+
+    def through(self, pixels: PixelMap, size: ImageSize) -> "Priors":
+        """What was said of pictures of a size, of those that a map leads to: a part has another view."""
+        wider, view = pixels.size.width / (pixels.across * size.width), self.field_of_view_rad
+        if view is not None:
+            half = wider * math.tan(view.value / 2)
+            by_view = wider / (math.cos(view.value / 2) ** 2 * (1 + half**2))
+            view = Gaussian(2 * math.atan(half), view.sigma * by_view)
+
+        def row(prior: Gaussian | None) -> Gaussian | None:
+            return None if prior is None else Gaussian(pixels.row(prior.value), prior.sigma * pixels.down)
+
+        return Priors(view, row(self.principal_row_px), row(self.horizon_row_px))
 
 
 @dataclass(frozen=True, slots=True)
@@ -310,55 +324,38 @@ class Calibration:
                 f"another aspect ratio; calibrate with a picture of {size}"
             )
 
-        def scaled(pixel: float) -> float:
-            return (pixel + 0.5) * scale - 0.5
+        return self.through(PixelMap(size, size.width / self.image_size.width, scale))
 
-        def scaled_prior(prior: Gaussian | None) -> Gaussian | None:
-            return None if prior is None else Gaussian(scaled(prior.value), prior.sigma * scale)
-
-        def scaled_priors(priors: Priors) -> Priors:
-            return Priors(
-                priors.field_of_view_rad,
-                scaled_prior(priors.principal_row_px),
-                scaled_prior(priors.horizon_row_px),
-            )
-
-        column_scale = size.width / self.image_size.width
-
-        def scaled_column(column_px: float) -> float:
-            return (column_px + 0.5) * column_scale - 0.5
-
+    def through(self, pixels: PixelMap) -> "Calibration":
+        """This calibration for the same camera's pictures that a map leads to."""
+        scale = pixels.down
         camera = replace(
             self.camera,
             focal_y_px=self.camera.focal_y_px * scale,
-            principal_row_px=scaled(self.camera.principal_row_px),
-            principal_column_px=scaled_column(self.camera.principal_column_px),
+            principal_row_px=pixels.row(self.camera.principal_row_px),
+            principal_column_px=pixels.column(self.camera.principal_column_px),
         )
         points = tuple(
             GroundPoint(
                 point.distance_m,
-                scaled(point.row_px),
-                None if point.column_px is None else scaled_column(point.column_px),
+                pixels.row(point.row_px),
+                None if point.column_px is None else pixels.column(point.column_px),
             )
             for point in self.points
         )
-
-        def moved(places: Places) -> Places:
-            return tuple((scaled_column(column_px), scaled(row_px)) for column_px, row_px in places)
-
         changed = replace(
             self,
             camera=camera,
-            image_size=size,
+            image_size=pixels.size,
             points=points,
             row_sigma_px=self.row_sigma_px * scale,
             covariance=matrix3(np.array(self.covariance) * scale**2),
-            priors=scaled_priors(self.priors),
-            assumed=scaled_priors(self.assumed),
-            lens=None if self.lens is None else self.lens.for_image_size(size),
-            undone=None if self.undone is None else self.undone.for_image_size(size),
+            priors=self.priors.through(pixels, self.image_size),
+            assumed=self.assumed.through(pixels, self.image_size),
+            lens=None if self.lens is None else self.lens.through(pixels),
+            undone=None if self.undone is None else self.undone.through(pixels),
         )
-        return changed._with_places(moved).with_residuals()
+        return changed._with_places(pixels.places).with_residuals()
 
     def with_residuals(self) -> "Calibration":
         """With the residuals of the points as they lie in this picture.

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 from fcw.camera.lens.model import Lens
+from fcw.camera.lens.pixel_map import PixelMap
 from fcw.frame import ImageSize
 
 SEEN_PX = 1.0
@@ -58,9 +59,9 @@ class Undone:
     orientation: Orientation
     lens: Lens | None
 
-    def for_image_size(self, size: ImageSize) -> "Undone":
-        """The same of pictures in another size."""
-        return Undone(self.orientation, None if self.lens is None else self.lens.for_image_size(size))
+    def through(self, pixels: PixelMap) -> "Undone":
+        """The same of the pictures that a map leads to."""
+        return Undone(self.orientation, None if self.lens is None else self.lens.through(pixels))
 
 
 @dataclass(frozen=True, slots=True)

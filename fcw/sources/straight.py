@@ -7,6 +7,7 @@ from dataclasses import replace
 from fcw.camera.calibration import Calibration
 from fcw.camera.straight import Straightening
 from fcw.frame import Frame, Source
+from fcw.sources.bars import without_bars
 from fcw.sources.forwarding import ForwardingSource
 
 
@@ -48,6 +49,9 @@ class StraightSource(ForwardingSource):
 
 
 def straightened(source: Source, calibration: Calibration) -> tuple[Source, Calibration]:
-    """A source and its calibration in straight pictures; as they are where the pictures are straight."""
+    """A source and its calibration in straight pictures without black bars; as they are where theirs are."""
+    source, part = without_bars(source)
+    if part is not None:
+        calibration = calibration.through(part)
     way = calibration.straightening
     return (source if way is None else StraightSource(source, way)), calibration.straight()

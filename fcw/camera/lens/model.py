@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray
+from fcw.camera.lens.pixel_map import PixelMap
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
@@ -80,13 +81,17 @@ class Lens:
                 f"the lens is of pictures of {self.image_size}, these are {size}: another aspect ratio; "
                 "take the lens of this camera in this mode"
             )
+        return self.through(PixelMap(size, across, down))
+
+    def through(self, pixels: PixelMap) -> "Lens":
+        """The same lens for the pictures that a map leads to."""
         return replace(
             self,
-            focal_x_px=self.focal_x_px * across,
-            focal_y_px=self.focal_y_px * down,
-            column_px=(self.column_px + 0.5) * across - 0.5,
-            row_px=(self.row_px + 0.5) * down - 0.5,
-            image_size=size,
+            focal_x_px=self.focal_x_px * pixels.across,
+            focal_y_px=self.focal_y_px * pixels.down,
+            column_px=pixels.column(self.column_px),
+            row_px=pixels.row(self.row_px),
+            image_size=pixels.size,
         )
 
 

@@ -50,6 +50,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     """
     from fcw.self_calibration.clip import VEHICLE_HEIGHTS_M
     from fcw.sources import open_source
+    from fcw.sources.bars import without_bars
 
     if command.source is None:
         raise UserError("--from-clip: name the video or folder of pictures to calibrate")
@@ -75,6 +76,13 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         check_each(points, size)
         evidence = replace(evidence, points=points)
     lens = stated_lens(command, size)
+    source, cut = without_bars(source)
+    if cut is not None:
+        # What is said of the field of view is said of the camera, whose picture has no bars.
+        rows = replace(priors, field_of_view_rad=None).through(cut, size)
+        priors = replace(rows, field_of_view_rad=priors.field_of_view_rad)
+        evidence = evidence.moved(cut.places, (size.width - 1) / 2)
+        lens = None if lens is None else lens.through(cut)
     notes: tuple[str, ...] = ()
     with progress(source.name, None) as bar:
         look = partial(_look, command, source, height_m, evidence, priors, bar.advance)
@@ -89,6 +97,9 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     calibration = found.calibration
     if lens is not None:
         calibration = _of_pictures(calibration, lens, evidence)
+    if cut is not None:
+        calibration = calibration.through(cut.back(size))
+        notes += source.notes
     if not evidence.has_distances:
         notes += _assumed(command, height_m, calibration.assumed, found.focal_px)
     if not found.shows_road:
