@@ -35,6 +35,8 @@ CROSSING_MPS = 2.5
 LONGEST_S = 4.0
 """Sideways motion is not extrapolated farther than ISO 15623's largest TTC of a warning: a change of lane has
 an end."""
+CHANGING_SLOPE = 0.5
+"""Whose speed across the road is less than this part of that along it changes lane; others turn, or cross."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,7 @@ def place_at_contact(
     contact_s: float,
     turn: Turn | None = None,
     oncoming: bool = False,
+    own_mps: float | None = None,
 ) -> PlaceAtContact:
     """Where a vehicle will be when we reach it.
 
@@ -73,6 +76,7 @@ def place_at_contact(
         contact_s: time until then.
         turn: our turning now; None takes the path to bend as we turn.
         oncoming: whether it surely comes towards us.
+        own_mps: own speed, which tells how fast it drives along the road; None when unknown.
     """
     x_m = track.distance_m + reference_offset_m
     time_s = min(contact_s, LONGEST_S)
@@ -92,10 +96,10 @@ def place_at_contact(
         swept += part * (x_m * turn.sigma_radps) ** 2
     swept += sweep_m2ps**2 * bend_variance
     # Beyond two sigma it is no change of lane: a car that crosses, or our own turning.
-    own_mps = max(ACROSS_SIGMA_MPS, abs(across_mps) / 2)
-    seen = own_mps**2 + swept
+    its_mps = max(ACROSS_SIGMA_MPS, abs(across_mps) / 2)
+    seen = its_mps**2 + swept
     # Moved on by so much the way has been used up; the rest of heading and bend stays ahead.
-    shared = own_mps**2 * time_s + x_m * speed_mps * heading_variance + bend_m * sweep_m2ps * bend_variance
+    shared = its_mps**2 * time_s + x_m * speed_mps * heading_variance + bend_m * sweep_m2ps * bend_variance
     # On a path that bends the vehicle's place beside it hangs on its distance.
     by_distance_m = path.slope_at(x_m) * (track.distance_m - track.distance_low_m)
     variance = (
@@ -104,12 +108,18 @@ def place_at_contact(
         + path.offset_sigma_m**2
         + x_m**2 * heading_variance
         + bend_m**2 * bend_variance
-        + (own_mps * time_s) ** 2
+        + (its_mps * time_s) ** 2
         - shared**2 / seen
     )
+    offset_m = now_m + shared / seen * across_mps
+    crosses = abs(across_mps) > CROSSING_MPS + SURELY_SIGMAS * math.sqrt(swept)
+    comes_in = now_m * across_mps < 0 and across_mps**2 > SURELY_SIGMAS**2 * swept
+    along_mps = 0.0 if own_mps is None else own_mps - track.closing_speed_mps
+    if comes_in and now_m * offset_m < 0 and abs(across_mps) < CHANGING_SLOPE * along_mps:
+        offset_m = 0.0  # who changes into our lane stays there, and does not go on to its other side
     return PlaceAtContact(
-        offset_m=now_m + shared / seen * across_mps,
+        offset_m=offset_m,
         sigma_m=math.sqrt(max(variance, 0.0)),
-        crosses=abs(across_mps) > CROSSING_MPS + SURELY_SIGMAS * math.sqrt(swept),
-        comes_in=now_m * across_mps < 0 and across_mps**2 > SURELY_SIGMAS**2 * swept,
+        crosses=crosses,
+        comes_in=comes_in,
     )

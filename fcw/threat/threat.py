@@ -128,6 +128,7 @@ def assess(
             path,
             reference_offset_m,
             turn,
+            own_mps,
         )
         for track in tracks
     ]
@@ -174,6 +175,7 @@ def _assess_one(
     path: OwnPath,
     reference_offset_m: float,
     turn: Turn | None,
+    own_mps: float | None,
 ) -> Threat:
     closing_mps, sigma_mps = track.closing_speed_mps, track.approach_sigma_mps
     growth_mps2 = track.closing_acceleration_mps2 if surely_grows(track) else 0.0
@@ -184,7 +186,7 @@ def _assess_one(
         slow_s = reach_s(track.distance_m, closing_mps - sigma_mps, growth_mps2)
         high_s = math.inf if slow_s is None else slow_s
     contact_s = HORIZON_S if time_s is None else min(time_s, HORIZON_S)
-    place = place_at_contact(track, path, reference_offset_m, contact_s, turn, comes_towards_us)
+    place = place_at_contact(track, path, reference_offset_m, contact_s, turn, comes_towards_us, own_mps)
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
     width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
     if place.crosses:

@@ -65,6 +65,11 @@ class Tracker:
         return any(followed.wants_search() for followed in self._followed)
 
     @property
+    def own_speed(self) -> Gaussian | None:
+        """Own speed in m/s that other vehicles are judged by; held for a while where none is told."""
+        return None if self._own.speed_mps is None else Gaussian(self._own.speed_mps, self._own.sigma_mps)
+
+    @property
     def reference_offset_m(self) -> float:
         """How far the reference of distances is ahead of the camera."""
         return self._calibration.reference_offset_m

@@ -162,7 +162,8 @@ class Evidence:
         if self.is_upon_us(threat):
             return True
         if threat.is_lead and not threat.bend_changes:
-            return threat.overlap_m > 0 or threat.overlap_probability >= self.lead_probability
+            least = self.held_probability if holding else self.lead_probability
+            return threat.overlap_m > 0 or threat.overlap_probability >= least
         is_beside = threat.overlap_now_m < -self.beside_m
         comes = is_beside and not (holding or was_on_course)
         if comes and not (threat.comes_in and (threat.turn_known or self._surely_hits_soon(threat))):

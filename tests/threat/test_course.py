@@ -111,6 +111,26 @@ def test_who_comes_in_faster_than_a_bend_would_explain_comes_in():
     assert not placed(-2.0, -1.5, OwnPath(curvature_sigma_per_m=0.001)).comes_in
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_who_changes_into_our_lane_stays_in_it(side):
+    # 2.4 m beside the middle of our path, 20 m ahead, at 15 m/s along the road and 2 m/s across it.
+    track = replace(TRACK, lateral_m=-2.4 * side, lateral_speed_mps=2.0 * side)
+    there = place_at_contact(track, STRAIGHT, 0.0, 2.0, own_mps=25.0)
+    assert there.comes_in
+    assert there.offset_m == 0.0
+    # Who does not reach the middle by then is where they are by then.
+    assert place_at_contact(track, STRAIGHT, 0.0, 1.0, own_mps=25.0).offset_m == pytest.approx(-0.4 * side)
+
+
+def test_who_turns_across_our_way_or_leaves_it_goes_on():
+    coming = replace(TRACK, lateral_m=-2.4, lateral_speed_mps=2.0)
+    # It turns: it moves along the road by 2 m/s, or towards us, as fast as it does across.
+    for own_mps in (12.0, 8.0):
+        assert place_at_contact(coming, STRAIGHT, 0.0, 2.0, own_mps=own_mps).offset_m == pytest.approx(1.6)
+    leaving = replace(coming, lateral_m=0.4)
+    assert place_at_contact(leaving, STRAIGHT, 0.0, 2.0, own_mps=25.0).offset_m == pytest.approx(4.4)
+
+
 def test_the_sigma_is_that_of_samples_of_what_is_not_known():
     rng, n = np.random.default_rng(0), 200_000
     own, heading, bend = rng.normal(0, 1.0, n), rng.normal(0, 0.02, n), rng.normal(0, 0.005, n)

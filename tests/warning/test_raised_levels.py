@@ -56,3 +56,15 @@ def test_a_warning_of_an_oncoming_vehicle_lasts_while_it_may_be_hit():
     assert level_after(sure, 12) == WarningLevel.WARNING
     assert level_after(less, 20) == WarningLevel.WARNING
     assert level_after(hardly, 20) == WarningLevel.NONE
+
+
+@pytest.mark.parametrize("is_lead", [True, False])
+def test_a_warning_lasts_while_its_vehicle_may_be_hit_whether_or_not_it_is_the_lead(is_lead):
+    policy = make_policy()
+    (sure,) = threats_of_lead(make_lead(11.0, 10.0), is_lead=is_lead)
+    less, hardly = (replace(sure, overlap_m=-0.2, overlap_probability=p) for p in (0.3, 0.1))
+    levels = [
+        policy.update(step * 10**8, ((sure, less, hardly)[step // 15],), None).level for step in range(45)
+    ]
+    assert levels[14] == levels[29] == WarningLevel.WARNING
+    assert levels[44] == WarningLevel.NONE
