@@ -203,7 +203,7 @@ def judge_first_warning(drive: Path) -> None:
     store.close()
 
 
-def test_killed_workers_lose_no_drive(drives, tmp_path):
+def test_killed_workers_lose_no_drive(drives, tmp_path, scheduler):
     out = tmp_path / "out"
     killed: list[int] = []
     stop = threading.Event()
@@ -229,7 +229,7 @@ def test_killed_workers_lose_no_drive(drives, tmp_path):
         stop.set()
         killer.join()
     assert killed
-    code, records = batch(drives, "--out", out, "--workers", 2)
+    code, records = batch(drives, "--out", out, "--scheduler", scheduler)
     assert code == 0
     assert {name: record["state"] for name, record in records.items()} == dict.fromkeys(
         ("d0", "d1", "d2"), "done"

@@ -18,6 +18,8 @@ from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.review_app.server import ReviewPage
 
 WINDOW_PX = (1400, 900)
+LONGEST_PAUSE_S = 0.2
+"""Between two looks whether what a test waits for has come."""
 # WebGL without a graphics card, the same on every machine.
 CHROMIUM_FLAGS = (
     "--use-gl=angle",
@@ -39,6 +41,17 @@ _NOTHING_DRAWN = """
   for (const name of ["clear", "drawArrays", "drawArraysInstanced", "drawElements", "drawElementsInstanced",
                       "generateMipmap", "texImage2D", "texStorage2D", "texSubImage2D"])
     WebGL2RenderingContext.prototype[name] = () => {};
+"""
+# What is only looked at now and then is drawn only then: at full resolution a frame takes a tenth of a
+# second.
+_DRAWN_WHEN_SEEN = """
+  for (const name of ["clear", "drawArrays", "drawArraysInstanced", "drawElements",
+                      "drawElementsInstanced"]) {
+    const draw = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...what) {
+      if (window.isSeen) draw.apply(this, what);
+    };
+  }
 """
 # viser draws frame after frame for a quarter of a second whenever something may have changed. A screen that
 # shows ten a second ends at the same picture, for a third of the work.
@@ -70,6 +83,7 @@ class OpenPage(Protocol):
         window_px: tuple[int, int] = WINDOW_PX,
         picture: bool = True,
         drawn_at: float = 0.0,
+        always_drawn: bool = True,
         phone: bool = False,
         few_frames: bool = True,
     ) -> BrowserPage: ...
@@ -90,8 +104,8 @@ def chromium() -> Generator[Browser]:
 def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Generator[OpenPage]:
     """Opens a URL of the program and waits for its picture, if it begins with one; several calls are several
     people. The scene is drawn, with rough edges, at the part of the screen's resolution in which a test looks
-    at it, or not at all: software draws it. Unless a test is about the frames themselves, they are few. A
-    phone is touched, and lays pages out as phones do.
+    at it, or not at all: software draws it. Where it is not always drawn, it is for `BrowserPage.seen` alone.
+    Unless a test is about the frames themselves, they are few. A phone is touched, and lays pages out so.
 
     At the end a page's exception fails the test, and what a failed test saw is saved as a picture.
     """
@@ -102,6 +116,7 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
         window_px: tuple[int, int] = WINDOW_PX,
         picture: bool = True,
         drawn_at: float = 0.0,
+        always_drawn: bool = True,
         phone: bool = False,
         few_frames: bool = True,
     ) -> BrowserPage:
@@ -111,6 +126,8 @@ def open_page(chromium: Browser, request: pytest.FixtureRequest, tmp_path: Path)
         )
         context.set_default_timeout(PATIENCE_S * 1000)
         context.add_init_script(_NO_SMOOTH_EDGES if drawn_at else _NOTHING_DRAWN)
+        if not always_drawn:
+            context.add_init_script(_DRAWN_WHEN_SEEN)
         if few_frames:
             context.add_init_script(_FEW_FRAMES)
         opened = BrowserPage(context.new_page())
@@ -160,10 +177,12 @@ def wait_for() -> Callable[[Callable[[], bool]], None]:
     """Waits until a condition holds in the test's own process, while the browser goes on."""
 
     def wait(condition: Callable[[], bool]) -> None:
-        end_s = time.monotonic() + PATIENCE_S
+        # To ask the page takes a hundredth of a second of processors: what takes longer is asked less often.
+        start_s = time.monotonic()
         while not condition():
-            assert time.monotonic() < end_s, f"waited {PATIENCE_S} s in vain"
-            time.sleep(0.02)
+            waited_s = time.monotonic() - start_s
+            assert waited_s < PATIENCE_S, f"waited {PATIENCE_S} s in vain"
+            time.sleep(min(0.02 + 0.1 * waited_s, LONGEST_PAUSE_S))
 
     return wait
 

@@ -7,6 +7,7 @@ import struct
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from itertools import islice
 from pathlib import Path
 
@@ -283,6 +284,7 @@ def _times(path: Path) -> None:
     list(open_source(folder).frames())
 
 
+@cache
 def _npz_bomb() -> bytes:
     buffer = io.BytesIO()
     np.savez_compressed(buffer, header=np.zeros(300 << 20, np.uint8))

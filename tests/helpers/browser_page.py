@@ -127,6 +127,14 @@ class BrowserPage:
         """Has the view drawn as it is now."""
         self.page.evaluate(_DRAW)
 
+    def seen(self) -> bytes:
+        """The window as it is now, drawn anew: a PNG file."""
+        self.page.evaluate("window.isSeen = true")
+        self.draw()
+        png = self.page.screenshot()
+        self.page.evaluate("window.isSeen = false")
+        return png
+
     def wait_until_still(self) -> None:
         """Waits until the view has stopped moving and is drawn."""
         before = None

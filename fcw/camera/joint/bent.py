@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fcw.camera.calibration import Gaussian
-from fcw.camera.joint.fit import JointFit
+from fcw.camera.joint.fit import JointFit, solved
 from fcw.camera.joint.known import Known
 from fcw.camera.lens.model import Lens
 from fcw.errors import UserError
@@ -67,13 +67,16 @@ def bent_picture(known: Known) -> BentPicture | None:
     if not (evidence.edges or aside):
         return None
 
-    def fit(bend: Gaussian | None) -> JointFit:
-        return JointFit(replace(known, lens=None, bend=bend))
-
+    straight = replace(known, lens=None, bend=None)
+    plain, bent = JointFit(straight), JointFit(replace(straight, bend=WIDE_BEND))
     try:
-        bent, plain = fit(WIDE_BEND), fit(None)
+        plain_x, plain_covariance = solved(straight)
+        misfits = plain.residuals(plain_x)
+        # A lens wins no more than the misfit that it takes away: where that is little, none is looked for.
+        if misfits @ misfits / 2 <= math.log(BENT_ODDS):
+            return None
         x, covariance = bent.solve(SCORE_TOLERANCE)
-        log_odds = bent.log_evidence(x, covariance) - plain.log_evidence(*plain.solve(SCORE_TOLERANCE))
+        log_odds = bent.log_evidence(x, covariance) - plain.log_evidence(plain_x, plain_covariance)
     except (UserError, np.linalg.LinAlgError):
         return None
     lens = bent.lens(x)

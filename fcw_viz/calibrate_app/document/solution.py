@@ -94,7 +94,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
     Args:
         document: what was said.
         effects: whether to tell the effect of each belief, and to look for mends that take several solutions;
-            neither is needed while somebody drags.
+            neither is needed while somebody drags. The status is the same either way.
     """
     lane_horizon, lane_troubles = _lane_horizon(document)
     facts = _facts(document, lane_horizon)
@@ -130,13 +130,15 @@ def solve(document: Document, effects: bool = True) -> Solution:
     points = tuple(mark.ground_point for mark in facts.marks if mark.ground_point is not None)
     known = stated(document, points, ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
     result = _result(document, facts, calibration, known)
-    if effects and (bent := bent_lens(document, known)):
+    # Of what is implausible anyway a drag need not tell every reason.
+    asks_more = effects or all(f.is_question or f.kind is FindingKind.PERIOD for f in result.findings)
+    if asks_more and (bent := bent_lens(document, known)):
         result = replace(result, findings=(*result.findings, Finding(FindingKind.LENS, bent.text)))
-    if effects and (uneven := broken_period(document, known)):
+    if uneven := broken_period(document, known):
         kept = tuple(f for f in result.findings if f.kind is not FindingKind.PERIOD)
         told_of = Finding(FindingKind.PERIOD, uneven.text, is_question=True)
         result = replace(result, findings=(*kept, told_of))
-    if effects and (odd := odd_rectangle(known)):
+    if asks_more and (odd := odd_rectangle(known)):
         swapped = odd.index if odd.swapped else None
         told_of = Finding(FindingKind.RECTANGLE, odd.text, swapped_sides=swapped)
         result = replace(result, findings=(*result.findings, told_of))

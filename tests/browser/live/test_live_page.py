@@ -22,7 +22,7 @@ from fcw_viz.live_app.feed import LiveFeed
 from fcw_viz.live_app.server import LivePage
 from fcw_viz.live_app.tab import LiveTab
 
-START_S, END_S = 26.0, 33.0
+START_S, END_S = 26.0, 31.5
 """Of the shipped drive, whose lead brakes so that a warning is due at 29.8 s."""
 WARNED_S = 28.0, 31.5
 PERIOD_S, CRAWL_S = 1 / 30, 0.8

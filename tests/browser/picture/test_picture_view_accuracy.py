@@ -44,7 +44,7 @@ def dots() -> Generator[PictureServer]:
 
 @pytest.mark.parametrize("window_px", [(1400, 900), (1000, 900), (1600, 700)])
 def test_click_lands_on_the_dot_at_fit_zoomed_and_panned(dots, open_page, wait_for, window_px):
-    tab = open_page(dots.url, window_px, drawn_at=1.0)
+    tab = open_page(dots.url, window_px, drawn_at=1.0, always_drawn=False)
 
     def click_error_px(color, seen: tuple[float, float]) -> tuple[float, float]:
         """Error of the position reported, and of the position of the mouse itself."""
@@ -81,7 +81,7 @@ def test_click_lands_on_the_dot_at_fit_zoomed_and_panned(dots, open_page, wait_f
 
 
 def test_the_harness_finds_pixels_where_the_browser_draws_them(dots, open_page):
-    tab = open_page(dots.url, drawn_at=1.0)
+    tab = open_page(dots.url, drawn_at=1.0, always_drawn=False)
     for color, seen in seen_at(tab, *DOTS).items():
         assert tab.screen_position(*DOTS[color]) == pytest.approx(seen, abs=0.2)
 
@@ -108,7 +108,7 @@ def seen_at(tab: BrowserPage, *colors: Color) -> dict[Color, tuple[float, float]
 
 def screenshot(tab: BrowserPage) -> NDArray[np.float64]:
     """(rows, columns, 3) RGB, in light; black where the panel is."""
-    png = cv2.imdecode(np.frombuffer(tab.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    png = cv2.imdecode(np.frombuffer(tab.seen(), np.uint8), cv2.IMREAD_COLOR)
     assert png is not None
     shot = LIGHT[np.asarray(cv2.cvtColor(png, cv2.COLOR_BGR2RGB), np.uint8)]
     shot[: PANEL_PX[1], -PANEL_PX[0] :] = 0

@@ -13,7 +13,9 @@ from fcw.camera.lens.model import Lens
 from fcw.errors import UserError
 from fcw_viz.calibrate_app.document.document import Belief, Line
 from fcw_viz.calibrate_app.document.edits import (
+    AddMark,
     DeleteMark,
+    Edit,
     EnableMark,
     SetFieldOfView,
     SetHeight,
@@ -228,9 +230,33 @@ def test_a_lens_that_contradicts_the_height_is_said():
 WIDE = Belief(Gaussian(2.0, 0.125), True)
 
 
+def far_apart(*rows_px: float) -> list[Edit]:
+    """Six marks in columns far apart, clicked so badly that a lens that bends lines explains them best."""
+    columns_px, distances_m = (100.0, 1180.0, 300.0, 900.0, 200.0, 1000.0), (5.0, 8.0, 12.0, 18.0, 27.0, 40.0)
+    marks = zip(columns_px, rows_px, distances_m, strict=True)
+    added = [AddMark(column_px, row_px, 0, distance_m) for column_px, row_px, distance_m in marks]
+    return [*map(DeleteMark, range(1, 5)), *added, SetHeight(1.3)]
+
+
+GOOD_BUT_FOR_THE_LENS = far_apart(566.08, 475.32, 418.58, 381.95, 351.48, 341.54)
+DOUBTFUL_BUT_FOR_THE_LENS = far_apart(569.52, 475.36, 419.4, 379.86, 355.55, 336.53)
+
+
+@pytest.mark.parametrize("steps", [GOOD_BUT_FOR_THE_LENS, DOUBTFUL_BUT_FOR_THE_LENS])
+def test_a_bent_picture_is_implausible_already_while_somebody_drags(steps):
+    document = said(*PAPER_POINTS, (12, 330), height_m=1.2)
+    for edit in steps:
+        document = edit.apply(document)
+    for solution in (solve(document), solve(document, effects=False)):
+        assert solution.status is Status.IMPLAUSIBLE
+        assert any("the lens bends this picture" in trouble.text.lower() for trouble in solution.troubles)
+
+
 @pytest.mark.slow
 @given(st.lists(edits, max_size=12))
 @example([DeleteMark(1), SetReference(True, 2.0), SetFieldOfView(WIDE)])  # a bumper behind the camera
+@example(GOOD_BUT_FOR_THE_LENS)
+@example(DOUBTFUL_BUT_FOR_THE_LENS)
 def test_any_document_has_a_solution_and_whatever_it_proposes_can_be_applied(steps):
     document = said(*PAPER_POINTS, (12, 330), height_m=1.2)
     for edit in steps:
