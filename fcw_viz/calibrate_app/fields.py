@@ -55,6 +55,7 @@ class NumberField:
         self._shown: float | None = None
         self._unit = 1.0
         self._keys = self._committed_keys = 0
+        self._removed = False
 
         @self.handle.on_update
         async def _(event: viser.GuiEvent[viser.GuiTextHandle]) -> None:
@@ -93,7 +94,7 @@ class NumberField:
 
     def flush(self) -> None:
         """Commit what is being typed, without waiting for the pause; nothing where nobody types."""
-        if self._keys == self._committed_keys:
+        if self._removed or self._keys == self._committed_keys:
             return
         self._committed_keys = self._keys
         try:
@@ -106,7 +107,8 @@ class NumberField:
             self._say("")
 
     def remove(self) -> None:
-        """Take it away."""
+        """Take it away, with what is typed in it."""
+        self._removed = True
         self.handle.remove()
         self._reason.remove()
 
@@ -123,6 +125,8 @@ class NumberField:
 
     def _say(self, reason: str) -> None:
         """Say below the field what is wrong with it; nothing takes that back. `fields.js` marks the field."""
+        if self._removed:  # by what it committed, or while its pause lasted
+            return
         field = escape(self.handle._impl.uuid)
         words = f'<p class="fcw-wrong" role="alert" data-fcw-wrong="{field}">{escape(reason)}</p>'
         set_html(self._reason, text_block(words) if reason else "")
