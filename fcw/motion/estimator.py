@@ -180,6 +180,8 @@ class MotionEstimator:
     @property
     def _speed_by_points(self) -> Gaussian | None:
         settings, sigma_mps = self._settings, self._filter.sigma(SPEED)
+        if self._filter.x[SPEED] < -settings.still_mps:
+            return None  # backwards: who reverses does not stand
         speed_mps = max(float(self._filter.x[SPEED]), 0.0)
         is_sure = sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
         known = self._known and is_sure and self._found_s >= settings.confirmed_s
