@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian
+from fcw.motion.attempt import INLYING, Attempt
 from fcw.motion.filter import MOUNT_PITCH, MOUNT_ROLL, MOUNT_YAW, SPEED, SPRING, MotionFilter
 from fcw.motion.flow.pacing import Pacing
-from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
+from fcw.motion.flow.points import PointFollower, SmallPicture
 from fcw.motion.flow.road_plane import RoadPair, RoadPlane
 from fcw.motion.flow.stillness import Stillness
 from fcw.motion.settings import MotionSettings
@@ -19,8 +20,6 @@ from fcw.motion.state import Mount, OwnMotion, SpeedSource
 from fcw.motion.travel.looks import Told, TravelLooks, contradict
 from fcw.motion.view import RoadView
 
-INLYING = 0.25
-"""A point with this weight keeps to the motion: it is within one scale of the weights."""
 ANY_SPEED_MPS = 15.0
 """Of a vehicle that drives, and the 1-sigma of it."""
 POINTS_TELL_S = 1.0
@@ -32,69 +31,6 @@ HARDEST_BRAKING_MPS2, HARDEST_SPEEDING_UP_MPS2 = 10.0, 6.0
 """Of a car on a dry road: points find no speed that is lower than this allows from one that was known, less
 `CHANGED_FROM_SIGMAS`; the road none that is higher than it allows from one that points told for long."""
 CHANGED_FROM_SIGMAS = 3.0
-
-
-class _Attempt:
-    """What two pictures say if the motion was about as a filter expects it; the filter has taken it.
-
-    Who knows the motion also takes a turn that is beyond what springs mostly do: among speeds that are only
-    supposed it would make up for a wrong one.
-    """
-
-    def __init__(
-        self,
-        follower: PointFollower,
-        pictures: tuple[SmallPicture, SmallPicture],
-        height_m: float,
-        expectation: MotionFilter,
-        dt_s: float,
-        settings: MotionSettings,
-        stillness: Stillness,
-        known: bool,
-    ) -> None:
-        mean, covariance, by_state = expectation.expect(dt_s)
-        self.flow: Flow = follower.follow(*pictures, mean)
-        flow, road = self.flow, self.flow.road
-        self.filter = expectation
-        self.solution: Solution | None = None
-        self.evidence = 0.0
-        self.points = (0, 0)
-        self.doubtful = True
-        if road.sum() < settings.fewest_points:
-            return
-        solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
-        if not np.isfinite(solution.unknowns).all():
-            return
-        inlying = solution.inlying > INLYING
-        self.points = int((inlying & road).sum()), int((inlying & ~road).sum())
-        others = inlying[~road] if (~road).sum() >= settings.fewest_points else inlying
-        self.doubtful = bool(
-            (others.mean() < settings.sure_part and inlying[road].mean() < settings.sure_part)
-            or inlying[road].mean() < settings.least_road_part
-        )
-        if solution.unknowns[TRAVEL] < settings.standing_mps * dt_s:
-            # A standing picture stands as a whole: reflections and lines along the road seem to as well.
-            few = inlying.sum() < settings.standing_points
-            fast_back = solution.unknowns[TRAVEL] < -settings.standing_mps * dt_s
-            self.doubtful = bool(
-                fast_back or few or min(inlying.mean(), inlying[road].mean()) < settings.standing_part
-            )
-            if not self.doubtful and abs(solution.unknowns[TRAVEL]) < settings.still_mps * dt_s:
-                # Few points on a dashboard may stand while all that is farther away goes by.
-                self.doubtful = follower.picture_moves or not stillness.lasts(pictures[1], mean)
-            if self.doubtful:
-                return
-        if self.points[0] < settings.fewest_points or inlying.mean() < settings.fewest_inlying:
-            return
-        shift_m = abs(float(solution.unknowns[TRAVEL] - mean[TRAVEL]))
-        sigma_m = math.sqrt(covariance[TRAVEL, TRAVEL])
-        if shift_m > settings.jump_sigmas * sigma_m + settings.jump_mps * dt_s:
-            return
-        if known and not self.doubtful and expectation.allow_nod(solution, mean, covariance):
-            mean, covariance, by_state = expectation.expect(dt_s)
-            solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
-        self.evidence, self.solution = solution.evidence, solution
-        expectation.correct(solution, mean, covariance, by_state)
 
 
 class MotionEstimator:
@@ -244,6 +180,8 @@ class MotionEstimator:
     @property
     def _speed_by_points(self) -> Gaussian | None:
         settings, sigma_mps = self._settings, self._filter.sigma(SPEED)
+        if self._filter.x[SPEED] < -settings.still_mps:
+            return None  # backwards: who reverses does not stand
         speed_mps = max(float(self._filter.x[SPEED]), 0.0)
         is_sure = sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
         known = self._known and is_sure and self._found_s >= settings.confirmed_s
@@ -306,16 +244,10 @@ class MotionEstimator:
             self._since_search_s = 0.0
             if self._known_s < settings.mount_after_s:
                 before.take_mount(self._mount)
-            for speed_mps in settings.supposed_mps:
-                supposed = before.copy()
-                supposed.forget_speed(speed_mps, settings.supposed_sigma_mps)
-                supposed.predict(dt_s)
-                other = self._attempt(pictures, dt_s, supposed, known=False)
-                if other.solution is None or other.solution.unknowns[TRAVEL] < self._slowest_mps * dt_s:
-                    continue
-                if not other.doubtful and other.evidence > needed:
-                    best, needed = other, other.evidence
-                    self._known_s, self._found_s, self._doubtful_s = 0.0, -dt_s, 0.0
+            found = self._search(pictures, dt_s, before, needed)
+            if found is not None:
+                best = found
+                self._known_s, self._found_s, self._doubtful_s = 0.0, -dt_s, 0.0
         if best is None or best.solution is None:
             self._look_at_road(pictures, self._take_turn(pictures, dt_s), dt_s)
             return
@@ -330,6 +262,38 @@ class MotionEstimator:
         if float(self._filter.x[SPEED]) > settings.learns_above_mps:
             self._known_s += dt_s
             self._follower.learn(best.flow.cells, best.solution.inlying, dt_s)
+
+    def _search(
+        self,
+        pictures: tuple[SmallPicture, SmallPicture],
+        dt_s: float,
+        before: MotionFilter,
+        needed: float,
+    ) -> Attempt | None:
+        """The speed that explains two pictures best, of those that are supposed.
+
+        Args:
+            pictures: the two.
+            dt_s: between them.
+            before: what was believed at the first.
+            needed: evidence that it must have more of.
+
+        Returns:
+            None where none has, or where nearly each has: noise goes wherever it is looked for.
+        """
+        settings, best, agreeing = self._settings, None, 0
+        for speed_mps in settings.supposed_mps:
+            supposed = before.copy()
+            supposed.forget_speed(speed_mps, settings.supposed_sigma_mps)
+            supposed.predict(dt_s)
+            other = self._attempt(pictures, dt_s, supposed, known=False)
+            if other.solution is None:
+                continue
+            agreeing += 1
+            reached = other.solution.unknowns[TRAVEL] >= self._slowest_mps * dt_s
+            if reached and not other.doubtful and other.evidence > needed:
+                best, needed = other, other.evidence
+        return best if agreeing < len(settings.supposed_mps) - 1 else None
 
     def _look_at_road(
         self, pictures: tuple[SmallPicture, SmallPicture], solution: Solution | None, dt_s: float
@@ -376,9 +340,9 @@ class MotionEstimator:
 
     def _attempt(
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, expectation: MotionFilter, known: bool
-    ) -> _Attempt:
+    ) -> Attempt:
         height_m, settings, stillness = self._camera.height_m, self._settings, self._stillness
-        return _Attempt(self._follower, pictures, height_m, expectation, dt_s, settings, stillness, known)
+        return Attempt(self._follower, pictures, height_m, expectation, dt_s, settings, stillness, known)
 
 
 def _contradicts(by_road: Gaussian, by_points: Gaussian) -> bool:

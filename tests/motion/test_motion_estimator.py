@@ -66,6 +66,25 @@ def test_standing_is_a_speed_of_nothing():
     assert last.speed_sigma_mps < 0.3
 
 
+def test_who_reverses_does_not_stand():
+    own, road = estimator(), Road()
+    ways_m = np.cumsum([0.0] * 10 + [-0.05 * step for step in range(4)] + [-0.2] * 16)
+    states = [
+        own.update(round(frame * STEP_S * 1e9), road.picture(Pose(way_m)))
+        for frame, way_m in enumerate(ways_m)
+    ]
+    assert states[9].speed_mps == pytest.approx(0.0, abs=0.1)
+    assert {state.speed_mps for state in states[16:]} == {None}
+
+
+@pytest.mark.parametrize("sigma", [2.0, 2.5])
+def test_noise_tells_no_speed_though_each_that_is_supposed_explains_it(sigma):
+    own, rng = estimator(), np.random.default_rng(4)
+    for frame in range(15):
+        noise = np.round(rng.normal(128, sigma, (HEIGHT, WIDTH, 1))).astype(np.uint8)
+        assert own.update(round(frame * STEP_S * 1e9), np.repeat(noise, 3, axis=2)).speed_mps is None
+
+
 def test_a_turn_to_the_left_is_positive():
     last = drive(estimator(), 8.0, 12, yaw_rate_radps=0.1)[-1]
     assert last.yaw_rate_radps == pytest.approx(0.1, abs=math.radians(0.3))

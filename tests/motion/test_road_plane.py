@@ -72,6 +72,21 @@ def test_braking_is_followed():
     assert sum(state.speed_mps is not None for state in states[25:]) > 15
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("rate_hz", [10, 20])
+def test_braking_is_followed_within_a_fifth_of_a_second_at_every_rate(rate_hz):
+    braking_mps2, steady, braking = 3.0, round(2.5 * rate_hz), 3 * rate_hz
+    speeds_mps = [20.0] * steady + [20.0 - braking_mps2 * step / rate_hz for step in range(1, braking + 1)]
+    states = drive(estimator(), speeds_mps, rate_hz=rate_hz)
+    late_mps = [
+        state.speed_mps - speed_mps
+        for state, speed_mps in zip(states[steady:], speeds_mps[steady:], strict=True)
+        if state.speed_mps is not None
+    ]
+    assert len(late_mps) > braking / 2
+    assert np.mean(late_mps) < 0.2 * braking_mps2
+
+
 def test_what_stands_in_the_picture_is_no_road():
     def bonnet(picture):
         rows = picture[HEIGHT * 3 // 4 :]
