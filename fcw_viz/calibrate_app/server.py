@@ -7,6 +7,7 @@ import viser
 
 from fcw.errors import UserError
 from fcw.sources import open_source
+from fcw.sources.bars import without_bars
 from fcw_viz.calibrate_app.proposals.drive_look import DriveLooks
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
@@ -16,6 +17,10 @@ from fcw_viz.page.server import DEFAULT_PORT, PageServer, check_port
 
 SMALLEST_PX = 64
 """Of a picture in which anybody can see a road."""
+BARS = (
+    "The picture has black bars. A field of view here is that of the whole picture with them, so do not go "
+    "by the kind of camera; `fcw calibrate CLIP --from-clip` cuts them off and goes by the camera's own."
+)
 LOOK_S = 1.0
 """So often it is looked whether the saved file is still what was saved."""
 
@@ -53,7 +58,8 @@ class CalibrationPage(PageServer):
                 f"{SMALLEST_PX} both ways"
             )
         self.looks = DriveLooks.at(self.pictures)
-        self.session = CalibrationSession.open(source, self.pictures.image_size, save_path)
+        _, cut = without_bars(self.pictures.source)
+        self.session = CalibrationSession.open(source, size, save_path, "" if cut is None else BARS)
         super().__init__(port, f"fcw calibrate · {self.pictures.name}", dark)
         self.session.announce(bare_address(self.port))
         self._stopped = threading.Event()

@@ -75,19 +75,24 @@ class CalibrationSession:
         self._state = self._next_state(0)
 
     @classmethod
-    def open(cls, source: Path, image_size: ImageSize, save_path: Path) -> "CalibrationSession":
+    def open(
+        cls, source: Path, image_size: ImageSize, save_path: Path, notice: str = ""
+    ) -> "CalibrationSession":
         """Resume the journal beside `save_path`, else take the points of the calibration there, else none.
 
         Args:
             source: what the pictures come from.
             image_size: of the pictures.
             save_path: where the calibration is saved.
+            notice: what everybody should know of the source.
 
         Raises:
             UserError: the journal is in use by another page, damaged, for pictures of another size, or cannot
                 be written.
         """
-        return cls(begin(source, image_size, save_path), save_path)
+        beginning = begin(source, image_size, save_path)
+        notices = " ".join(filter(None, (notice, beginning.notice)))
+        return cls(replace(beginning, notice=notices), save_path)
 
     @property
     def state(self) -> SessionState:

@@ -1,6 +1,7 @@
 """`fcw calibrate --from-clip` of a clip with black bars: they are no part of the camera's picture."""
 
 import math
+from pathlib import Path
 
 import av
 import numpy as np
@@ -11,22 +12,27 @@ from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
 from fcw.self_calibration.clip import ClipCalibration, ClipObservations
+from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.cli import main
 
 BAR_PX = 160
 
 
-def test_bars_are_left_out_of_the_fit_and_are_in_the_saved_file(tmp_path, monkeypatch, capsys):
-    clip, saved = tmp_path / "clip.mp4", tmp_path / "clip.yaml"
+def write_clip(clip: Path, bar_px: int) -> Path:
     random = np.random.default_rng(0)
     with av.open(str(clip), "w") as container:
         stream = container.add_stream("libx264", rate=30)
-        stream.width, stream.height, stream.pix_fmt = 640 + 2 * BAR_PX, 360, "yuv420p"
+        stream.width, stream.height, stream.pix_fmt = 640 + 2 * bar_px, 360, "yuv420p"
         for _ in range(3):
             image = random.integers(40, 200, (360, 640, 3), dtype=np.uint8)
-            image = np.pad(image, ((0, 0), (BAR_PX, BAR_PX), (0, 0)))
+            image = np.pad(image, ((0, 0), (bar_px, bar_px), (0, 0)))
             container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="bgr24")))
         container.mux(stream.encode())
+    return clip
+
+
+def test_bars_are_left_out_of_the_fit_and_are_in_the_saved_file(tmp_path, monkeypatch, capsys):
+    clip, saved = write_clip(tmp_path / "clip.mp4", BAR_PX), tmp_path / "clip.yaml"
     camera = GroundPlaneCamera(0.03, 500.0, 179.5, 1.3, 319.5)
     asked = []
 
@@ -50,3 +56,12 @@ def test_bars_are_left_out_of_the_fit_and_are_in_the_saved_file(tmp_path, monkey
     assert found.camera.focal_y_px == 500
     told = " ".join(capsys.readouterr().err.split())
     assert "black bars beside the picture are cut off, which leaves 640x360 of 960x360" in told
+
+
+@pytest.mark.parametrize(("bar_px", "said"), [(BAR_PX, True), (0, False)])
+def test_the_page_says_what_bars_do_to_the_field_of_view(bar_px, said, tmp_path):
+    page = CalibrationPage(write_clip(tmp_path / "clip.mp4", bar_px), tmp_path / "clip.yaml", 8600)
+    try:
+        assert ("The picture has black bars" in page.session.state.notice) == said
+    finally:
+        page.stop()
