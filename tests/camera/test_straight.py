@@ -62,8 +62,8 @@ def test_a_camera_that_is_straight_changes_nothing():
     calibration = Calibration.from_camera(CAMERA, SIZE)
     assert calibration.straightening is None
     assert calibration.straight() == calibration
-    source = object()
-    assert straightened(source, calibration)[0] is source  # pyright: ignore[reportArgumentType]
+    source = open_source(DEMO)
+    assert straightened(source, calibration)[0] is source
 
 
 class OneFrame:
