@@ -17,6 +17,7 @@ from fcw.camera.lens.model import Lens
 from fcw.camera.lens.pixel_map import PixelMap
 from fcw.camera.solve import calibrate
 from fcw.frame import Frame, ImageSize
+from fcw.job import prepare_drive
 from fcw.sources import open_source
 from fcw.sources.bars import without_bars
 
@@ -175,3 +176,5 @@ def test_a_drive_in_bars_has_the_lead_of_the_drive_without(tmp_path):
     assert sum((lead is None) != (other is None) for lead, other in leads) <= 2
     assert distances_m[:, 1] == pytest.approx(distances_m[:, 0], rel=0.03)
     assert fcw.read_drive(tmp_path / "in bars").header.image_size == ImageSize(640, 360)
+    prepared = prepare_drive(fcw.DriveJob(source=in_bars, out=tmp_path, calibration=calibration))
+    assert prepared.header.calibration.camera == calibration.camera  # that of the log fits the clip, too
