@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray
+from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
 
 PITCH_TURN, YAW_TURN, ROLL_TURN, TRAVEL, YAW, PITCH, ROAD_PITCH, ROAD_ROLL = range(8)
@@ -51,7 +52,7 @@ class Solution(NamedTuple):
     evidence: float
 
 
-@kernel()
+@inner_kernel()
 def _accumulate(
     before: FloatArray,
     after: FloatArray,
@@ -156,6 +157,69 @@ def _accumulate(
     return evidence
 
 
+@inner_kernel()
+def _eliminate(matrix: FloatArray, right: FloatArray) -> None:  # pragma: no cover - compiled
+    """Solve linear equations with a positive definite matrix, by Gauss; the solution is left in `right`."""
+    count = len(right)
+    for pivot in range(count):
+        for row in range(pivot + 1, count):
+            part = matrix[row, pivot] / matrix[pivot, pivot]
+            right[row] -= part * right[pivot]
+            for column in range(pivot + 1, count):
+                matrix[row, column] -= part * matrix[pivot, column]
+    for row in range(count - 1, -1, -1):
+        for column in range(row + 1, count):
+            right[row] -= matrix[row, column] * right[column]
+        right[row] /= matrix[row, row]
+
+
+@kernel()
+def _solve(
+    before: FloatArray,
+    after: FloatArray,
+    road: NDArray[np.bool_],
+    inverse_depth: FloatArray,
+    depth_sigma: FloatArray,
+    place_precision: FloatArray,
+    height_m: float,
+    prior: FloatArray,
+    precision: FloatArray,
+    scales: tuple[float, ...],
+    unknowns: FloatArray,
+    hessian: FloatArray,
+    inlying: FloatArray,
+) -> float:  # pragma: no cover - compiled
+    """As `solve`, with the inverse of the prior's covariance; `unknowns` are where it begins, and its result.
+
+    `hessian` and `inlying` are those of the last step, as is the evidence that is returned.
+    """
+    gradient, matrix = np.empty(UNKNOWNS), np.empty((UNKNOWNS, UNKNOWNS))
+    evidence = 0.0
+    for scale in scales:
+        evidence = _accumulate(
+            before,
+            after,
+            road,
+            inverse_depth,
+            depth_sigma,
+            place_precision,
+            height_m,
+            scale,
+            unknowns,
+            hessian,
+            gradient,
+            inlying,
+        )
+        for m in range(UNKNOWNS):
+            for n in range(UNKNOWNS):
+                matrix[m, n] = hessian[m, n] + precision[m, n]
+                gradient[m] -= precision[m, n] * (unknowns[n] - prior[n])
+        _eliminate(matrix, gradient)
+        for m in range(UNKNOWNS):
+            unknowns[m] += gradient[m]
+    return evidence
+
+
 def solve(
     before: FloatArray,
     after: FloatArray,
@@ -182,25 +246,8 @@ def solve(
         prior_covariance: (8, 8).
         scales: of the weights, in sigmas, one for each step.
     """
+    unknowns, hessian, inlying = prior.copy(), np.empty((UNKNOWNS, UNKNOWNS)), np.empty(len(before))
     precision = np.linalg.inv(prior_covariance)
-    unknowns = prior.copy()
-    hessian, gradient = np.empty((UNKNOWNS, UNKNOWNS)), np.empty(UNKNOWNS)
-    inlying = np.empty(len(before))
-    evidence = 0.0
-    for scale in scales:
-        evidence = _accumulate(
-            before,
-            after,
-            road,
-            inverse_depth,
-            depth_sigma,
-            place_precision,
-            height_m,
-            scale,
-            unknowns,
-            hessian,
-            gradient,
-            inlying,
-        )
-        unknowns = unknowns + np.linalg.solve(hessian + precision, gradient - precision @ (unknowns - prior))
+    points = before, after, road, inverse_depth, depth_sigma, place_precision
+    evidence = _solve(*points, height_m, prior, precision, scales, unknowns, hessian, inlying)
     return Solution(unknowns, hessian, inlying, evidence)

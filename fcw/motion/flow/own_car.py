@@ -14,16 +14,16 @@ looks of ten, and others of the lower half in none to two of ten, but for one cl
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray
+from fcw.kernels.jit import kernel
 from fcw.motion.flow.corners import BLOCK_PX
 
 LOOKED_S = 0.2
-"""A look takes five milliseconds: so often is enough."""
+"""So often a look is enough."""
 MOVED_PX, STILL_PX = 0.6, 0.4
 PLAIN = 4.0
 """Mean square of the gradient, in grey values a pixel, below which a cell shows nothing that could move."""
@@ -38,6 +38,49 @@ BESIDE = 2
 """How far the own car reaches is the median over so many columns to either side."""
 UPPER_PART = 1 / 3
 """Of the picture's height it reaches down no farther: what is far stands still, too."""
+SOBEL_SCALE = 8
+"""What Sobel's filter says is so many times the slope."""
+
+
+@kernel()
+def _mean_changes(
+    last: NDArray[np.uint8],
+    now: NDArray[np.uint8],
+    cell_width: int,
+    cell_height: int,
+    means: NDArray[np.float64],
+) -> None:  # pragma: no cover - compiled
+    """Means over each cell of two pictures' change, of its square, and of the square of the first one's slope
+    by Sobel's filter; `means` is (3, rows, columns). Cells that reach beyond the picture repeat its edge."""
+    height, width = last.shape
+    sums = np.empty((3, width), np.int32)  # of the pixels of a column of a row of cells
+    for row in range(means.shape[1]):
+        sums[:] = 0
+        for y in range(row * cell_height, (row + 1) * cell_height):
+            here = min(y, height - 1)
+            above, below = abs(here - 1), here + 1 if here + 1 < height else height - 2  # mirrored
+            for x in range(width):
+                change = np.int32(now[here, x]) - np.int32(last[here, x])
+                sums[0, x] += change
+                sums[1, x] += change * change
+            for x in range(1, width - 1):
+                high, low = np.int32(last[above, x - 1]), np.int32(last[below, x - 1])
+                high_after, low_after = np.int32(last[above, x + 1]), np.int32(last[below, x + 1])
+                beside = np.int32(last[here, x + 1]) - np.int32(last[here, x - 1])
+                under = np.int32(last[below, x]) - np.int32(last[above, x])
+                across = high_after + low_after - high - low + 2 * beside
+                down = low + low_after - high - high_after + 2 * under
+                sums[2, x] += across * across + down * down
+            for x, inner in ((0, 1), (width - 1, width - 2)):
+                edge = np.int32(last[below, x]) - np.int32(last[above, x])
+                down = 2 * (edge + np.int32(last[below, inner]) - np.int32(last[above, inner]))
+                sums[2, x] += down * down
+        for column in range(means.shape[2]):
+            for kind in range(3):
+                total = np.int64(0)
+                for x in range(column * cell_width, (column + 1) * cell_width):
+                    total += sums[kind, min(x, width - 1)]
+                means[kind, row, column] = total / (cell_width * cell_height)
 
 
 class OwnCar:
@@ -108,19 +151,11 @@ class OwnCar:
         self, last: NDArray[np.uint8], now: NDArray[np.uint8]
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
         """(rows, columns) how far each cell has moved, in pixels, and whether it shows anything."""
-        size = self._columns, self._rows
-        width, height = size[0] * self._cell_px[0], size[1] * self._cell_px[1]
-
-        def mean(values: NDArray[np.float32]) -> FloatArray:
-            below, beside = max(height - values.shape[0], 0), max(width - values.shape[1], 0)
-            whole = cv2.copyMakeBorder(values, 0, below, 0, beside, cv2.BORDER_REPLICATE)
-            return cv2.resize(whole[:height, :width], size, interpolation=cv2.INTER_AREA).astype(float)
-
-        changed = np.subtract(now, last, dtype=np.float32)
-        across, down = cv2.spatialGradient(last)  # of eight pixels
+        changed, squared, slope = means = np.empty((3, self._rows, self._columns))
+        _mean_changes(last, now, *self._cell_px, means)
         # Of any one direction half of the slopes' squares; a change of exposure moves nothing.
-        slope = mean(np.square(across, dtype=np.float32) + np.square(down, dtype=np.float32)) / (2 * 8**2)
-        change = np.maximum(mean(changed * changed) - mean(changed) ** 2, 0.0)
+        slope /= 2 * SOBEL_SCALE**2
+        change = np.maximum(squared - changed**2, 0.0)
         return np.sqrt(change / np.maximum(slope, 1e-6)), slope > PLAIN
 
     def _standing(self) -> NDArray[np.bool_]:
