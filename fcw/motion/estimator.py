@@ -190,7 +190,7 @@ class MotionEstimator:
     @property
     def _believed_mount(self) -> Mount:
         (pitch_rad, yaw_rad, roll_rad), covariance = self._mount
-        sigmas_rad = np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist()
+        sigmas_rad = [math.sqrt(max(variance, 0.0)) for variance in covariance.diagonal().tolist()]
         return Mount(
             pitch_rad=self._camera.pitch_rad + float(pitch_rad),
             yaw_rad=float(yaw_rad),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray
 from fcw.kernels.jit import kernel
+from fcw.kernels.linear import eliminate
 from fcw.motion.bend.turning import growth_sigma_per_m2
 from fcw.motion.view import RoadView
 
@@ -202,6 +203,69 @@ def find_lane(
     return _fitted(distances_m, laterals_m, np.array(start), expected, growth_sigma_per_m2(speed_mps))
 
 
+@kernel()
+def _fit(
+    distances_m: FloatArray,
+    laterals_m: FloatArray,
+    expected: tuple[float, float, float],
+    growth_sigma: float,
+    x: FloatArray,
+    information: FloatArray,
+    sides: NDArray[np.int8],
+) -> bool:  # pragma: no cover - compiled
+    """Least squares from `x` on, which is its result, with its `information`; False with too few ridges.
+
+    `sides` become 1 for ridges of the left line, -1 for those of the right one, and 0 for others.
+    """
+    heading_rad, bend_per_m, lane_m = expected
+    matrix, gradient, row = np.empty((5, 5)), np.empty(5), np.empty(5)
+    for _ in range(3):
+        information[:, :] = 0.0
+        gradient[:] = 0.0
+        count = 0
+        for i in range(len(distances_m)):
+            d = distances_m[i]
+            row[2], row[3], row[4] = d, d * d / 2, d * d * d / 6
+            bent_m = x[2] * row[2] + x[3] * row[3] + x[4] * row[4]
+            off_left, off_right = laterals_m[i] - x[0] - bent_m, laterals_m[i] - x[1] - bent_m
+            is_left = abs(off_left) < abs(off_right)
+            off_m = off_left if is_left else off_right
+            sides[i] = 0
+            if abs(off_m) >= NEAR_LINE_M * (1 + d / 40):
+                continue
+            count += 1
+            sides[i] = 1 if is_left else -1
+            row[0], row[1] = (1.0, 0.0) if is_left else (0.0, 1.0)
+            sigma_m = RIDGE_SIGMA_M * (1 + d / 20)
+            weight = 1 / (sigma_m * sigma_m)
+            for m in range(5):
+                gradient[m] += weight * row[m] * off_m
+                for n in range(5):
+                    information[m, n] += weight * row[m] * row[n]
+        if count < 4:
+            return False
+        of_width, of_heading = 1 / LANE_SIGMA_M**2, 1 / HEADING_SIGMA_RAD**2
+        of_bend, of_growth = 1 / BEND_SIGMA_PER_M**2, 1 / growth_sigma**2
+        wider = of_width * (lane_m - (x[0] - x[1]))
+        gradient[0] += wider
+        gradient[1] -= wider
+        gradient[2] += of_heading * (heading_rad - x[2])
+        gradient[3] += of_bend * (bend_per_m - x[3])
+        gradient[4] -= of_growth * x[4]
+        information[0, 0] += of_width
+        information[1, 1] += of_width
+        information[0, 1] -= of_width
+        information[1, 0] -= of_width
+        information[2, 2] += of_heading
+        information[3, 3] += of_bend
+        information[4, 4] += of_growth
+        matrix[:, :] = information
+        eliminate(matrix, gradient)
+        for m in range(5):
+            x[m] += gradient[m]
+    return True
+
+
 def _fitted(
     distances_m: FloatArray,
     laterals_m: FloatArray,
@@ -210,35 +274,10 @@ def _fitted(
     growth_sigma: float,
 ) -> Lane | None:
     """Least squares through the ridges near two lines: left, right, heading, bend and growth."""
-    x = start
-    information = np.zeros((5, 5))
-    near = is_left = np.zeros(len(distances_m), bool)
-    for _ in range(3):
-        bent_m = x[2] * distances_m + x[3] * distances_m**2 / 2 + x[4] * distances_m**3 / 6
-        off_left, off_right = laterals_m - x[0] - bent_m, laterals_m - x[1] - bent_m
-        is_left = np.abs(off_left) < np.abs(off_right)
-        off_m = np.where(is_left, off_left, off_right)
-        sigma_m = RIDGE_SIGMA_M * (1 + distances_m / 20)
-        near = np.abs(off_m) < NEAR_LINE_M * (1 + distances_m / 40)
-        if near.sum() < 4:
-            return None
-        powers = distances_m, distances_m**2 / 2, distances_m**3 / 6
-        design = np.column_stack((is_left, ~is_left, *powers))[near]
-        weights = 1 / sigma_m[near] ** 2
-        width = np.array([1.0, -1.0, 0.0, 0.0, 0.0])
-        information = design.T @ (design * weights[:, None])
-        information[2, 2] += HEADING_SIGMA_RAD**-2
-        information[3, 3] += BEND_SIGMA_PER_M**-2
-        information[4, 4] += growth_sigma**-2
-        information += np.outer(width, width) / LANE_SIGMA_M**2
-        gradient = (
-            design.T @ (weights * off_m[near]) + width * (expected[2] - (x[0] - x[1])) / LANE_SIGMA_M**2
-        )
-        gradient[2] += (expected[0] - x[2]) / HEADING_SIGMA_RAD**2
-        gradient[3] += (expected[1] - x[3]) / BEND_SIGMA_PER_M**2
-        gradient[4] -= x[4] / growth_sigma**2
-        x = x + np.linalg.solve(information, gradient)
-    for line in (near & is_left, near & ~is_left):
+    x, information, sides = start.copy(), np.empty((5, 5)), np.empty(len(distances_m), np.int8)
+    if not _fit(distances_m, laterals_m, expected, growth_sigma, x, information, sides):
+        return None
+    for line in (sides == 1, sides == -1):
         if len(np.unique(distances_m[line])) < FEWEST_ROWS or np.ptp(distances_m[line]) < LEAST_REACH_M:
             return None
     left_m, right_m = float(x[0]), float(-x[1])

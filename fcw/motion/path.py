@@ -65,11 +65,13 @@ def own_path(motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0) ->
     # Motion tells of the bend that it will have after a third of the way.
     third_m = AHEAD_S * max(USUAL_MPS if motion.speed_mps is None else motion.speed_mps, SLOWEST_TURN_MPS)
     told = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, third_m]])
-    weighed = told.T @ np.diag(sigmas**-2)
-    by_lane = np.linalg.inv(lane.covariance[:4, :4])
-    covariance = np.linalg.inv(weighed @ told + by_lane)
-    mean = covariance @ (weighed @ by_motion + by_lane @ lane.mean[:4])
-    return _path(mean.tolist(), np.sqrt(np.diag(told @ covariance @ told.T)), float(lane.mean[4]))
+    before, covariance = lane.mean[:4], lane.covariance[:4, :4]
+    of_told = told @ covariance
+    total = of_told @ told.T + np.diag(sigmas**2)
+    gain = np.linalg.solve(total, of_told).T
+    mean = before + gain @ (by_motion - told @ before)
+    told_covariance = (of_told - of_told @ told.T @ gain.T) @ told.T
+    return _path(mean.tolist(), np.sqrt(np.diag(told_covariance)), float(lane.mean[4]))
 
 
 def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, FloatArray]:

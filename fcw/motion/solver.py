@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from fcw.camera.ground_plane import FloatArray
 from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
+from fcw.kernels.linear import eliminate
 
 PITCH_TURN, YAW_TURN, ROLL_TURN, TRAVEL, YAW, PITCH, ROAD_PITCH, ROAD_ROLL = range(8)
 """Places of the unknowns: the first three are the rotation about x, y and z."""
@@ -157,22 +158,6 @@ def _accumulate(
     return evidence
 
 
-@inner_kernel()
-def _eliminate(matrix: FloatArray, right: FloatArray) -> None:  # pragma: no cover - compiled
-    """Solve linear equations with a positive definite matrix, by Gauss; the solution is left in `right`."""
-    count = len(right)
-    for pivot in range(count):
-        for row in range(pivot + 1, count):
-            part = matrix[row, pivot] / matrix[pivot, pivot]
-            right[row] -= part * right[pivot]
-            for column in range(pivot + 1, count):
-                matrix[row, column] -= part * matrix[pivot, column]
-    for row in range(count - 1, -1, -1):
-        for column in range(row + 1, count):
-            right[row] -= matrix[row, column] * right[column]
-        right[row] /= matrix[row, row]
-
-
 @kernel()
 def _solve(
     before: FloatArray,
@@ -214,7 +199,7 @@ def _solve(
             for n in range(UNKNOWNS):
                 matrix[m, n] = hessian[m, n] + precision[m, n]
                 gradient[m] -= precision[m, n] * (unknowns[n] - prior[n])
-        _eliminate(matrix, gradient)
+        eliminate(matrix, gradient)
         for m in range(UNKNOWNS):
             unknowns[m] += gradient[m]
     return evidence

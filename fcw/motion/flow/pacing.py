@@ -108,8 +108,12 @@ def _is_delayed(times_s: FloatArray, changes: FloatArray) -> bool:
         times_s: rising.
         changes: (N - 1,) of the grey values from each to the next.
     """
-    steps_s = np.diff(times_s)
-    if len(steps_s) < FEWEST_STEPS or steps_s.std() < LEAST_UNEVENNESS * steps_s.mean():
+    steps_s = times_s[1:] - times_s[:-1]
+    if len(steps_s) < FEWEST_STEPS:
+        return False
+    mean_s = (times_s[-1] - times_s[0]) / len(steps_s)
+    off_s = steps_s - mean_s
+    if off_s @ off_s < len(steps_s) * (LEAST_UNEVENNESS * mean_s) ** 2:
         return False
     if np.median(changes) < LEAST_CHANGE:
         return False

@@ -1,5 +1,6 @@
 """Points that are followed from one picture to the next: where they are taken, and where they went."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -9,7 +10,9 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
+from fcw.kernels.jit import kernel
 from fcw.motion.flow.corners import Corners, find_corners, small_grey
+from fcw.motion.flow.kinds import OTHER, ROAD, kinds_of_corners
 from fcw.motion.flow.own_car import OwnCar
 from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import PITCH, ROAD_PITCH, ROAD_ROLL, TRAVEL, YAW
@@ -19,8 +22,6 @@ VEHICLE_MARGIN = 0.15
 """Boxes are taken so much larger, in parts of themselves: for shadows and errors of the detector."""
 BACKGROUND_ABOVE = 0.004
 """What is this little above the horizon, in units of rays, is background already."""
-BESIDE_M = 1.0
-"""Between the road and what is beside it lies a strip of which nobody knows."""
 FAR_INVERSE_DEPTH = 0.01
 """1/m, where background is looked for in the next picture."""
 IN_PLACE_PX = 1.0
@@ -73,6 +74,45 @@ class Flow(NamedTuple):
     def of(self, which: NDArray[np.bool_]) -> "Flow":
         """Some of the points, (N,)."""
         return Flow._make([values[which] for values in self])
+
+
+class _Chosen(NamedTuple):
+    """N corners to be followed.
+
+    Attributes:
+        cells: (N,) their numbers.
+        road: (N,) which are taken for road.
+        rays: (N, 2) x / z and y / z in level axes.
+        below: (N,) 1/m of the road along them.
+    """
+
+    cells: NDArray[np.int64]
+    road: NDArray[np.bool_]
+    rays: FloatArray
+    below: FloatArray
+
+
+@kernel()
+def _moved(
+    rays: FloatArray,
+    inverse_depth: FloatArray,
+    mean: FloatArray,
+    focal_px: float,
+    axis_px: tuple[float, float],
+    pitch_rad: float,
+    places: Places,
+) -> None:  # pragma: no cover - compiled
+    """(N, 2) places of points on rays after the camera moved as the solver's unknowns `mean` say."""
+    sine, cosine = math.sin(pitch_rad), math.cos(pitch_rad)
+    wx, wy, wz, travel, yaw, pitch = mean[0], mean[1], mean[2], mean[TRAVEL], mean[YAW], mean[PITCH]
+    for i in range(len(rays)):
+        x = rays[i, 0] - inverse_depth[i] * travel * yaw
+        y = rays[i, 1] + inverse_depth[i] * travel * pitch
+        z = 1 - inverse_depth[i] * travel
+        x, y, z = x + wz * y - wy * z, y - wz * x + wx * z, z + wy * x - wx * y
+        depth = y * sine + z * cosine
+        places[i, 0] = axis_px[0] + focal_px * x / depth
+        places[i, 1] = axis_px[1] + focal_px * (y * cosine - z * sine) / depth
 
 
 class PointFollower:
@@ -135,7 +175,7 @@ class PointFollower:
             now: the second.
             mean: (8,) expected unknowns of `fcw.motion.solver`.
         """
-        cells, _ = self._choose(ago, mean)
+        cells = self._choose(ago, mean).cells
         if not len(cells):
             return 0.0
         places = ago.corners.places[cells]
@@ -156,10 +196,8 @@ class PointFollower:
             mean: (8,) expected unknowns of `fcw.motion.solver`.
         """
         settings = self._settings
-        cells, road = self._choose(last, mean)
+        cells, road, rays, below = self._choose(last, mean)
         places = last.corners.places[cells]
-        rays = self.view.rays(places)
-        below = self._road(mean).inverse_depth(rays)
         inverse_depth = np.where(road, below, np.maximum(settings.far_inverse_depth, below))
         spread = np.where(
             road, settings.unevenness, settings.far_inverse_depth_sigma + np.maximum(below, 0.0)
@@ -256,37 +294,40 @@ class PointFollower:
         self._trust += (settings.first_trust - self._trust) * min(dt_s / settings.trust_lasts_s, 1.0)
         self._trust[cells] += (inlying - self._trust[cells]) * min(dt_s / settings.trust_s, 1.0)
 
-    def _choose(self, picture: SmallPicture, mean: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """(N,) cells whose corners are followed, and (N,) which are of the road."""
+    def _choose(self, picture: SmallPicture, mean: FloatArray) -> "_Chosen":
+        """The corners that are followed."""
         settings = self._settings
-        places, scores, _ = picture.corners
-        usable = (scores > settings.faintest) & (self._trust > settings.least_trust)
-        usable &= picture.corners.roundness > settings.least_roundness
-        if self._own_car is not None:
-            usable &= ~self._own_car.cells
-        x, y = places[:, 0] * self._factor, places[:, 1] * self._factor
-        for box in picture.boxes:
-            aside_px, over_px = VEHICLE_MARGIN * box.w, VEHICLE_MARGIN * box.h
-            inside = (x > box.x - aside_px) & (x < box.right + aside_px)
-            usable &= ~(inside & (y > box.y - over_px) & (y < box.bottom + over_px))
-        rays = self.view.rays(places)
+        corners = picture.corners
+        rays = self.view.rays(corners.places)
         below = self._road(mean).inverse_depth(rays)
-        depth_m = 1 / np.maximum(below, 1e-6)
-        aside_m = np.abs(rays[:, 0] - mean[YAW]) * depth_m
+        boxes = np.empty((len(picture.boxes), 4))
+        for sides, box in zip(boxes, picture.boxes, strict=True):
+            aside_px, over_px = VEHICLE_MARGIN * box.w, VEHICLE_MARGIN * box.h
+            sides[:] = box.x - aside_px, box.y - over_px, box.right + aside_px, box.bottom + over_px
+        boxes /= self._factor
         nearest_m = max(settings.road_near_m, float(mean[TRAVEL]) / (1 - 1 / settings.largest_growth))
-        ahead = depth_m > nearest_m
-        road = ahead & (aside_m < settings.road_half_width_m)
-        road &= depth_m < max(settings.road_far_m, 2 * nearest_m)
-        other = below * self._height_m < -BACKGROUND_ABOVE
-        other |= ahead & (aside_m > settings.road_half_width_m + BESIDE_M)
+        farthest_m = max(settings.road_far_m, 2 * nearest_m)
+        kinds = np.empty(len(rays), np.uint8)
+        kinds_of_corners(
+            corners,
+            (settings.faintest, settings.least_trust, settings.least_roundness),
+            self._trust,
+            np.zeros(len(rays), bool) if self._own_car is None else self._own_car.cells,
+            boxes,
+            rays - (float(mean[YAW]), 0.0),
+            below,
+            (nearest_m, farthest_m, settings.road_half_width_m, -BACKGROUND_ABOVE / self._height_m),
+            kinds,
+        )
         chosen = []
-        for which, most in ((road, settings.road_points), (other, settings.other_points)):
-            index = np.flatnonzero(which & usable)
+        for kind, most in ((ROAD, settings.road_points), (OTHER, settings.other_points)):
+            index = np.flatnonzero(kinds == kind)
             if len(index) > most:
-                index = index[np.argpartition(-scores[index] * self._trust[index], most)[:most]]
+                worth = corners.scores[index] * self._trust[index]
+                index = index[np.argpartition(-worth, most)[:most]]
             chosen.append(index)
         cells = np.concatenate(chosen)
-        return cells, road[cells]
+        return _Chosen(cells, kinds[cells] == ROAD, rays[cells], below[cells])
 
     def _road(self, mean: FloatArray) -> RoadView:
         return self.view.turned(float(mean[ROAD_PITCH]), float(mean[ROAD_ROLL]))
@@ -310,9 +351,8 @@ class PointFollower:
 
     def _expected(self, rays: FloatArray, inverse_depth: FloatArray, mean: FloatArray) -> Places:
         """(N, 2) where points are expected in the next small picture."""
-        wx, wy, wz, travel = mean[:4]
-        x = rays[:, 0] - inverse_depth * travel * mean[YAW]
-        y = rays[:, 1] + inverse_depth * travel * mean[PITCH]
-        z = 1 - inverse_depth * travel
-        x, y, z = x + wz * y - wy * z, y - wz * x + wx * z, z + wy * x - wx * y
-        return np.column_stack(self.view.project(x, y, z))
+        view, places = self.view, np.empty(rays.shape, np.float32)
+        _moved(
+            rays, inverse_depth, mean, view.focal_px, (view.column_px, view.row_px), view.pitch_rad, places
+        )
+        return places
