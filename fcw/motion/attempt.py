@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fcw.motion.filter import MotionFilter
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
@@ -12,6 +13,10 @@ from fcw.motion.solver import TRAVEL, Solution, solve
 
 INLYING = 0.25
 """A point with this weight keeps to the motion: it is within one scale of the weights."""
+
+
+OWN_CAR_REACHES_M = (6.0, 8.0, 12.0)
+"""An own car that was not learnt, as a bonnet in which the world is mirrored, hides the road up to here."""
 
 
 class Attempt:
@@ -56,9 +61,10 @@ class Attempt:
         inlying = solution.inlying > INLYING
         self.points = int((inlying & road).sum()), int((inlying & ~road).sum())
         others = inlying[~road] if (~road).sum() >= settings.fewest_points else inlying
+        road_part = inlying[road].mean()
         self.doubtful = bool(
-            (others.mean() < settings.sure_part and inlying[road].mean() < settings.sure_part)
-            or inlying[road].mean() < settings.least_road_part
+            (others.mean() < settings.sure_part and road_part < settings.sure_part)
+            or (road_part < settings.least_road_part and not _beyond_own_car(flow, inlying, others, settings))
         )
         if solution.unknowns[TRAVEL] < settings.standing_mps * dt_s:
             # A standing picture stands as a whole: reflections and lines along the road seem to as well.
@@ -83,3 +89,16 @@ class Attempt:
             solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
         self.evidence, self.solution = solution.evidence, solution
         expectation.correct(solution, mean, covariance, by_state)
+
+
+def _beyond_own_car(
+    flow: Flow, inlying: NDArray[np.bool_], others: NDArray[np.bool_], settings: MotionSettings
+) -> bool:
+    """Whether the road beyond what may be the own car, and all that is not road, keep to a motion."""
+    if others.mean() < settings.standing_part:
+        return False
+    far = (flow.road & (flow.inverse_depth < 1 / reach_m) for reach_m in OWN_CAR_REACHES_M)
+    return any(
+        inlying[road].sum() >= settings.fewest_points and inlying[road].mean() >= settings.standing_part
+        for road in far
+    )

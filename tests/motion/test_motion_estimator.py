@@ -210,6 +210,23 @@ def test_a_dashboard_in_the_picture_does_not_make_us_stand(speed_mps):
     assert last.speed_mps == pytest.approx(speed_mps, rel=0.25)
 
 
+def glossy_bonnet(frame, picture):
+    """The near road up to 8 m, and on it the sky line that it mirrors: a pixel higher in each picture."""
+    first = HEIGHT - 100
+    rng = np.random.default_rng(12)
+    coarse = rng.integers(20, 200, (HEIGHT // 8, WIDTH // 8), dtype=np.uint8)
+    mirrored = np.kron(coarse, np.ones((8, 8), np.uint8))[frame : frame + HEIGHT - first, :WIDTH]
+    picture[first:] = mirrored[:, :, None]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed_mps", [10.0, 14.0])
+def test_a_bonnet_that_mirrors_the_world_does_not_hide_the_speed(speed_mps):
+    told = [state.speed_mps for state in drive(estimator(), speed_mps, 40, change=glossy_bonnet)[10:]]
+    assert None not in told
+    assert np.median(np.array(told, float)) == pytest.approx(speed_mps, rel=0.1)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("times", [2, 4])
 def test_repeated_pictures_do_not_make_us_stand(times):

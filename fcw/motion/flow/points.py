@@ -26,6 +26,9 @@ FAR_INVERSE_DEPTH = 0.01
 """1/m, where background is looked for in the next picture."""
 IN_PLACE_PX = 1.0
 """A point that moved by less between two pictures is in its place."""
+BONNET_REACHES_M, BEYOND_PART = 8.0, 1 / 3
+"""A bonnet that mirrors the world has the best corners, and they go nowhere: so much of the road's points is
+taken beyond it, if there are as many. A third, a half and none were tried (docs/figures/own-motion.md)."""
 PLANE_MARGIN_PX = 16
 """The road is drawn so far above its highest point: windows of the pyramid's upper levels reach there."""
 
@@ -319,14 +322,12 @@ class PointFollower:
             (nearest_m, farthest_m, settings.road_half_width_m, -BACKGROUND_ABOVE / self._height_m),
             kinds,
         )
-        chosen = []
-        for kind, most in ((ROAD, settings.road_points), (OTHER, settings.other_points)):
-            index = np.flatnonzero(kinds == kind)
-            if len(index) > most:
-                worth = corners.scores[index] * self._trust[index]
-                index = index[np.argpartition(-worth, most)[:most]]
-            chosen.append(index)
-        cells = np.concatenate(chosen)
+        worth = corners.scores * self._trust
+        road, far = kinds == ROAD, below < 1 / BONNET_REACHES_M
+        beyond = _best(worth, road & far, round(BEYOND_PART * settings.road_points))
+        road[beyond] = False
+        nearer = _best(worth, road, settings.road_points - len(beyond))
+        cells = np.concatenate((beyond, nearer, _best(worth, kinds == OTHER, settings.other_points)))
         return _Chosen(cells, kinds[cells] == ROAD, rays[cells], below[cells])
 
     def _road(self, mean: FloatArray) -> RoadView:
@@ -356,3 +357,9 @@ class PointFollower:
             rays, inverse_depth, mean, view.focal_px, (view.column_px, view.row_px), view.pitch_rad, places
         )
         return places
+
+
+def _best(worth: NDArray[np.floating], which: NDArray[np.bool_], most: int) -> NDArray[np.int64]:
+    """(N,) numbers of the most worthy of some, of no more than so many."""
+    index = np.flatnonzero(which)
+    return index if len(index) <= most else index[np.argpartition(-worth[index], most)[:most]]
