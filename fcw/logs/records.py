@@ -139,13 +139,14 @@ def in_single_precision(record: Record) -> Record:
     None of them is known to seven digits, and noise in the other 29 bits would be half of a log's size:
     it does not compress.
     """
-    values: dict[str, Any] = {name: getattr(record, name) for name in _field_names(type(record))}
-    numbers = {name: value for name, value in values.items() if isinstance(value, float)}
-    singles = np.array([*numbers.values()], np.float32).tolist()  # one call, not one for each
-    values.update(zip(numbers, singles, strict=True))
-    for name, value in values.items():
-        if is_dataclass(value):
-            values[name] = in_single_precision(value)
+    values: dict[str, Any] = {}
+    for name in _field_names(type(record)):
+        value = getattr(record, name)
+        if isinstance(value, float):
+            value = float(np.float32(value))
+        elif is_dataclass(value):
+            value = in_single_precision(value)
+        values[name] = value
     return type(record)(**values)
 
 
