@@ -7,22 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.kernels.jit import kernel
-
-
-@kernel()
-def _rays(
-    places: NDArray[np.float32],
-    focal_px: float,
-    axis_px: tuple[float, float],
-    pitch_rad: float,
-    rays: FloatArray,
-) -> None:  # pragma: no cover - compiled
-    sine, cosine = math.sin(pitch_rad), math.cos(pitch_rad)
-    for i in range(len(places)):
-        x, y = (places[i, 0] - axis_px[0]) / focal_px, (places[i, 1] - axis_px[1]) / focal_px
-        z = cosine - y * sine
-        rays[i, 0], rays[i, 1] = x / z, (y * cosine + sine) / z
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +51,11 @@ class RoadView:
 
     def rays(self, places: NDArray[np.float32]) -> FloatArray:
         """(N, 2) x / z and y / z in level axes of (N, 2) places."""
-        rays = np.empty(places.shape)
-        axis_px = self.column_px, self.row_px
-        _rays(np.ascontiguousarray(places, np.float32), self.focal_px, axis_px, self.pitch_rad, rays)
-        return rays
+        x = (places[:, 0] - self.column_px) / self.focal_px
+        y = (places[:, 1] - self.row_px) / self.focal_px
+        sine, cosine = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
+        z = cosine - y * sine
+        return np.column_stack((x / z, (y * cosine + sine) / z)).astype(np.float64)
 
     def project(
         self, x: FloatArray, y: FloatArray, z: FloatArray
