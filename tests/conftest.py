@@ -19,6 +19,9 @@ atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
+# While tests are collected, all stays: to look for garbage in it takes a tenth of that time.
+gc.disable()
+
 # No test is timed: the machine may be busy. Repeatable in CI, searching anew everywhere else.
 settings.register_profile(
     "fcw",
@@ -35,6 +38,7 @@ def pytest_collection_finish() -> None:
     """What was imported stays to the end: looking for garbage in it took a second in forty."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

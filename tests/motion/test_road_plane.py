@@ -36,9 +36,9 @@ def drive(own, speeds_mps, yaw_rate_radps=0.0, change=lambda picture: None, rate
         way_m += speed_mps / rate_hz
         heading_rad = yaw_rate_radps * frame / rate_hz
         side_m = 0.0 if not yaw_rate_radps else speed_mps / yaw_rate_radps * (1 - math.cos(heading_rad))
-        picture = road.picture(Pose(way_m, side_m, heading_rad)).astype(float)
+        picture = road.picture(Pose(way_m, side_m, heading_rad)).astype(np.float32)
         picture[BELOW:] = 100 + 0.25 * (picture[BELOW:] - 110)
-        picture += rng.normal(0, 1.5, (HEIGHT, WIDTH, 1))
+        picture += 1.5 * rng.standard_normal((HEIGHT, WIDTH, 1), np.float32)
         change(picture)
         states.append(own.update(round(frame / rate_hz * 1e9), np.clip(picture, 0, 255).astype("u1")))
     return states

@@ -148,19 +148,6 @@ def test_the_shipped_drive_leads_where_its_lanes_do():
     assert abs(column.value - 639.5) < 2 * column.sigma
 
 
-@pytest.mark.slow
-def test_kitti_in_bends_tells_its_focal_length(data_dir):
-    """721.5 px, by its calibration; nothing is stated of the lens."""
-    source = open_source(data_dir / "kitti-odometry-03" / "drive.mp4")
-    guess = rough_calibration(source.image_size, 1.65)
-    by_turns = observe_clip(source, guess, Blind(), asks_turns=True).by_turns
-    assert by_turns is not None
-    assert by_turns.bend is None
-    focal_px = by_turns.focal_px
-    assert abs(focal_px.value - 721.5) < 2 * focal_px.sigma
-    assert focal_px.sigma < 0.15 * focal_px.value
-
-
 class Fisheye(ForwardingSource):
     """A clip as an equidistant lens of the same focal length would have seen it."""
 

@@ -89,6 +89,8 @@ class Bundle:
         self._point, self._key = np.nonzero(np.isfinite(places_px[:, :, 0]))
         self._seen_px = places_px[self._point, self._key]
         self._points, self._keys = places_px.shape[:2]
+        # What was seen of a point stands together.
+        self._begins, self._firsts = np.unique(self._point, return_index=True)
         self._at = self._start(times_s, places_px, PlainLens(focal_px, BEND.value, self._axis_px))
 
     def _start(self, times_s: FloatArray, places_px: FloatArray, lens: PlainLens) -> _Places:
@@ -203,19 +205,14 @@ class Bundle:
         weights = (scale_px**2 / (scale_px**2 + (misfits**2).sum(axis=1))) ** 2 / NOISE_PX**2
         count = 6 * self._keys + LENS
         weighted = np.swapaxes(of_point * weights[:, None, None], 1, 2)
-        points = np.zeros((self._points, 3, 3))
-        np.add.at(points, self._point, weighted @ of_point)
-        point_slope = np.zeros((self._points, 3))
-        np.add.at(point_slope, self._point, np.einsum("nij,nj->ni", weighted, misfits))
+        points = self._by_point(weighted @ of_point)
+        point_slope = self._by_point(np.einsum("nij,nj->ni", weighted, misfits))
         camera = np.concatenate((of_pose, of_lens), axis=2)
-        columns = np.hstack(
-            (6 * self._key[:, None] + np.arange(6), np.full((len(misfits), LENS), count - LENS))
-        )
-        columns[:, -1] += 1
-        coupling = np.zeros((self._points, 3, count))
         blocks = weighted @ camera
-        for row in range(3):
-            np.add.at(coupling[:, row], (self._point[:, None], columns), blocks[:, row])
+        of_poses = np.zeros((self._points, 3, self._keys, 6))
+        of_poses[self._point, :, self._key] = blocks[:, :, :6]  # a picture shows a point once
+        of_poses = of_poses.reshape(self._points, 3, -1)
+        coupling = np.concatenate((of_poses, self._by_point(blocks[:, :, 6:])), axis=2)
         matrix, slope = np.zeros((count, count)), np.zeros(count)
         weighted = np.swapaxes(camera * weights[:, None, None], 1, 2)
         squares, slopes = weighted @ camera, np.einsum("nij,nj->ni", weighted, misfits)
@@ -235,6 +232,12 @@ class Bundle:
         matrix += damping * np.diag(np.diag(matrix)) - led @ coupling.reshape(-1, count)
         slope -= led @ point_slope.ravel()
         return _Equations(matrix, slope, inverse, coupling, point_slope), basis
+
+    def _by_point(self, values: FloatArray) -> FloatArray:
+        """(N, ...) sums over what was seen of each point."""
+        sums = np.zeros((self._points, *values.shape[1:]))
+        sums[self._begins] = np.add.reduceat(values, self._firsts)
+        return sums
 
     def _slopes(self, at: _Places) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """(M, 2, 6) of the misfits by pose, (M, 2, 2) by lens, (M, 2, 3) by point; and the points' basis."""
