@@ -54,8 +54,8 @@ def test_a_box_is_the_dynamic_cameras_own_down_to_the_tyres_or_the_bumper(
     bottom_px = max(bumper.y, now.row_at(rear_m + SIZE.overhang_m))
     box = truth.vehicles[0].box
     assert (box.y, box.bottom) == pytest.approx((rear.y, bottom_px), abs=1e-6)
-    # By the camera's pitch the bumper is a little farther along its axis than the foot of the same plane, which
-    # draws both sides towards the axis by the same part of how far they are from it.
+    # By the camera's pitch the bumper is a little farther along its axis than the foot of the same plane,
+    # which draws both sides towards the axis by the same part of how far they are from it.
     aside_px = max(abs(side_px - now.principal_column_px) for side_px in (rear.x, rear.right))
     assert (box.x, box.right) == pytest.approx((rear.x, rear.right), abs=0.01 * aside_px)
     assert truth.horizon_row_px == pytest.approx(now.horizon_row_px)
