@@ -13,10 +13,8 @@ from fcw.motion.solver import TRAVEL, Solution, solve
 
 INLYING = 0.25
 """A point with this weight keeps to the motion: it is within one scale of the weights."""
-
-
 OWN_CAR_REACHES_M = (6.0, 8.0, 12.0)
-"""An own car that was not learnt, as a bonnet in which the world is mirrored, hides the road up to here."""
+"""An own car that was not learnt, as a bonnet that mirrors the world, hides the road up to one of these."""
 
 
 class Attempt:
