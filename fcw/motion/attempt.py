@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.camera.ground_plane import FloatArray
 from fcw.motion.filter import MotionFilter
 from fcw.motion.flow.points import Flow, PointFollower, SmallPicture
 from fcw.motion.flow.stillness import Stillness
@@ -53,7 +54,8 @@ class Attempt:
         self.doubtful = True
         if road.sum() < settings.fewest_points:
             return
-        solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
+        standing_m, in_place = settings.standing_mps * dt_s, road & follower.in_place(flow)
+        solution = _solve(flow, in_place, height_m, (mean, covariance), standing_m, settings)
         if not np.isfinite(solution.unknowns).all():
             return
         inlying = solution.inlying > INLYING
@@ -64,10 +66,10 @@ class Attempt:
             (others.mean() < settings.sure_part and road_part < settings.sure_part)
             or (road_part < settings.least_road_part and not _beyond_own_car(flow, inlying, others, settings))
         )
-        if solution.unknowns[TRAVEL] < settings.standing_mps * dt_s:
+        if solution.unknowns[TRAVEL] < standing_m:
             # A standing picture stands as a whole: reflections and lines along the road seem to as well.
             few = inlying.sum() < settings.standing_points
-            fast_back = solution.unknowns[TRAVEL] < -settings.standing_mps * dt_s
+            fast_back = solution.unknowns[TRAVEL] < -standing_m
             self.doubtful = bool(
                 fast_back or few or min(inlying.mean(), inlying[road].mean()) < settings.standing_part
             )
@@ -84,9 +86,46 @@ class Attempt:
             return
         if known and not self.doubtful and expectation.allow_nod(solution, mean, covariance):
             mean, covariance, by_state = expectation.expect(dt_s)
-            solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
+            solution = _solve(flow, in_place, height_m, (mean, covariance), standing_m, settings)
         self.evidence, self.solution = solution.evidence, solution
         expectation.correct(solution, mean, covariance, by_state)
+
+
+def _solve(
+    flow: Flow,
+    in_place: NDArray[np.bool_],
+    height_m: float,
+    expected: tuple[FloatArray, FloatArray],
+    standing_m: float,
+    settings: MotionSettings,
+) -> Solution:
+    """What points say; where they say that we stand, but are too few, what those that moved say.
+
+    Half of a bonnet that mirrors the world may stand, and none of it be learnt as the own car. More points
+    agree there than on the road, and near ones count most. They are taken for astray.
+
+    Args:
+        flow: N points.
+        in_place: (N,) which are taken for road and did not move.
+        height_m: of the camera.
+        expected: mean (8,) and covariance (8, 8) of the unknowns.
+        standing_m: who goes less far stands.
+        settings: see `MotionSettings`.
+    """
+    mean, covariance = expected
+    solution = solve(*flow[1:], height_m, mean, covariance, settings.scales)
+    if not solution.unknowns[TRAVEL] < standing_m <= mean[TRAVEL]:
+        return solution
+    inlying = solution.inlying > INLYING
+    stands = min(inlying.mean(), inlying[flow.road].mean()) >= settings.standing_part
+    if stands or (flow.road & ~in_place).sum() < settings.fewest_points:
+        return solution
+    moved = solve(*flow.of(~in_place)[1:], height_m, mean, covariance, settings.scales)
+    if not moved.unknowns[TRAVEL] >= standing_m:
+        return solution
+    astray = np.zeros(len(in_place))
+    astray[~in_place] = moved.inlying
+    return moved._replace(inlying=astray)
 
 
 def _beyond_own_car(

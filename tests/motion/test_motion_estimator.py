@@ -228,6 +228,26 @@ def test_a_bonnet_that_mirrors_the_world_does_not_hide_the_speed(speed_mps):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("stands_part", "mirrored_px"), [(0.5, 1), (0.7, 1), (0.7, 3)])
+def test_who_brakes_behind_a_bonnet_of_which_half_stands_is_not_lost(stands_part, mirrored_px):
+    """Its own marks shine through what it mirrors, which goes so many pixels in each picture."""
+    own, road, rng = estimator(), Road(), np.random.default_rng(12)
+    marks, mirrored = (
+        np.kron(rng.integers(20, 200, (13, WIDTH // 8), dtype=np.uint8), np.ones((8, 8))) for _ in range(2)
+    )
+    speeds_mps = np.clip(12.0 - 6.0 * STEP_S * (np.arange(60) - 15), 3.0, 12.0)
+    told = []
+    for frame, way_m in enumerate(np.cumsum(speeds_mps * STEP_S)):
+        picture = road.picture(Pose(way_m))
+        shown = stands_part * marks + (1 - stands_part) * np.roll(mirrored, mirrored_px * frame, axis=0)
+        picture[-100:] = shown[:100, :, None]
+        told.append(own.update(round(frame * STEP_S * 1e9), picture).speed_mps)
+    assert None not in told[8:]
+    assert np.array(told[8:], float) == pytest.approx(speeds_mps[8:], abs=0.9)
+    assert np.array(told[35:], float) == pytest.approx(speeds_mps[35:], rel=0.2)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [2, 4])
 def test_repeated_pictures_do_not_make_us_stand(times):
     """A video of 30 pictures a second made from one of 15 or 7.5, encoded again."""

@@ -186,6 +186,10 @@ class PointFollower:
         in_place = found & (differences < self._settings.largest_difference * ago.corners.contrast[cells])
         return float((in_place & (np.linalg.norm(places_now - places, axis=1) < IN_PLACE_PX)).mean())
 
+    def in_place(self, flow: Flow) -> NDArray[np.bool_]:
+        """(N,) which of N points the second picture shows where they were."""
+        return np.linalg.norm(flow.after - flow.before, axis=1) < IN_PLACE_PX / self.view.focal_px
+
     def part_changed(self, ago: SmallPicture, now: SmallPicture) -> float:
         """Part of the cells of a picture beside the own car that a later one shows changed."""
         return 0.0 if self._own_car is None else self._own_car.part_moved(ago.grey, now.grey)
