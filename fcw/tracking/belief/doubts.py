@@ -4,7 +4,7 @@ A vehicle comes into the picture from afar, from its sides, from behind another 
 start. A near box that appears elsewhere is a vehicle that the detector found late, or none: a reflection, the
 own bonnet, a logo, plain road. It is believed once it was seen for a while, sooner if it moves against us;
 and not while it is hardly ever detected, nor while somebody is seen through it, as vehicles are opaque, nor
-where it stands still in the picture. Until it was well found all this holds for what was believed, too: what
+where it, or its lower part, stands still in the picture. Until it was well found all this holds for what was believed, too: what
 was there at the start may have been none.
 """
 
@@ -21,6 +21,10 @@ from fcw.tracking.types import SeenBy
 
 BESIDE_PART = 0.25
 """What was hidden is found this near beside what hid it, as a part of that one's width."""
+FOOT_PART = 1 / 3
+"""Its lower part stands still where the road is boxed with our own dashboard, or a picture within the picture,
+in which something moves. Within 25 m of 77 strangers' cameras it stood still of no vehicle, and of two that
+were none, each of which was the lead nearly all the time. A half does not find the first of the two."""
 
 
 class Doubts:
@@ -35,6 +39,7 @@ class Doubts:
         self._settings = settings
         self._width_px = image_width_px
         self._still = StillPicture(settings.still)
+        self._still_feet = StillPicture(settings.still)
         self._first_ns: int | None = None
         self._since_ns: dict[int, int | None] = {}
         """By track, since when it earns belief; None where it is believed."""
@@ -82,6 +87,10 @@ class Doubts:
         still = set()
         if image is not None:
             still = self._still.update(time_ns, image, {one.track_id: one.box for one in followed})
+            near = [one for one in followed if one.state.distance_m < settings.far_m]
+            feet = {one.track_id: _foot(one.box, image.shape[0]) for one in near}
+            for number in self._still_feet.update(time_ns, image, feet):
+                self._since_ns[number] = time_ns
         for one in followed:
             one.doubtful = self._since_ns[one.track_id] is not None or one.track_id in still
         self._places = {one.track_id: (one.confirmed and not one.doubtful, one.box) for one in followed}
@@ -145,6 +154,12 @@ class Doubts:
             return seen_s >= settings.earned_still_s
         surely = speed_mps > settings.surely_sigmas * sigma_mps
         return seen_s >= (settings.earned_surely_s if surely else settings.earned_s)
+
+
+def _foot(box: Box, height_px: int) -> Box:
+    """The lower part of a box, as far as the picture shows it."""
+    foot_px = FOOT_PART * (min(box.bottom, height_px) - box.y)
+    return Box(box.x, min(box.bottom, height_px) - foot_px, box.w, foot_px)
 
 
 def _touch(box: Box, other: Box) -> bool:

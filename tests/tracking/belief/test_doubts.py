@@ -240,6 +240,32 @@ def test_a_small_even_vehicle_that_nods_by_a_pixel_at_a_constant_gap_is_no_thing
         assert not watch.update(tenth * 100_000_000, image, {1: Box(606.0, 337.0, 48.0, 36.0)})
 
 
+def road_over(lower, time_s):
+    """Pictures of moving ground whose lower 180 rows are something else, (180, 1280, 3)."""
+    image = np.roll(WORLD, round(200 * time_s), axis=0).copy()
+    image[540:] = lower
+    return image
+
+
+WORLD = np.random.default_rng(8).integers(0, 256, (720, 1280, 3), np.uint8)
+OTHER = np.random.default_rng(9).integers(0, 256, (900, 1280, 3), np.uint8)
+
+
+@pytest.mark.parametrize("stands", [True, False])
+def test_the_road_that_is_boxed_with_our_own_dashboard_from_the_start_is_no_lead_for_long(stands):
+    """The lower part of a vehicle does not stand in the picture while the rest goes by."""
+    road = Detection(Box(100.0, 200.0, 1080.0, 519.0), 3.0)
+
+    def image_at(time_s):
+        down = 0 if stands else round(50 * time_s)
+        return road_over(OTHER[down : down + 180], time_s)
+
+    frames = list(drive(lambda _: [road], 5, own_mps=None, image_at=image_at))
+    assert frames[15][2] == 1
+    leads = {lead for time_s, _, lead, _ in frames if time_s > 2.5}
+    assert leads == {None if stands else 1}
+
+
 def test_a_lead_that_was_far_and_rarely_found_is_believed_when_it_is_near_and_always_found():
     def gap_m(time_s):
         slowly_m, fast_m = 35.0 - 3.0 * max(time_s - 20, 0.0), 25.0 - 6.0 * max(time_s - 23.33, 0.0)
