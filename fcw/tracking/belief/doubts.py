@@ -4,8 +4,8 @@ A vehicle comes into the picture from afar, from its sides, from behind another 
 start. A near box that appears elsewhere is a vehicle that the detector found late, or none: a reflection, the
 own bonnet, a logo, plain road. It is believed once it was seen for a while, sooner if it moves against us;
 and not while it is hardly ever detected, nor while somebody is seen through it, as vehicles are opaque, nor
-where it, or its lower part, stands still in the picture. Until it was well found all this holds for what was believed, too: what
-was there at the start may have been none.
+where it, or its lower part, stands still in the picture. Until it was well found all this holds for what was
+believed, too: what was there at the start may have been none.
 """
 
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ from fcw.tracking.types import SeenBy
 BESIDE_PART = 0.25
 """What was hidden is found this near beside what hid it, as a part of that one's width."""
 FOOT_PART = 1 / 3
-"""Its lower part stands still where the road is boxed with our own dashboard, or a picture within the picture,
-in which something moves. Within 25 m of 77 strangers' cameras it stood still of no vehicle, and of two that
-were none, each of which was the lead nearly all the time. A half does not find the first of the two."""
+"""The lower part of a box stands still where the road is boxed with our own dashboard, or a picture within a
+picture, in which something moves. Within 25 m of the cameras of 77 strangers' clips it stood still of no
+vehicle, and of two that were none, each of which was the lead nearly all the time. A half would miss one."""
 
 
 class Doubts:
