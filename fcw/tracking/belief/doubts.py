@@ -24,7 +24,8 @@ BESIDE_PART = 0.25
 FOOT_PART = 1 / 3
 """The lower part of a box stands still where the road is boxed with our own dashboard, or a picture within a
 picture, in which something moves. Within 25 m of the cameras of 77 strangers' clips it stood still of no
-vehicle, and of two that were none, each of which was the lead nearly all the time. A half would miss one."""
+vehicle, also where their pictures were made dark and compressed hard (a third as bright, crf 40), and of two
+that were none, each of which was the lead nearly all the time. A half would miss one."""
 
 
 class Doubts:
