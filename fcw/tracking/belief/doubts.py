@@ -90,7 +90,8 @@ class Doubts:
             still = self._still.update(time_ns, image, {one.track_id: one.box for one in followed})
             near = [one for one in followed if one.state.distance_m < settings.far_m]
             feet = {one.track_id: _foot(one.box, image.shape[0]) for one in near}
-            for number in self._still_feet.update(time_ns, image, feet):
+            # Where all of it stands it may be a vehicle that stands as we do, and is believed once it moves.
+            for number in self._still_feet.update(time_ns, image, feet) - still:
                 self._since_ns[number] = time_ns
         for one in followed:
             one.doubtful = self._since_ns[one.track_id] is not None or one.track_id in still

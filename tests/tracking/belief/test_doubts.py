@@ -1,5 +1,6 @@
 """What is believed at once, what must earn it, and that no ghost hides a vehicle."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -19,6 +20,8 @@ CALIBRATION = Calibration.from_camera(
 )
 FRAME_NS = 33_333_333
 OWN_MPS = 20.0
+WORLD = np.random.default_rng(8).integers(0, 256, (720, 1280, 3), np.uint8)
+OTHER = np.random.default_rng(9).integers(0, 256, (900, 1280, 3), np.uint8)
 
 
 def seen(distance_m, lateral_m=0.0, noise_px=0.0, rng=None):
@@ -240,15 +243,28 @@ def test_a_small_even_vehicle_that_nods_by_a_pixel_at_a_constant_gap_is_no_thing
         assert not watch.update(tenth * 100_000_000, image, {1: Box(606.0, 337.0, 48.0, 36.0)})
 
 
+def test_a_lead_that_stood_with_us_in_moving_traffic_is_believed_as_soon_as_we_come_nearer():
+    def gap_m(time_s):
+        return 4.0 - max(time_s - 6.0, 0.0) ** 2 / 2
+
+    def image_at(time_s):
+        image = np.roll(WORLD, round(300 * time_s), axis=1).copy()
+        box = CALIBRATION.ground_box(gap_m(time_s), 0.0, 1.75, 1.5)
+        left, top, right, bottom = (int(edge) for edge in (box.x, box.y, box.right, box.bottom))
+        image[top:bottom, left:right] = cv2.resize(OTHER[:400, :400], (right - left, bottom - top))
+        return image
+
+    frames = list(drive(lambda time_s: [seen(gap_m(time_s))], 8, own_mps=None, image_at=image_at))
+    doubted = {round(time_s, 1) for time_s, tracks, *_ in frames if any(track.doubtful for track in tracks)}
+    assert max(doubted) == pytest.approx(6.2, abs=0.2)
+    assert frames[-1][-1].level == WarningLevel.WARNING
+
+
 def road_over(lower, time_s):
     """Pictures of moving ground whose lower 180 rows are something else, (180, 1280, 3)."""
     image = np.roll(WORLD, round(200 * time_s), axis=0).copy()
     image[540:] = lower
     return image
-
-
-WORLD = np.random.default_rng(8).integers(0, 256, (720, 1280, 3), np.uint8)
-OTHER = np.random.default_rng(9).integers(0, 256, (900, 1280, 3), np.uint8)
 
 
 @pytest.mark.parametrize("stands", [True, False])
