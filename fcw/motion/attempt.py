@@ -55,7 +55,7 @@ class Attempt:
         if road.sum() < settings.fewest_points:
             return
         standing_m, in_place = settings.standing_mps * dt_s, road & follower.in_place(flow)
-        solution = _solve(flow, in_place, height_m, (mean, covariance), standing_m, settings)
+        solution = _solution(flow, in_place, height_m, (mean, covariance), standing_m, settings)
         if not np.isfinite(solution.unknowns).all():
             return
         inlying = solution.inlying > INLYING
@@ -86,12 +86,12 @@ class Attempt:
             return
         if known and not self.doubtful and expectation.allow_nod(solution, mean, covariance):
             mean, covariance, by_state = expectation.expect(dt_s)
-            solution = _solve(flow, in_place, height_m, (mean, covariance), standing_m, settings)
+            solution = _solution(flow, in_place, height_m, (mean, covariance), standing_m, settings)
         self.evidence, self.solution = solution.evidence, solution
         expectation.correct(solution, mean, covariance, by_state)
 
 
-def _solve(
+def _solution(
     flow: Flow,
     in_place: NDArray[np.bool_],
     height_m: float,
