@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from fcw.motion.bend.turn import Turn
 from fcw.motion.state import OwnPath
 from fcw.threat.course import place_at_contact
-from fcw.tracking.lead import is_oncoming
+from fcw.tracking.lead import is_oncoming, may_come_towards_us
 from fcw.tracking.types import Track
 
 OWN_WIDTH_M = 1.8
@@ -67,6 +67,9 @@ class Threat:
         lane_seen: whether our lane's lines are seen, so that what stands in it is known to.
         overlap_now_m: of its width and ours where it is now; negative is the room between.
         overlap_m: of them then.
+        clear_s: for how long a vehicle that is in our way now will have left it then: the post-encroachment
+            time (Allen, Shin & Cooper 1978), 0 where it will not have left. None where it is not in our way
+            now, where nothing closes, and of who leaves and may come towards us: that takes it away.
         overlap_probability: that the two widths overlap then.
         collision_probability: that we hit it within `HORIZON_S` if nobody acts.
         required_deceleration_mps2: constant braking from now on that just avoids that; None when not closing.
@@ -89,6 +92,7 @@ class Threat:
     lane_seen: bool
     overlap_now_m: float
     overlap_m: float
+    clear_s: float | None
     overlap_probability: float
     collision_probability: float
     required_deceleration_mps2: float | None
@@ -194,6 +198,11 @@ def _assess_one(
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
     overlap_m = in_the_way_m - abs(place.offset_m)
+    now_m = track.lateral_m - path.lateral_at(x_m)
+    clear_s = None
+    leaves = now_m * (place.offset_m - now_m) > 0
+    if time_s is not None and not (leaves and may_come_towards_us(track, own_mps)):
+        clear_s = _clear_s(now_m, place.offset_m, in_the_way_m, contact_s)
     reached = _probability_above(closing_mps, track.distance_m / HORIZON_S, sigma_mps)
     in_the_way = _probability_between(-in_the_way_m, in_the_way_m, place.offset_m, place.sigma_m)
     lateral_mps2 = None
@@ -213,13 +222,23 @@ def _assess_one(
         turn_known=turn is not None,
         bend_changes=turn is not None and _bend_changes(path, turn.own_mps, x_m),
         lane_seen=path.lane_width_m is not None,
-        overlap_now_m=in_the_way_m - abs(track.lateral_m - path.lateral_at(x_m)),
+        overlap_now_m=in_the_way_m - abs(now_m),
         overlap_m=overlap_m,
+        clear_s=clear_s,
         overlap_probability=in_the_way,
         collision_probability=reached * in_the_way,
         required_deceleration_mps2=required_deceleration_mps2(track.distance_m, closing_mps),
         required_lateral_mps2=lateral_mps2,
     )
+
+
+def _clear_s(now_m: float, then_m: float, in_the_way_m: float, contact_s: float) -> float | None:
+    """See `Threat.clear_s`."""
+    if abs(now_m) > in_the_way_m:
+        return None
+    if abs(then_m) <= in_the_way_m:
+        return 0.0
+    return contact_s * (abs(then_m) - in_the_way_m) / abs(then_m - now_m)
 
 
 def _bend_changes(path: OwnPath, own_mps: float, distance_m: float) -> bool:

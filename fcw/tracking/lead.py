@@ -80,6 +80,16 @@ def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: 
     return surely_mps > ego_speed_mps + ONCOMING_MARGIN_MPS
 
 
+def may_come_towards_us(track: Track, ego_speed_mps: float | None) -> bool:
+    """Whether the vehicle closes faster than a standing one would, though not surely by much.
+
+    Unknown own speed: it may.
+    """
+    if ego_speed_mps is None:
+        return True
+    return track.closing_speed_mps - ONCOMING_SIGMAS * track.closing_speed_sigma_mps > ego_speed_mps
+
+
 def select_lead(
     tracks: Iterable[Track], ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None
 ) -> Track | None:

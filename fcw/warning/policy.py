@@ -213,6 +213,7 @@ class RulePolicy:
     ) -> WarningState:
         vehicle = threat.track
         approach = self._evidence.approach(vehicle, own_mps, holding=False)
+        if_it_stays = rule.by_closing and threat.clear_s and self._evidence.leaves_late(threat)
         return WarningState(
             level=level,
             track_id=vehicle.track_id,
@@ -227,7 +228,7 @@ class RulePolicy:
             overlap_m=threat.overlap_m,
             collision_probability=threat.collision_probability,
             needed_distance_m=rule.needed_distance_m(approach, holding=True),
-            assumes=rule.assumes,
+            assumes=f"{rule.assumes} (if it stays in our way)" if if_it_stays else rule.assumes,
         )
 
 

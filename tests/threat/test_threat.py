@@ -168,3 +168,31 @@ def test_an_oncoming_car_that_keeps_to_our_lane_round_a_bend_will_hit_us(bend_pe
     assert found.is_oncoming
     assert found.offset_m == pytest.approx(0.0, abs=0.1)
     assert not found.crosses
+
+
+def crossing(lateral_m, lateral_mps, closing_mps=6.0):
+    return make_lead(8.0, closing_mps, 0.2, lateral_m=lateral_m, lateral_mps=lateral_mps)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(-8, 8))
+def test_who_crosses_is_gone_for_as_long_as_it_says_when_we_are_there(lateral_m, lateral_mps):
+    found = threat(crossing(lateral_m, lateral_mps), own_mps=10.0)
+    assert found.reach_s is not None
+    places_m = np.linspace(lateral_m, found.offset_m, 10_001)
+    in_our_way = np.abs(places_m) <= found.overlap_m + abs(found.offset_m)
+    if not in_our_way[0]:
+        assert found.clear_s is None
+        return
+    gone_part = 1 - np.flatnonzero(in_our_way)[-1] / 10_000
+    assert found.clear_s == pytest.approx(found.reach_s * gone_part, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("own_mps", "lateral_mps", "told"),
+    [(10.0, 3.0, True), (4.0, 3.0, False), (None, 3.0, False), (4.0, -5.0, True), (None, -5.0, True)],
+)
+def test_who_leaves_our_way_and_may_come_towards_us_is_not_waited_for(own_mps, lateral_mps, told):
+    # From 0.8 m to the left outwards, or over the middle to the other side.
+    found = threat(crossing(0.8, lateral_mps), own_mps=own_mps)
+    assert found.overlap_m < 0
+    assert (found.clear_s is not None) == told

@@ -16,7 +16,7 @@ def test_what_holds_a_level_does_not_raise_a_higher_one(probability, level):
     states = [policy.update(at_ns, far, None) for at_ns in (0, 6 * 10**8, 10**9)]
     assert states[-1].level == WarningLevel.CAUTION
     (near,) = threats_of_lead(make_lead(8.0, 5.0), is_lead=False)
-    near = replace(near, overlap_m=-0.2, overlap_probability=probability)
+    near = replace(near, overlap_m=-0.2, overlap_probability=probability, clear_s=None)
     assert policy.update(16 * 10**8, (near,), None).level == level
 
 
@@ -62,7 +62,7 @@ def test_a_warning_of_an_oncoming_vehicle_lasts_while_it_may_be_hit():
 def test_a_warning_lasts_while_its_vehicle_may_be_hit_whether_or_not_it_is_the_lead(is_lead):
     policy = make_policy()
     (sure,) = threats_of_lead(make_lead(11.0, 10.0), is_lead=is_lead)
-    less, hardly = (replace(sure, overlap_m=-0.2, overlap_probability=p) for p in (0.3, 0.1))
+    less, hardly = (replace(sure, overlap_m=-0.2, clear_s=None, overlap_probability=p) for p in (0.3, 0.1))
     levels = [
         policy.update(step * 10**8, ((sure, less, hardly)[step // 15],), None).level for step in range(45)
     ]

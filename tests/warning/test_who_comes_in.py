@@ -6,6 +6,7 @@ import pytest
 from leads.warning_leads import make_lead, threats_of_lead
 
 from fcw.threat.threat import Threat
+from fcw.warning.describe import reason
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel
 
@@ -105,3 +106,40 @@ def test_what_is_upon_us_by_its_mean_alone_is_not():
     """Its closing speed may be half of what is believed."""
     threat = coming_in(1.5, probability=0.6, turn_known=False, beside_m=1.0)
     assert warned_after_s(replace(threat, overlap_m=0.5, reach_high_s=3.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("reach_s", "clear_s", "overlap_now_m", "bend_changes", "warned"),
+    [
+        (1.7, 0.9, 0.4, False, True),
+        (1.8, 0.9, 0.4, False, False),
+        (1.7, 1.1, 0.4, False, False),
+        (1.7, None, 0.4, False, False),
+        (1.7, 0.9, 0.2, False, False),
+        (1.7, 0.9, 0.4, True, False),
+    ],
+)
+def test_what_is_in_our_way_and_would_leave_it_only_just_before_we_are_there_is_warned_of(
+    reach_s, clear_s, overlap_now_m, bend_changes, warned
+):
+    """Nobody relies on it: who crosses in front of us may stop there."""
+    (threat,) = threats_of_lead(make_lead(reach_s * CLOSING_MPS, CLOSING_MPS))
+    threat = replace(
+        threat,
+        overlap_now_m=overlap_now_m,
+        clear_s=clear_s,
+        bend_changes=bend_changes,
+        overlap_m=-0.5,
+        overlap_probability=0.05,
+    )
+    assert (warned_after_s(threat) is not None) == warned
+
+
+@pytest.mark.parametrize(("clear_s", "said"), [(0.9, True), (0.0, False)])
+def test_the_reason_says_that_it_would_have_left(clear_s, said):
+    (threat,) = threats_of_lead(make_lead(15.0, CLOSING_MPS))
+    policy = make_policy()
+    for time_ns in (0, 600_000_000):
+        state = policy.update(time_ns, (replace(threat, clear_s=clear_s),), None)
+    assert state.level == WarningLevel.WARNING
+    assert ("0.40 g (if it stays in our way) you are" in reason(state)) == said
