@@ -81,7 +81,7 @@ def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: 
 
 
 def may_come_towards_us(track: Track, ego_speed_mps: float | None) -> bool:
-    """Whether the vehicle closes faster than a standing one would, though not surely by much.
+    """Whether the vehicle closes faster than a standing one would, by 1 sigma and without a margin.
 
     Unknown own speed: it may.
     """

@@ -228,7 +228,7 @@ class RulePolicy:
             overlap_m=threat.overlap_m,
             collision_probability=threat.collision_probability,
             needed_distance_m=rule.needed_distance_m(approach, holding=True),
-            assumes=f"{rule.assumes} (if it stays in our way)" if if_it_stays else rule.assumes,
+            assumes=f"{rule.assumes} (if it stays in your way)" if if_it_stays else rule.assumes,
         )
 
 

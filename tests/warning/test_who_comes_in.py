@@ -142,4 +142,4 @@ def test_the_reason_says_that_it_would_have_left(clear_s, said):
     for time_ns in (0, 600_000_000):
         state = policy.update(time_ns, (replace(threat, clear_s=clear_s),), None)
     assert state.level == WarningLevel.WARNING
-    assert ("0.40 g (if it stays in our way) you are" in reason(state)) == said
+    assert ("0.40 g (if it stays in your way) you are" in reason(state)) == said
