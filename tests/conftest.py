@@ -5,10 +5,16 @@ import gc
 import os
 import shutil
 import tempfile
+from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
+from running.last_words import last_words, listen, told_before
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 # What the program keeps for its user goes away with the tests, also what the programs they start keep.
 os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
@@ -32,6 +38,24 @@ settings.register_profile(
 # `make check` searches less; `make test` passes the same tests with all their examples.
 settings.register_profile("quick", settings.get_profile("fcw"), max_examples=20)
 settings.load_profile("fcw")
+
+
+@pytest.hookimpl(trylast=True)  # after pytest itself, which writes to a worker's standard error
+def pytest_configure(config: pytest.Config) -> None:
+    """A worker that crashes, or is ended because its test hangs, says where in the summary."""
+    listen(getattr(config, "workerinput", {}).get("workerid"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    with told_before(float(item.config.getini("timeout"))):
+        return (yield)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    for worker, text in last_words().items():
+        terminalreporter.section(f"the last words of {worker}")
+        terminalreporter.write(text)
 
 
 def pytest_collection_finish() -> None:
@@ -61,3 +85,29 @@ def data_dir() -> Path:
     if os.environ.get("CI"):
         pytest.fail(reason)
     pytest.skip(reason)
+
+
+# WebGL without a graphics card, the same on every machine.
+CHROMIUM_FLAGS = (
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",
+    "--no-sandbox",
+)
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator["Browser"]:
+    """The one browser of this process's tests: Playwright has an event loop of its own in the main thread."""
+    # Workers that have no test of a page do without these.
+    from browser_page import PATIENCE_S
+    from playwright.sync_api import sync_playwright
+    from running.chromium_path import chromium_path
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=chromium_path(), args=CHROMIUM_FLAGS, timeout=PATIENCE_S * 1000
+        )
+        yield browser
+        browser.close()

@@ -1,4 +1,4 @@
-"""A real Chromium for all browser tests: one for each test process, a fresh profile for each test."""
+"""Pages in a real Chromium, with a fresh profile for each test."""
 
 import logging
 import sys
@@ -10,8 +10,7 @@ from typing import Protocol
 import pytest
 from browser_page import PATIENCE_S, BrowserPage
 from calibrate_helpers import FIRST_PORT
-from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
-from running.chromium_path import chromium_path
+from playwright.sync_api import Browser, Error, ViewportSize
 
 from fcw.camera.file import default_path
 from fcw_viz.calibrate_app.server import CalibrationPage
@@ -20,14 +19,6 @@ from fcw_viz.review_app.server import ReviewPage
 WINDOW_PX = (1400, 900)
 LONGEST_PAUSE_S = 0.2
 """Between two looks whether what a test waits for has come."""
-# WebGL without a graphics card, the same on every machine.
-CHROMIUM_FLAGS = (
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-gpu-compositing",
-    "--no-sandbox",
-)
 # Smooth edges are a third of what a picture costs in software.
 _NO_SMOOTH_EDGES = """
   const open = HTMLCanvasElement.prototype.getContext;
@@ -87,17 +78,6 @@ class OpenPage(Protocol):
         phone: bool = False,
         few_frames: bool = True,
     ) -> BrowserPage: ...
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Generator[Browser]:
-    """The browser of this process's tests."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=chromium_path(), args=CHROMIUM_FLAGS, timeout=PATIENCE_S * 1000
-        )
-        yield browser
-        browser.close()
 
 
 @pytest.fixture
