@@ -15,16 +15,21 @@ from dataclasses import dataclass
 from fcw.motion.bend.turn import Turn
 from fcw.motion.state import OwnPath
 from fcw.threat.course import place_at_contact
+from fcw.tracking.box_measurement import ACROSS_M, visible_side_m
 from fcw.tracking.lead import is_oncoming, may_come_towards_us
 from fcw.tracking.types import Track
 
 OWN_WIDTH_M = 1.8
 """Of our car, mirrors aside."""
 WIDEST_CAR_M = 1.8
-"""A car that looks wider is seen from a corner, if it does not cross our path; a lorry is taller than wide,
-or nearly so."""
+"""A car that looks wider is seen from a corner, if it does not cross our path or stand across it; a lorry is
+taller than wide, or nearly so."""
+CAR_LENGTH_M = 4.2
+"""As `fcw.tracking.range.model` has it."""
+ALONG_MPS = 2.0
+"""What moves faster along the road does not stand across it."""
 CAR_HEIGHT_M = 1.5
-"""As `fcw.tracking.range.model` has it: how wide a vehicle that crosses looks follows from its box."""
+"""Likewise: how wide a vehicle that crosses looks follows from its box."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady that is known to this lateral acceleration,"""
@@ -193,7 +198,7 @@ def _assess_one(
     place = place_at_contact(track, path, reference_offset_m, contact_s, turn, comes_towards_us, own_mps)
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
     width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
-    if place.crosses:
+    if place.crosses or _stands_across(track, own_mps):
         width_m = max(track.width_m, CAR_HEIGHT_M * track.box.w / track.box.h)
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
@@ -230,6 +235,19 @@ def _assess_one(
         required_deceleration_mps2=required_deceleration_mps2(track.distance_m, closing_mps),
         required_lateral_mps2=lateral_mps2,
     )
+
+
+def _stands_across(track: Track, own_mps: float | None) -> bool:
+    """Whether it does not move along the road, and looks wider than all that a car along it shows.
+
+    Where the own speed is unknown none does: cars that turn off before us look as wide.
+    """
+    if own_mps is None or abs(own_mps - track.closing_speed_mps) > ALONG_MPS:
+        return False
+    seen_m = min(track.width_m, CAR_HEIGHT_M * track.box.w / track.box.h)
+    outer_m = abs(track.lateral_m) + seen_m / 2
+    side_m = visible_side_m(outer_m, WIDEST_CAR_M, track.distance_m, CAR_LENGTH_M)
+    return seen_m > WIDEST_CAR_M + side_m + ACROSS_M
 
 
 def _clear_s(now_m: float, then_m: float, in_the_way_m: float, contact_s: float) -> float | None:

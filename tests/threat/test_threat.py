@@ -66,6 +66,30 @@ def test_a_car_seen_from_a_corner_is_no_wider_than_cars_are_and_a_lorry_is():
     assert threat(lorry).overlap_m == pytest.approx(2.2)
 
 
+def across(lateral_m, distance_m=15.0, closing_mps=10.0):
+    """A car 4.2 m long and 1.5 m high, seen from its side."""
+    track = make_lead(distance_m, closing_mps, lateral_m=lateral_m)
+    return replace(track, width_m=4.2, box=replace(track.box, w=4.2 * track.box.h / 1.5))
+
+
+@pytest.mark.parametrize("own_mps", [8.5, 10.0, 11.5])
+def test_a_car_that_stands_across_our_lane_is_as_wide_as_it_is_long(own_mps):
+    # Its middle is 2 m aside, so that 1 m of its length is before us.
+    assert threat(across(-2.0), own_mps=own_mps).overlap_m == pytest.approx(1.0)
+    assert threat(across(-4.0), own_mps=own_mps).overlap_m == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("own_mps", [None, 20.0], ids=["speed unknown", "drives along the road"])
+def test_a_car_that_may_turn_off_is_no_wider_than_cars_are(own_mps):
+    assert threat(across(-2.0), own_mps=own_mps).overlap_m == pytest.approx(-0.2)
+
+
+def test_a_neighbour_that_shows_all_of_its_side_does_not_stand_across():
+    # 3.5 m aside and 5 m ahead its side, 4.2 m long, adds 1.2 m to its rear.
+    neighbour = replace(across(-3.5, distance_m=5.0), width_m=3.0)
+    assert threat(neighbour, own_mps=10.0).overlap_m == pytest.approx(-1.7)
+
+
 def test_the_probability_is_that_of_samples():
     track = replace(make_lead(18, 9, lateral_m=1.2), lateral_sigma_m=0.4, lateral_speed_sigma_mps=0.0)
     found = threat(track, OwnPath(offset_sigma_m=0.3))

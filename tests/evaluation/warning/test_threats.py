@@ -1,5 +1,7 @@
 """Simulated dangers: their windows follow from exact motion, and a policy is judged by them."""
 
+from dataclasses import replace
+
 import pytest
 
 from fcw.box import Box
@@ -7,7 +9,7 @@ from fcw.evaluation.warning.sights import SIGHTS, WORSE_SIGHTS
 from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
 from fcw.evaluation.warning.variants import half_in_the_way
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
-from fcw.simulation.world.scenario import load_scenario, threat_names
+from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel, WarningState
 
@@ -135,6 +137,33 @@ def test_a_worse_detector_still_gives_the_warning(name, sight_name):
 def test_what_only_looks_like_a_danger_is_not_warned_of(name):
     (result,) = run_threats([(name, load_scenario(name))], make_policy, (0,))
     assert (result.trials_passed, result.false_warnings) == (1, 0)
+
+
+def standing_across(tail_m: float, speed_kmh: float) -> Scenario:
+    """A car that stands across the road 75 m ahead, its nose to the left, its tail there."""
+    scenario = load_scenario("crossing")
+    (plan,) = scenario.vehicles
+    later = replace(plan.actions[-1], at_s=60.0)
+    vehicle = replace(plan, offset_m=tail_m, actions=(later,))
+    return replace(scenario, ego=replace(scenario.ego, speed_kmh=speed_kmh), vehicles=(vehicle,))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed_kmh", [40.0, 60.0, 90.0])
+@pytest.mark.parametrize("tail_m", [-4.6, -4.0, -0.3, 0.3], ids=["nose", "front", "rear", "tail"])
+def test_a_car_that_stands_across_with_one_end_in_our_way_is_warned_of(tail_m, speed_kmh):
+    # It is 4.3 m long: 0.6 or 1.2 m of it is in our way.
+    trial = run_threat_trial(standing_across(tail_m, speed_kmh), 0, make_policy())
+    assert trial.window is not None
+    assert trial.warned_s is not None
+    assert trial.window.contact_s - trial.warned_s > 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tail_m", [-6.2, 1.9], ids=["nose", "tail"])
+def test_a_car_that_waits_across_a_metre_beside_our_way_is_not_warned_of(tail_m):
+    trial = run_threat_trial(standing_across(tail_m, 60.0), 0, make_policy())
+    assert trial.warned_s is None
 
 
 @pytest.mark.slow
