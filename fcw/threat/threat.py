@@ -198,7 +198,7 @@ def _assess_one(
     place = place_at_contact(track, path, reference_offset_m, contact_s, turn, comes_towards_us, own_mps)
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
     width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
-    if place.crosses or _stands_across(track, own_mps):
+    if place.crosses or _is_across(track, own_mps):
         width_m = max(track.width_m, CAR_HEIGHT_M * track.box.w / track.box.h)
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
@@ -237,10 +237,11 @@ def _assess_one(
     )
 
 
-def _stands_across(track: Track, own_mps: float | None) -> bool:
-    """Whether it does not move along the road, and looks wider than all that a car along it shows.
+def _is_across(track: Track, own_mps: float | None) -> bool:
+    """Whether it stands across the road, or crosses slowly, and so is seen from its side.
 
-    Where the own speed is unknown none does: cars that turn off before us look as wide.
+    It does not move along the road, and looks wider than all that a car along it shows. Where the own speed
+    is unknown none is across: cars that turn off before us look as wide.
     """
     if own_mps is None or abs(own_mps - track.closing_speed_mps) > ALONG_MPS:
         return False

@@ -90,7 +90,7 @@ def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
         rows.append(("Braking needed", braking_text(warning.required_deceleration_mps2)))
     if warning.collision_probability is not None and warning.overlap_m is not None:
         rows.append(("Overlap", _overlap_words(warning.overlap_m, imperial)))
-        rows.append(("Collision", f"{warning.collision_probability:.0%} likely if nobody brakes or steers"))
+        rows.append(("Collision", f"{warning.collision_probability:.0%} likely if all drive on"))
     if warning.headway_s is not None:
         rows.append(("Headway", f"{warning.headway_s:.1f} s"))
     if result.ego_speed_mps is not None:

@@ -75,7 +75,7 @@ def test_a_warned_vehicle_that_is_lost_keeps_its_figures_and_the_threat_is_told(
     assert said["Vehicle"] == "#7, not seen any more; extrapolated figures"
     assert (said["Distance"], said["Closing"], said["Collision in"]) == ("13.0 m", "36 km/h", "1.3 s")
     assert (said["Braking needed"], said["Overlap"]) == ("0.40 g", "0.9 m")
-    assert said["Collision"] == "83% likely if nobody brakes or steers"
+    assert said["Collision"] == "83% likely if all drive on"
 
 
 @pytest.mark.parametrize(

@@ -213,10 +213,9 @@ PLAY = """async ([rateHz, patienceMs]) => {
 def test_a_browser_plays_the_video_to_its_end(chromium, drives, tmp_path, served, options):
     assert export(drives / "monday", "--format", "mp4", "--out", tmp_path / "out.mp4", *options) == 0
     (tmp_path / "page.html").write_text("<!doctype html><title>video</title>")
-    page = chromium.new_page()
-    page.goto(f"{served}/page.html", timeout=PATIENCE_S * 1000)
-    found = page.evaluate(PLAY, [RATE_HZ, PATIENCE_S * 1000])
-    page.close()
+    with chromium.new_page() as page:
+        page.goto(f"{served}/page.html", timeout=PATIENCE_S * 1000)
+        found = page.evaluate(PLAY, [RATE_HZ, PATIENCE_S * 1000])
     assert (found["width"], found["height"]) == (1280, 720)
     assert found["duration_s"] == pytest.approx(FRAMES / RATE_HZ, abs=0.001)
     assert found["grey"] == pytest.approx([GREY] * 3, abs=6)
