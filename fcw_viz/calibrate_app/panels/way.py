@@ -27,6 +27,7 @@ class WayPanel:
 
     def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._desk = desk
+        self._cards_were_shown = False
         self._heading = gui.add_html("")
         self._cards = gui.add_html("")
         desk.channel.on("way", self._choose)
@@ -37,10 +38,12 @@ class WayPanel:
         set_html(self._heading, step_heading(1, CHOICE_WORDS, "now" if way is None else "done"))
         if way is not None:
             change = f'<button class="fcw-link" {says("way:")} title="{OTHER_WAY}">another way</button>'
-            # Chosen at the end of the list, the steps that follow would stay out of sight above.
-            line = f"<p data-fcw-seen><b>{escape(way.name)}</b> {change}</p>"
-            set_html(self._cards, text_block(line))
+            # Chosen at the end of the list, the steps that follow would stay out of sight above. A page that
+            # opens with what was chosen before stays at its top.
+            seen = " data-fcw-seen" * self._cards_were_shown
+            set_html(self._cards, text_block(f"<p{seen}><b>{escape(way.name)}</b> {change}</p>"))
             return
+        self._cards_were_shown = True
         cards = "".join(_card(way, state.document.image_size, state.document.imperial) for way in WAYS)
         set_html(self._cards, text_block(f'<div class="fcw-ways">{cards}</div>'))
 

@@ -21,10 +21,11 @@ from running.demo_cut import cut_demo
 from fcw.camera.calibration import Gaussian
 from fcw.camera.file import default_path, read_calibration
 from fcw.self_calibration.turning.by_turns import LensByTurns
+from fcw_viz.calibrate_app.document.besides.rectangles import AddCorner
 from fcw_viz.calibrate_app.document.edits import AddMark, ChooseWay, SetHeight
 from fcw_viz.calibrate_app.document.state import Status
 from fcw_viz.calibrate_app.document.ways.presets import DASH_PRESETS
-from fcw_viz.calibrate_app.document.ways.ways import DASHES
+from fcw_viz.calibrate_app.document.ways.ways import DASHES, RECTANGLE, TAPE
 from fcw_viz.calibrate_app.session import Person as SessionPerson
 from fcw_viz.cli import main
 
@@ -245,6 +246,24 @@ def test_on_every_window_the_picture_is_whole_and_the_panel_beside_or_below_it(
     if height_px > width_px:
         assert canvas[3] <= 0.5 * height_px
         assert canvas[2] - canvas[0] == width_px
+
+
+@pytest.mark.parametrize("way", [TAPE, RECTANGLE])
+def test_a_page_with_what_was_done_before_opens_at_its_top(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor, way: str
+):
+    page = serve(copy_of_demo_drive(tmp_path))
+    corners = ((500.0, 600.0), (780.0, 600.0), (700.0, 480.0), (580.0, 480.0))
+    clicked = corners if way == RECTANGLE else ()
+    page.session.apply(SOMEBODY, ChooseWay(way), SetHeight(1.3), *(AddCorner(*corner) for corner in clicked))
+    # So low that of the panel only the tabs and its first lines are in sight.
+    person = Person(open_page(page.url, window_px=(390, 300)))
+    wait_for(lambda: person.browser.page.locator("[data-fcw='way:']").count() == 1)
+    person.browser.wait_until_still()
+    scrolled_px = person.browser.page.locator("[role=tab]").first.evaluate(
+        "tab => tab.closest('.mantine-ScrollArea-viewport').scrollTop"
+    )
+    assert scrolled_px == 0
 
 
 def test_on_a_phone_a_list_opens_within_the_window(

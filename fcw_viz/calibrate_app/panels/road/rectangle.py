@@ -41,6 +41,7 @@ class RectanglePanel:
 
     def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
         self._desk = desk
+        self._corners_were_missing = False
         self._heading = gui.add_html("")
         self._words = gui.add_html("")
         self._kind = gui.add_dropdown(
@@ -81,9 +82,11 @@ class RectanglePanel:
         note = note if whole else f"{clicked} of {CORNERS} corners"
         heading = step_heading(2, TITLE, "done" if whole else "now", note)
         set_html(self._heading, heading if shown else "")
-        # The fields of the sides appear above what a low window shows.
+        self._corners_were_missing |= not whole
+        # The fields of the sides appear above what a low window shows. A page that opens with them stays at
+        # its top.
         words = (
-            f'<p class="dim" data-fcw-seen>{SIDE_WORDS}</p>'
+            f'<p class="dim"{" data-fcw-seen" * self._corners_were_missing}>{SIDE_WORDS}</p>'
             if whole
             else f'<p class="dim">{CORNER_WORDS}</p>'
         )
