@@ -226,10 +226,12 @@ def _seen(scenario: Scenario, seed: int, detector: Detector | None, sight: Sight
     camera, eye = scenario.camera.camera(), Eye(sight, seed)
     measured = MeasuredMotion(camera.pitch_rad, 0.0, np.random.default_rng([seed, 1]))
     ego = Ego(OwnMotion(), assumed_path(None))
-    for state in World(scenario, seed).states():
+    states = list(World(scenario, seed).states())
+    steps = list(pairwise(states))
+    for state, step in zip(states, steps[:1] + steps, strict=True):
         truth = frame_truth(state, camera, IMAGE_SIZE, scenario.camera.reference_offset_m)
         if sight.own_motion:
-            ego = measured.at(truth.time_ns, truth.ego_speed_mps, _yaw_rate_radps(state))
+            ego = measured.at(truth.time_ns, truth.ego_speed_mps, _yaw_rate_radps(*step))
         found = eye.see(truth)
         yield Seen(None, truth, tuple(found.values()), ego, frozenset(found))
 
@@ -242,10 +244,12 @@ def _could_be_found(truth: FrameTruth) -> frozenset[str]:
     )
 
 
-def _yaw_rate_radps(state: WorldState) -> float:
-    """Of the road where we are, which we follow."""
-    before_rad, after_rad = (float(state.road.heading_at(state.ego.s_m + d_m)) for d_m in (-0.5, 0.5))
-    return (after_rad - before_rad) * state.ego.speed_mps
+def _yaw_rate_radps(before: WorldState, after: WorldState) -> float:
+    """How fast we turn, along the road and across it."""
+    turned_rad = [
+        float(state.road.heading_at(state.ego.s_m)) + state.ego.heading_rad for state in (before, after)
+    ]
+    return (turned_rad[1] - turned_rad[0]) / ((after.time_ns - before.time_ns) / 1e9)
 
 
 def _vehicle(box: Box, truth: FrameTruth) -> VehicleTruth | None:

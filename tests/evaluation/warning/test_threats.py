@@ -9,7 +9,16 @@ from fcw.evaluation.warning.sights import SIGHTS, WORSE_SIGHTS
 from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
 from fcw.evaluation.warning.variants import half_in_the_way
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
-from fcw.simulation.world.scenario import Scenario, load_scenario, threat_names
+from fcw.simulation.world.scenario import (
+    Action,
+    EgoPlan,
+    RoadPlan,
+    Scenario,
+    VehiclePlan,
+    load_scenario,
+    threat_names,
+)
+from fcw.simulation.world.state import VehicleKind
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel, WarningState
 
@@ -164,6 +173,25 @@ def test_a_car_that_stands_across_with_one_end_in_our_way_is_warned_of(tail_m, s
 def test_a_car_that_waits_across_a_metre_beside_our_way_is_not_warned_of(tail_m):
     trial = run_threat_trial(standing_across(tail_m, 60.0), 0, make_policy())
     assert trial.warned_s is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("faster_kmh", [20.0, 30.0])
+def test_a_lorry_behind_which_we_pull_out_is_not_warned_of(faster_kmh, side):
+    # We are aside of it before its 4.5 s are over, by a change of lane of 3 s, in which we turn by ourselves.
+    closing_mps = faster_kmh / 3.6
+    lorry = VehiclePlan(
+        name="lorry", gap_m=4 + 5.5 * closing_mps, speed_kmh=90.0 - faster_kmh, kind=VehicleKind.TRUCK
+    )
+    scenario = Scenario(
+        description="We pull out behind a slower lorry.",
+        duration_s=6.0,
+        road=RoadPlan(lanes_left=1, lanes_right=1),
+        ego=EgoPlan(speed_kmh=90.0, actions=(Action(at_s=1.0, lane=side, over_s=3.0),)),
+        vehicles=(lorry,),
+    )
+    assert run_threat_trial(scenario, 0, make_policy()).passed
 
 
 @pytest.mark.slow
