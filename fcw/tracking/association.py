@@ -161,6 +161,28 @@ def completed(found: Box, predicted: Box, edges: Edges) -> Box:
     return Box(left, top, right - left, bottom - top) if right > left and bottom > top else found
 
 
+def towards(box: Box, found: Box, part: float, size: ImageSize, noise: BoxNoise) -> Box:
+    """The box moved by a part of the way to the one found.
+
+    An edge found at the picture's border says only that the vehicle goes on beyond it: where its own is
+    believed there, it stays.
+    """
+    left, top, right, bottom = (
+        was + part * (now - was)
+        for was, now in zip(
+            (box.x, box.y, box.right, box.bottom), (found.x, found.y, found.right, found.bottom), strict=True
+        )
+    )
+    if not measures_row(found, size, noise):
+        bottom = max(bottom, box.bottom)
+    if not measures_width(found, size, noise):
+        if found.center_x < size.width / 2:
+            left = min(left, box.x)
+        else:
+            right = max(right, box.right)
+    return Box(left, top, right - left, bottom - top)
+
+
 def in_picture(box: Box, size: ImageSize) -> Box:
     """The part of a box in the picture; a vehicle that is kept has its middle column there."""
     left, top = max(box.x, -0.5), max(box.y, -0.5)

@@ -5,17 +5,16 @@ import math
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
-from fcw.frame import ImageSize
 from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
-from fcw.tracking.association import WHOLE, Edges, completed, cut_as_expected, own_edges
+from fcw.tracking.association import WHOLE, Edges, completed, cut_as_expected, own_edges, towards
 from fcw.tracking.belief.lately import Lately
 from fcw.tracking.box_measurement import outwards_m, road_slope
 from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
 from fcw.tracking.range.boxed_part import News
 from fcw.tracking.range.state import RangeState
-from fcw.tracking.ranging import BoxNoise, inner_edge_px, measures_row, measures_width
+from fcw.tracking.ranging import inner_edge_px
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track, known_ttc_s
 
@@ -49,6 +48,7 @@ class Followed:
         settings: TrackerSettings,
         focal_px: float,
         path: OwnPath,
+        turn_radps: float | None,
     ) -> None:
         self.box = detection.box
         self.last_ns = self.detected_ns = time_ns
@@ -83,11 +83,14 @@ class Followed:
         self._next_m = state.distance_m
         """Where its rear would be now by what was believed at the frame before."""
         first = settings.box_noise.edge_sigma_px(detection.box) * state.distance_m
-        self._across = LateralFilter(self._lateral_m(detection.box, focal_px, path, None), first / focal_px)
+        lateral_m = self._lateral_m(detection.box, focal_px, path, None)
+        self._across = LateralFilter(lateral_m, first / focal_px, self._sweep_mps(turn_radps))
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 
-    def predict(self, time_ns: int, dt_s: float, growth: float, search_s: float | None) -> None:
+    def predict(
+        self, time_ns: int, dt_s: float, growth: float, search_s: float | None, turn_radps: float | None
+    ) -> None:
         """Move on by dt to a time.
 
         Args:
@@ -96,6 +99,7 @@ class Followed:
             growth: of the vehicle in the picture since then.
             search_s: since the last frame that was searched before this one, which counts as a miss until a
                 detection says otherwise; None where this one is not searched.
+            turn_radps: our yaw rate, positive to the left; None where it is not known.
         """
         self._time_ns = time_ns
         box, horizon_px = self.box, self._calibration.horizon_row_px
@@ -106,14 +110,18 @@ class Followed:
         self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
         self._dt_s = dt_s
         self._searched = search_s is not None
-        self._across.predict(dt_s)
         self._next_m = self.state.distance_m - self.state.closing_speed_mps * dt_s
+        self._across.predict(dt_s, self._sweep_mps(turn_radps))
         if search_s is not None:
             self._misses += 1
             self._lately.miss(search_s)
             self._search_s = search_s
         if search_s is not None or self.seen_by is SeenBy.PICTURE:
             self.seen_by = SeenBy.COASTING
+
+    def _sweep_mps(self, turn_radps: float | None) -> float | None:
+        """Rate at which it moves to the left, as seen from us, because we turn."""
+        return None if turn_radps is None else -turn_radps * self._next_m
 
     def carry(self, time_ns: int, moved: Moved, we_drive: bool) -> bool:
         """Take where the picture shows it, in place of what was predicted; False where it cannot be there.
@@ -204,7 +212,7 @@ class Followed:
             self._in_a_row += dt_s <= search_s + SHORTEST_STEP_S  # sums of intervals are rounded
         if not carried:
             self._drift(found, dt_s)
-        self.box = _towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
+        self.box = towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
         # A false alarm that flickers is not confirmed by patience.
         self.confirmed |= self._hits >= settings.confirm_hits and self._is_seen_often()
 
@@ -375,25 +383,3 @@ class Followed:
 
 def _box(center_x: float, bottom: float, w: float, h: float) -> Box:
     return Box(center_x - w / 2, bottom - h, w, h)
-
-
-def _towards(box: Box, found: Box, alpha: float, size: ImageSize, noise: BoxNoise) -> Box:
-    """The box moved by a part of the way to the one found.
-
-    An edge found at the picture's border says only that the vehicle goes on beyond it: where its own is
-    believed there, it stays.
-    """
-    left, top, right, bottom = (
-        was + alpha * (now - was)
-        for was, now in zip(
-            (box.x, box.y, box.right, box.bottom), (found.x, found.y, found.right, found.bottom), strict=True
-        )
-    )
-    if not measures_row(found, size, noise):
-        bottom = max(bottom, box.bottom)
-    if not measures_width(found, size, noise):
-        if found.center_x < size.width / 2:
-            left = min(left, box.x)
-        else:
-            right = max(right, box.right)
-    return Box(left, top, right - left, bottom - top)

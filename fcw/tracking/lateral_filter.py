@@ -20,20 +20,26 @@ WRONG_BEFORE_PART = 0.75
 speed since. Of 0.5, 0.75, 0.85 and 1 chosen likewise."""
 JERKINESS_M2PS3 = 0.3
 """Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
-and so does our own turning for vehicles ahead."""
+and so does our own turning, where it is not known, for vehicles ahead."""
 
 
 class LateralFilter:
     """One vehicle's lateral position and its rate.
 
+    While we turn, what is ahead sweeps across the picture, the faster the farther it is, and stops as soon as
+    we do. No filter of its motion could follow that: it is told, and only the rest of the rate is learnt.
+
     Args:
         lateral_m: by its first box, positive to the left.
         sigma_m: 1-sigma of that.
+        sweep_mps: rate at which what keeps its place beside our way moves to the left, as far ahead as it is,
+            because we turn; None where it is not known.
     """
 
-    def __init__(self, lateral_m: float, sigma_m: float) -> None:
+    def __init__(self, lateral_m: float, sigma_m: float, sweep_mps: float | None = None) -> None:
         self.lateral_m = lateral_m
-        self.rate_mps = 0.0
+        self.rate_mps = sweep_mps or 0.0
+        self._sweep_mps = sweep_mps
         self._place_variance = sigma_m**2
         self._shared = 0.0
         self._rate_variance = RATE_SIGMA_MPS**2
@@ -51,8 +57,11 @@ class LateralFilter:
         """1-sigma of the rate."""
         return math.sqrt(self._rate_variance)
 
-    def predict(self, dt_s: float) -> None:
-        """Move on by dt."""
+    def predict(self, dt_s: float, sweep_mps: float | None = None) -> None:
+        """Move on by dt, with the sweep as it is now; where it was not known before, it is in the rate."""
+        if sweep_mps is not None and self._sweep_mps is not None:
+            self.rate_mps += sweep_mps - self._sweep_mps
+        self._sweep_mps = sweep_mps
         self._settled_s += dt_s
         self.lateral_m += self.rate_mps * dt_s
         self._place_variance += (

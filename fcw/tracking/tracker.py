@@ -143,8 +143,9 @@ class Tracker:
         growths = self._range.predict(dt_s, own_gain_mps, path, self._own.gain_sigma_mps, body_pitch_rad)
         if mount is not None:
             self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
+        turn_radps = None if turn is None else turn.rate_radps(path)
         for followed, growth in zip(self._followed, growths, strict=True):
-            followed.predict(time_ns, dt_s, growth, search_s)
+            followed.predict(time_ns, dt_s, growth, search_s, turn_radps)
         moved = {} if image is None else self._carry(time_ns, image, before)
         detections = detections or ()
         pairs = self._associate(detections)
@@ -195,7 +196,7 @@ class Tracker:
             followed.place_across(self._range.focal_px, path, self._range.boxed_part(slot).news)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
         for index in sorted(unused):
-            self._start(time_ns, detections[index], certain, ego_speed_mps, path)
+            self._start(time_ns, detections[index], certain, ego_speed_mps, path, turn_radps)
         self._doubts.update(time_ns, self._followed, image)
         tracks = tuple(
             followed.track(time_ns, path, turn) for followed in self._followed if followed.confirmed
@@ -310,6 +311,7 @@ class Tracker:
         others: Sequence[Box],
         ego_speed_mps: float | None,
         path: OwnPath,
+        turn_radps: float | None,
     ) -> None:
         """Begin a track, where the box gives a first distance."""
         if self._range.add(detection.box, ego_speed_mps, self._free_edges(detection.box, others)):
@@ -324,6 +326,7 @@ class Tracker:
                     self._settings,
                     self._range.focal_px,
                     path,
+                    turn_radps,
                 )
             )
             self._next_id += 1

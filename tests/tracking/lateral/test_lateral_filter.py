@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fcw.tracking.lateral_filter import JERKINESS_M2PS3, RATE_SIGMA_MPS, LateralFilter
 
@@ -81,3 +83,29 @@ def test_what_stands_beside_our_way_does_not_seem_to_come_in_where_its_closing_s
         found.scale(lag * (distance_m - 6.0 * dt_s) / expected_m)
         found.correct(-2.4, 0.05)
     assert abs(found.rate_mps) < 0.6  # 0.74 if all of it counted as wrong before
+
+
+@given(st.lists(st.floats(-8.0, 8.0), min_size=2, max_size=60), st.floats(-1.0, 1.0))
+def test_what_is_learnt_of_its_motion_is_the_same_however_we_turn(sweeps_mps, rate_mps):
+    dt_s, swept_m = 0.05, 0.0
+    straight, turning = LateralFilter(0.0, 0.1, 0.0), LateralFilter(0.0, 0.1, sweeps_mps[0])
+    for step, sweep_mps in enumerate(sweeps_mps[1:], 1):
+        swept_m += sweep_mps * dt_s
+        place_m = rate_mps * step * dt_s
+        straight.predict(dt_s, 0.0)
+        straight.correct(place_m, 0.1)
+        turning.predict(dt_s, sweep_mps)
+        turning.correct(place_m + swept_m, 0.1)
+        assert turning.rate_mps - sweep_mps == pytest.approx(straight.rate_mps, abs=1e-6)
+        assert turning.lateral_m - swept_m == pytest.approx(straight.lateral_m, abs=1e-6)
+
+
+def test_while_our_turning_is_not_known_it_is_learnt_with_the_rate():
+    # We turn throughout; it is known, then not, and known again: nothing jumps at any of these moments.
+    found, place_m, rates_mps = LateralFilter(0.0, 0.05, -2.0), 0.0, []
+    for step in range(90):
+        place_m -= 2.0 / 30
+        found.predict(1 / 30, None if 30 <= step < 60 else -2.0)
+        found.correct(place_m, 0.05)
+        rates_mps.append(found.rate_mps)
+    assert rates_mps == pytest.approx([-2.0] * 90, abs=1e-6)
