@@ -73,12 +73,16 @@ def ready(field: str) -> bytes:
     return msgspec.msgpack.encode(update)
 
 
-def _fields(data: str | bytes) -> list[str]:
-    """Hidden fields of channels in what the server sends: a header of two sizes, and zstd."""
+def unpacked(data: str | bytes) -> bytes:
+    """What the server sends, unpacked: a header of two sizes, and zstd."""
     assert isinstance(data, bytes)
     size, compressed = (int.from_bytes(data[at : at + 8], "little") for at in (0, 8))
-    words = zstandard.decompress(data[16 : 16 + compressed], max_output_size=size)
-    return [found.decode() for found in re.findall(rb'const uuid = "([^"]+)"', words)]
+    return zstandard.decompress(data[16 : 16 + compressed], max_output_size=size)
+
+
+def _fields(data: str | bytes) -> list[str]:
+    """Hidden fields of channels in what the server sends."""
+    return [found.decode() for found in re.findall(rb'const uuid = "([^"]+)"', unpacked(data))]
 
 
 class Tabs:
