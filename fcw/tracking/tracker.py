@@ -117,7 +117,8 @@ class Tracker:
             path: our own, which is taken for that of speed and yaw rate; None where these are all there is.
             mount: of the camera as the picture tells it, which ranging goes by; None where it tells nothing.
             ego_speed_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
-            turn: our turning now, beside the path ahead; None takes the path to bend as we turn.
+            turn: our turning now, beside the path ahead, by which what is ahead sweeps across the picture;
+                None takes the path to bend as we turn, and the sweep for a motion of the vehicles.
             body_pitch_rad: how much lower the camera looks now than its mount does, by the picture; None
                 where it does not tell.
 

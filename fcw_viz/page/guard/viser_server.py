@@ -37,6 +37,7 @@ from fcw_viz.page.guard.guard import (
     Redirected,
     Refused,
 )
+from fcw_viz.page.guard.loops_event import wake_in_loop
 from fcw_viz.page.guard.messages import ForeignMessageError, passes
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
@@ -67,30 +68,8 @@ def guarded_viser_server(
     if not wrapped.is_set():  # another viser, that starts its server in another way
         server.stop()
         raise RuntimeError(f"viser {viser.__version__} cannot be guarded")
-    server.on_client_connect(_connected)
+    server.on_client_connect(wake_in_loop)
     return server
-
-
-class LoopsEvent(asyncio.Event):
-    """An event that is set in its loop alone; elsewhere that does nothing.
-
-    viser sets its event of new messages in whatever thread drew something, and then has its loop set it, too.
-    The former goes through those who wait while the loop may change them: now and then drawing ended half
-    done, in `deque mutated during iteration`. The latter is enough.
-    """
-
-    def set(self) -> None:
-        """Wake those who wait, in the loop."""
-        try:
-            asyncio.get_running_loop()
-        except RuntimeError:
-            return
-        super().set()
-
-
-async def _connected(client: viser.ClientHandle) -> None:
-    # Some may wait for it already: it stays the same event.
-    client._websock_connection.get_message_buffer().message_event.__class__ = LoopsEvent
 
 
 def close_client(client: viser.ClientHandle, why: str) -> None:
