@@ -106,8 +106,8 @@ def test_dangers_are_warned_of_in_their_windows(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["overlap-50", "overlap-75"])
-def test_partial_overlaps_are_warned_of_in_time_and_not_long_before(name):
+@pytest.mark.parametrize(("name", "most_early_s"), [("overlap-50", 0.101), ("overlap-75", 0.201)])
+def test_partial_overlaps_are_warned_of_in_time_and_not_long_before(name, most_early_s):
     (result,) = run_threats([(name, load_scenario(name))], make_policy, range(4))
     too_early_s = []
     for trial in result.trials:
@@ -115,9 +115,9 @@ def test_partial_overlaps_are_warned_of_in_time_and_not_long_before(name):
         assert trial.warned_s is not None
         assert trial.warned_s <= trial.window.latest_s
         too_early_s.append(max(trial.window.earliest_s - trial.warned_s, 0.0))
-    # With own motion as the picture measures it one of four comes up to 0.2 s before the window.
+    # With own motion as the picture measures it one of four comes a moment before the window.
     assert sorted(too_early_s)[:3] == [0.0, 0.0, 0.0]
-    assert max(too_early_s) < 0.21
+    assert max(too_early_s) <= most_early_s
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ def test_a_thread_draws_while_the_loop_changes_who_waits_for_it():
             while event.is_set() or not event._waiters:  # all that came before is sent
                 assert time.monotonic() < ends_s
                 time.sleep(0.01)
-            event._waiters = LoopsWaiters(event._waiters)  # pyright: ignore[reportAttributeAccessIssue]
+            event._waiters = LoopsWaiters(event._waiters)
             page.client.gui.add_markdown("drawn by a thread")
             while b"drawn by a thread" not in unpacked(tab.recv(PATIENCE_S)):
                 pass
