@@ -87,6 +87,7 @@ def place_at_contact(
     across_mps = track.lateral_speed_mps - sweep_mps(path, turn, x_m, track.closing_speed_mps, oncoming)
     heading_variance = path.heading_sigma_rad**2
     bend_variance = path.curvature_sigma_per_m**2
+    time_s = _moving_s(now_m, across_mps, track.lateral_slowing_mps2, time_s)
     # How place and rate hang on the bend: what stands ahead of a known turning does not show it.
     bend_m, sweep_m2ps = x_m**2 / 2, x_m * speed_mps
     swept = speed_mps**2 * heading_variance + track.lateral_speed_sigma_mps**2
@@ -123,3 +124,16 @@ def place_at_contact(
         crosses=crosses,
         comes_in=comes_in,
     )
+
+
+def _moving_s(now_m: float, across_mps: float, slowing_mps2: float, time_s: float) -> float:
+    """For how long a vehicle must move at its present rate to come as far as it will in a time.
+
+    Who comes to a crossing brakes, and stops before our path. Of all others it is the time: who slows beyond
+    the middle of our path mostly turns off there, and clears it.
+    """
+    if slowing_mps2 <= 0 or now_m * across_mps >= 0:
+        return time_s
+    slows_s = min(time_s, abs(across_mps) / slowing_mps2)
+    moves_s = slows_s - slowing_mps2 * slows_s**2 / (2 * abs(across_mps))
+    return moves_s if abs(across_mps) * moves_s < abs(now_m) else time_s

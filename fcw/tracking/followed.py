@@ -315,6 +315,7 @@ class Followed:
             ),
             doubtful=self.doubtful,
             found_part=self.found_part,
+            lateral_slowing_mps2=across.slowing_mps2,
         )
 
     def place_across(self, focal_px: float, path: OwnPath, news: News) -> None:

@@ -49,6 +49,8 @@ class Track:
         width_m: of its rear.
         lateral_sigma_m: standard deviation of the lateral position, the camera's direction aside.
         lateral_speed_sigma_mps: standard deviation of the lateral speed.
+        lateral_slowing_mps2: by how much its own motion across the road slows at least, by 1 sigma; 0 where
+            it does not, or where our turning may be what changes it.
         doubtful: whether it may be none: it appeared from nothing near us, or stands still in the picture. It
             is neither the lead nor a threat.
         found_part: in how many of its frames the detector found it, of those in which it was not faint; 1 in
@@ -77,6 +79,7 @@ class Track:
     doubtful: bool = False
     closing_speed_sigma_at_distance_mps: float | None = None
     found_part: float = 1.0
+    lateral_slowing_mps2: float = 0.0
 
     @property
     def approach_sigma_mps(self) -> float:

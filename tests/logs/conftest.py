@@ -37,6 +37,7 @@ tracks = st.builds(
     width_m=numbers,
     lateral_sigma_m=numbers,
     lateral_speed_sigma_mps=numbers,
+    lateral_slowing_mps2=numbers,
     doubtful=st.booleans(),
     found_part=numbers,
 )

@@ -147,3 +147,31 @@ def test_the_sigma_is_that_of_samples_of_what_is_not_known():
     assert there.offset_m == pytest.approx(float(end_m[kept].mean()), abs=0.05)
     assert there.sigma_m == pytest.approx(float(end_m[kept].std()), rel=0.03)
     assert math.isfinite(there.sigma_m)
+
+
+@given(
+    st.floats(3.0, 12.0),
+    st.floats(0.5, 8.0),
+    st.floats(0.5, 6.0),
+    st.floats(1.0, 4.0),
+    st.sampled_from([1, -1]),
+)
+def test_who_slows_before_our_path_stops_where_a_steady_braking_ends(
+    aside_m, rate_mps, slowing_mps2, time_s, side
+):
+    until_s = min(time_s, rate_mps / slowing_mps2)
+    travelled_m = rate_mps * until_s - slowing_mps2 * until_s**2 / 2
+    track = replace(TRACK, lateral_m=-aside_m * side, lateral_speed_mps=rate_mps * side)
+    steady = place_at_contact(track, STRAIGHT, 0.0, time_s)
+    slows = place_at_contact(replace(track, lateral_slowing_mps2=slowing_mps2), STRAIGHT, 0.0, time_s)
+    if travelled_m < aside_m - 1e-9:
+        assert slows.offset_m == pytest.approx(side * (travelled_m - aside_m))
+    elif travelled_m > aside_m + 1e-9:
+        assert slows == steady
+
+
+@given(st.floats(0.1, 6.0), st.floats(0.1, 6.0), st.floats(0.1, 6.0))
+def test_who_moves_away_from_our_path_is_not_counted_on_to_stay(aside_m, rate_mps, slowing_mps2):
+    leaves = replace(TRACK, lateral_m=aside_m, lateral_speed_mps=rate_mps)
+    slows = replace(leaves, lateral_slowing_mps2=slowing_mps2)
+    assert place_at_contact(slows, STRAIGHT, 0.0, 2.0) == place_at_contact(leaves, STRAIGHT, 0.0, 2.0)

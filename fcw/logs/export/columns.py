@@ -254,6 +254,12 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
     _of_track("width_m", "float64", "m", "width of its rear"),
     _of_track("lateral_sigma_m", "float64", "m", "standard deviation of lateral_m"),
     _of_track("lateral_speed_sigma_mps", "float64", "m/s", "standard deviation of lateral_speed_mps"),
+    _of_track(
+        "lateral_slowing_mps2",
+        "float64",
+        "m/s^2",
+        "by how much its own motion across the road slows at least; 0 where that is not known",
+    ),
     _of_track("doubtful", "bool", "", "whether it may be no vehicle; it is no lead, and raises no warning"),
     _of_track("found_part", "float64", "", "in how many of its frames the detector found it"),
 )

@@ -51,6 +51,7 @@ def track_message(track: Track) -> drive_pb2.Track:
         width_m=track.width_m,
         lateral_sigma_m=track.lateral_sigma_m,
         lateral_speed_sigma_mps=track.lateral_speed_sigma_mps,
+        lateral_slowing_mps2=track.lateral_slowing_mps2,
         doubtful=track.doubtful,
         found_part=track.found_part,
         closing_speed_sigma_at_distance_mps=track.closing_speed_sigma_at_distance_mps,
@@ -174,6 +175,7 @@ def _track(message: drive_pb2.Track) -> Track:
         width_m=message.width_m if message.HasField("width_m") else USUAL_WIDTH_M,
         lateral_sigma_m=message.lateral_sigma_m,
         lateral_speed_sigma_mps=message.lateral_speed_sigma_mps,
+        lateral_slowing_mps2=message.lateral_slowing_mps2,
         doubtful=message.doubtful,
         found_part=message.found_part if message.HasField("found_part") else 1.0,
         closing_speed_sigma_at_distance_mps=(

@@ -179,6 +179,35 @@ def test_a_car_that_waits_across_a_metre_beside_our_way_is_not_warned_of(tail_m)
     assert trial.warned_s is None
 
 
+def braking_at_a_crossing(room_m: float, side: int) -> Scenario:
+    """A car out of a side road brakes from 20 km/h and stops so far beside our car; below 0 in its way."""
+    scenario = load_scenario("crossing-stops")
+    (plan,) = scenario.vehicles
+    tail_m = (0.9 + room_m + 4.3) * side
+    stops = replace(plan.actions[-1], offset_m=tail_m)
+    vehicle = replace(plan, offset_m=tail_m + 14.3 * side, actions=(stops,))
+    return replace(scenario, vehicles=(vehicle,), danger="" if room_m > 0 else plan.name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("room_m", [1.0, 3.0])
+def test_a_car_that_stops_at_a_crossing_is_mostly_not_warned_of(room_m, side):
+    # As fast as it is three seconds before we pass, it would be in our way then.
+    trials = [run_threat_trial(braking_at_a_crossing(room_m, side), seed, make_policy()) for seed in range(6)]
+    assert sum(trial.passed for trial in trials) >= 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_car_that_brakes_too_late_and_stops_with_its_front_in_our_way_is_warned_of(side):
+    for seed in range(2):
+        trial = run_threat_trial(braking_at_a_crossing(-1.2, side), seed, make_policy())
+        assert trial.window is not None
+        assert trial.warned_s is not None
+        assert trial.window.contact_s - trial.warned_s >= 2.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("faster_kmh", [20.0, 30.0])

@@ -98,6 +98,7 @@ def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[s
                 "width_m": track.width_m,
                 "lateral_sigma_m": track.lateral_sigma_m,
                 "lateral_speed_sigma_mps": track.lateral_speed_sigma_mps,
+                "lateral_slowing_mps2": track.lateral_slowing_mps2,
                 "doubtful": track.doubtful,
                 "found_part": track.found_part,
             }

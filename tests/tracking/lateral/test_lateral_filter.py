@@ -109,3 +109,31 @@ def test_while_our_turning_is_not_known_it_is_learnt_with_the_rate():
         found.correct(place_m, 0.05)
         rates_mps.append(found.rate_mps)
     assert rates_mps == pytest.approx([-2.0] * 90, abs=1e-6)
+
+
+@pytest.mark.parametrize("sweep_mps", [0.0, -3.0])
+def test_who_brakes_across_the_road_is_known_to_half_a_second_later(sweep_mps):
+    # 6 m/s for two seconds, then less by 3 m/s each second; we turn steadily, or not at all.
+    dt_s, told = 1 / 30, []
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        found, place_m = LateralFilter(-20.0, 0.05, sweep_mps), -20.0
+        for step in range(105):
+            place_m += (6.0 - 3.0 * max(step * dt_s - 2.0, 0.0) + sweep_mps) * dt_s
+            found.predict(dt_s, sweep_mps)
+            found.correct(place_m + rng.normal(0, 0.05), 0.05)
+            if step in {58, 75}:
+                told.append(found.slowing_mps2)
+    steadily, half_a_second_later = told[::2], told[1::2]
+    assert np.mean(steadily) < 0.1
+    assert 1.0 < np.mean(half_a_second_later) < 3.0
+    assert np.mean(np.array(half_a_second_later) > 3.0) < 0.16
+
+
+def test_where_our_turning_is_not_known_nobody_is_known_to_slow():
+    found, place_m = LateralFilter(-20.0, 0.05), -20.0
+    for step in range(90):
+        place_m += (6.0 - 2.0 * step / 30) / 30
+        found.predict(1 / 30)
+        found.correct(place_m, 0.05)
+        assert found.slowing_mps2 == 0.0
