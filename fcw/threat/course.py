@@ -11,9 +11,9 @@ Each has a prior, all is linear, and one scalar update (Kalman) gives the place 
 with x and y the vehicle's place now, v the closing speed and t the time to contact. Where u is the likeliest
 cause, that is the straight extrapolation of the rate, and where the bend is, half of it: the way of a thing
 that stands beside a road that bends. Where our turning now was measured it is that which sweeps, whatever the
-path will do (`fcw.motion.bend.turn`): of what stands the rate then says nothing of the bend ahead. An error
-of the heading alone does not matter: what is on a collision course keeps its bearing, wherever the camera
-looks.
+path will do (`fcw.motion.bend.turn`): of what stands the rate then says nothing of the bend ahead. Who slows
+before our path moves on for less than t. An error of the heading alone does not matter: what is on a
+collision course keeps its bearing, wherever the camera looks.
 
 The constants follow from how people drive, as each says; they were chosen and tried on KITTI tracking 0000 to
 0010 and the simulated scenarios. Nothing was left out, so that neither is evidence for them.
