@@ -21,7 +21,7 @@ import numpy as np
 from fcw.evaluation.distance.kitti_tracking import KittiSequence, read_sequence, sequence_names, time_ns
 from fcw.evaluation.distance.leave_one_out import OUTSIDE_PART
 from fcw.evaluation.warning.false_alarms import SAME_EDGES_PX, TRUE_SPEED_HALF_WINDOW_S, kitti_threats
-from fcw.tracking import lateral_filter
+from fcw.tracking.across import lateral_filter
 
 JUMPS_SIGMAS = (3.0, 4.0, 6.0)
 SETTLINGS_S = (0.25, 0.5, 1.0)

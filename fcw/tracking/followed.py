@@ -7,10 +7,11 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.motion.bend.turn import Turn, sweep_mps
 from fcw.motion.state import OwnPath
+from fcw.tracking.across.bearing_filter import BearingFilter
+from fcw.tracking.across.lateral_filter import LateralFilter
 from fcw.tracking.association import WHOLE, Edges, completed, cut_as_expected, own_edges, towards
 from fcw.tracking.belief.lately import Lately
 from fcw.tracking.box_measurement import outwards_m, road_slope
-from fcw.tracking.lateral_filter import LateralFilter
 from fcw.tracking.picture.follower import Follower, Moved
 from fcw.tracking.range.boxed_part import News
 from fcw.tracking.range.state import RangeState
@@ -82,9 +83,10 @@ class Followed:
         """The box of this frame, until its lateral position is taken."""
         self._next_m = state.distance_m
         """Where its rear would be now by what was believed at the frame before."""
-        first = settings.box_noise.edge_sigma_px(detection.box) * state.distance_m
         lateral_m = self._lateral_m(detection.box, focal_px, path, None)
-        self._across = LateralFilter(lateral_m, first / focal_px, self._sweep_mps(turn_radps))
+        sigma = settings.box_noise.edge_sigma_px(detection.box) / focal_px
+        self._across = LateralFilter(lateral_m, sigma * state.distance_m, self._sweep_mps(turn_radps))
+        self._bearing = BearingFilter(lateral_m / state.distance_m, sigma, state.distance_m)
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 
@@ -112,6 +114,7 @@ class Followed:
         self._searched = search_s is not None
         self._next_m = self.state.distance_m - self.state.closing_speed_mps * dt_s
         self._across.predict(dt_s, self._sweep_mps(turn_radps))
+        self._bearing.predict(dt_s, turn_radps, self.state.closing_speed_mps, self.state.distance_m)
         if search_s is not None:
             self._misses += 1
             self._lately.miss(search_s)
@@ -316,6 +319,10 @@ class Followed:
             doubtful=self.doubtful,
             found_part=self.found_part,
             lateral_slowing_mps2=across.slowing_mps2,
+            lateral_speed_by_bearing_mps=self._bearing.across_mps(
+                lateral_m, state.closing_speed_mps, state.distance_m
+            ),
+            lateral_speed_by_bearing_sigma_mps=self._bearing.across_sigma_mps,
         )
 
     def place_across(self, focal_px: float, path: OwnPath, news: News) -> None:
@@ -334,8 +341,10 @@ class Followed:
             sigma_m = sigma_px * self.state.distance_m / focal_px
             lateral_m = self._lateral_m(self._seen, focal_px, path, self._across.lateral_m)
             if news is not News.UNSURE:
-                take = self._across.displace if news is News.OTHER else self._across.correct
-                take(lateral_m, sigma_m)
+                displaced = news is News.OTHER
+                (self._across.displace if displaced else self._across.correct)(lateral_m, sigma_m)
+                bearing, sigma = lateral_m / self.state.distance_m, sigma_m / self.state.distance_m
+                (self._bearing.displace if displaced else self._bearing.correct)(bearing, sigma)
             self._seen = None
 
     def _inner_edge_px(self, box: Box, believed_m: float, metres_per_px: float) -> float | None:

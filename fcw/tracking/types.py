@@ -51,6 +51,10 @@ class Track:
         lateral_speed_sigma_mps: standard deviation of the lateral speed.
         lateral_slowing_mps2: by how much its own motion across the road slows at least, by 1 sigma; 0 where
             it does not, or where our turning may be what changes it.
+        lateral_speed_by_bearing_mps: the lateral speed by how its bearing changes, if the TTC is right; None
+            where our turning is not known, and in logs of before it was written.
+        lateral_speed_by_bearing_sigma_mps: its standard deviation, if distance and TTC are right: what is
+            wrong with them is wrong with the place as well, and not with where it will be.
         doubtful: whether it may be none: it appeared from nothing near us, or stands still in the picture. It
             is neither the lead nor a threat.
         found_part: in how many of its frames the detector found it, of those in which it was not faint; 1 in
@@ -80,6 +84,8 @@ class Track:
     closing_speed_sigma_at_distance_mps: float | None = None
     found_part: float = 1.0
     lateral_slowing_mps2: float = 0.0
+    lateral_speed_by_bearing_mps: float | None = None
+    lateral_speed_by_bearing_sigma_mps: float = 0.0
 
     @property
     def approach_sigma_mps(self) -> float:

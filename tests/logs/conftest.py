@@ -38,6 +38,8 @@ tracks = st.builds(
     lateral_sigma_m=numbers,
     lateral_speed_sigma_mps=numbers,
     lateral_slowing_mps2=numbers,
+    lateral_speed_by_bearing_mps=st.none() | numbers,
+    lateral_speed_by_bearing_sigma_mps=numbers,
     doubtful=st.booleans(),
     found_part=numbers,
 )

@@ -175,3 +175,39 @@ def test_who_moves_away_from_our_path_is_not_counted_on_to_stay(aside_m, rate_mp
     leaves = replace(TRACK, lateral_m=aside_m, lateral_speed_mps=rate_mps)
     slows = replace(leaves, lateral_slowing_mps2=slowing_mps2)
     assert place_at_contact(slows, STRAIGHT, 0.0, 2.0) == place_at_contact(leaves, STRAIGHT, 0.0, 2.0)
+
+
+FAR_ASIDE = replace(
+    TRACK, lateral_m=-9.0, lateral_speed_mps=2.0, lateral_speed_sigma_mps=1.0, lateral_sigma_m=1.0
+)
+
+
+@given(st.floats(-12, -5), st.floats(10, 18))
+def test_far_aside_what_keeps_its_bearing_is_on_a_collision_course(lateral_m, low_m):
+    # 20 m ahead at 10 m/s, two seconds: it keeps its bearing where it moves by half its place each second.
+    track = replace(
+        FAR_ASIDE,
+        lateral_m=lateral_m,
+        distance_low_m=low_m,
+        lateral_speed_by_bearing_mps=-lateral_m / 2,
+        lateral_speed_by_bearing_sigma_mps=0.1,
+    )
+    there = place_at_contact(track, STRAIGHT, 0.0, 2.0)
+    # Neither the filter's speed nor a distance that is little known matters.
+    assert abs(there.offset_m) < 0.05
+    assert there.sigma_m < 0.25
+
+
+@pytest.mark.parametrize(
+    ("lateral_m", "contact_s"), [(-4.0, 2.0), (-9.0, 0.9)], ids=["next lane", "a moment before contact"]
+)
+def test_near_aside_or_a_moment_before_contact_its_place_tells_better(lateral_m, contact_s):
+    track = replace(FAR_ASIDE, lateral_m=lateral_m)
+    told = replace(track, lateral_speed_by_bearing_mps=4.5, lateral_speed_by_bearing_sigma_mps=0.1)
+    by_place = place_at_contact(track, STRAIGHT, 0.0, contact_s)
+    assert place_at_contact(told, STRAIGHT, 0.0, contact_s) == by_place
+
+
+def test_where_the_bearing_tells_less_the_place_counts():
+    told = replace(FAR_ASIDE, lateral_speed_by_bearing_mps=4.5, lateral_speed_by_bearing_sigma_mps=3.0)
+    assert place_at_contact(told, STRAIGHT, 0.0, 2.0) == place_at_contact(FAR_ASIDE, STRAIGHT, 0.0, 2.0)

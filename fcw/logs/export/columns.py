@@ -260,6 +260,18 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "m/s^2",
         "by how much its own motion across the road slows at least; 0 where that is not known",
     ),
+    _of_track(
+        "lateral_speed_by_bearing_mps",
+        "float64",
+        "m/s",
+        "lateral_speed_mps by how its bearing changes; empty where our turning is not known",
+    ),
+    _of_track(
+        "lateral_speed_by_bearing_sigma_mps",
+        "float64",
+        "m/s",
+        "its standard deviation, if distance and TTC are right",
+    ),
     _of_track("doubtful", "bool", "", "whether it may be no vehicle; it is no lead, and raises no warning"),
     _of_track("found_part", "float64", "", "in how many of its frames the detector found it"),
 )

@@ -52,6 +52,8 @@ def track_message(track: Track) -> drive_pb2.Track:
         lateral_sigma_m=track.lateral_sigma_m,
         lateral_speed_sigma_mps=track.lateral_speed_sigma_mps,
         lateral_slowing_mps2=track.lateral_slowing_mps2,
+        lateral_speed_by_bearing_mps=track.lateral_speed_by_bearing_mps,
+        lateral_speed_by_bearing_sigma_mps=track.lateral_speed_by_bearing_sigma_mps,
         doubtful=track.doubtful,
         found_part=track.found_part,
         closing_speed_sigma_at_distance_mps=track.closing_speed_sigma_at_distance_mps,
@@ -176,6 +178,10 @@ def _track(message: drive_pb2.Track) -> Track:
         lateral_sigma_m=message.lateral_sigma_m,
         lateral_speed_sigma_mps=message.lateral_speed_sigma_mps,
         lateral_slowing_mps2=message.lateral_slowing_mps2,
+        lateral_speed_by_bearing_mps=(
+            message.lateral_speed_by_bearing_mps if message.HasField("lateral_speed_by_bearing_mps") else None
+        ),
+        lateral_speed_by_bearing_sigma_mps=message.lateral_speed_by_bearing_sigma_mps,
         doubtful=message.doubtful,
         found_part=message.found_part if message.HasField("found_part") else 1.0,
         closing_speed_sigma_at_distance_mps=(

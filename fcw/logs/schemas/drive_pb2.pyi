@@ -28,7 +28,7 @@ class Detection(_message.Message):
     def __init__(self, box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ...) -> None: ...
 
 class Track(_message.Message):
-    __slots__ = ("track_id", "box", "score", "distance_m", "distance_low_m", "distance_high_m", "lateral_m", "closing_speed_mps", "closing_speed_sigma_mps", "ttc_s", "age_s", "coasting", "in_path", "closing_acceleration_mps2", "closing_acceleration_sigma_mps2", "lateral_speed_mps", "seen_by", "width_m", "lateral_sigma_m", "lateral_speed_sigma_mps", "doubtful", "closing_speed_sigma_at_distance_mps", "found_part", "lateral_slowing_mps2")
+    __slots__ = ("track_id", "box", "score", "distance_m", "distance_low_m", "distance_high_m", "lateral_m", "closing_speed_mps", "closing_speed_sigma_mps", "ttc_s", "age_s", "coasting", "in_path", "closing_acceleration_mps2", "closing_acceleration_sigma_mps2", "lateral_speed_mps", "seen_by", "width_m", "lateral_sigma_m", "lateral_speed_sigma_mps", "doubtful", "closing_speed_sigma_at_distance_mps", "found_part", "lateral_slowing_mps2", "lateral_speed_by_bearing_mps", "lateral_speed_by_bearing_sigma_mps")
     class SeenBy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSAID: _ClassVar[Track.SeenBy]
@@ -63,6 +63,8 @@ class Track(_message.Message):
     CLOSING_SPEED_SIGMA_AT_DISTANCE_MPS_FIELD_NUMBER: _ClassVar[int]
     FOUND_PART_FIELD_NUMBER: _ClassVar[int]
     LATERAL_SLOWING_MPS2_FIELD_NUMBER: _ClassVar[int]
+    LATERAL_SPEED_BY_BEARING_MPS_FIELD_NUMBER: _ClassVar[int]
+    LATERAL_SPEED_BY_BEARING_SIGMA_MPS_FIELD_NUMBER: _ClassVar[int]
     track_id: int
     box: Box
     score: float
@@ -87,7 +89,9 @@ class Track(_message.Message):
     closing_speed_sigma_at_distance_mps: float
     found_part: float
     lateral_slowing_mps2: float
-    def __init__(self, track_id: _Optional[int] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., lateral_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., closing_speed_sigma_mps: _Optional[float] = ..., ttc_s: _Optional[float] = ..., age_s: _Optional[float] = ..., coasting: bool = ..., in_path: bool = ..., closing_acceleration_mps2: _Optional[float] = ..., closing_acceleration_sigma_mps2: _Optional[float] = ..., lateral_speed_mps: _Optional[float] = ..., seen_by: _Optional[_Union[Track.SeenBy, str]] = ..., width_m: _Optional[float] = ..., lateral_sigma_m: _Optional[float] = ..., lateral_speed_sigma_mps: _Optional[float] = ..., doubtful: bool = ..., closing_speed_sigma_at_distance_mps: _Optional[float] = ..., found_part: _Optional[float] = ..., lateral_slowing_mps2: _Optional[float] = ...) -> None: ...
+    lateral_speed_by_bearing_mps: float
+    lateral_speed_by_bearing_sigma_mps: float
+    def __init__(self, track_id: _Optional[int] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., score: _Optional[float] = ..., distance_m: _Optional[float] = ..., distance_low_m: _Optional[float] = ..., distance_high_m: _Optional[float] = ..., lateral_m: _Optional[float] = ..., closing_speed_mps: _Optional[float] = ..., closing_speed_sigma_mps: _Optional[float] = ..., ttc_s: _Optional[float] = ..., age_s: _Optional[float] = ..., coasting: bool = ..., in_path: bool = ..., closing_acceleration_mps2: _Optional[float] = ..., closing_acceleration_sigma_mps2: _Optional[float] = ..., lateral_speed_mps: _Optional[float] = ..., seen_by: _Optional[_Union[Track.SeenBy, str]] = ..., width_m: _Optional[float] = ..., lateral_sigma_m: _Optional[float] = ..., lateral_speed_sigma_mps: _Optional[float] = ..., doubtful: bool = ..., closing_speed_sigma_at_distance_mps: _Optional[float] = ..., found_part: _Optional[float] = ..., lateral_slowing_mps2: _Optional[float] = ..., lateral_speed_by_bearing_mps: _Optional[float] = ..., lateral_speed_by_bearing_sigma_mps: _Optional[float] = ...) -> None: ...
 
 class WarningState(_message.Message):
     __slots__ = ("level", "track_id", "rule", "ttc_s", "required_deceleration_mps2", "headway_s", "distance_m", "distance_low_m", "distance_high_m", "closing_speed_mps", "overlap_m", "collision_probability", "needed_distance_m", "assumes", "extrapolated")

@@ -179,6 +179,41 @@ def test_a_car_that_waits_across_a_metre_beside_our_way_is_not_warned_of(tail_m)
     assert trial.warned_s is None
 
 
+def crossing_at(own_kmh: float, across_kmh: float, side: int, later_s: float) -> Scenario:
+    """A car that crosses at nearly one speed, and is in our way so long before we are."""
+    crosses_s = 1.875 * 80.0 * 3.6 / across_kmh  # its speed is the greatest in the middle, before our path
+    gap_m = own_kmh / 3.6 * (crosses_s / 2 + later_s)
+    scenario = load_scenario("crossing")
+    (plan,) = scenario.vehicles
+    crosses = Action(at_s=0.0, offset_m=40.0 * side, over_s=crosses_s)
+    vehicle = replace(plan, gap_m=gap_m, offset_m=-40.0 * side, actions=(crosses,))
+    return replace(
+        scenario,
+        duration_s=crosses_s / 2 + later_s + 1.0,
+        ego=replace(scenario.ego, speed_kmh=own_kmh),
+        vehicles=(vehicle,),
+        danger=plan.name if later_s == 0 else "",
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("own_kmh", "across_kmh"), [(40, 30), (50, 20), (60, 20), (60, 30), (70, 30)])
+def test_a_car_that_crosses_far_aside_is_warned_of_two_seconds_before_contact(own_kmh, across_kmh, side):
+    # By its place alone, whose error was taken for a motion, 1.6 to 2.3 s.
+    trial = run_threat_trial(crossing_at(own_kmh, across_kmh, side, 0.0), 0, make_policy())
+    assert trial.window is not None
+    assert trial.warned_s is not None
+    assert trial.window.earliest_s <= trial.warned_s <= trial.window.contact_s - 2.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("own_kmh", "across_kmh"), [(50, 20), (70, 30)])
+def test_a_car_that_crosses_well_before_us_is_not_warned_of(own_kmh, across_kmh, side):
+    assert run_threat_trial(crossing_at(own_kmh, across_kmh, side, 1.8), 0, make_policy()).passed
+
+
 def braking_at_a_crossing(room_m: float, side: int) -> Scenario:
     """A car out of a side road brakes from 20 km/h and stops so far beside our car; below 0 in its way."""
     scenario = load_scenario("crossing-stops")

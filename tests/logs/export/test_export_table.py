@@ -99,6 +99,8 @@ def expected_rows(drive: str, results: Sequence[FrameResult]) -> Iterator[dict[s
                 "lateral_sigma_m": track.lateral_sigma_m,
                 "lateral_speed_sigma_mps": track.lateral_speed_sigma_mps,
                 "lateral_slowing_mps2": track.lateral_slowing_mps2,
+                "lateral_speed_by_bearing_mps": track.lateral_speed_by_bearing_mps,
+                "lateral_speed_by_bearing_sigma_mps": track.lateral_speed_by_bearing_sigma_mps,
                 "doubtful": track.doubtful,
                 "found_part": track.found_part,
             }

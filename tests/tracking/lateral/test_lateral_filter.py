@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcw.tracking.lateral_filter import JERKINESS_M2PS3, RATE_SIGMA_MPS, LateralFilter
+from fcw.tracking.across.lateral_filter import JERKINESS_M2PS3, RATE_SIGMA_MPS, LateralFilter
 
 
 def settled(sigma_m, rate_mps, seed, dt_s=1 / 30, seconds=3.0):
