@@ -200,7 +200,7 @@ def crossing_at(own_kmh: float, across_kmh: float, side: int, later_s: float) ->
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize(("own_kmh", "across_kmh"), [(40, 30), (50, 20), (60, 20), (60, 30), (70, 30)])
 def test_a_car_that_crosses_far_aside_is_warned_of_two_seconds_before_contact(own_kmh, across_kmh, side):
-    # By its place alone, whose error was taken for a motion, 1.6 to 2.3 s.
+    # By its place alone, whose error was taken for a motion, 1.8 to 2.7 s.
     trial = run_threat_trial(crossing_at(own_kmh, across_kmh, side, 0.0), 0, make_policy())
     assert trial.window is not None
     assert trial.warned_s is not None
