@@ -215,7 +215,7 @@ def test_a_car_that_crosses_well_before_us_is_not_warned_of(own_kmh, across_kmh,
 
 
 def braking_at_a_crossing(room_m: float, side: int) -> Scenario:
-    """A car out of a side road brakes from 20 km/h and stops so far beside our car; below 0 in its way."""
+    """A car of 4.3 m brakes from 20 km/h in a side road and stops so far beside us; below 0 in our way."""
     scenario = load_scenario("crossing-stops")
     (plan,) = scenario.vehicles
     tail_m = (0.9 + room_m + 4.3) * side
