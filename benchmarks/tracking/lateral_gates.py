@@ -21,7 +21,7 @@ import numpy as np
 from fcw.evaluation.distance.kitti_tracking import KittiSequence, read_sequence, sequence_names, time_ns
 from fcw.evaluation.distance.leave_one_out import OUTSIDE_PART
 from fcw.evaluation.warning.false_alarms import SAME_EDGES_PX, TRUE_SPEED_HALF_WINDOW_S, kitti_threats
-from fcw.tracking.across import lateral_filter
+from fcw.tracking.across import lateral_filter, place_filter
 
 JUMPS_SIGMAS = (3.0, 4.0, 6.0)
 SETTLINGS_S = (0.25, 0.5, 1.0)
@@ -83,15 +83,15 @@ def main() -> None:
     names = sequence_names(arguments.folder)
     sequences = {name: read_sequence(arguments.folder, name) for name in names}
     found: dict[tuple[Constants, str], list[float]] = {}
-    jump_sigmas, settling_s = lateral_filter.JUMP_SIGMAS, lateral_filter.SETTLING_S
+    jump_sigmas, settling_s = place_filter.JUMP_SIGMAS, place_filter.SETTLING_S
     part = lateral_filter.WRONG_BEFORE_PART
     gates = [(*pair, part) for pair in product(JUMPS_SIGMAS, SETTLINGS_S)]
     parts = [(jump_sigmas, settling_s, other) for other in WRONG_BEFORE_PARTS]
     candidates = list(dict.fromkeys(gates + parts))
     for constants in candidates:
         with (
-            patch.object(lateral_filter, "JUMP_SIGMAS", constants[0]),
-            patch.object(lateral_filter, "SETTLING_S", constants[1]),
+            patch.object(place_filter, "JUMP_SIGMAS", constants[0]),
+            patch.object(place_filter, "SETTLING_S", constants[1]),
             patch.object(lateral_filter, "WRONG_BEFORE_PART", constants[2]),
         ):
             for name in names:

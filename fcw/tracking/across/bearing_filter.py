@@ -7,7 +7,7 @@ polar coordinates for bearings-only tracking".
 
 import math
 
-from fcw.tracking.across.lateral_filter import JUMP_SIGMAS, SETTLING_S
+from fcw.tracking.across.place_filter import PlaceFilter
 
 ACROSS_SIGMA_MPS = 3.0
 """1-sigma of how a vehicle just found leaves its bearing, as a speed across its line of sight."""
@@ -16,8 +16,8 @@ JERKINESS_M2PS3 = 0.9
 no other values were tried."""
 
 
-class BearingFilter:
-    """One vehicle's bearing and its rate, but for our turning: a Kalman filter.
+class BearingFilter(PlaceFilter):
+    """One vehicle's bearing and its rate, but for our turning.
 
     Args:
         bearing: of its first box, as lateral position over distance, positive to the left.
@@ -26,15 +26,19 @@ class BearingFilter:
     """
 
     def __init__(self, bearing: float, sigma: float, distance_m: float) -> None:
-        self.bearing = bearing
-        self.rate_per_s = 0.0
-        self._variance = sigma**2
-        self._shared = 0.0
-        self._rate_variance = self._first_variance = (ACROSS_SIGMA_MPS / distance_m) ** 2
-        self._settled_s = 0.0
-        self._jumped = False
+        super().__init__(bearing, sigma, 0.0, ACROSS_SIGMA_MPS / distance_m)
         self._distance_m = distance_m
         self._turn_radps: float | None = None
+
+    @property
+    def bearing(self) -> float:
+        """Lateral position over distance, positive to the left."""
+        return self._place
+
+    @property
+    def rate_per_s(self) -> float:
+        """Its rate, but for our turning."""
+        return self._rate
 
     @property
     def across_sigma_mps(self) -> float:
@@ -53,7 +57,7 @@ class BearingFilter:
         """
         if self._turn_radps is None:
             return None
-        return (self.rate_per_s - self._turn_radps) * distance_m - lateral_m * closing_mps / distance_m
+        return (self._rate - self._turn_radps) * distance_m - lateral_m * closing_mps / distance_m
 
     def predict(self, dt_s: float, turn_radps: float | None, closing_mps: float, distance_m: float) -> None:
         """Move on by dt.
@@ -68,31 +72,6 @@ class BearingFilter:
         """
         self._distance_m, self._turn_radps = distance_m, turn_radps
         grows = 1 + 2 * dt_s * max(closing_mps, 0.0) / distance_m
-        density = JERKINESS_M2PS3 / distance_m**2
-        self._settled_s += dt_s
-        self.bearing += (self.rate_per_s - (turn_radps or 0.0)) * dt_s
-        self.rate_per_s *= grows
-        self._variance += 2 * dt_s * self._shared + dt_s**2 * self._rate_variance + density * dt_s**3 / 3
-        self._shared = (self._shared + dt_s * self._rate_variance) * grows + density * dt_s**2 / 2
-        self._rate_variance = self._rate_variance * grows**2 + density * dt_s
-
-    def displace(self, bearing: float, sigma: float) -> None:
-        """Take a bearing to which it has not moved: another part of it is seen there."""
-        self.bearing, self._variance, self._shared = bearing, sigma**2, 0.0
-
-    def correct(self, bearing: float, sigma: float) -> None:
-        """Take a measured bearing; one jump says nothing of the rate, see `LateralFilter.correct`."""
-        total, off = self._variance + sigma**2, bearing - self.bearing
-        if self._settled_s >= SETTLING_S and off**2 > JUMP_SIGMAS**2 * total:
-            if self._jumped:
-                self._rate_variance, self._settled_s = self._first_variance, 0.0
-            self._jumped = True
-            self.displace(bearing, sigma)
-            return
-        self._jumped = False
-        gain, rate_gain = self._variance / total, self._shared / total
-        self.bearing += gain * off
-        self.rate_per_s += rate_gain * off
-        self._rate_variance -= rate_gain * self._shared
-        self._shared *= 1 - gain
-        self._variance *= 1 - gain
+        self._place += (self._rate - (turn_radps or 0.0)) * dt_s
+        self._rate *= grows
+        self._widen(dt_s, JERKINESS_M2PS3 / distance_m**2, grows)

@@ -1,24 +1,19 @@
-"""Where a vehicle is across the road, and how fast it moves there: a Kalman filter of place and rate.
+"""Where a vehicle is across the road, and how fast it moves there.
 
-The farther it is, the more metres the noise of its box is, and the longer must be averaged: the gain follows
-from both (white-noise acceleration; Bar-Shalom, Li & Kirubarajan 2001, section 6.3.2).
+The farther it is, the more metres the noise of its box is, and the longer must be averaged: the gain of a
+Kalman filter follows from both.
 """
 
 import math
 
+from fcw.tracking.across.place_filter import PlaceFilter
+
 RATE_SIGMA_MPS = 1.5
 """1-sigma of the rate of a vehicle just found: a change of lane, or what stands beside a road that bends."""
-JUMP_SIGMAS = 6.0
-"""What is this far from where it was expected has not moved there: another part of it was boxed, or another
-vehicle. Of 3, 4 and 6 chosen by the lateral speed alone, whichever sequence of KITTI tracking was left out
-(`benchmarks/tracking/lateral_gates.py`), before the filter was told how we turn; since then 4 is as good."""
-SETTLING_S = 0.25
-"""In so long the rate of a vehicle just found is learnt; until then what is far off has moved there. Of 0.25,
-0.5 and 1 s chosen likewise."""
 WRONG_BEFORE_PART = 0.75
 """So much of what is wrong with a distance was wrong before, of its logarithm; the rest came with the closing
-speed since. Of 0.5, 0.75, 0.85 and 1 chosen likewise, also before; since then 0.5 is chosen with seven of
-eleven sequences left out, and is better by 0.6 %."""
+speed since. Of 0.5, 0.75, 0.85 and 1 chosen as `JUMP_SIGMAS` was (`fcw/tracking/across/place_filter.py`);
+since then 0.5 is chosen with seven of eleven sequences left out, and is better by 0.6 %."""
 SLOWING_S = 0.35
 """A rate slows that is smaller than its mean of so long: who brakes at a crossing must be known to before it
 stands. Of 0.35 and 0.5 s chosen on simulated cars that do (docs/figures/warning.md, "Who stops at a
@@ -28,7 +23,7 @@ JERKINESS_M2PS3 = 0.3
 and so does our own turning, where it is not known, for vehicles ahead."""
 
 
-class LateralFilter:
+class LateralFilter(PlaceFilter):
     """One vehicle's lateral position and its rate.
 
     While we turn, what is ahead sweeps across the picture, the faster the farther it is, and stops as soon as
@@ -42,17 +37,20 @@ class LateralFilter:
     """
 
     def __init__(self, lateral_m: float, sigma_m: float, sweep_mps: float | None = None) -> None:
-        self.lateral_m = lateral_m
-        self.rate_mps = sweep_mps or 0.0
+        super().__init__(lateral_m, sigma_m, sweep_mps or 0.0, RATE_SIGMA_MPS)
         self._sweep_mps = sweep_mps
-        self._place_variance = sigma_m**2
-        self._shared = 0.0
-        self._rate_variance = RATE_SIGMA_MPS**2
-        self._settled_s = 0.0
-        """For how long its rate has been learnt."""
-        self._jumped = False
         self._mean_mps = 0.0
         """Its own rate, the sweep aside, in the mean of the last `SLOWING_S`."""
+
+    @property
+    def lateral_m(self) -> float:
+        """The position, positive to the left."""
+        return self._place
+
+    @property
+    def rate_mps(self) -> float:
+        """The rate, our turning included."""
+        return self._rate
 
     @property
     def own_mps(self) -> float:
@@ -81,17 +79,12 @@ class LateralFilter:
         """Move on by dt, with the sweep as it is now; where it was not known before, it is in the rate."""
         gain = 1.0
         if sweep_mps is not None and self._sweep_mps is not None:
-            self.rate_mps += sweep_mps - self._sweep_mps
-            gain = 1 - math.exp(-dt_s / SLOWING_S) if self._settled_s >= SETTLING_S else 1.0
+            self._rate += sweep_mps - self._sweep_mps
+            gain = 1 - math.exp(-dt_s / SLOWING_S) if self._settled else 1.0
         self._sweep_mps = sweep_mps
         self._mean_mps += gain * (self.own_mps - self._mean_mps)
-        self._settled_s += dt_s
-        self.lateral_m += self.rate_mps * dt_s
-        self._place_variance += (
-            2 * dt_s * self._shared + dt_s**2 * self._rate_variance + JERKINESS_M2PS3 * dt_s**3 / 3
-        )
-        self._shared += dt_s * self._rate_variance + JERKINESS_M2PS3 * dt_s**2 / 2
-        self._rate_variance += JERKINESS_M2PS3 * dt_s
+        self._place += self._rate * dt_s
+        self._widen(dt_s, JERKINESS_M2PS3)
 
     def scale(self, factor: float) -> None:
         """The distance turns out to be so many times what was expected, and the place across with it in part.
@@ -99,29 +92,4 @@ class LateralFilter:
         That is no motion: what errs in the distance would else be taken for one. The other part is due to a
         wrong closing speed, and would make one of what stands beside our way.
         """
-        self.lateral_m *= factor**WRONG_BEFORE_PART
-
-    def displace(self, lateral_m: float, sigma_m: float) -> None:
-        """Take a position, with its 1-sigma, to which it has not moved: another part of it is seen there."""
-        self.lateral_m, self._place_variance, self._shared = lateral_m, sigma_m**2, 0.0
-
-    def correct(self, lateral_m: float, sigma_m: float) -> None:
-        """Take a measured position and its 1-sigma.
-
-        One jump says nothing of the rate; after two in a row that is known no better than at first.
-        """
-        total = self._place_variance + sigma_m**2
-        gain, rate_gain = self._place_variance / total, self._shared / total
-        off_m = lateral_m - self.lateral_m
-        if self._settled_s >= SETTLING_S and off_m**2 > JUMP_SIGMAS**2 * total:
-            if self._jumped:
-                self._rate_variance, self._settled_s = RATE_SIGMA_MPS**2, 0.0
-            self._jumped = True
-            self.displace(lateral_m, sigma_m)
-            return
-        self._jumped = False
-        self.lateral_m += gain * off_m
-        self.rate_mps += rate_gain * off_m
-        self._rate_variance -= rate_gain * self._shared
-        self._shared *= 1 - gain
-        self._place_variance *= 1 - gain
+        self._place *= factor**WRONG_BEFORE_PART
