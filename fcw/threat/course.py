@@ -89,8 +89,9 @@ def place_at_contact(
     speed_mps = track.distance_m / contact_s if contact_s > 0 else 0.0
     now_m = track.lateral_m - path.lateral_at(x_m)
     # What was measured swept as fast as it closes now: a lead that brakes will sweep faster.
-    rate_mps, rate_sigma_mps, lateral_sigma_m = _rate(track, now_m, contact_s)
-    across_mps = rate_mps - sweep_mps(path, turn, x_m, track.closing_speed_mps, oncoming)
+    swept_mps = sweep_mps(path, turn, x_m, track.closing_speed_mps, oncoming)
+    rate_mps, rate_sigma_mps, lateral_sigma_m = _rate(track, now_m, swept_mps, contact_s)
+    across_mps = rate_mps - swept_mps
     heading_variance = path.heading_sigma_rad**2
     bend_variance = path.curvature_sigma_per_m**2
     time_s = _moving_s(now_m, across_mps, track.lateral_slowing_mps2, time_s)
@@ -132,8 +133,10 @@ def place_at_contact(
     )
 
 
-def _rate(track: Track, now_m: float, contact_s: float) -> tuple[float, float, float]:
+def _rate(track: Track, now_m: float, swept_mps: float, contact_s: float) -> tuple[float, float, float]:
     """Its lateral speed, with its sigma, and the sigma of its place at contact that its distance leaves.
+
+    `swept_mps` of it is our turning.
 
     Far aside, an error of the distance is as large a part of the place as of the rate, and of their sum, the
     place at contact, alone: of what is on a collision course nothing is left of it.
@@ -145,7 +148,7 @@ def _rate(track: Track, now_m: float, contact_s: float) -> tuple[float, float, f
     if sigma_mps * contact_s >= math.hypot(track.lateral_sigma_m, track.lateral_speed_sigma_mps * contact_s):
         return by_filter
     scale = (track.distance_m - track.distance_low_m) / track.distance_m
-    return rate_mps, sigma_mps, scale * (now_m + rate_mps * contact_s)
+    return rate_mps, sigma_mps, scale * abs(now_m + (rate_mps - swept_mps) * contact_s)
 
 
 def _moving_s(now_m: float, across_mps: float, slowing_mps2: float, time_s: float) -> float:

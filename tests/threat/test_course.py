@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.box import Box
+from fcw.motion.bend.turn import Turn
 from fcw.motion.state import STRAIGHT, OwnPath
 from fcw.threat.course import place_at_contact
 from fcw.threat.threat import reach_s
@@ -182,17 +183,19 @@ FAR_ASIDE = replace(
 )
 
 
-@given(st.floats(-12, -5), st.floats(10, 18))
-def test_far_aside_what_keeps_its_bearing_is_on_a_collision_course(lateral_m, low_m):
-    # 20 m ahead at 10 m/s, two seconds: it keeps its bearing where it moves by half its place each second.
+@given(st.floats(-12, -5), st.floats(10, 18), st.floats(-0.2, 0.2))
+def test_far_aside_what_keeps_its_bearing_is_on_a_collision_course(lateral_m, low_m, yaw_rate_radps):
+    # 20 m ahead at 10 m/s, two seconds: it keeps its bearing where it moves by half its place each second,
+    # and what we turn by sweeps it across the picture.
+    turn = Turn(own_mps=10.0, yaw_rate_radps=yaw_rate_radps)
     track = replace(
         FAR_ASIDE,
         lateral_m=lateral_m,
         distance_low_m=low_m,
-        lateral_speed_by_bearing_mps=-lateral_m / 2,
+        lateral_speed_by_bearing_mps=-lateral_m / 2 - 20.0 * yaw_rate_radps,
         lateral_speed_by_bearing_sigma_mps=0.1,
     )
-    there = place_at_contact(track, STRAIGHT, 0.0, 2.0)
+    there = place_at_contact(track, STRAIGHT, 0.0, 2.0, turn)
     # Neither the filter's speed nor a distance that is little known matters.
     assert abs(there.offset_m) < 0.05
     assert there.sigma_m < 0.25
