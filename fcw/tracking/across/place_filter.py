@@ -13,7 +13,7 @@ SETTLING_S = 0.25
 
 
 class PlaceFilter:
-    """A place, its rate, and how well both are known; how they go on is for its heirs to say.
+    """A place, its rate, and how well both are known; subclasses say how they go on.
 
     Args:
         place: the first one, in any unit.
