@@ -57,12 +57,15 @@ def main() -> None:
     parser.add_argument("--instead", nargs="+", default=[], help="FIELD=VALUE,... of TrackerSettings")
     given = parser.parse_args()
     names = ["as it is", *given.instead]
-    settings = [TrackerSettings(), *map(with_values, given.instead)]
+    try:
+        settings = [TrackerSettings(), *map(with_values, given.instead)]
+    except (AttributeError, TypeError, ValueError) as error:
+        parser.error(f"--instead: {error}; expected FIELD=VALUE,... as in box_noise.edge_fraction=0.025")
     runs = [run(name, seed, settings) for name in given.scenario for seed in range(given.seeds)]
     sys.stdout.write("frames   rates off by, rms, in our way, near   distance off by, median, 9 of 10\n")
     for name, errors in zip(names, map(np.concatenate, zip(*runs, strict=True)), strict=True):
         true_m, aside_m, _, log_distance = errors.T
-        off, parts = np.abs(log_distance), (true_m > 0, aside_m <= IN_WAY_M, true_m < NEAR_M)
+        off, parts = np.abs(log_distance), (slice(None), aside_m <= IN_WAY_M, true_m < NEAR_M)
         told = ", ".join(f"{rms(errors[part]):.4f}" for part in parts)
         sys.stdout.write(
             f"{len(errors):6}   {told} /s {np.median(off):26.1%} {np.quantile(off, 0.9):8.1%}   {name}\n"
@@ -70,7 +73,11 @@ def main() -> None:
 
 
 def with_values(text: str) -> TrackerSettings:
-    """The usual settings with others by the path of their fields, as `model.aspect_sigma=0.02,coast_s=1`."""
+    """The usual settings but for some numbers, by path: `model.aspect_sigma=0.02,coast_s=1`.
+
+    Raises:
+        AttributeError, TypeError, ValueError: it is no such text, or there is no such field.
+    """
     settings = TrackerSettings()
     for pair in text.split(","):
         path, value = pair.split("=")
