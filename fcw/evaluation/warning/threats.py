@@ -138,6 +138,7 @@ def run_threat_trial(
             mount=motion.mount,
             ego_speed_sigma_mps=own_sigma_mps,
             turn=turn,
+            body_pitch_rad=one.ego.body_pitch_rad,
         )
         threats = threats_of(
             tracker, tracks, motion.speed_mps, path=path, turn=turn, own_sigma_mps=own_sigma_mps

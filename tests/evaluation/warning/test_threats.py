@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fcw.box import Box
+from fcw.evaluation.warning import threats
 from fcw.evaluation.warning.sights import SIGHTS, WORSE_SIGHTS
 from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
 from fcw.evaluation.warning.variants import half_in_the_way
@@ -19,6 +20,7 @@ from fcw.simulation.world.scenario import (
     threat_names,
 )
 from fcw.simulation.world.state import VehicleKind
+from fcw.tracking.tracker import Tracker
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel, WarningState
 
@@ -266,6 +268,25 @@ def test_a_lorry_behind_which_we_pull_out_is_not_warned_of(faster_kmh, side):
 def test_a_ghost_in_the_boxes_is_not_warned_of():
     trial = run_threat_trial(load_scenario("bonnet-and-logo"), 0, make_policy(), ghost=True)
     assert trial.passed
+
+
+def test_from_pictures_the_tracker_is_told_how_we_nod_as_in_a_drive(monkeypatch):
+    told = []
+
+    class ToldTracker(Tracker):
+        def update(self, *args, body_pitch_rad=None, **kwargs):
+            told.append(body_pitch_rad)
+            return super().update(*args, body_pitch_rad=body_pitch_rad, **kwargs)
+
+    class Blind:
+        name = "blind"
+
+        def detect(self, image):
+            return ()
+
+    monkeypatch.setattr(threats, "Tracker", ToldTracker)
+    run_threat_trial(replace(load_scenario("overlap-75"), duration_s=2.0), 0, make_policy(), Blind())
+    assert any(told)
 
 
 def test_every_danger_names_its_vehicle_and_every_scenario_says_what_happens():
