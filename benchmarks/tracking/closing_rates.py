@@ -12,6 +12,7 @@ within 2.2 m of our path, near what is nearer than 8 m. Takes half a minute for 
 """
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -61,7 +62,11 @@ def main() -> None:
         settings = [TrackerSettings(), *map(with_values, given.instead)]
     except (AttributeError, TypeError, ValueError) as error:
         parser.error(f"--instead: {error}; expected FIELD=VALUE,... as in box_noise.edge_fraction=0.025")
+    if given.seeds < 1:
+        parser.error(f"--seeds {given.seeds}: expected 1 or more")
     runs = [run(name, seed, settings) for name in given.scenario for seed in range(given.seeds)]
+    if not sum(len(errors[0]) for errors in runs):
+        sys.exit("there is no vehicle that all of these trackers follow")
     sys.stdout.write("frames   rates off by, rms, in our way, near   distance off by, median, 9 of 10\n")
     for name, errors in zip(names, map(np.concatenate, zip(*runs, strict=True)), strict=True):
         true_m, aside_m, _, log_distance = errors.T
@@ -89,6 +94,7 @@ def with_values(text: str) -> TrackerSettings:
 
 def run(name: str, seed: int, settings: Sequence[TrackerSettings]) -> list[FloatArray]:
     """Errors of each setting's tracker in one scenario, (N, 4), of the same vehicles and frames."""
+    sys.stderr.write(f"{name}, seed {seed}\n")
     scenario = load_scenario(name)
     calibration = true_calibration(scenario)
     detector = make_detector("net", load_model("net"), calibration, for_tracker=True)
@@ -139,7 +145,9 @@ def error_of(track: Track, vehicle: VehicleTruth, offset_m: float) -> Error:
 
 
 def rms(errors: FloatArray) -> float:
-    """Root mean square of the errors of rates."""
+    """Root mean square of the errors of rates; not a number where there are none."""
+    if not len(errors):
+        return math.nan
     return float(np.sqrt(np.mean(np.minimum(np.abs(errors[:, 2]), MOST_PER_S) ** 2)))
 
 
