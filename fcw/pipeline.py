@@ -21,10 +21,9 @@ from fcw.frame import Frame, Source, VideoPacket, nothing_seen
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.records import NOTHING_SEEN, DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.motion.aiming import Aims, take_aim
-from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
 from fcw.threads import one_opencv_thread
-from fcw.threat.of_tracker import threats_of
+from fcw.threat.of_tracker import judge_tracks, track_frame
 from fcw.tracking.tracker import Tracker
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningPolicy
@@ -109,30 +108,16 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         ego: own motion and path by it.
         stages: whose tracker and policy take the frame.
     """
-    own_mps, own_sigma_mps = ego.motion.speed_mps, ego.motion.speed_sigma_mps
-    turn = turn_of(ego.motion)
-    tracks = stages.tracker.update(
-        frame.time_ns,
-        detections,
-        own_mps,
-        image=frame.image,
-        path=ego.path,
-        mount=ego.motion.mount,
-        ego_speed_sigma_mps=own_sigma_mps,
-        turn=turn,
-        body_pitch_rad=ego.body_pitch_rad,
-    )
+    own_mps = ego.motion.speed_mps
+    tracks = track_frame(stages.tracker, frame.time_ns, detections, ego, frame.image)
     tracks = tuple(map(in_single_precision, tracks))
-    lead_id = stages.tracker.lead_id
-    threats = threats_of(
-        stages.tracker, tracks, own_mps, path=ego.path, turn=turn, own_sigma_mps=own_sigma_mps
-    )
+    threats = judge_tracks(stages.tracker, tracks, ego)
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,
         detections=tuple(in_single_precision(found) for found in detections or () if not found.faint),
         tracks=tracks,
-        lead_id=lead_id,
+        lead_id=stages.tracker.lead_id,
         warning=stages.policy.update(frame.time_ns, threats, own_mps),
         ego_speed_mps=own_mps,
         notes=(*stages.tracker.notes, *((NOTHING_SEEN,) if nothing_seen(frame.image) else ())),

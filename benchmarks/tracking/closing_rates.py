@@ -23,11 +23,11 @@ import numpy as np
 from fcw.box import Box, iou
 from fcw.camera.ground_plane import FloatArray
 from fcw.detection.choice import load_model, make_detector
-from fcw.motion.bend.turn import turn_of
-from fcw.motion.ego import EgoEstimator
-from fcw.simulation.drive import render_drive, true_calibration
+from fcw.evaluation.warning.threats import seen_in_pictures
+from fcw.simulation.drive import true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
 from fcw.simulation.world.scenario import load_scenario, threat_names
+from fcw.threat.of_tracker import track_frame
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
@@ -98,28 +98,15 @@ def run(name: str, seed: int, settings: Sequence[TrackerSettings]) -> list[Float
     scenario = load_scenario(name)
     calibration = true_calibration(scenario)
     detector = make_detector("net", load_model("net"), calibration, for_tracker=True)
-    estimator, trackers = EgoEstimator(calibration), [Tracker(calibration, one) for one in settings]
+    trackers = [Tracker(calibration, one) for one in settings]
     found: list[dict[tuple[int, str], Error]] = [{} for _ in settings]
-    for frame, truth in render_drive(scenario, seed):
-        detections = detector.detect(frame.image)
-        ego = estimator.update(frame.time_ns, frame.image, [one.box for one in detections if not one.faint])
+    for image, truth, detections, ego, _ in seen_in_pictures(scenario, seed, detector):
         for tracker, errors in zip(trackers, found, strict=True):
-            tracks = tracker.update(
-                frame.time_ns,
-                detections,
-                ego.motion.speed_mps,
-                image=frame.image,
-                path=ego.path,
-                mount=ego.motion.mount,
-                ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
-                turn=turn_of(ego.motion),
-                body_pitch_rad=ego.body_pitch_rad,
-            )
-            for track in tracks:
+            for track in track_frame(tracker, truth.time_ns, detections, ego, image):
                 vehicle = vehicle_of(track, truth)
                 if vehicle is not None:
                     error = error_of(track, vehicle, calibration.reference_offset_m)
-                    errors[frame.index, vehicle.name] = error
+                    errors[truth.time_ns, vehicle.name] = error
     common = sorted(set[tuple[int, str]].intersection(*map(set, found)))
     return [np.array([errors[key] for key in common]).reshape(-1, 4) for errors in found]
 

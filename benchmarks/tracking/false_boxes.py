@@ -23,9 +23,10 @@ from fcw.logs.export.clip import find_drives
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
-from fcw.motion.bend.turn import turn_of
+from fcw.motion.ego import Ego
 from fcw.motion.state import OwnMotion
-from fcw.threat.of_tracker import threats_of
+from fcw.threat.of_tracker import judge_tracks, track_frame
+from fcw.threat.own_path import assumed_path
 from fcw.tracking.tracker import Tracker
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel
@@ -104,20 +105,13 @@ def run(log: DriveLog, longest_s: float, seed: int) -> list[FalseBox]:
     boxes = list(planned(times_s, longest_s, rng))
     tracker, policy = Tracker(calibration), make_policy()
     for frame, result in enumerate(results):
-        motion, path = result.own_motion or OwnMotion(), result.own_path
-        turn = turn_of(motion)
-        tracks = tracker.update(
-            result.time_ns,
-            put_in(boxes, frame, result, calibration, times_s, rng),
-            result.ego_speed_mps,
-            image=pictures.at(result.index),
-            path=path,
-            mount=motion.mount,
-            ego_speed_sigma_mps=motion.speed_sigma_mps,
-            turn=turn,
+        ego = Ego(
+            result.own_motion or OwnMotion(speed_mps=result.ego_speed_mps),
+            result.own_path or assumed_path(None),
         )
-        threats = threats_of(tracker, tracks, result.ego_speed_mps, path=path, turn=turn)
-        state = policy.update(result.time_ns, threats, result.ego_speed_mps)
+        found = put_in(boxes, frame, result, calibration, times_s, rng)
+        tracks = track_frame(tracker, result.time_ns, found, ego, pictures.at(result.index))
+        state = policy.update(result.time_ns, judge_tracks(tracker, tracks, ego), ego.motion.speed_mps)
         for one in boxes:
             for track in tracks:
                 is_new = one.track_id is None and track.age_s < 1.0 and times_s[frame] < one.last_s + 0.2

@@ -1,13 +1,62 @@
-"""The threats of what a tracker follows."""
+"""A tracker that is told all of our own motion, and the threats of what it follows."""
 
 from collections.abc import Sequence
 
-from fcw.motion.bend.turn import Turn
+import numpy as np
+from numpy.typing import NDArray
+
+from fcw.detection.detector import Detection
+from fcw.motion.bend.turn import Turn, turn_of
+from fcw.motion.ego import Ego
 from fcw.motion.state import OwnPath
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import Threat, assess
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
+
+
+def track_frame(
+    tracker: Tracker,
+    time_ns: int,
+    detections: Sequence[Detection] | None,
+    ego: Ego,
+    image: NDArray[np.uint8] | None = None,
+) -> tuple[Track, ...]:
+    """The confirmed tracks after a frame, for which the tracker is told all that is believed of ourselves.
+
+    Args:
+        tracker: takes the frame.
+        time_ns: of the frame.
+        detections: in it; None where it was not searched.
+        ego: own motion and path at this frame.
+        image: (height, width, 3) BGR; None where there are boxes alone.
+
+    Raises:
+        ValueError: as `Tracker.update`.
+    """
+    return tracker.update(
+        time_ns,
+        detections,
+        ego.motion.speed_mps,
+        image=image,
+        path=ego.path,
+        mount=ego.motion.mount,
+        ego_speed_sigma_mps=ego.motion.speed_sigma_mps,
+        turn=turn_of(ego.motion),
+        body_pitch_rad=ego.body_pitch_rad,
+    )
+
+
+def judge_tracks(tracker: Tracker, tracks: Sequence[Track], ego: Ego) -> tuple[Threat, ...]:
+    """The threats of what `track_frame` gave, the most urgent first, by all that is believed of ourselves."""
+    return threats_of(
+        tracker,
+        tracks,
+        ego.motion.speed_mps,
+        path=ego.path,
+        turn=turn_of(ego.motion),
+        own_sigma_mps=ego.motion.speed_sigma_mps,
+    )
 
 
 def threats_of(

@@ -19,10 +19,9 @@ from fcw.evaluation.distance.kitti_tracking import (
 )
 from fcw.evaluation.motion.measured import MeasuredMotion, MotionErrors
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel, PolicyMaker, warning_states
-from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego
 from fcw.motion.state import OwnMotion
-from fcw.threat.of_tracker import threats_of
+from fcw.threat.of_tracker import judge_tracks, track_frame
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import Threat, required_deceleration_mps2
 from fcw.tracking.tracker import Tracker
@@ -147,19 +146,9 @@ def kitti_threats(
             ego = Ego(OwnMotion(speed_mps=known_mps), assumed_path(known_mps))
             if measured is not None:
                 ego = measured.at(time_ns(frame), speed_mps, yaw_rates_radps[frame])
-        own_mps, own_sigma_mps = ego.motion.speed_mps, ego.motion.speed_sigma_mps
-        turn = turn_of(ego.motion)
-        tracks = tracker.update(
-            time_ns(frame),
-            detections_of(vehicles, sequence.image_size, box_noise_px, rng),
-            own_mps,
-            path=ego.path,
-            mount=ego.motion.mount,
-            ego_speed_sigma_mps=own_sigma_mps,
-            turn=turn,
-        )
-        threats = threats_of(tracker, tracks, own_mps, path=ego.path, turn=turn, own_sigma_mps=own_sigma_mps)
-        yield KittiMoment(frame, tracks, threats, own_mps, speed_mps)
+        detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
+        tracks = track_frame(tracker, time_ns(frame), detections, ego)
+        yield KittiMoment(frame, tracks, judge_tracks(tracker, tracks, ego), ego.motion.speed_mps, speed_mps)
 
 
 def _episodes(

@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.detection.detector import Detection, Detector
@@ -20,8 +21,6 @@ from fcw.evaluation.distance.kitti import tracker_settings
 from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.simulated import vehicle_at
 from fcw.evaluation.warning.sights import SEEN_FRACTION, USUAL_SIGHT, Eye, Sight, part_seen
-from fcw.frame import Frame
-from fcw.motion.bend.turn import turn_of
 from fcw.motion.ego import Ego, EgoEstimator
 from fcw.motion.state import OwnMotion
 from fcw.simulation.drive import render_drive, true_calibration
@@ -29,7 +28,7 @@ from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
 from fcw.simulation.world.state import WorldState
 from fcw.simulation.world.world import World
-from fcw.threat.of_tracker import threats_of
+from fcw.threat.of_tracker import judge_tracks, track_frame
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import OWN_WIDTH_M
 from fcw.tracking.tracker import Tracker
@@ -83,14 +82,14 @@ class Seen(NamedTuple):
     """One frame.
 
     Attributes:
-        frame: its picture; None where there are boxes alone.
+        image: (height, width, 3) BGR; None where there are boxes alone.
         truth: of it.
         detections: in it.
         ego: own motion and path as the picture tells them.
         in_sight: names of the vehicles that were found; from a picture, that could be.
     """
 
-    frame: Frame | None
+    image: NDArray[np.uint8] | None
     truth: FrameTruth
     detections: tuple[Detection, ...]
     ego: Ego
@@ -123,31 +122,27 @@ def run_threat_trial(
     seen: list[Seen] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
     for one in _seen(scenario, seed, detector, sight):
-        seen.append(one._replace(frame=None))
-        time_s, motion, path = one.truth.time_ns / 1e9, one.ego.motion, one.ego.path
-        detections = one.detections
+        seen.append(one._replace(image=None))
+        time_ns, detections = one.truth.time_ns, one.detections
+        time_s = time_ns / 1e9
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
-        turn, own_sigma_mps = turn_of(motion), motion.speed_sigma_mps
-        tracks = tracker.update(
-            one.truth.time_ns,
-            detections,
-            motion.speed_mps,
-            image=None if one.frame is None else one.frame.image,
-            path=path,
-            mount=motion.mount,
-            ego_speed_sigma_mps=own_sigma_mps,
-            turn=turn,
-            body_pitch_rad=one.ego.body_pitch_rad,
-        )
-        threats = threats_of(
-            tracker, tracks, motion.speed_mps, path=path, turn=turn, own_sigma_mps=own_sigma_mps
-        )
-        state = policy.update(one.truth.time_ns, threats, motion.speed_mps)
+        tracks = track_frame(tracker, time_ns, detections, one.ego, one.image)
+        state = policy.update(time_ns, judge_tracks(tracker, tracks, one.ego), one.ego.motion.speed_mps)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
             shown.append((time_s, state.level, None if track is None else _vehicle(track.box, one.truth)))
     return _judge(scenario.danger, seen, shown)
+
+
+def seen_in_pictures(scenario: Scenario, seed: int, detector: Detector) -> Iterator[Seen]:
+    """The frames of a scenario, rendered, searched, and asked for our own motion."""
+    estimator = EgoEstimator(true_calibration(scenario))
+    for frame, truth in render_drive(scenario, seed):
+        detections = detector.detect(frame.image)
+        others = [found.box for found in detections if not found.faint]
+        ego = estimator.update(frame.time_ns, frame.image, others)
+        yield Seen(frame.image, truth, detections, ego, _could_be_found(truth))
 
 
 def danger_window(name: str, moments: Sequence[tuple[FrameTruth, bool]]) -> Window | None:
@@ -216,13 +211,7 @@ def _judge(
 
 def _seen(scenario: Scenario, seed: int, detector: Detector | None, sight: Sight) -> Iterator[Seen]:
     if detector is not None:
-        estimator = EgoEstimator(true_calibration(scenario))
-        for frame, truth in render_drive(scenario, seed):
-            detections = detector.detect(frame.image)
-            ego = estimator.update(
-                frame.time_ns, frame.image, [found.box for found in detections if not found.faint]
-            )
-            yield Seen(frame, truth, detections, ego, _could_be_found(truth))
+        yield from seen_in_pictures(scenario, seed, detector)
         return
     camera, eye = scenario.camera.camera(), Eye(sight, seed)
     measured = MeasuredMotion(camera.pitch_rad, 0.0, np.random.default_rng([seed, 1]))
