@@ -24,7 +24,7 @@ from fcw.box import Box, iou
 from fcw.camera.ground_plane import FloatArray
 from fcw.detection.choice import load_model, make_detector
 from fcw.evaluation.warning.threats import seen_in_pictures
-from fcw.simulation.drive import true_calibration
+from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
 from fcw.simulation.world.scenario import load_scenario, threat_names
 from fcw.threat.of_tracker import track_frame
@@ -100,7 +100,8 @@ def run(name: str, seed: int, settings: Sequence[TrackerSettings]) -> list[Float
     detector = make_detector("net", load_model("net"), calibration, for_tracker=True)
     trackers = [Tracker(calibration, one) for one in settings]
     found: list[dict[tuple[int, str], Error]] = [{} for _ in settings]
-    for image, truth, detections, ego, _ in seen_in_pictures(scenario, seed, detector):
+    pictures = render_drive(scenario, seed)
+    for image, truth, detections, ego, _ in seen_in_pictures(pictures, calibration, detector):
         for tracker, errors in zip(trackers, found, strict=True):
             for track in track_frame(tracker, truth.time_ns, detections, ego, image):
                 vehicle = vehicle_of(track, truth)

@@ -7,7 +7,7 @@ ISO 15623's 4 s and half a second. Where there is no danger no `warning` may com
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -16,13 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.box import Box
+from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection, Detector
 from fcw.evaluation.distance.kitti import tracker_settings
 from fcw.evaluation.motion.measured import MeasuredMotion
 from fcw.evaluation.simulated import vehicle_at
 from fcw.evaluation.warning.sights import SEEN_FRACTION, USUAL_SIGHT, Eye, Sight, part_seen
+from fcw.frame import Frame
+from fcw.motion.aiming import Aims, take_aim
 from fcw.motion.ego import Ego, EgoEstimator
 from fcw.motion.state import OwnMotion
+from fcw.pipeline import FRAMES_IN_FLIGHT
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
@@ -43,6 +47,9 @@ NEAREST_M = 0.3
 GHOST_BOX = Box(430.0, 380.0, 420.0, 330.0)
 """A box as a reflection makes one: where a car 3 m ahead of the bumper would be."""
 GHOST_S = 2.0, 5.0
+
+Picture = tuple[Frame, FrameTruth]
+"""Rendered, and what is true of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +110,8 @@ def run_threat_trial(
     detector: Detector | None = None,
     ghost: bool = False,
     sight: Sight = USUAL_SIGHT,
+    calibration: Calibration | None = None,
+    pictures: Iterable[Picture] | None = None,
 ) -> ThreatTrial:
     """Run one scenario, with own motion by the picture; nobody gives the own speed.
 
@@ -110,24 +119,34 @@ def run_threat_trial(
         scenario: what happens.
         seed: of everything that varies.
         policy: a fresh one.
-        detector: finds the vehicles in rendered pictures; without one their true boxes have 2 px of noise,
-            and own motion the errors it was measured to have.
+        detector: finds the vehicles in rendered pictures, by the calibration that is believed in; without one
+            their true boxes have 2 px of noise, and own motion the errors it was measured to have.
         ghost: whether a box 3 m ahead is there for three seconds that is none.
         sight: how well vehicles are found where there are no pictures.
+        calibration: the one that is believed in; None for the true one.
+        pictures: the scenario's, where they are rendered already.
     """
+    calibration = calibration or true_calibration(scenario)
     tracker = Tracker(
-        sight.calibration(true_calibration(scenario)),
+        sight.calibration(calibration),
         None if detector else tracker_settings(sight.noise_px, at_tyres=True),
     )
+    aims = Aims(tracker.believed_mount, FRAMES_IN_FLIGHT)
+    if detector is None:
+        moments = _seen_as_boxes(scenario, seed, sight)
+    else:
+        pictures = pictures or render_drive(scenario, seed)
+        moments = seen_in_pictures(pictures, calibration, detector, aims)
     seen: list[Seen] = []
     shown: list[tuple[float, WarningLevel, VehicleTruth | None]] = []
-    for one in _seen(scenario, seed, detector, sight):
+    for one in moments:
         seen.append(one._replace(image=None))
         time_ns, detections = one.truth.time_ns, one.detections
         time_s = time_ns / 1e9
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
         tracks = track_frame(tracker, time_ns, detections, one.ego, one.image)
+        aims.believe(tracker.believed_mount)
         state = policy.update(time_ns, judge_tracks(tracker, tracks, one.ego), one.ego.motion.speed_mps)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
@@ -135,10 +154,21 @@ def run_threat_trial(
     return _judge(scenario.danger, seen, shown)
 
 
-def seen_in_pictures(scenario: Scenario, seed: int, detector: Detector) -> Iterator[Seen]:
-    """The frames of a scenario, rendered, searched, and asked for our own motion."""
-    estimator = EgoEstimator(true_calibration(scenario))
-    for frame, truth in render_drive(scenario, seed):
+def seen_in_pictures(
+    pictures: Iterable[Picture], calibration: Calibration, detector: Detector, aims: Aims | None = None
+) -> Iterator[Seen]:
+    """Rendered pictures, searched, and asked for our own motion.
+
+    Args:
+        pictures: of a scenario.
+        calibration: the one that is believed in.
+        detector: looks where the aims say, as in a drive.
+        aims: told after each frame what is believed of the mount; None where the detector stays as it is.
+    """
+    estimator = EgoEstimator(calibration)
+    for frame, truth in pictures:
+        if aims is not None:
+            take_aim(detector, aims.next())
         detections = detector.detect(frame.image)
         others = [found.box for found in detections if not found.faint]
         ego = estimator.update(frame.time_ns, frame.image, others)
@@ -209,10 +239,7 @@ def _judge(
     return ThreatTrial(window, warned_s, of_danger[0][0] if of_danger else None, tuple(false_s[:1]))
 
 
-def _seen(scenario: Scenario, seed: int, detector: Detector | None, sight: Sight) -> Iterator[Seen]:
-    if detector is not None:
-        yield from seen_in_pictures(scenario, seed, detector)
-        return
+def _seen_as_boxes(scenario: Scenario, seed: int, sight: Sight) -> Iterator[Seen]:
     camera, eye = scenario.camera.camera(), Eye(sight, seed)
     measured = MeasuredMotion(camera.pitch_rad, 0.0, np.random.default_rng([seed, 1]))
     ego = Ego(OwnMotion(), assumed_path(None))

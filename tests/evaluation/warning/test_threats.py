@@ -1,16 +1,20 @@
 """Simulated dangers: their windows follow from exact motion, and a policy is judged by them."""
 
+import math
 from dataclasses import replace
 
 import pytest
 
 from fcw.box import Box
+from fcw.camera.calibration import Calibration
 from fcw.evaluation.warning import threats
 from fcw.evaluation.warning.sights import SIGHTS, WORSE_SIGHTS
 from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
 from fcw.evaluation.warning.variants import half_in_the_way
+from fcw.simulation.drive import render_drive
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
 from fcw.simulation.world.scenario import (
+    IMAGE_SIZE,
     Action,
     EgoPlan,
     RoadPlan,
@@ -287,6 +291,30 @@ def test_from_pictures_the_tracker_is_told_how_we_nod_as_in_a_drive(monkeypatch)
     monkeypatch.setattr(threats, "Tracker", ToldTracker)
     run_threat_trial(replace(load_scenario("overlap-75"), duration_s=2.0), 0, make_policy(), Blind())
     assert any(told)
+
+
+def test_from_pictures_a_detector_is_aimed_by_what_is_believed_of_the_mount_as_in_a_drive():
+    class Aimed:
+        name = "aimed"
+
+        def __init__(self):
+            self.aims = []
+
+        def aim(self, aim):
+            self.aims.append(aim.pitch_rad)
+
+        def detect(self, image):
+            return ()
+
+    scenario, detector = replace(load_scenario("overlap-75"), duration_s=3.0), Aimed()
+    camera = scenario.camera.camera()
+    wrong_rad = camera.pitch_rad + math.radians(3.0)
+    wrong = Calibration.from_camera(replace(camera, pitch_rad=wrong_rad), IMAGE_SIZE)
+    pictures = list(render_drive(scenario, 0))
+    run_threat_trial(scenario, 0, make_policy(), detector, calibration=wrong, pictures=pictures)
+    assert len(detector.aims) == len(pictures)
+    assert detector.aims[0] == wrong_rad
+    assert camera.pitch_rad < detector.aims[-1] < wrong_rad - math.radians(0.5)
 
 
 def test_every_danger_names_its_vehicle_and_every_scenario_says_what_happens():
