@@ -17,9 +17,13 @@ SHOWN = ImageSize(224, 128)
 """How large a picture of 7 to 4 is shown as a whole; others in nearly their shape, with about as many px."""
 SIDES_PX = 32
 """A multiple of which shown sides are: the net halves them five times."""
-FINER = {2: 77.0, 4: 40.0}
+FINER = {2: 77.0, 4: 40.0, 8: 32.0}
 """How many times as finely as the whole picture bands are shown; and sqrt(w h) of the largest vehicles that
 they are there for, as they show them. What shows them half as large finds them as well, if less surely."""
+USUAL_FINER = 2, 4
+FAR_M, LEAST_SHOWN_PX = 61.0, 16.0
+"""The third band is there where the second one shows a small car so far away with less px, which the glance
+hardly finds: through a lens of 66 degrees, as is taken for one that nobody knows, or a wider one."""
 SIZES_M = 1.4, 3.2
 """sqrt(w h) of a small car and of a lorry."""
 TALLEST = 1.15
@@ -95,7 +99,9 @@ def bands_of(
             "the road ahead"
         )
     everything = whole(size)
-    finer = (finer for finer in FINER if finer / everything.scale[1] <= largest_scale)
+    small_px = SIZES_M[0] * camera.focal_y_px / FAR_M * max(USUAL_FINER) / everything.scale[0]
+    wanted = USUAL_FINER if small_px >= LEAST_SHOWN_PX else FINER
+    finer = (finer for finer in wanted if finer / everything.scale[1] <= largest_scale)
     return everything, *(_band(everything, camera, tolerance_rad, each) for each in finer)
 
 

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
+from fcw.box import iou
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.detection.acf import AcfSettings
@@ -31,6 +32,9 @@ from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.motion.aiming import take_aim
+from fcw.simulation.drive import render_drive, true_calibration
+from fcw.simulation.world.scenario import CameraPlan, EgoPlan, Scenario, VehiclePlan
+from fcw.simulation.world.state import VehicleKind
 from fcw.sources import open_source
 
 DEMO = Path(__file__).parents[3] / "recordings" / "demo"
@@ -49,6 +53,20 @@ def calibration():
 @pytest.fixture(scope="module")
 def picture():
     return next(frame.image for frame in open_source(DEMO / "drive.mp4").frames() if frame.index == 60)
+
+
+@pytest.mark.parametrize("focal_px", [500.0, 750.0, 1000.0])
+def test_a_car_that_stands_60_m_away_is_found_also_through_a_wide_lens(model, focal_px):
+    scenario = Scenario(
+        description="A car stands ahead.",
+        duration_s=1.0,
+        ego=EgoPlan(speed_kmh=50.0),
+        vehicles=(VehiclePlan(name="car", gap_m=60.0, kind=VehicleKind.SALOON),),
+        camera=CameraPlan(focal_px=focal_px),
+    )
+    frame, truth = next(iter(render_drive(scenario, 0)))
+    found = NetDetector(model, true_calibration(scenario)).detect(frame.image)
+    assert [iou(one.box, truth.vehicles[0].box) > 0.5 for one in found] == [True]
 
 
 def test_a_model_comes_back_from_its_file(model, tmp_path):
