@@ -21,8 +21,9 @@ FINER = {2: 77.0, 4: 40.0, 8: 32.0}
 """How many times as finely as the whole picture bands are shown; and sqrt(w h) of the largest vehicles that
 they are there for, as they show them. What shows them half as large finds them as well, if less surely."""
 USUAL_FINER = 2, 4
+"""What every picture is shown by."""
 FAR_M, LEAST_SHOWN_PX = 61.0, 16.0
-"""The third band is there where the second one shows a small car so far away with less px, which the glance
+"""The third band is there where the second one shows a small car so far away with fewer px, which the glance
 hardly finds: through a lens of 66 degrees, as is taken for one that nobody knows, or a wider one."""
 SIZES_M = 1.4, 3.2
 """sqrt(w h) of a small car and of a lorry."""

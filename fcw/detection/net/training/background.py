@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fcw.detection.boxes.cutting import cut_rectangle
 from fcw.detection.boxes.overlap import intersection_areas, vehicle_overlap
-from fcw.detection.net.bands import bands_of
+from fcw.detection.net.bands import USUAL_FINER, bands_of
 from fcw.detection.net.detector import NetSettings
 from fcw.detection.net.glance import Glance
 from fcw.detection.net.look import LOOK_PX
@@ -96,9 +96,10 @@ def mined(
     for image in images:
         if image.labelled.complete:
             calibration, picture = image.calibration, image.labelled.read()
+            # Of what the band for wide lenses shows much is far and has no label: it is no background.
             bands = bands_of(
                 calibration.image_size, calibration.camera, used.pitch_tolerance_rad, used.largest_scale
-            )
+            )[: 1 + len(USUAL_FINER)]
             for shown in (picture, vary_looks(picture, looks, random)):
                 pyramid = Pyramid(shown)
                 seen = glance.at(pyramid, bands).best(
