@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.net.glance import Glance
 from fcw.detection.net.look import LOOK_PX
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
+from fcw.detection.net.training import background
 from fcw.detection.net.training.background import Background, BackgroundSettings, mined, without_vehicle
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
 from fcw.detection.net.training.framing import Framing, misplaced, well_framed
@@ -152,6 +154,26 @@ def test_what_a_glance_sees_beside_vehicles_is_background_and_where_there_is_non
     assert count(np.zeros((0, 4)), few) == 6  # of the picture and of what it might look like
     with pytest.raises(UserError, match="nothing but vehicles"):
         count(np.array([[0.0, 0.0, size.width, size.height]]), few)
+
+
+def test_background_is_not_what_the_band_for_wide_lenses_shows(tmp_path, monkeypatch):
+    picture = np.random.default_rng(0).integers(0, 255, (720, 1280, 3), np.uint8)
+    cv2.imwrite(str(tmp_path / "picture.png"), picture)
+    size = ImageSize(1280, 720)
+    wide = Calibration.from_camera(GroundPlaneCamera(0.02, 500.0, 359.5, 1.3, 639.5), size)
+    nobody = np.zeros((0, 4))
+    image = LabelledImage(tmp_path / "picture.png", "wide", size, nobody, np.zeros(0, bool), nobody)
+    shown = []
+
+    class Watched(Glance):
+        def at(self, pyramid, bands):
+            shown.append([band.shown.width for band in bands])
+            return super().at(pyramid, bands)
+
+    monkeypatch.setattr(background, "Glance", Watched)
+    model, settings = NetModel.load(SHIPPED_NET_PATH), BackgroundSettings(least_logit=-20.0)
+    mined([TrainingImage(image, wide)], model.glance, settings, Looks())
+    assert shown == [[224, 448, 896]] * 2
 
 
 def test_what_looks_more_like_a_vehicle_is_drawn_more_often():
