@@ -2,7 +2,8 @@
 
 What looks small is far away, and so stands near the horizon (section 3.2 of the paper): a rear of S metres
 that looks s px large has its bottom edge s h / S rows below it. So the finer a band shows the picture, the
-fewer of its rows it needs, and all bands cost about the same.
+fewer of its rows it needs, and the first two bands cost about the same. A third one, for wide lenses, shows
+no more than may be in our way.
 """
 
 import math
@@ -25,6 +26,8 @@ USUAL_FINER = 2, 4
 FAR_M, LEAST_SHOWN_PX = 61.0, 16.0
 """The third band is there where the second one shows a small car so far away with fewer px, which the glance
 hardly finds: through a lens of 66 degrees, as is taken for one that nobody knows, or a wider one."""
+ASIDE_M = 20.0
+"""So far aside of straight ahead it shows what is so far away: in our way in any bend of 90 m or more."""
 SIZES_M = 1.4, 3.2
 """sqrt(w h) of a small car and of a lorry."""
 TALLEST = 1.15
@@ -35,17 +38,21 @@ NEAREST_M, FARTHEST_M = 3.0, 80.0
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """Rows of a picture, in all their width.
+    """A part of a picture.
 
     Attributes:
-        level: how many times the picture is halved before its rows are cut and made smaller still.
-        first_row: the first of that level's rows.
+        level: how many times the picture is halved before the part is cut out and made smaller still.
+        first_column: the first of that level's columns.
+        end_column: one past the last.
+        first_row: the first of its rows.
         end_row: one past the last.
-        shown: as how large they are shown.
+        shown: as how large the part is shown.
         picture: size of the whole picture.
     """
 
     level: int
+    first_column: int
+    end_column: int
     first_row: int
     end_row: int
     shown: ImageSize
@@ -54,19 +61,31 @@ class Band:
     @property
     def scale(self) -> tuple[float, float]:
         """Px of the picture for one that is shown, across and down."""
-        rows = level_sizes(self.picture)[self.level].height
-        down = (self.end_row - self.first_row) * self.picture.height / rows / self.shown.height
-        return self.picture.width / self.shown.width, down
+        columns, rows = self.end_column - self.first_column, self.end_row - self.first_row
+        return (
+            columns * self.picture.width / self._cut_from.width / self.shown.width,
+            rows * self.picture.height / self._cut_from.height / self.shown.height,
+        )
 
     @property
-    def top_px(self) -> float:
-        """How far the first row's upper edge is below the picture's."""
-        return self.first_row * self.picture.height / level_sizes(self.picture)[self.level].height
+    def corner_px(self) -> tuple[float, float]:
+        """How far right of the picture's left edge the part begins, and how far below its upper one."""
+        return (
+            self.first_column * self.picture.width / self._cut_from.width,
+            self.first_row * self.picture.height / self._cut_from.height,
+        )
 
     @property
-    def is_cut(self) -> tuple[bool, bool]:
-        """Whether the picture goes on above, and below."""
-        return self.first_row > 0, self.end_row < level_sizes(self.picture)[self.level].height
+    def is_cut(self) -> tuple[tuple[bool, bool], tuple[bool, bool]]:
+        """Whether the picture goes on to the left and above, and to the right and below."""
+        return (
+            (self.first_column > 0, self.first_row > 0),
+            (self.end_column < self._cut_from.width, self.end_row < self._cut_from.height),
+        )
+
+    @property
+    def _cut_from(self) -> ImageSize:
+        return level_sizes(self.picture)[self.level]
 
 
 def whole(size: ImageSize) -> Band:
@@ -75,7 +94,8 @@ def whole(size: ImageSize) -> Band:
     width, height = (max(2, round(side * scale / SIDES_PX)) * SIDES_PX for side in (size.width, size.height))
     shown = ImageSize(width, height)
     level = _level_for(size, shown)
-    return Band(level, 0, level_sizes(size)[level].height, shown, size)
+    cut_from = level_sizes(size)[level]
+    return Band(level, 0, cut_from.width, 0, cut_from.height, shown, size)
 
 
 def bands_of(
@@ -107,21 +127,44 @@ def bands_of(
 
 
 def _band(everything: Band, camera: GroundPlaneCamera, tolerance_rad: float, finer: int) -> Band:
-    size, down = everything.picture, everything.scale[1] / finer
+    size = everything.picture
+    across, down = (each / finer for each in everything.scale)
     largest_px = FINER[finer] * down
     small_m, large_m = SIZES_M
     spare_px = _spare_px(camera, tolerance_rad)
-    first = camera.horizon_row_px + largest_px * min(camera.height_m / large_m - TALLEST, 0.0) - spare_px
-    last = camera.horizon_row_px + largest_px * camera.height_m / small_m + spare_px
-    shown_rows = math.ceil((last - first) / down / SIDES_PX) * SIDES_PX
-    shown = ImageSize(finer * everything.shown.width, min(shown_rows, finer * everything.shown.height))
-    level = _level_for(size, ImageSize(shown.width, finer * everything.shown.height))
-    level_height = level_sizes(size)[level].height
-    part = level_height / size.height
-    rows = min(round(shown.height * down * part), level_height)
-    start = round(((first + last) / 2 + 0.5) * part - rows / 2)
-    start = min(max(start, 0), level_height - rows)
-    return Band(level, start, start + rows, shown, size)
+    top = camera.horizon_row_px + largest_px * min(camera.height_m / large_m - TALLEST, 0.0) - spare_px
+    bottom = camera.horizon_row_px + largest_px * camera.height_m / small_m + spare_px
+    left, right = 0.0, size.width - 1.0
+    if finer not in USUAL_FINER:
+        aside_px = camera.focal_y_px * ASIDE_M / FAR_M
+        left, right = camera.principal_column_px - aside_px, camera.principal_column_px + aside_px
+    all_shown = ImageSize(finer * everything.shown.width, finer * everything.shown.height)
+    level = _level_for(size, all_shown)
+    cut_from = level_sizes(size)[level]
+    first_column, end_column, width = _cut(left, right, across, all_shown.width, size.width, cut_from.width)
+    first_row, end_row, height = _cut(top, bottom, down, all_shown.height, size.height, cut_from.height)
+    return Band(level, first_column, end_column, first_row, end_row, ImageSize(width, height), size)
+
+
+def _cut(
+    first_px: float, last_px: float, step_px: float, all_shown: int, side: int, level_side: int
+) -> tuple[int, int, int]:
+    """The first of a level's rows or columns, one past the last, and as how many they are shown.
+
+    Args:
+        first_px: of the picture, that is wanted.
+        last_px: the last one.
+        step_px: px of the picture for one that is shown.
+        all_shown: as how many the whole picture would be.
+        side: how many the picture has.
+        level_side: how many the level has.
+    """
+    shown = min(math.ceil((last_px - first_px) / step_px / SIDES_PX) * SIDES_PX, all_shown)
+    part = level_side / side
+    count = min(round(shown * step_px * part), level_side)
+    first = round(((first_px + last_px) / 2 + 0.5) * part - count / 2)
+    first = min(max(first, 0), level_side - count)
+    return first, first + count, shown
 
 
 def _spare_px(camera: GroundPlaneCamera, tolerance_rad: float) -> float:

@@ -222,17 +222,19 @@ class Glance:
         """(N, 4) boxes and (N,) logits."""
         if band.shown not in self._nets:
             self._nets[band.shown] = GlanceNet(self._memory, band.shown)
-        shown = pyramid.rows(band.level, band.first_row, band.end_row, band.shown)
+        cut_rows, cut_columns = slice(band.first_row, band.end_row), slice(band.first_column, band.end_column)
+        shown = pyramid.part(band.level, cut_rows, cut_columns, band.shown)
         seen = self._nets[band.shown](shown)
         rows, columns = np.nonzero(seen[0] >= self._least_logit)
         middles = (np.column_stack([columns, rows]) + 0.5) * CELL_PX
         reaches = np.exp(np.minimum(seen[1:, rows, columns].T.astype(np.float64), LARGEST_REACH)) * CELL_PX
         corners, far_corners = middles - reaches[:, :2], middles + reaches[:, 2:]
-        above, below = band.is_cut
-        whole = ~((corners[:, 1] < CUT_PX) & above)
-        whole &= ~((far_corners[:, 1] > band.shown.height - CUT_PX) & below)
+        goes_on_before, goes_on_beyond = band.is_cut
+        ends = (band.shown.width - CUT_PX, band.shown.height - CUT_PX)
+        cut = ((corners < CUT_PX) & goes_on_before) | ((far_corners > ends) & goes_on_beyond)
+        whole = ~cut.any(axis=1)
         # Coordinates have their origin in the middle of the first pixel.
-        corners = corners[whole] * band.scale + (-0.5, band.top_px - 0.5)
+        corners = corners[whole] * band.scale + np.subtract(band.corner_px, 0.5)
         sizes = (reaches[whole, :2] + reaches[whole, 2:]) * band.scale
         boxes = np.hstack([corners, sizes]).astype(np.float64)
         return boxes, seen[0, rows[whole], columns[whole]].astype(np.float64)

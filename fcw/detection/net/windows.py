@@ -30,9 +30,9 @@ class Pyramid:
         self._pictures = tuple(levels)
         self._levels = tuple(rows_of_bytes(level) for level in levels)
 
-    def rows(self, level: int, first: int, end: int, shown: ImageSize) -> NDArray[np.uint8]:
-        """Rows of a level, as large as they are to be shown."""
-        part = self._pictures[level][first:end]
+    def part(self, level: int, rows: slice, columns: slice, shown: ImageSize) -> NDArray[np.uint8]:
+        """A part of a level, as large as it is to be shown."""
+        part = self._pictures[level][rows, columns]
         return np.asarray(cv2.resize(part, (shown.width, shown.height)), np.uint8)
 
     def windows(

@@ -37,13 +37,15 @@ def test_a_band_has_the_rows_of_every_car_that_it_is_there_for(size, pitch, foca
     focal_px = focal * picture.height
     camera = GroundPlaneCamera(pitch, focal_px, (picture.height - 1) / 2, height_m, picture.width / 2)
     everything, *finer = bands_of(picture, camera, tolerance, largest_scale=100.0)
-    assert everything.is_cut == (False, False)
+    assert everything.is_cut == ((False, False), (False, False))
     for band, (by, largest_px) in zip(finer, list(FINER.items())[: len(finer)], strict=True):
-        assert band.scale[0] == pytest.approx(everything.scale[0] / by)
-        rounding = 0.51 * 2**band.level / band.shown.height  # whole rows are cut
-        assert band.scale[1] == pytest.approx(everything.scale[1] / by, abs=rounding)
-        end_px = band.top_px + band.shown.height * band.scale[1]
-        assert -1e-6 <= band.top_px < end_px <= picture.height + 1e-6
+        # Whole columns and rows are cut.
+        rounding = [0.51 * 2**band.level / shown for shown in (band.shown.width, band.shown.height)]
+        assert abs(band.scale[0] - everything.scale[0] / by) <= (rounding[0] if by == max(FINER) else 1e-9)
+        assert abs(band.scale[1] - everything.scale[1] / by) <= rounding[1]
+        _, top_px = band.corner_px
+        end_px = top_px + band.shown.height * band.scale[1]
+        assert -1e-6 <= top_px < end_px <= picture.height + 1e-6
         size_px = largest_px * everything.scale[1] / by
         for pitch_error in (-tolerance, tolerance):
             horizon = camera.horizon_row_px - focal_px * math.tan(pitch_error)
@@ -51,16 +53,17 @@ def test_a_band_has_the_rows_of_every_car_that_it_is_there_for(size, pitch, foca
             for row in (bottom, bottom - 0.9 * size_px):
                 if 0 <= row <= picture.height - 1:
                     # Cut rows are whole ones of the level, and the tangents of sums are not sums of tangents.
-                    assert band.top_px - 0.03 * picture.height <= row <= end_px + 0.03 * picture.height
+                    assert top_px - 0.03 * picture.height <= row <= end_px + 0.03 * picture.height
 
 
 def test_the_finer_a_band_the_nearer_to_the_horizon():
     everything, middle, far = bands_of(SIZE, CAMERA, math.radians(1.0), 2.0)
     horizon = CAMERA.horizon_row_px
     for outer, inner in ((everything, middle), (middle, far)):
-        outer_end = outer.top_px + outer.shown.height * outer.scale[1]
-        assert outer.top_px <= inner.top_px < horizon
-        assert horizon < inner.top_px + inner.shown.height * inner.scale[1] <= outer_end
+        (_, outer_top), (_, inner_top) = outer.corner_px, inner.corner_px
+        outer_end = outer_top + outer.shown.height * outer.scale[1]
+        assert outer_top <= inner_top < horizon
+        assert horizon < inner_top + inner.shown.height * inner.scale[1] <= outer_end
 
 
 def test_a_camera_that_is_less_known_is_shown_in_higher_bands():
@@ -70,16 +73,28 @@ def test_a_camera_that_is_less_known_is_shown_in_higher_bands():
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (3840, 2160)])
-@pytest.mark.parametrize(
-    ("view_deg", "widths"), [(60, [224, 448, 896]), (66, [224, 448, 896, 1792]), (104, [224, 448, 896, 1792])]
-)
-def test_through_a_wide_lens_a_band_more_shows_what_is_far(size, view_deg, widths):
+@pytest.mark.parametrize(("view_deg", "count"), [(60, 3), (66, 4), (104, 4)])
+@pytest.mark.parametrize("looks_aside_deg", [0, 10])
+def test_through_a_wide_lens_a_band_more_shows_what_is_far_and_hardly_aside(
+    size, view_deg, count, looks_aside_deg
+):
     picture = ImageSize(*size)
     focal_px = picture.width / 2 / math.tan(math.radians(view_deg) / 2)
-    camera = GroundPlaneCamera(0.02, focal_px, (picture.height - 1) / 2, 1.3, picture.width / 2)
-    bands = bands_of(picture, camera, math.radians(1.0), 2.0)
-    assert [band.shown.width for band in bands] == widths
-    assert 1.4 * focal_px / 61.0 / bands[-1].scale[0] >= 16.0  # a small car 61 m away, sqrt(w h)
+    ahead_px = picture.width / 2 + focal_px * math.tan(math.radians(looks_aside_deg))
+    camera = GroundPlaneCamera(0.02, focal_px, (picture.height - 1) / 2, 1.3, ahead_px)
+    _, *finer = bands_of(picture, camera, math.radians(1.0), 2.0)
+    assert len(finer) == count - 1
+    for band in finer[:2]:
+        assert band.corner_px[0] == 0.0
+        assert band.shown.width * band.scale[0] == pytest.approx(picture.width)
+    assert 1.4 * focal_px / 61.0 / finer[-1].scale[0] >= 16.0  # a small car 61 m away, sqrt(w h)
+    for band in finer[2:]:
+        left_px = band.corner_px[0]
+        end_px = left_px + band.shown.width * band.scale[0]
+        for aside_m in (-20.0, 20.0):
+            column_px = ahead_px + focal_px * aside_m / 61.0
+            assert left_px - band.scale[0] <= min(column_px, picture.width) <= end_px + band.scale[0]
+        assert end_px - left_px <= 0.6 * picture.width
 
 
 def test_small_pictures_are_not_enlarged_beyond_what_is_asked():

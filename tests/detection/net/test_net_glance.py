@@ -261,37 +261,52 @@ def test_boxes_reach_from_the_cells_middles_as_far_as_the_net_says(size):
     assert seen.logits == pytest.approx(logit)
 
 
+WIDE = GroundPlaneCamera(0.0, 500.0, 359.5, 1.3, 639.5)
+"""Its third band shows the picture's middle alone."""
+
+
 def test_boxes_of_a_band_stand_where_it_was_cut_and_none_ends_where_the_picture_goes_on():
     size = ImageSize(1280, 720)
-    camera = GroundPlaneCamera(0.0, 1000.0, 359.5, 1.3, 639.5)
-    _, middle, far = bands_of(size, camera, math.radians(1.0), 2.0)
-    for band in (middle, far):
+    _, middle, far, farthest = bands_of(size, WIDE, math.radians(1.0), 2.0)
+    for band, sides_are_cut in ((middle, False), (far, False), (farthest, True)):
         small = 0.1  # cells to either side of a cell's middle
         net = constant_net([1.5, *np.log([small] * 4)])
         seen = Glance(net, -6.0).at(Pyramid(np.zeros((720, 1280, 3), np.uint8)), [band])
         middles = seen.boxes[:, :2] + seen.boxes[:, 2:] / 2 + 0.5
-        rows = np.unique(np.round(middles[:, 1], 6))
-        step = CELL_PX * band.scale[1]
-        assert np.diff(rows) == pytest.approx(step)
-        assert rows[0] == pytest.approx(band.top_px + step / 2)
-        assert rows[-1] == pytest.approx(band.top_px + band.shown.height * band.scale[1] - step / 2)
-        at_edge = constant_net([1.5, *np.log([small, CELL_PX, small, CELL_PX])])
+        shown = band.shown.width, band.shown.height
+        for places, first_px, scale, count in zip(middles.T, band.corner_px, band.scale, shown, strict=True):
+            steps, step = np.unique(np.round(places, 6)), CELL_PX * scale
+            assert np.diff(steps) == pytest.approx(step)
+            assert steps[0] == pytest.approx(first_px + step / 2)
+            assert steps[-1] == pytest.approx(first_px + count * scale - step / 2)
+        at_edge = constant_net([1.5, *np.log([2.0] * 4)])
         cut = Glance(at_edge, -6.0).at(Pyramid(np.zeros((720, 1280, 3), np.uint8)), [band])
-        limit = CUT_PX * band.scale[1]
         assert len(cut.logits) < len(seen.logits)
-        assert np.all(cut.boxes[:, 1] + 0.5 >= band.top_px + limit - 1e-6)
+        ends = cut.boxes[:, :2] + cut.boxes[:, 2:]
+        for axis, is_cut in ((0, sides_are_cut), (1, True)):
+            limit = CUT_PX * band.scale[axis]
+            first_px = band.corner_px[axis] - 0.5
+            last_px = first_px + shown[axis] * band.scale[axis]
+            inside = (cut.boxes[:, axis] >= first_px + limit - 1e-6) & (
+                ends[:, axis] <= last_px - limit + 1e-6
+            )
+            assert np.all(inside) == is_cut
 
 
-def test_the_net_is_shown_a_band_of_the_picture_there():
-    # Rows of the picture are as bright as they are far down.
-    picture = np.repeat(np.arange(720)[:, None, None] // 3, 1280, axis=1).repeat(3, axis=2).astype(np.uint8)
-    camera = GroundPlaneCamera(0.0, 1000.0, 359.5, 1.3, 639.5)
-    for band in bands_of(ImageSize(1280, 720), camera, math.radians(1.0), 2.0):
-        shown = Pyramid(picture).rows(band.level, band.first_row, band.end_row, band.shown)
+def test_the_net_is_shown_a_part_of_the_picture_there():
+    # About the middle a pixel is as bright as it is far to the right (green), and down (red and blue).
+    across = np.broadcast_to(np.clip(np.arange(1280) - 512, 0, 255), (720, 1280))
+    down = np.broadcast_to(np.clip(np.arange(720) - 232, 0, 255)[:, None], (720, 1280))
+    picture = np.stack([down, across, down], axis=-1).astype(np.uint8)
+    for band in bands_of(ImageSize(1280, 720), WIDE, math.radians(1.0), 2.0):
+        rows, columns = slice(band.first_row, band.end_row), slice(band.first_column, band.end_column)
+        shown = Pyramid(picture).part(band.level, rows, columns, band.shown)
         assert shown.shape == (band.shown.height, band.shown.width, 3)
-        rows = band.top_px + (np.arange(band.shown.height) + 0.5) * band.scale[1] - 0.5
-        inside = slice(2, -2)  # rows beyond the outermost are those repeated
-        assert shown[inside, 100, 0] == pytest.approx((rows / 3)[inside], abs=1.0)
+        for axis, line, start in ((0, shown[50, :, 1], 512), (1, shown[:, 100, 0], 232)):
+            places = band.corner_px[axis] + (np.arange(len(line)) + 0.5) * band.scale[axis] - 0.5
+            slope = np.flatnonzero((line > 10) & (line < 245))[2:-2]  # the outermost ones are those repeated
+            assert len(slope) >= 20
+            assert line[slope] == pytest.approx(places[slope] - start, abs=1.0)
 
 
 def test_cells_below_the_least_logit_say_nothing():
