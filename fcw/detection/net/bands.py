@@ -27,8 +27,8 @@ FAR_M, LEAST_SHOWN_PX = 61.0, 16.0
 """The third band is there where the second one shows a small car so far away with fewer px, which the glance
 hardly finds: through a lens of 66 degrees, as is taken for one that nobody knows, or a wider one."""
 ASIDE_M = 20.0
-"""So far aside of straight ahead, as calibrated, it shows what is FAR_M away: our way in any bend whose radius
-is 90 m or more."""
+"""So far aside of straight ahead, as calibrated, it shows what is `FAR_M` away: our way in any bend whose
+radius is 90 m or more."""
 SIZES_M = 1.4, 3.2
 """sqrt(w h) of a small car and of a lorry."""
 TALLEST = 1.15
