@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 import warnings
+import weakref
 import webbrowser
 from abc import ABC, abstractmethod
 
@@ -52,6 +53,7 @@ class PageServer(ABC):
         check_port(port)
         self._wished_port = port
         self._tabs: dict[int, PageTab] = {}
+        self._ever_open: weakref.WeakSet[PageTab] = weakref.WeakSet()
         self._lock = threading.Lock()
         # A tab that is closed while it plays or draws is nothing to tell anybody.
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
@@ -117,15 +119,20 @@ class PageServer(ABC):
             time.sleep(0.01)
         with self._lock:
             tabs, self._tabs = self._tabs, {}
+            ever_open = tuple(self._ever_open)
         for tab in tabs.values():
             tab.close()
+        # What a tab is doing goes through the server, also where its browser has gone already.
+        for tab in ever_open:
+            tab.wait_closed()
         with quiet():
             self._server.stop()
         self._tidying.stop()
 
     async def _connected(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            self._tabs[client.client_id] = self.open_tab(client)
+            tab = self._tabs[client.client_id] = self.open_tab(client)
+            self._ever_open.add(tab)
         # A browser that was gone before its tab was made is not told of again.
         if client.client_id not in self._server._websock_server._live_connections:
             await self._disconnected(client)

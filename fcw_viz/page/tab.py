@@ -35,6 +35,10 @@ class PageTab:
         self._closed.set()
         self.view.close()
 
+    def wait_closed(self) -> None:
+        """Wait until what a closed tab was doing is done."""
+        self.view.wait_closed()
+
     def run(self, work: Callable[[], object]) -> None:
         """Do something in this tab's thread, after everything that came before."""
         self.view.run_in_order(self._run, work)

@@ -86,6 +86,10 @@ class PictureView(PictureCamera):
         """Ends the view's thread; the tab is gone."""
         self._in_order.shutdown(wait=False, cancel_futures=True)
 
+    def wait_closed(self) -> None:
+        """Waits until the callback in which `close` found the view's thread has returned."""
+        self._in_order.shutdown(wait=True)
+
     def set_size(self, image_size: ImageSize) -> None:
         """Pictures of another size from now on; shows the whole of it. Handles have to be moved anew."""
         if image_size == self.plane.size:

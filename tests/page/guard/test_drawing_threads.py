@@ -1,6 +1,7 @@
 """What threads draw on a page while its loop sends: neither is disturbed by the other."""
 
 import asyncio
+import logging
 import threading
 import time
 from collections import deque
@@ -8,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import msgspec.msgpack
+import pytest
 import viser
 from strangers.bare_client import CAMERA, PATIENCE_S, open_socket, unpacked
 
@@ -16,6 +18,8 @@ from fcw_viz.page.server import PageServer
 from fcw_viz.page.tab import PageTab
 
 FIRST_PORT = 18960
+LONG_DRAWING_S = 1.0
+"""Longer than a page takes to end."""
 
 
 class LoopsWaiters(deque[Any]):
@@ -62,3 +66,36 @@ def test_a_thread_draws_while_the_loop_changes_who_waits_for_it():
                 pass
     finally:
         page.stop()
+
+
+def test_the_page_ends_once_a_tab_that_has_gone_has_drawn_what_it_was_drawing(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+):
+    page = DrawnPage()
+    is_drawing, loop_has_ended, is_drawn = threading.Event(), threading.Event(), threading.Event()
+    with open_socket(page.url) as socket:
+        socket.send(msgspec.msgpack.encode(CAMERA))
+        assert page.has_come.wait(PATIENCE_S)
+        (tab,) = page.tabs
+        words = tab.client.gui.add_text("words", "before")
+
+        @words.on_update
+        async def _(_: object) -> None: ...
+
+        def draw() -> None:
+            is_drawing.set()
+            loop_has_ended.wait(LONG_DRAWING_S)
+            words.value = "after"
+            is_drawn.set()
+
+        tab.run(draw)
+        assert is_drawing.wait(PATIENCE_S)
+    ends_s = time.monotonic() + PATIENCE_S
+    while page.tabs:
+        assert time.monotonic() < ends_s
+        time.sleep(0.01)
+    end = page._server.stop
+    monkeypatch.setattr(page._server, "stop", lambda: (end(), loop_has_ended.set()))
+    page.stop()
+    assert is_drawn.is_set()
+    assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
