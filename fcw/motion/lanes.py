@@ -35,7 +35,6 @@ STRONGEST = 30.0
 HEADINGS_RAD = np.radians(np.linspace(-2.5, 2.5, 17))
 BENDS_PER_M = np.linspace(-2.4e-3, 2.4e-3, 9)
 """Tried about what is expected."""
-NEAREST_LINE_M, FARTHEST_LINE_M = 0.5, 3.4
 LANE_M, LANE_SIGMA_M = 3.5, 0.4
 NARROWEST_M, WIDEST_M = 2.5, 4.6
 NEAR_LINE_M = 0.25

@@ -1,6 +1,5 @@
 """What is believed of our own motion, of the camera's mount and of the path ahead, at one frame."""
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -106,14 +105,6 @@ class OwnPath:
         grows_m = min(distance_m, GROWS_FOR_M)
         grown_m2 = grows_m * (distance_m - grows_m / 2)
         return self.heading_rad + self.curvature_per_m * distance_m + self.growth_per_m2 * grown_m2
-
-    def lateral_sigma_at(self, distance_m: float) -> float:
-        """1-sigma of `lateral_at`, the three errors taken as independent."""
-        return math.hypot(
-            self.offset_sigma_m,
-            self.heading_sigma_rad * distance_m,
-            self.curvature_sigma_per_m * distance_m**2 / 2,
-        )
 
 
 STRAIGHT = OwnPath()

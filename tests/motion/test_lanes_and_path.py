@@ -139,13 +139,6 @@ def test_lines_and_motion_are_weighed_by_their_sigmas():
     assert path.lane_width_m == 3.5
 
 
-def test_the_sigma_of_a_path_grows_with_the_distance():
-    path = OwnPath(offset_sigma_m=0.1, heading_sigma_rad=0.01, curvature_sigma_per_m=1e-3)
-    assert path.lateral_sigma_at(0.0) == pytest.approx(0.1)
-    assert path.lateral_sigma_at(20.0) == pytest.approx(math.sqrt(0.1**2 + 0.2**2 + 0.2**2))
-    assert path.slope_at(10.0) == 0.0
-
-
 def test_what_is_given_goes_before_the_picture_which_stays_beside_it():
     ego = EgoEstimator(Calibration.from_camera(camera(), ImageSize(WIDTH, HEIGHT)))
     road, state = Road(), None

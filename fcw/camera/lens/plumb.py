@@ -6,6 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+FEWEST_LINE_POINTS = 5
+"""Along a line that is to show how the lens bends."""
+BENT_PX = 3.0
+"""A line that bends by more than this was bent by the lens, or is not straight."""
+
 
 def bend_px(line: Sequence[tuple[float, float]]) -> float:
     """How far the points of a line lie off a straight one, root mean square."""

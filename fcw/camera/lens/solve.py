@@ -1,4 +1,4 @@
-"""A lens from pictures: of a chessboard, or of lines that are straight in the world."""
+"""A lens from pictures of a chessboard."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -8,16 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.camera.lens.model import Lens
-from fcw.camera.lens.plumb import bows_px
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 FEWEST_BOARDS = 3
 CROPPED_PX = 1
 """Cameras crop single pictures by a pixel now and then."""
-FEWEST_LINE_POINTS = 5
-BENT_PX = 3.0
-"""A line that bends by more than this was bent by the lens, or is not straight."""
 
 
 def lens_of_chessboards(pictures: Sequence[NDArray[np.uint8]], inner_corners: tuple[int, int]) -> Lens:
@@ -69,37 +65,3 @@ def lens_of_chessboards(pictures: Sequence[NDArray[np.uint8]], inner_corners: tu
         tuple(np.ravel(coefficients)[:5].tolist()),
         size,
     )
-
-
-def lens_of_plumb_lines(
-    lines: Sequence[Sequence[tuple[float, float]]], image_size: ImageSize, focal_px: float
-) -> Lens:
-    """The lens that makes lines straight (Brown 1971): k1 and k2 of a given focal length.
-
-    A focal length cannot be told from lines alone, and with another one other coefficients do the same.
-
-    Args:
-        lines: columns and rows along each line that is straight in the world, best near the picture's edges.
-        image_size: of the picture.
-        focal_px: focal length.
-
-    Raises:
-        UserError: no line has enough points.
-    """
-    from scipy.optimize import least_squares
-
-    if not lines or min(map(len, lines)) < FEWEST_LINE_POINTS:
-        raise UserError(
-            f"a line that is to show the lens's distortion needs {FEWEST_LINE_POINTS} points or more along it"
-        )
-    column_px, row_px = (image_size.width - 1) / 2, (image_size.height - 1) / 2
-
-    def lens(k1: float, k2: float) -> Lens:
-        return Lens("radtan", focal_px, focal_px, column_px, row_px, (k1, k2, 0.0, 0.0), image_size)
-
-    def bends(unknowns: NDArray[np.float64]) -> NDArray[np.float64]:
-        there = lens(*unknowns)
-        return np.concatenate([bows_px(there.undistorted(np.array(line))) for line in lines]) * focal_px
-
-    fit = least_squares(bends, np.zeros(2), loss="soft_l1", f_scale=1.0, diff_step=1e-4)
-    return lens(float(fit.x[0]), float(fit.x[1]))

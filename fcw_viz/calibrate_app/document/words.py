@@ -23,14 +23,6 @@ from fcw_viz.calibrate_app.document.ways.hints import HINTS, hint_plates, hint_r
 
 NUMBER_WORDS = {2: "two", 3: "three"}
 POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
-BELIEF_NAMES = {
-    "field_of_view": "field of view",
-    "principal_row": "lens axis",
-    "horizon": "dragged horizon",
-    "lane_lines": "lane lines",
-}
-
-
 FIRST_DASH = "Click the near end of the nearest dash that is seen whole."
 NEXT_DASH = "Click the near end of the next dash along the same line."
 ROUGH_ERROR = 0.12

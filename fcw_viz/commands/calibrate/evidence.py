@@ -9,8 +9,7 @@ from fcw.camera.joint.evidence import Evidence
 from fcw.camera.joint.known import Known
 from fcw.camera.joint.odd_rectangle import odd_rectangle
 from fcw.camera.joint.plates import PLATE_SIGMA_M, PLATE_WIDTHS_M
-from fcw.camera.lens.plumb import bend_px
-from fcw.camera.lens.solve import BENT_PX, FEWEST_LINE_POINTS
+from fcw.camera.lens.plumb import BENT_PX, FEWEST_LINE_POINTS, bend_px
 from fcw.camera.plausibility import height_finding
 from fcw.camera.prior_sigmas import SIDE_SIGMA_M, UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import Segment

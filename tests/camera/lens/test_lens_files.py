@@ -12,8 +12,7 @@ from fcw.camera.export import camera_info_text, kalibr_text
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.files import read_lens
 from fcw.camera.lens.model import Lens
-from fcw.camera.lens.plumb import bend_px
-from fcw.camera.lens.solve import lens_of_chessboards, lens_of_plumb_lines
+from fcw.camera.lens.solve import lens_of_chessboards
 from fcw.camera.straight import Orientation
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -121,18 +120,6 @@ def test_another_file_is_named_with_what_was_expected(text, message, tmp_path):
     assert str(path) in str(error.value)
     with pytest.raises(UserError, match="no such lens file"):
         read_lens(tmp_path / "none.yaml")
-
-
-def test_lines_that_the_lens_bent_tell_its_distortion():
-    lines = []
-    for row in (-0.28, -0.15, 0.2, 0.29):
-        across = np.linspace(-0.5, 0.5, 15)
-        lines.append(LENS.distorted(np.column_stack((across, row + 0.05 * across))).tolist())
-    assert min(map(bend_px, lines)) > 1
-    found = lens_of_plumb_lines(lines, SIZE, 1155.0)
-    straight = [found.undistorted(np.array(line)) * 1155.0 for line in lines]
-    assert max(bend_px(line.tolist()) for line in straight) < 0.7
-    assert found.coefficients[0] == pytest.approx(-0.24, abs=0.05)
 
 
 @pytest.mark.slow
