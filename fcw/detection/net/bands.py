@@ -23,9 +23,10 @@ FINER = {2: 77.0, 4: 40.0, 8: 32.0}
 they are there for, as they show them. What shows them half as large finds them as well, if less surely."""
 USUAL_FINER = 2, 4
 """What every picture is shown by."""
-FAR_M, LEAST_SHOWN_PX = 61.0, 16.0
-"""The third band is there where the second one shows a small car so far away with fewer px, which the glance
-hardly finds: through a lens of 66 degrees, as is taken for one that nobody knows, or a wider one."""
+FAR_M, LEAST_SHOWN_PX = 60.0, 16.0
+"""The third band is there where the second one may show a small car so far away with fewer px, which the
+glance hardly finds: through a lens of 66 degrees, or one that may well be as wide. Lenses that nobody knows
+are often far wider than they are taken to be."""
 ASIDE_M = 20.0
 """So far aside of straight ahead, as calibrated, it shows what is `FAR_M` away: our way in any bend whose
 radius is 90 m or more."""
@@ -100,7 +101,11 @@ def whole(size: ImageSize) -> Band:
 
 
 def bands_of(
-    size: ImageSize, camera: GroundPlaneCamera, tolerance_rad: float, largest_scale: float
+    size: ImageSize,
+    camera: GroundPlaneCamera,
+    tolerance_rad: float,
+    largest_scale: float,
+    focal_sigma_px: float = 0.0,
 ) -> tuple[Band, ...]:
     """The whole picture, and the bands in which vehicles are that it shows too small.
 
@@ -109,6 +114,7 @@ def bands_of(
         camera: that takes them.
         tolerance_rad: by how much its pitch may be off, up and down.
         largest_scale: bands that would enlarge the picture more are left out.
+        focal_sigma_px: standard deviation of the camera's focal length.
 
     Raises:
         UserError: by the calibration the road is not in the picture.
@@ -121,7 +127,8 @@ def bands_of(
             "the road ahead"
         )
     everything = whole(size)
-    small_px = SIZES_M[0] * camera.focal_y_px / FAR_M * max(USUAL_FINER) / everything.scale[0]
+    least_focal_px = camera.focal_y_px - focal_sigma_px
+    small_px = SIZES_M[0] * least_focal_px / FAR_M * max(USUAL_FINER) / everything.scale[0]
     wanted = USUAL_FINER if small_px >= LEAST_SHOWN_PX else FINER
     finer = (finer for finer in wanted if finer / everything.scale[1] <= largest_scale)
     return everything, *(_band(everything, camera, tolerance_rad, each) for each in finer)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fcw.box import Box
 from fcw.camera.calibration import Calibration
+from fcw.camera.uncertainty import camera_sigmas
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.plausible import CUT_MARGIN
 from fcw.detection.boxes.suppression import suppress
@@ -101,6 +102,7 @@ class NetDetector:
     ) -> None:
         self._settings, self._size = settings, calibration.image_size
         self._calibrated, self._height_m = calibration.camera, calibration.camera.height_m
+        self._focal_sigma_px = camera_sigmas(calibration).focal_y_px
         self._aim: Aim | None = None
         self.aim(Aim(calibration.camera.pitch_rad, settings.pitch_tolerance_rad))
         self._glance, self._look = Glance(model.glance, settings.glance_from), Look(model.look)
@@ -118,7 +120,9 @@ class NetDetector:
             return
         camera = replace(self._calibrated, pitch_rad=aim.pitch_rad)
         tolerance_rad = max(aim.tolerance_rad, self._settings.pitch_tolerance_rad)
-        self._bands = bands_of(self._size, camera, tolerance_rad, self._settings.largest_scale)
+        self._bands = bands_of(
+            self._size, camera, tolerance_rad, self._settings.largest_scale, self._focal_sigma_px
+        )
         self._horizon_row_px = camera.horizon_row_px
         self._tolerance_px = camera.focal_y_px * math.tan(tolerance_rad)
         self._aim = aim

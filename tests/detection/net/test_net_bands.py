@@ -73,7 +73,7 @@ def test_a_camera_that_is_less_known_is_shown_in_higher_bands():
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (3840, 2160)])
-@pytest.mark.parametrize(("view_deg", "count"), [(60, 3), (66, 4), (104, 4)])
+@pytest.mark.parametrize(("view_deg", "count"), [(60, 3), (67, 4), (104, 4)])
 @pytest.mark.parametrize("looks_aside_deg", [0, 10])
 def test_through_a_wide_lens_a_band_more_shows_what_is_far_and_hardly_aside(
     size, view_deg, count, looks_aside_deg
@@ -87,14 +87,20 @@ def test_through_a_wide_lens_a_band_more_shows_what_is_far_and_hardly_aside(
     for band in finer[:2]:
         assert band.corner_px[0] == 0.0
         assert band.shown.width * band.scale[0] == pytest.approx(picture.width)
-    assert 1.4 * focal_px / 61.0 / finer[-1].scale[0] >= 16.0  # a small car 61 m away, sqrt(w h)
+    assert 1.4 * focal_px / 60.0 / finer[-1].scale[0] >= 16.0  # a small car 60 m away, sqrt(w h)
     for band in finer[2:]:
         left_px = band.corner_px[0]
         end_px = left_px + band.shown.width * band.scale[0]
         for aside_m in (-20.0, 20.0):
-            column_px = ahead_px + focal_px * aside_m / 61.0
+            column_px = ahead_px + focal_px * aside_m / 60.0
             assert left_px - band.scale[0] <= min(column_px, picture.width) <= end_px + band.scale[0]
         assert end_px - left_px <= 0.6 * picture.width
+
+
+@pytest.mark.parametrize(("sigma_part", "count"), [(0.0, 3), (0.05, 3), (0.3, 4)])
+def test_what_a_lens_of_60_degrees_has_not_one_that_may_be_far_wider_has(sigma_part, count):
+    camera = GroundPlaneCamera(0.02, 640.0 / math.tan(math.radians(30.0)), 359.5, 1.3, 639.5)
+    assert len(bands_of(SIZE, camera, 0.01, 2.0, sigma_part * camera.focal_y_px)) == count
 
 
 def test_small_pictures_are_not_enlarged_beyond_what_is_asked():
