@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from fcw.box import Box, iou
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
+from fcw.kernels.assignment import assign
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
 from fcw.tracking.settings import TrackerSettings
 
@@ -79,10 +79,9 @@ def associate(
     # What of a vehicle is beyond the picture's edges is not found.
     inside = [in_picture(box, size) for box in predicted]
     cost = np.array([[_cost(box, other, size, settings) for other in found] for box in inside])
-    rows, columns = linear_sum_assignment(cost)
     return [
         (row, column)
-        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
+        for row, column in assign(cost)
         if cost[row, column] < NEVER and iou(inside[row], found[column]) >= least_iou
     ]
 

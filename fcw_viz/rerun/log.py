@@ -39,8 +39,8 @@ from fcw_viz.rerun.columns import (
 )
 from fcw_viz.rerun.scene import log_static_scene
 
-FRAMES_PER_BATCH = 256
-"""About nine seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
+FRAMES_PER_BATCH = 128
+"""About four seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
 log, from which this file can be made again, loses half a second."""
 WRITE_TIMEOUT_S = 20.0
 """Far longer than a batch takes. Without a limit rerun may wait for ever for a writer that has failed."""

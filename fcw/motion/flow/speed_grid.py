@@ -6,7 +6,6 @@ A histogram filter (Thrun, Burgard & Fox 2005, "Probabilistic Robotics", section
 import math
 
 import numpy as np
-from scipy.special import ive
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray
@@ -72,10 +71,13 @@ class SpeedGrid:
 def _spread(log_odds: FloatArray, sigma_mps: float) -> FloatArray:
     """What is believed of the speed after it may have changed by so much.
 
-    The kernel is the discrete Gaussian (Lindeberg 1990): its variance is right however narrow it is.
+    The kernel is the discrete Gaussian (Lindeberg 1990), made from its Fourier transform: its variance is
+    right however narrow it is.
     """
     reach, step_mps = 4, SPEEDS_MPS[1] - SPEEDS_MPS[0]
-    kernel = ive(np.arange(-reach, reach + 1), (sigma_mps / step_mps) ** 2)
+    waves = np.linspace(0.0, math.pi, 4 * reach + 1)
+    transform = np.exp((sigma_mps / step_mps) ** 2 * (np.cos(waves) - 1))
+    kernel = np.fft.irfft(transform)[np.arange(-reach, reach + 1)]
     odds = np.exp(log_odds - log_odds.max())
     spread = np.convolve(np.pad(odds, reach, mode="edge"), kernel / kernel.sum(), "valid")
     return np.log(spread + 1e-12)
