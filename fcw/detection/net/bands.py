@@ -28,8 +28,8 @@ FAR_M, LEAST_SHOWN_PX = 60.0, 16.0
 glance hardly finds: through a lens of 66 degrees, or one that may well be as wide. Lenses that nobody knows
 are often far wider than they are taken to be."""
 ASIDE_M = 20.0
-"""So far aside of straight ahead, as calibrated, it shows what is `FAR_M` away: our way in any bend whose
-radius is 90 m or more."""
+"""So far aside of straight ahead, as calibrated, it shows what is `FAR_M` away if the lens is as wide as it
+may be: our way in any bend whose radius is 90 m or more."""
 SIZES_M = 1.4, 3.2
 """sqrt(w h) of a small car and of a lorry."""
 TALLEST = 1.15
@@ -131,10 +131,13 @@ def bands_of(
     small_px = SIZES_M[0] * least_focal_px / FAR_M * max(USUAL_FINER) / everything.scale[0]
     wanted = USUAL_FINER if small_px >= LEAST_SHOWN_PX else FINER
     finer = (finer for finer in wanted if finer / everything.scale[1] <= largest_scale)
-    return everything, *(_band(everything, camera, tolerance_rad, each) for each in finer)
+    aside_px = least_focal_px * ASIDE_M / FAR_M
+    return everything, *(_band(everything, camera, tolerance_rad, each, aside_px) for each in finer)
 
 
-def _band(everything: Band, camera: GroundPlaneCamera, tolerance_rad: float, finer: int) -> Band:
+def _band(
+    everything: Band, camera: GroundPlaneCamera, tolerance_rad: float, finer: int, aside_px: float
+) -> Band:
     size = everything.picture
     across, down = (each / finer for each in everything.scale)
     largest_px = FINER[finer] * down
@@ -144,7 +147,6 @@ def _band(everything: Band, camera: GroundPlaneCamera, tolerance_rad: float, fin
     bottom = camera.horizon_row_px + largest_px * camera.height_m / small_m + spare_px
     left, right = 0.0, size.width - 1.0
     if finer not in USUAL_FINER:
-        aside_px = camera.focal_y_px * ASIDE_M / FAR_M
         left, right = camera.principal_column_px - aside_px, camera.principal_column_px + aside_px
     all_shown = ImageSize(finer * everything.shown.width, finer * everything.shown.height)
     level = _level_for(size, all_shown)
