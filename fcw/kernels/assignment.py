@@ -1,6 +1,6 @@
 """The cheapest way to give rows their columns.
 
-As `scipy.optimize.linear_sum_assignment`, whose package takes an eighth of the memory of a run.
+As `scipy.optimize.linear_sum_assignment`, whose package would take 26 MB of a run.
 """
 
 import numpy as np

@@ -27,6 +27,9 @@ FAR_M, LEAST_SHOWN_PX = 60.0, 16.0
 """The third band is there where the second one may show a small car so far away with fewer px, which the
 glance hardly finds: through a lens of 66 degrees, or one that may well be as wide. Lenses that nobody knows
 are often far wider than they are taken to be."""
+LEAST_FOCAL_PART = 0.5
+"""A focal length of which hardly anything is known is at least so much of itself: a lens that is taken to
+have 66 degrees has 105 then."""
 ASIDE_M = 20.0
 """So far aside of straight ahead, as calibrated, it shows what is `FAR_M` away if the lens is as wide as it
 may be: our way in any bend whose radius is 90 m or more."""
@@ -127,7 +130,7 @@ def bands_of(
             "the road ahead"
         )
     everything = whole(size)
-    least_focal_px = camera.focal_y_px - focal_sigma_px
+    least_focal_px = max(LEAST_FOCAL_PART * camera.focal_y_px, camera.focal_y_px - focal_sigma_px)
     small_px = SIZES_M[0] * least_focal_px / FAR_M * max(USUAL_FINER) / everything.scale[0]
     wanted = USUAL_FINER if small_px >= LEAST_SHOWN_PX else FINER
     finer = (finer for finer in wanted if finer / everything.scale[1] <= largest_scale)

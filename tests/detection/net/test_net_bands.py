@@ -97,14 +97,14 @@ def test_through_a_wide_lens_a_band_more_shows_what_is_far_and_hardly_aside(
         assert end_px - left_px <= 0.6 * picture.width
 
 
-@pytest.mark.parametrize(("sigma_part", "count"), [(0.0, 3), (0.05, 3), (0.3, 4)])
+@pytest.mark.parametrize(("sigma_part", "count"), [(0.0, 3), (0.05, 3), (0.3, 4), (7.0, 4), (math.nan, 4)])
 def test_what_a_lens_of_60_degrees_has_not_one_that_may_be_far_wider_has(sigma_part, count):
     camera = GroundPlaneCamera(0.02, 640.0 / math.tan(math.radians(30.0)), 359.5, 1.3, 639.5)
     _, *finer = bands_of(SIZE, camera, 0.01, 2.0, sigma_part * camera.focal_y_px)
     assert len(finer) == count - 1
     for band in finer[2:]:  # what is 20 m aside and 60 m away, if it is
         columns = band.shown.width * band.scale[0]
-        aside_px = (1 - sigma_part) * camera.focal_y_px * 20.0 / 60.0
+        aside_px = max(0.5, 1 - sigma_part) * camera.focal_y_px * 20.0 / 60.0
         assert 2 * aside_px <= columns < 2 * aside_px + 32 * band.scale[0]
 
 
