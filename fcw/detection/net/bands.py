@@ -25,8 +25,8 @@ USUAL_FINER = 2, 4
 """What every picture is shown by."""
 FAR_M, LEAST_SHOWN_PX = 60.0, 16.0
 """The third band is there where the second one may show a small car so far away with fewer px, which the
-glance hardly finds: through a lens of 66 degrees, or one that may well be as wide. Lenses that nobody knows
-are often far wider than they are taken to be."""
+glance hardly finds: through a lens of more than 66 degrees, or one that may well be as wide. Lenses that
+nobody knows are often far wider than they are taken to be."""
 LEAST_FOCAL_PART = 0.5
 """A focal length of which hardly anything is known is at least so much of itself: a lens that is taken to
 have 66 degrees has 105 then."""
