@@ -29,9 +29,10 @@ SIDE_STEPS = 5
 FAINTEST = 6.0
 """Grey values by which a line is brighter than the road on both sides."""
 ROUGHNESS = 3.0
-"""And by so many times what the road's grey values differ over the same way: gravel is no line."""
+"""It must also be brighter by this many times what grey values of the road differ over the same way: gravel
+is no line."""
 STRONGEST = 30.0
-"""Brighter does not count for more: a lamp's reflection is no better a line."""
+"""What is brighter does not count for more: a lamp's reflection is no better a line."""
 HEADINGS_RAD = np.radians(np.linspace(-2.5, 2.5, 17))
 BENDS_PER_M = np.linspace(-2.4e-3, 2.4e-3, 9)
 """Tried about what is expected."""
@@ -40,20 +41,21 @@ NARROWEST_M, WIDEST_M = 2.5, 4.6
 NEAR_LINE_M = 0.25
 """A ridge this near a line belongs to it."""
 FEWEST_ROWS = 5
-"""Rows of the grid in which each of the two lines is seen, at least: kerbs and shadows look like one;"""
+"""Least number of rows of the grid in which each of the two lines is seen: kerbs and shadows look like
+lines."""
 LEAST_REACH_M = 6.0
-"""and it reaches over so much of the road."""
+"""Least length of road over which each of them reaches."""
 FARTHEST_ASIDE_M = 1.0
-"""Farther from the middle nobody drives for long; while lanes are changed there is no own one."""
+"""Nobody drives farther from the middle for long. While we change lanes there is no own lane."""
 SAME_LANE_M = 0.4
 CONFIRMATIONS = 3
-"""A lane is believed that was found so often in a row within `SAME_LANE_M`."""
+"""A lane is believed once it was found this often in a row, within `SAME_LANE_M`."""
 RIDGE_SIGMA_M = 0.1
 HEADING_SIGMA_RAD, BEND_SIGMA_PER_M = math.radians(1.5), 2e-3
 """Of the path by mount and yaw rate against the lane: changes of lane, and bends that come."""
 SMOOTHING_S = 0.4
 LOST_S = 1.5
-"""A lane not seen for so long is forgotten."""
+"""Time after which a lane that is not seen is forgotten."""
 WALK = np.array([0.4, math.radians(1.0), 1e-3, 1e-4, 0.1])
 """1-sigma of offset, heading, bend, its growth and width of the lane ahead, in the root of a second."""
 

@@ -15,89 +15,100 @@ class MotionSettings:
     Attributes:
         working_width_px: pictures are made smaller by a whole factor to about this width.
         cell_px: one corner is looked for in each cell of the small picture.
-        road_points: at most so many points of the road are followed,
-        other_points: and so many others: they bound the cost.
-        faintest: corners whose grey values change by less in the mean square are noise (of 2 grey values).
-        least_roundness: what is less round is an edge. Edges along the road look the same wherever we are:
-            what little there is to follow stays in the picture, and would say that we are slow.
-        largest_difference: mean difference between a window and where it went, in parts of its contrast: with
-            more it is another place.
+        road_points: the most points of the road that are followed; it bounds the cost.
+        other_points: the most other points that are followed, likewise.
+        faintest: corners whose grey values change by less than this (mean square) are noise of about 2 grey
+            values.
+        least_roundness: a corner that is less round is an edge, and left out. Edges along the road look the
+            same wherever we are: what little can be followed on them stays in the picture, and would say that
+            we are slow.
+        largest_difference: the largest mean difference between a window and where it went, as a part of its
+            contrast. Beyond, it is another place.
         window_px: side of the window that is followed.
-        levels: of the pyramid above the small picture: what was predicted may be off by about 2^levels times
+        levels: levels of the pyramid above the small picture. A prediction may be off by about 2^levels times
             half the window.
-        shortest_step_s: pictures nearer in time than this to the last one used are left out.
-        longest_step_s: pictures farther apart show too little of the same.
-        repeated_s: a picture like the last one is a repeated one, of a video that was made from one of fewer
-            pictures, and is left out; after so long we stand.
-        place_sigma_px: of a followed point in the small picture, with what neighbours have in common.
-        scales: of the weights of points, in sigmas, one a step of the solver.
-        road_half_width_m: the road is flat this far to either side; kerbs and ditches begin beyond.
-        road_near_m: the nearest road that is looked at.
-        road_far_m: the farthest: beyond it a pixel is more than 5 % of the distance.
-        largest_growth: what grows by more between two pictures is too coarse in the first to be found again.
-        unevenness: of the road, as a part of the inverse depth: 3 cm below a camera 1.5 m high are 2 %.
-        far_inverse_depth: 1/m of what is not road, the guess,
-        far_inverse_depth_sigma: and its 1-sigma.
-        acceleration_sigma_mps2: own acceleration (Singer 1970), and for how long.
-        acceleration_s: see above.
-        yaw_acceleration: of the yaw rate, rad/s in the root of a second.
-        calibration_pitch_sigma_rad: how far calibrations are off in use: people park on ramps, load the boot.
-        calibration_yaw_sigma_rad: cameras are mounted by eye.
-        calibration_roll_sigma_rad: likewise.
-        mount_drift_rad_per_sqrt_s: of the mount, by load and warmth.
-        fast_pitch_sigma_rad: of the body on its springs, and for how long.
-        fast_pitch_s: see above.
-        slope_turn_rad: pitch turn between two pictures that is the road's own.
-        roll_turn_sigma_radps: rolling of the body.
+        shortest_step_s: pictures closer in time than this to the last one used are left out.
+        longest_step_s: pictures farther apart than this show too little of the same.
+        repeated_s: a picture like the last one is left out as repeated (the video was made from one with
+            fewer pictures) for up to this time; after that, we stand.
+        place_sigma_px: 1-sigma of a followed point in the small picture, including what it has in common with
+            its neighbours.
+        scales: scales of the robust weights of points, in sigmas, one for each step of the solver.
+        road_half_width_m: the road is taken as flat this far to either side; kerbs and ditches begin beyond.
+        road_near_m: nearest distance at which the road is looked at.
+        road_far_m: farthest distance, likewise: beyond it one pixel is more than 5 % of the distance.
+        largest_growth: a point that grows by more than this between two pictures is too coarse in the first
+            one to be found again.
+        unevenness: 1-sigma of the road, as a part of the inverse depth: 3 cm below a camera 1.5 m high are 2
+            %.
+        far_inverse_depth: guess of the inverse depth of a point that is not on the road, 1/m.
+        far_inverse_depth_sigma: 1-sigma of `far_inverse_depth`.
+        acceleration_sigma_mps2: 1-sigma of the own acceleration (Singer 1970).
+        acceleration_s: correlation time of the own acceleration.
+        yaw_acceleration: random walk of the yaw rate, rad/s in the root of a second.
+        calibration_pitch_sigma_rad: 1-sigma of the pitch of calibrations in use: people park on ramps and
+            load the boot.
+        calibration_yaw_sigma_rad: 1-sigma of their yaw: cameras are mounted by eye.
+        calibration_roll_sigma_rad: 1-sigma of their roll, likewise.
+        mount_drift_rad_per_sqrt_s: random walk of the angles of the mount, by load and warmth.
+        fast_pitch_sigma_rad: 1-sigma of the pitch of the body on its springs.
+        fast_pitch_s: correlation time of that pitch.
+        slope_turn_rad: 1-sigma of the turn in pitch between two pictures that is the road's own.
+        roll_turn_sigma_radps: 1-sigma of the rolling of the body.
         heave_mps: 1-sigma of the camera's speed up and down, which moves the focus of expansion.
-        slip_mps: 1-sigma of its speed sideways.
-        axle_m: the camera is so far ahead of the rear axle, which alone goes where the vehicle points; less
-            what tyres slip,
-        axle_sigma_m: and its 1-sigma.
-        travel_part: 1-sigma of the travel of a step, as a part of it: the road under the points is not the
-            plane below the wheels.
-        road_roll_sigma_rad: of the road ahead against that below the wheels,
-        road_pitch_sigma_rad: likewise.
-        verge_roll_sigma_rad: of the roll for as long as a drive lasts: kerbs stand and verges slope, and are
-            followed with the road. On 27 clips, most of them of cameras that look level, it ended at -5 to 8
-            degrees, 2.2 in the root mean square.
-        known_part: the speed is known while its 1-sigma is less than this part of it,
-        known_mps: or less than this.
-        lost_part: it is searched for anew when its 1-sigma is more than this part of it,
-        lost_mps: and this.
-        fewest_points: with fewer inlying points of the road two pictures say nothing,
-        fewest_inlying: and with a smaller part of all points inlying.
-        sure_part: with a smaller part of the road's points and of the others' inlying, another speed may be
-            true.
-        least_road_part: or with a smaller part of the road's.
-        turn_points: with fewer of the others inlying two pictures do not say how we turn,
-        known_turn_radps: which is known while its 1-sigma is less than this;
-        standing_mps: below this speed a whole picture must stand:
-        standing_part: so much of its points,
-        standing_points: and so many: in the dark there is little but lamps and what the windscreen reflects.
+        slip_mps: 1-sigma of the camera's speed sideways.
+        axle_m: distance of the camera ahead of the rear axle, less the slip of the tyres. Only the rear axle
+            moves in the direction in which the vehicle points.
+        axle_sigma_m: 1-sigma of `axle_m`.
+        travel_part: 1-sigma of the travel between two pictures, as a part of it: the road under the points is
+            not exactly the plane below the wheels.
+        road_roll_sigma_rad: 1-sigma of the roll of the road ahead against the plane below the wheels.
+        road_pitch_sigma_rad: 1-sigma of its pitch, likewise.
+        verge_roll_sigma_rad: 1-sigma of an error of the roll that lasts for the whole drive: kerbs stand and
+            verges slope, and are followed with the road. On 27 clips, most of them of cameras that look
+            level, the roll ended at -5 to 8 degrees, 2.2 in the root mean square.
+        known_part: the speed is known while its 1-sigma is below this part of it, or below `known_mps`.
+        known_mps: see `known_part`.
+        lost_part: the speed is searched for anew when its 1-sigma is above this part of it and above
+            `lost_mps`.
+        lost_mps: see `lost_part`.
+        fewest_points: two pictures with fewer inlying points of the road than this say nothing.
+        fewest_inlying: the smallest part of all points that must be inlying, likewise.
+        sure_part: if a smaller part of the road's points and a smaller part of the others is inlying, another
+            speed may be true.
+        least_road_part: so it may if a smaller part than this of the road's points alone is inlying.
+        turn_points: the fewest inlying points off the road from which two pictures tell how we turn.
+        known_turn_radps: the turn is known while its 1-sigma is below this.
+        standing_mps: a speed below this is believed only if the picture agrees as a whole: `standing_part` of
+            its points, of all and of the road's, and at least `standing_points`. In the dark there is little
+            but lamps and reflections in the windscreen.
+        standing_part: see `standing_mps`.
+        standing_points: see `standing_mps`.
         still_mps: below this speed we stand, and the picture must not move.
-        search_s: so often at most another one is looked for: a search takes as long as ten pictures.
-        lost_search_s: and so often where the speed is unknown.
-        supposed_mps: speeds that are tried,
-        supposed_sigma_mps: and the 1-sigma of each.
-        first_evidence: a speed is believed that is likelier than chance by this logarithm of odds.
-        other_evidence: and another than the present one that is likelier by this.
-        jump_sigmas: what would move the speed by more of its sigmas than this,
-        jump_mps: and this, is misread: a few points of a plain road, or of a shadow, agree by chance.
-            Chosen on strangers' clips (docs/figures/own-motion.md).
-        confirmed_s: another speed is looked for once pictures have doubted the present one for so long; what
-            was found is known once they have told it for as long.
-        grey_sigma: of a grey value, by noise, compression and what the window sees from elsewhere: it says
-            how well a place is known, along an edge and across it.
-        first_trust: in a cell of the picture of which nothing is known: part of the time that its points keep
-            to the motion.
-        least_trust: with less a cell is left alone; its trust comes back,
-        trust_s: time in which trust follows what is seen.
-        trust_lasts_s: time in which it is forgotten.
-        learns_above_mps: of trust and of the mount; what stands proves nothing.
-        asks_direction: whether it is looked for where we drive to; else steps alone teach the mount.
-        asks_road: whether the road as a whole is asked for the speed where its points do not tell it.
-        mount_after_s: what pictures tell of the mount counts once they have told one speed for so long, and
+        search_s: shortest time between two searches for another speed: a search takes as long as ten
+            pictures.
+        lost_search_s: the same while the speed is unknown.
+        supposed_mps: the speeds that a search tries.
+        supposed_sigma_mps: 1-sigma of each of them.
+        first_evidence: logarithm of the odds against chance from which a speed that was found is believed.
+        other_evidence: logarithm of the odds against the present speed from which another one is believed.
+        jump_sigmas: pictures that would move the speed by more than this many of its sigmas, and more than
+            `jump_mps`, are misread: a few points of a plain road, or of a shadow, agree by chance. Chosen on
+            strangers' clips (docs/figures/own-motion.md).
+        jump_mps: see `jump_sigmas`.
+        confirmed_s: another speed is looked for once pictures have doubted the present one for this long. One
+            that was found is known once they have told it for as long.
+        grey_sigma: 1-sigma of a grey value, by noise, compression and what the window sees from elsewhere. It
+            says how well a place is known, along an edge and across it.
+        first_trust: trust in a cell of the picture of which nothing is known yet: the part of the time in
+            which its points keep to the motion.
+        least_trust: a cell with less trust is left alone, until its trust comes back.
+        trust_s: time constant with which trust follows what is seen.
+        trust_lasts_s: time constant with which trust is forgotten.
+        learns_above_mps: trust and mount are learnt only above this speed; standing proves nothing.
+        asks_direction: whether the point that we drive to is looked for; else steps alone teach the mount.
+        asks_road: whether the road as a whole is asked for the speed when its points do not tell it.
+        mount_after_s: what pictures tell of the mount counts once they have told one speed for this long, and
             is forgotten if they stop before: a speed found by chance turns the mount by degrees.
     """
 

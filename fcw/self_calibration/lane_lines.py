@@ -36,9 +36,9 @@ INLYING_PX = 2.0
 PLACES_APART = 4
 """A line is drawn through two places of paint that so many steps of `DISTANCES_M` or more lie between."""
 TRIED_RAD = tuple(math.radians(degrees) for degrees in (0, 1, -1, 2, -2, 3, -3, 4, -4))
-"""Pitches about the believed one. Lines found by a wrong pitch contradict it:"""
+"""Pitches about the believed one."""
 AGREEING_HEIGHTS = 0.015
-"""they meet farther from its horizon than this, in picture heights."""
+"""Lines that meet farther than this from the horizon of a pitch, in picture heights, contradict it."""
 NONE_FOUND = "no lane lines found in this picture; go to one of a straight road, or draw them"
 LOOKED_FOR_RAD = (0.0, *(math.radians(sign * deg) for deg in range(1, 11) for sign in (1, -1)))
 """The same where nobody has said anything of the camera."""

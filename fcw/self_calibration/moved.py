@@ -16,9 +16,9 @@ LEAST_SHIFT_RAD = math.radians(5.0)
 FEWEST = 3
 """Of signs of the horizon, on each side of the move."""
 WITHIN_PART = 1 / 3
-"""A sign agrees with its side if it lies within this part of the shift of the side's median,"""
+"""A sign agrees with its side if it lies within this part of the shift from the side's median."""
 LEAST_AGREEING = 0.75
-"""and so many of each side must."""
+"""Part of the signs of each side that must agree."""
 
 
 def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[float, float] | None:

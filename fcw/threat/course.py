@@ -36,12 +36,15 @@ LONGEST_S = 4.0
 """Sideways motion is not extrapolated farther than ISO 15623's largest TTC of a warning: a change of lane has
 an end."""
 FAR_ASIDE_M = 4.5
-"""Beyond the middle of the next lane its bearing tells better than its place how a vehicle moves across,"""
+"""Beyond the middle of the next lane the bearing of a vehicle tells better than its place how it moves
+across."""
 SOONEST_S = 1.0
-"""until so long before contact: then it changes faster than its filter follows, and the picture's border cuts
-its box. Chosen on KITTI's drives: 0 brings warnings of what is passed, 1 and 1.25 s are alike."""
+"""The bearing counts until this long before contact: then it changes faster than its filter follows, and the
+border of the picture cuts the box. Chosen on KITTI's drives: 0 brings warnings of what is passed, 1 and 1.25
+s are alike."""
 CHANGING_SLOPE = 0.5
-"""Whose speed across the road is less than this part of that along it changes lane; others turn, or cross."""
+"""A vehicle whose speed across the road is below this part of that along it changes lane; others turn, or
+cross."""
 
 
 @dataclass(frozen=True, slots=True)

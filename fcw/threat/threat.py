@@ -32,12 +32,13 @@ CAR_HEIGHT_M = 1.5
 """Likewise: how wide a vehicle that crosses looks follows from its box."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
-"""A bend is steady that is known to this lateral acceleration,"""
+"""A bend is steady if it is known to this lateral acceleration (1-sigma)."""
 STEADY_BEND_M = 0.2
-"""or that is known to so much where the vehicle is. Of 0.1, 0.2 and 0.3 the largest with as few episodes on
-KITTI tracking, 14 seeds, as without it; with 0010 left out all three are alike."""
+"""It is also steady if the place of our path beside the vehicle is known to this. Of 0.1, 0.2 and 0.3 the
+largest with as few episodes on KITTI tracking, 14 seeds, as without it; with 0010 left out all three are
+alike."""
 PASSING_ROOM_M = 0.3
-"""Who steers past a vehicle leaves so much room."""
+"""Room that is left by who steers past a vehicle."""
 SHORTEST_S = 0.01
 HORIZON_S = 7.0
 """What is farther away in time is no collision that anybody can predict."""
@@ -45,8 +46,8 @@ SURE_GROWTH_MPS2 = 1.0
 """A closing speed that grows more slowly counts as constant: a lead may just let go of the pedal."""
 YOUNG_S = 2.0
 YOUNG_GROWTH_SIGMAS = 1.5
-"""For so long after a vehicle was found its closing speed must grow by so many sigmas: what was wrong with it
-at first is mended in that time, and looks like braking. Chosen on one simulated scenario (`near-pass`, from
+"""Up to the age of `YOUNG_S` a closing speed must grow by this many sigmas to count as growing: its first
+errors are mended in that time, which looks like braking. Chosen on one simulated scenario (`near-pass`, from
 pictures); 3 s gives the same on KITTI's drives and in all scenarios from boxes. Asked at any age, it would
 delay warnings of a lead that brakes gently."""
 

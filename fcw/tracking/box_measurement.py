@@ -84,10 +84,11 @@ SHARPEST_ROAD_PER_M = 1 / 80
 STEEPEST_SLOPE = 0.3
 """The bend of a road is not known so far ahead that it would have turned by more."""
 TURNS_SIGMAS = 3.0
-"""A box that is by so much wider for its height than before, or a side so much narrower, is of what turns,"""
+"""A box that is this much wider for its height than before, or a side this much narrower, is of a vehicle
+that turns."""
 TURNS_FACTOR = 8.0
-"""and its aspect may change by so many times what is beyond. Of 1, 2, 4 and 8, with 1.5 to 3 sigmas, the pair
-that makes little of a car that turns off and changes least of all else."""
+"""The aspect of what turns may change by this many times what is beyond `TURNS_SIGMAS`. Of 1, 2, 4 and 8,
+with 1.5 to 3 sigmas, the pair that makes little of a car that turns off and changes least of all else."""
 ACROSS_M = 1.0
 """What looks wider by this than its rear and all of its side stands across, or is more than one vehicle."""
 

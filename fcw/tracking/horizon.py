@@ -15,8 +15,8 @@ class RulerReading(NamedTuple):
 
     Attributes:
         vehicle: its track, and its kind: whoever turns out to be of another kind has another ruler.
-        pitch_rad: how much lower than calibrated the camera looks if the vehicle is as wide as its kind is
-            in the median.
+        pitch_rad: how much lower than calibrated the camera looks if the vehicle is as wide as its kind is in
+            the median.
         below_rad: how far its lower edge is below the horizon: a vehicle wider by a part shows a pitch higher
             by that part of this.
         width_sigma: 1-sigma of the logarithm of its width.
@@ -35,20 +35,22 @@ class MountWatchSettings:
     """When a moved mount is said.
 
     Attributes:
-        step_s: readings of so long are one measurement.
-        onset_step_s: the mount may have moved at each multiple of this.
-        onsets: so many moments, the latest ones, are held possible; and the start of the drive.
-        jump_sigma_rad: how far a mount moves that moves.
-        evidence: it has moved once that is likelier by this logarithm of odds. In ten simulated
-            hours without a turn nothing was said; in one of 24 drives it was before the turn.
-        said_rad: a change by more than this is said.
-        withdrawn_rad: and it is said until it has come back to less than this.
-        drift_rad_per_sqrt_s: of the mount, by warmth and load.
-        slow_pitch_rad: pitch by load and slopes, common to all vehicles.
-        slow_pitch_s: for so long.
-        fast_pitch_rad: pitch of the body in the mean of a step, common to all.
-        bump_rad: road below one vehicle, in the mean of a step; more than it is, as it lasts for longer.
-        turned: how a vehicle turns, as a part of its width.
+        step_s: readings of this time make one measurement.
+        onset_step_s: a move of the mount may begin at each multiple of this time.
+        onsets: the number of such moments, the latest ones, that are held possible beside the start of the
+            drive.
+        jump_sigma_rad: 1-sigma of a move of the mount.
+        evidence: logarithm of the odds from which the mount is said to have moved. In ten simulated hours
+            without a turn nothing was said; in one of 24 drives it was said before the turn.
+        said_rad: a change larger than this is said.
+        withdrawn_rad: it is said until the change is back to less than this.
+        drift_rad_per_sqrt_s: random walk of the mount, by warmth and load.
+        slow_pitch_rad: 1-sigma of the pitch by load and slopes, common to all vehicles.
+        slow_pitch_s: correlation time of that pitch.
+        fast_pitch_rad: 1-sigma of the pitch of the body in the mean of a step, common to all.
+        bump_rad: 1-sigma of the road below one vehicle, in the mean of a step; larger than it is, because it
+            lasts longer.
+        turned: 1-sigma of how far a vehicle turns, as a part of its width.
     """
 
     step_s: float = 1.0

@@ -18,16 +18,16 @@ ROUGH_PART, ROUGH_MPS = 0.07, 0.7
 """A speed with a larger 1-sigma than this part of it, or this, tells no gain: its errors change by more than
 the speed of a car does."""
 HELD_MPS2 = 3.0
-"""While no speed is told the last one is held, less sure by this,"""
+"""While no speed is told the last one is held, and becomes less sure at this rate."""
 HELD_PART = 0.3
-"""until its 1-sigma is this part of it: what it says of other vehicles would go at once, and their closing
-speeds with it."""
+"""It is held until its 1-sigma is this part of it. Without it, what it says of other vehicles would go at
+once, and their closing speeds would jump."""
 JUMP_MPS = 3.0
-"""About what the filter lags behind in the hardest braking (10 m/s^2),"""
+"""A speed farther off than this and `JUMP_SIGMAS` is another one, and the old or the new one is wrong. About
+the lag of the filter in the hardest braking (10 m/s^2)."""
 JUMP_SIGMAS = 3.0
-"""and so many sigmas: what is farther off is another speed, and the old one or the new one is wrong."""
 JUMPED_S = 0.5
-"""For so long a new one must be told before it is believed."""
+"""Time for which another speed must be told before it is believed."""
 
 
 class OwnSpeed:

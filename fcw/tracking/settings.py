@@ -19,26 +19,32 @@ class TrackerSettings:
         box_noise: errors of the detector's boxes.
         model: what the range filter believes of vehicles, camera and road.
         corridor: the own path.
-        minimum_iou: least overlap of a detection with the box predicted for a track.
-        faint_iou: least overlap of a faint one, whose noise is no excuse, nor that it may be a part.
-        maximum_scale_ratio: largest ratio of their widths: more than twice the noise of small boxes, less
-            than between a car and the car two places ahead of it.
-        confirm_hits: detections before a track is believed; false alarms rarely repeat in place.
-        confirm_part: and it was found in half of the frames; or in so large a part of them, as detectors lose
-            vehicles in more than half,
-        confirm_in_a_row: and so often in two in a row.
-        unconfirmed_s: a track that is not believed yet is kept so long without a detection.
-        clear_sigmas: both for boxes so many times as high as their noise; smaller ones are another's too
-            often.
+        minimum_iou: least overlap of a detection with the box that is predicted for a track.
+        faint_iou: the same for a faint detection. Neither noise nor being a part excuses less.
+        maximum_scale_ratio: largest ratio of their widths: above twice the noise of small boxes, below the
+            ratio of a car to the car two places ahead of it.
+        confirm_hits: detections that a track needs to be confirmed. They must also be half of its frames
+            (false alarms rarely repeat in place), or `confirm_part` of them.
+        confirm_part: a part of its frames that is enough if `confirm_in_a_row` of the detections were in
+            consecutive frames and its box is clear: detectors lose vehicles in more than half of the frames.
+        confirm_in_a_row: see `confirm_part`.
+        unconfirmed_s: time for which a track with a clear box is kept without a detection before it is
+            confirmed.
+        clear_sigmas: a box is clear if it is this many times as high as the noise of its edges; smaller ones
+            belong to something else too often.
         coast_s: a track without a detection for longer than this ends.
         box_smoothing_s: time constant of the filtered box.
-        padding_sigmas: boxes are widened by so many sigmas of their noise before overlap is judged: the
-            smallest are as large as their noise.
-        part_hits: a vehicle found so often is known well enough to tell when a part of it is boxed,
-        part_s: for so long.
-        new_s: every frame is worth a search while a vehicle was first found less than this ago,
-        soon_s: or while we would be at its rear within this time,
-        aside_m: and while it is no farther to the side of the camera than this.
+        padding_sigmas: boxes are widened by this many sigmas of their noise before their overlap is judged:
+            the smallest are as large as their noise.
+        part_hits: detections after which a vehicle is known well enough to tell when only a part of it is
+            boxed.
+        part_s: longest time since its last detection for that, and longest time for which only a part is
+            taken to be boxed.
+        new_s: every frame is searched while a vehicle within `aside_m` was first found less than this time
+            ago.
+        soon_s: every frame is searched, too, while we would be at the rear of such a vehicle within this
+            time.
+        aside_m: largest lateral distance from the camera, for `new_s` and `soon_s`.
         mount: when a moved mount is said.
         speed_prior: of other vehicles, where the own speed is known.
         following: how vehicles are followed by the picture.

@@ -14,92 +14,93 @@ from fcw.warning.types import WarningLevel, WarningState
 class Evidence:
     """What it takes to raise a level, and how long it is held.
 
-    Where no source is named a number was chosen on the simulated scenarios (NHTSA's, Euro NCAP's, the
-    threats), simulated following and the episodes of KITTI tracking 0000 to 0010 (all of
-    `fcw evaluate warning`); nothing was left out, so that these are no evidence for it.
+    A rule either compares the gap with what the closing speed needs, or, as headway does, with what the own
+    speed needs (`Rule.by_closing`). Numbers without a source were chosen on the simulated scenarios (NHTSA,
+    Euro NCAP, the threats), simulated following, and the episodes of KITTI tracking 0000 to 0010, all of
+    `fcw evaluate warning`. No drive was left out, so these are no evidence for the numbers.
 
     Attributes:
-        minimum_age_s: a younger track raises no rule that goes by the closing speed: that of its first few
-            boxes is mostly their noise, and every new track is a chance of a false alarm.
-        imminent_age_s: the same for what is reached within `imminent_s`, and found in this very frame: a
-            false box that the picture carries is reached soon, too;
-        imminent_sigmas: where its closing speed is so many of its sigmas,
-        imminent_probability: and it is in our way now, or surely crosses it, and will be with this
-            probability: who stands beside a bend and was just found seems to come in.
-        minimum_lead_s: a vehicle that has been the lead for less raises no rule that goes by the own speed:
-            one that is passed by, and seen in part, may seem to be in the path for a moment.
-        overlap_probability: what goes by the closing speed is raised where the vehicle will probably be in
-            our way.
-        lead_probability: of the lead it is enough that this is so likely; far away its way across is not
-            known well, but it is in the path now.
-        upon_us_s: what is surely reached within this time,
-        upon_us_m: and by its mean so far in our way then, is on course, wherever it is now and whatever our
-            path does: who turns the wheel then does so because of it. Chosen on strangers' clips and KITTI's
-            drives (docs/figures/warning.md, "Upon us").
-        just_before_s: what is in our way now by `in_lane_m`, is surely reached within `upon_us_s` and would
-            have left for less than this time then, is on course while our bend does not change: who crosses
-            in front of us, or leaves our lane, may stop. Studies of traffic conflicts count post-encroachment
-            times below 1 s. Measured on strangers' clips and KITTI's drives (docs/figures/warning.md, "Gone
-            just before").
-        beside_m: with more room than this between it and our path now,
-        crossing_probability: it must be so likely, and the bend of our path known: from a car that turns, all
-            that stands beside the road sweeps across the path. Where the bend is unknown, it must be as
-            likely, and as near, as what is imminent.
-        minimum_course_s: and would have been for so long,
-        imminent_course_s: or so long where it comes into a lane whose lines are seen, or comes in with
-            `imminent_probability` and is reached within `imminent_s`. Chosen on strangers' clips that were
-            warned of late (docs/figures/warning.md, "What surely hits us"); 0.1 s brought false episodes on
-            KITTI's drives, 0.2 s none.
-        held_probability: a raised level is held while that is at least so likely.
-        oncoming_probability: what comes towards us is warned of where that is so likely: in a bend
+        minimum_age_s: age from which a track raises rules that use the closing speed. In its first boxes that
+            speed is mostly noise, and every new track is a chance of a false alarm.
+        imminent_age_s: the same for a vehicle reached within `imminent_s`, if the detector found it in this
+            frame and the next two limits are met. A false box that the picture carries is also reached soon.
+        imminent_sigmas: the least closing speed of such a young track, in sigmas.
+        imminent_probability: the least probability that such a young track is in our way at contact. It must
+            also be in our way now, or cross it: what stands beside a bend and was just found seems to come
+            in.
+        minimum_lead_s: time for which a vehicle must have been the lead before it raises rules that use the
+            own speed. One that is passed, and seen in part, may seem to be in the path for a moment.
+        overlap_probability: the least probability of being in our way at contact, for rules that use the
+            closing speed.
+        lead_probability: the same for the lead. How it moves sideways far ahead is not known well, but it is
+            in the path now.
+        upon_us_s: a vehicle surely reached within this time and in our way by `upon_us_m` then is on course,
+            wherever it is now and whatever our path does: who turns the wheel then does so because of it.
+            Both numbers were chosen on strangers' clips and KITTI (docs/figures/warning.md, "Upon us").
+        upon_us_m: see `upon_us_s`; the overlap at contact, by its mean.
+        just_before_s: a vehicle in our way by `in_lane_m` and surely reached within `upon_us_s` is on course
+            even if it would leave our way up to this long before contact, while our bend does not change: it
+            may stop. Traffic conflict studies count post-encroachment times below 1 s. Measured on strangers'
+            clips and KITTI (docs/figures/warning.md, "Gone just before").
+        beside_m: a vehicle with a wider gap than this between it and our path is beside us.
+        crossing_probability: the least probability of being in our way for a vehicle that comes in from
+            beside us, and for every vehicle while our bend changes. Who comes in counts only if our turning
+            is known, or by the limits of an imminent vehicle: while we turn, everything beside the road
+            sweeps across the path.
+        minimum_course_s: time for which a vehicle must have been on course.
+        imminent_course_s: the same for a vehicle that comes into a lane whose lines are seen, or comes in
+            with `imminent_probability` and is reached within `imminent_s`. Chosen on strangers' clips with
+            late warnings (docs/figures/warning.md, "What surely hits us"); on KITTI 0.1 s brought false
+            episodes.
+        held_probability: a raised level is held while being in our way is at least this probable.
+        oncoming_probability: the least probability of being in our way for an oncoming vehicle. In a bend
             every oncoming vehicle is ahead of us for a moment.
-        oncoming_reach_s: and so near in time. Nobody can brake off its speed, so that no rule has another
-            threshold for it.
-        steering_mps2: who does not come in, and is passed by steering with less than this, is not warned of
-            while not the lead, and with half of it not by `caution`: a driver on the way past a parked car
-            steers in time, and would be warned of every one of them (Brannstrom et al. 2010: a threat is what
-            neither braking nor steering avoids any more at ease).
-        in_lane_m: what reaches so far into our path, in a lane whose lines are seen, is not passed at ease:
-            for that the lane has to be left.
-        imminent_s: where it is reached within this time, a lead needs no longer than who comes in does: what
-            is found late, and near, leaves no time.
-        closing_sigmas: a closing speed below so many of its sigmas raises no rule that goes by it: it may be
-            noise, and of a vehicle just found the tracker believes something between standing and as fast as
-            we are, which is 1.7 sigmas of closing speed before anything is measured.
-        upper_sigmas: a level is raised when the gap may be too small: when it is smaller than what is needed
-            and so many sigmas of the difference. A warning that goes by the mean comes too late every second
-            time; with 1.65 sigmas it does so in 5 of 100.
-        distance_alone: so much of the gap's error, as a part of the gap, is its alone, and what is more the
-            closing speed shares. Of 0, 0.04 and 0.06 the one with which as many of Euro NCAP's trials are
-            warned of in time as when all errors counted as independent of one another.
-        latest_ttc_s: above this TTC nothing is raised that goes by the closing speed. ISO 15623 needs no
-            warning above 4 s; but behind a lead that brakes a driver must be warned before, at 5.7 s in the
-            hardest of Euro NCAP's scenarios that can be prevented, and while braking begins the tracker's
-            closing speed lags by a fifth.
-        latest_warning_s: above this time to its rear, in which a lead that brakes goes on doing so, there is
-            `caution` in the place of `warning`: ISO 15623's 4 s and what it lags.
-        latest_surely_s: where the own speed is unknown, and a closing speed little known for long, there is
-            `caution` as long as that time may well be more than this: its 84th percentile.
-        latest_braking_s: the same by the mean behind a lead that brakes: that it goes on is only assumed.
-        earliest_before_s: behind any other vehicle there is `caution` until so long before the rule of
-            `warning` is due but for one sigma: what is uncertain makes it come early, but no earlier.
-        caution_first_s: so long `caution` comes before `warning`,
-        caution_first_reach_s: where there is more than this time.
-        minimum_due_s: `warning` must be due for so long,
-        surely_found_part: where the detector found the vehicle in a smaller part of its frames: what is due
-            for a frame or two is mostly noise then. Both were chosen on strangers' clips whose boxes were
-            disturbed (docs/figures/clips.md, "How much is chance").
-        minimum_own_mps: below this own speed, where known, nothing is raised: at 10 km/h a driver of 1.2 s
-            and 0.4 g needs 4 m, and queues creep nearer than that.
-        release_factor: a raised level is held while its rule holds for a gap wider by this.
-        minimum_duration_s: and at least so long: shorter than a driver's expected reaction (0.75 s, Green
-            2000) it could be gone before it is understood.
-        held_below_ttc_s: and as long as the time to contact is below this and does not grow: below 4 s no
-            warning is needless by ISO 15623.
-        grown_ttc: it grows when it is so many times the shortest since the level was raised.
-        lost_s: a raised level is held so long after its vehicle is followed no more, if that was in our way
-            and we have not reached it yet: found again it is another one, that has to be seen for
-            `minimum_age_s` first.
+        oncoming_reach_s: an oncoming vehicle is warned of when it is reached within this time. Nobody can
+            brake off its speed, so no other rule has a threshold for it.
+        steering_mps2: a vehicle that is neither the lead nor oncoming, and does not come in, raises no
+            `warning` if steering with less than this passes it, and no `caution` if half of this does.
+            Drivers steer around parked cars in time (Brannstrom et al. 2010: a threat is what neither braking
+            nor steering avoids at ease).
+        in_lane_m: a vehicle that reaches this far into our lane, whose lines are seen, is not passed at ease:
+            the lane must be left for it.
+        imminent_s: a vehicle reached within this time is imminent. Even the lead then needs no more time as
+            the lead than others need on course.
+        closing_sigmas: the least closing speed, in sigmas, for rules that use it. The prior of a new vehicle,
+            anything from standing to our own speed, is already 1.7 sigmas before anything is measured.
+        upper_sigmas: the gap is too small if it is less than what is needed plus this many sigmas of the
+            difference. Going by the mean, every second warning would be late; with 1.65 sigmas 5 in 100 are.
+        distance_alone: up to this part of the gap, its error is independent of the closing speed; any more is
+            shared with it. Of 0, 0.04 and 0.06 the one that has as many Euro NCAP trials in time as when all
+            errors are independent.
+        latest_ttc_s: no rule that uses the closing speed is raised above this TTC. ISO 15623 needs no warning
+            above 4 s. But behind a braking lead the hardest preventable scenario of Euro NCAP needs one at
+            5.7 s, and when braking begins the tracked closing speed lags by a fifth.
+        latest_warning_s: above this time to contact (16th percentile, at a constant closing speed) `warning`
+            is lowered to `caution`: ISO 15623's 4 s and the lag.
+        latest_surely_s: if the own speed is unknown, `warning` is also lowered to `caution` while the 84th
+            percentile of that time is above this.
+        latest_braking_s: behind a braking lead neither of the two counts once the mean time to contact, its
+            braking going on, is below this. That it goes on is only assumed.
+        earliest_before_s: behind any other vehicle `caution` stays until this long before the rule of
+            `warning` is due by its mean plus one sigma. Uncertainty makes warnings early, but no earlier.
+        caution_first_s: `caution` comes this long before `warning`, if there is more time than
+            `caution_first_reach_s`.
+        caution_first_reach_s: see `caution_first_s`.
+        minimum_due_s: `warning` must have been due for this long, if the detector found the vehicle in a part
+            of its frames below `surely_found_part`: what is due for a frame or two is mostly noise then. Both
+            were chosen on strangers' clips with disturbed boxes (docs/figures/clips.md, "How much is
+            chance").
+        surely_found_part: see `minimum_due_s`.
+        minimum_own_mps: nothing is raised below this own speed, if it is known. At 10 km/h a driver with 1.2
+            s and 0.4 g needs 4 m, and queues creep closer than that.
+        release_factor: a raised level is held while its rule holds for a gap wider by this factor.
+        minimum_duration_s: the least duration of a level. Below a driver's expected reaction time (0.75 s,
+            Green 2000) it could be gone before it is understood.
+        held_below_ttc_s: a raised level is also held while the TTC is below this and does not grow. By ISO
+            15623 no warning below 4 s is needless.
+        grown_ttc: the TTC grows if it is this many times the shortest since the level was raised.
+        lost_s: a raised level is held this long after its vehicle was lost, if that was in our way and not
+            yet reached. Found again, it is a new track, which must first reach `minimum_age_s`.
     """
 
     minimum_age_s: float = 0.75

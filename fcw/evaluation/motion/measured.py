@@ -21,15 +21,15 @@ class MotionErrors:
     """How far own motion by the picture is off, each as 1-sigma.
 
     Attributes:
-        speed_part: of the speed, as a part of it.
-        speed_floor_mps: and at least so much.
-        yaw_rate_radps: of the yaw rate.
+        speed_part: error of the speed, as a part of it.
+        speed_floor_mps: least error of the speed.
+        yaw_rate_radps: error of the yaw rate.
         lasts_s: correlation time of both.
-        mount_rad: of the mount's angles, constant in a drive.
+        mount_rad: error of the angles of the mount, constant in a drive.
         speed_known: whether it tells the speed at all.
-        said_speed_part: what own motion believes of its speed,
-        said_yaw_rate_radps: of its yaw rate,
-        said_mount_rad: and of the mount.
+        said_speed_part: what own motion says of the error of its speed, as a part of it.
+        said_yaw_rate_radps: what it says of that of its yaw rate.
+        said_mount_rad: what it says of that of the mount.
     """
 
     speed_part: float = 0.03

@@ -22,20 +22,20 @@ REPEATED_CHANGE = 0.25
 """A repeated picture's grey values change by less in the mean: by 0.02 to 0.2 in the clips looked at that
 repeat theirs. Pictures of driving changed by 0.5 and more in the others, the least by night."""
 WINDOW_S = 1.0
-"""So much of the video tells its pace,"""
+"""The last part of the video, which tells its pace."""
 FEWEST_NEW, FEWEST_REPEATED = 6, 2
-"""if so many pictures in it are new, and so many are not."""
+"""New and repeated pictures that it needs."""
 LARGEST_SHIFT = 0.75
 """Of the time between two shown pictures: an even pace never shows one later than that, or earlier. What
 does was not evenly taken, as where a recorder stalled; then it counts when it was shown."""
 DELAYS_WINDOW_S = 2.0
-"""So much of the video tells whether its times are those of a varying delay,"""
+"""The last part of the video, which tells whether its times are those of a varying delay."""
 FEWEST_STEPS = 12
-"""if so many pictures in it follow each other,"""
+"""Steps from one picture to the next that it needs."""
 LEAST_UNEVENNESS = 0.2
-"""the steps between them vary by so much of their mean,"""
+"""Least standard deviation of these steps, as a part of their mean."""
 LEAST_CHANGE = 1.0
-"""and grey values change by so much in the mean of a step: what stands looks the same after any time."""
+"""Least change of the grey values in the mean of a step: what stands looks the same after any time."""
 LARGEST_SLOPE = 0.15
 """Of the logarithm of the change over that of the step, with two of its sigmas. Seven clips of which one, two
 or three pictures were taken by chance had 0.24 to 2.8 in each window, two with such delays -1.8 to -0.1."""

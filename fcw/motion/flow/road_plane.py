@@ -31,23 +31,24 @@ STEP_M, ROWS, NEAREST_M, HALF_WIDTH_M = 0.1, 90, 4.5, 3.0
 COLUMNS = 2 * round(HALF_WIDTH_M / STEP_M) + 1
 MIDDLE_M = NEAREST_M + STEP_M * ROWS / 2
 CORNERS = np.array([(0, 0), (ROWS - 1, 0), (ROWS - 1, COLUMNS - 1), (0, COLUMNS - 1)], np.float32)
-"""Of the strip, row and column, the columns to the left;"""
+"""Row and column of the corners of the strip; columns grow to the left."""
 CORNERS_M = (NEAREST_M, -HALF_WIDTH_M) + STEP_M * CORNERS.astype(np.float64)
-"""and where they are, ahead and to the left."""
+"""Where these corners are: ahead of the camera, and to the left."""
 FINER = 4
-"""So many shifts a row: at 5 m/s and 15 pairs a second the road comes only three rows nearer."""
+"""Shifts that are tried for each row: at 5 m/s and 15 pairs a second the road comes only three rows
+nearer."""
 OVERLAP_ROWS = 30
-"""So much of the strip both pictures must show."""
+"""Rows of the strip that both pictures must show."""
 AROUND_STEPS = (11, 9)
 """Length and width of the surroundings whose brightness is taken away."""
 LARGEST_CONTRAST = 20.0
-"""In grey values: more counts as so much, or one reflection would rule."""
+"""In grey values; larger ones are cut to this, or one reflection would rule."""
 STANDS_S = 0.4
 """Time in which what stands is learnt."""
 SLOWEST_MPS = 4.0
-"""Slower, the road hardly moves against what is learnt to stand;"""
+"""At a lower speed the road hardly moves against what is learnt to stand."""
 SLOWEST_LESS_BACKWARDS_MPS = 9.0
-"""and what the road itself correlates backwards reaches into what it does ahead."""
+"""At a lower speed the correlation of the road backwards reaches into that ahead."""
 ERROR_PART, ERROR_MPS = 0.07, 0.3
 """1-sigma of what slopes and pitching leave in it."""
 KNOWN_PART = 0.2

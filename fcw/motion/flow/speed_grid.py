@@ -25,9 +25,9 @@ REMEMBERED_S = 1.0
 LEAST_CORRELATION = 0.2
 """In the mean over `REMEMBERED_S`. Below are speeds found by chance."""
 SURE_PART, SURE_MPS = 0.08, 0.4
-"""The grid tells a speed while its 1-sigma is less than this part of it, or this;"""
+"""The grid tells a speed while its 1-sigma is less than this part of it, or less than this."""
 LASTS_S = 0.6
-"""what it has told for so long is believed."""
+"""Time for which it must have told a speed before that is believed."""
 
 
 class SpeedGrid:

@@ -16,13 +16,14 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.motion.flow.points import PointFollower, SmallPicture
 
 AGO_NS, SOON_NS = 1_000_000_000, 300_000_000
-"""The picture is compared with one of so long ago, or where there is none yet, of the latter."""
+"""The picture is compared with one of a second ago, or with a later one if there is none yet."""
 KEPT_NS = 200_000_000
-"""One is kept so often, and compared."""
+"""Time between two pictures that are kept, and between two comparisons."""
 IN_PLACE_PART, SOON_IN_PLACE_PART = 0.5, 0.9
-"""So many of its corners are in their place,"""
+"""A picture stands if at least this part of its corners is in place; the second part is for a picture of less
+than a second ago."""
 CHANGED_PART, SOON_CHANGED_PART = 0.65, 0.25
-"""and no more of its cells have changed."""
+"""Largest part of its cells that may have changed, likewise."""
 
 
 class Stillness:

@@ -12,34 +12,39 @@ class BeliefSettings:
     Chosen and tried on the simulated threats and KITTI tracking 0000 to 0010; nothing was left out.
 
     Attributes:
-        far_m: farther than this vehicles appear from nothing all the time, and hide nobody.
-        side_part: a box this near to the picture's left or right edge, as a part of its width, came from
-            there.
-        start_s: what is there so soon after the first frame was there before.
-        earned_s: what appeared near us is believed after so long if it comes nearer or moves away,
-        earned_surely_s: or after so long where it does so at `surely_sigmas` of the closing speed: a
-            reflection does not grow.
-        earned_still_s: and after so long if it does not: no vehicle gets there without having moved.
-        filling_part: as long as its box is so wide, as a part of the picture's width, it is not believed at
-            all: what fills the picture was seen before it did. The whole road at night was boxed for five
-            seconds, and seemed to move. Not tuned.
-        earned_part: all this where the detector found it in so large a part of its frames, as for a track to
-            be confirmed (not tuned): plain road that is boxed now and then seems to move, too, if carried.
-        kept_part: what was believed is doubted again where the detector found it in a smaller part: a vehicle
-            half hidden in single pictures is found in a third of them (the net's card).
-        lately_s: time constant of these two parts: who is found in every frame is no less believed for having
-            been far, and rarely found, before. As `earned_still_s`, not tuned.
-        well_found_s: what the detector found for so long,
-        well_found_part: and in so large a part of its frames, is no longer doubted for how it is found.
+        far_m: beyond this distance vehicles appear from nothing all the time, and hide nobody.
+        side_part: a box this near to the left or right edge of the picture, as a part of the picture's width,
+            came from there.
+        start_s: a vehicle seen this soon after the first frame was there before.
+        earned_s: what appeared near us is believed after this time if it comes nearer or moves away.
+        earned_surely_s: the same if it does so by `surely_sigmas` of the closing speed: a reflection does not
+            grow.
+        earned_still_s: the same if it does neither: no vehicle gets there without having moved.
+        filling_part: a box wider than this part of the picture is not believed at all while it is: a vehicle
+            that fills the picture was seen before it did. At night the whole road was boxed for five seconds,
+            and seemed to move. Not tuned.
+        earned_part: belief is earned only while the detector finds it in at least this part of its frames,
+            the part that confirms a track (not tuned): plain road that is boxed now and then, and carried,
+            seems to move, too.
+        kept_part: what was believed is doubted again when the detector finds it in a smaller part of its
+            frames. A vehicle that is half hidden in single pictures is found in a third of them (card of the
+            net).
+        lately_s: time constant of the last two parts: a vehicle found in every frame is no less believed for
+            having been far, and rarely found, before. As long as `earned_still_s`; not tuned.
+        well_found_s: a vehicle that was found for this long, and in `well_found_part` of its frames, is no
+            longer doubted for how often it is found.
+        well_found_part: see `well_found_s`.
         surely_sigmas: see `earned_surely_s`.
-        moving_sigmas: it does at this many sigmas of the closing speed,
-        moving_mps: and this speed.
-        through_part: somebody is seen through it where so much of their box is inside its own,
-        through_ratio: and they are so many times as far away,
-        through_s: and the detector found them there within this time.
-        remembered_s: so long the place of a believed vehicle that was lost is kept: found again, it is
-            believed.
-        still: see `StillPictureSettings`.
+        moving_sigmas: a vehicle moves if its closing speed is more than this many of its sigmas, and more
+            than `moving_mps`.
+        moving_mps: see `moving_sigmas`.
+        through_part: a box is seen through if another vehicle was found within it during the last
+            `through_s`: with this part of its own box inside, and `through_ratio` times as far away.
+        through_ratio: see `through_part`.
+        through_s: see `through_part`.
+        remembered_s: time for which the place of a believed vehicle that was lost is kept; what is found
+            there is believed.
+        still: when something stands still in the picture.
     """
 
     far_m: float = 25.0

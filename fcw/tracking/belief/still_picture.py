@@ -36,15 +36,15 @@ class StillPictureSettings:
     """When a place in the picture is taken to belong to the camera.
 
     Attributes:
-        looked_s: it is compared with itself this often.
-        likeness: correlation from which it is the same,
-        moved_px: unless it has moved by so much.
-        counted_s: it counts that it was the same for so long, where the picture moves,
-        times: and it must have been so often in a row.
-        scene_likeness: the picture moves where the whole of it correlates less than this.
-        learned_likeness: correlation with what was learned from which a new box there is the same.
-        same_place: overlap (intersection over union) of such a box with the learned place.
-        most: so many places are kept, the latest ones.
+        looked_s: time between two looks at a place.
+        likeness: correlation from which the place looks the same, unless it has moved by `moved_px`.
+        moved_px: see `likeness`.
+        counted_s: looking the same counts when it has lasted for this time, in which the picture moved.
+        times: how often in a row it must count.
+        scene_likeness: the picture has moved if the whole of it correlates less than this.
+        learned_likeness: correlation with a learned place from which a new box there is the same thing.
+        same_place: overlap of such a box with the learned place (intersection over union).
+        most: the most places that are kept, the latest ones.
     """
 
     looked_s: float = 0.2

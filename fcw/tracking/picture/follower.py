@@ -26,27 +26,29 @@ class FollowingSettings:
     """How vehicles are followed by the picture, and how long without the detector.
 
     Attributes:
-        most: so many vehicles are followed, the nearest ones: it bounds the time a frame takes.
-        least_share: so large a part of the points in the picture must agree on one motion.
-        least_share_alike: the same where the patch as a whole was found: background in it may have moved on.
-        few_points: where the corners are not found, a patch with fewer of them is searched as a whole: a
-            vehicle far away or in the dark has few. 9, 12 and 16 gave the same gaps on each of four clips.
-        renewed_left: with a smaller part of all its points left the looks are remembered anew.
-        renewed_ratio: or where the vehicle has become larger or smaller by this.
-        renewed_s: or after so long while the detector sees it: its box says what belongs to the vehicle.
-        least_likeness: correlation with its looks at its last detection; below, something else is followed.
-        pitch_rad: where its lower edge may be off the road, by pitch and bumps.
-        uneven: and so much more, as a part of its height.
-        compared_s: it is compared with them this often while it is carried.
-        regained_likeness: correlation from which it is followed again once it was lost.
-        still_rad: what is carried for `still_s` without moving by this in the picture is not on the road: a
-            reflection in the windscreen, or dirt. Every car nods and sways by more: on seven clips vehicles
-            moved by 1.6 mrad and more within a second, a reflection by 1.0.
+        most: the most vehicles that are followed, the nearest ones; it bounds the time of a frame.
+        least_share: the smallest part of the points in the picture that must agree on one motion.
+        least_share_alike: the same if the patch as a whole was found: the background in it may have moved on.
+        few_points: if the corners are not found, a patch with fewer of them than this is searched as a whole:
+            a vehicle far away or in the dark has few. 9, 12 and 16 gave the same gaps on each of four clips.
+        renewed_left: the looks are remembered anew when a smaller part of all points than this is left.
+        renewed_ratio: so they are when the vehicle has become this many times larger or smaller.
+        renewed_s: so they are after this time while the detector sees it: its box says what belongs to the
+            vehicle.
+        least_likeness: correlation with the looks at the last detection, below which something else is
+            followed. They are compared every `compared_s` while the vehicle is carried.
+        pitch_rad: largest pitch, with bumps, by which the lower edge may be off the road.
+        uneven: largest part of its height by which it may be off in addition.
+        compared_s: see `least_likeness`.
+        regained_likeness: correlation from which a vehicle that was lost is followed again.
+        still_rad: what is carried for `still_s` and moves by less than this in the picture is not on the
+            road, but a reflection in the windscreen, or dirt. Every car nods and sways more: on seven clips
+            vehicles moved by at least 1.6 mrad within a second, a reflection by 1.0.
         still_s: see `still_rad`.
-        driving_mps: while we drive at this speed or faster; a lead that we stand behind stands still.
-        floor_sigma: 1-sigma of the logarithm of the growth beyond the scatter of the points.
-        credit: a vehicle may be carried for so many times as long as the detector saw it.
-        longest_s: but no longer than this.
+        driving_mps: least own speed for `still_rad`; a lead that we stand behind stands still.
+        floor_sigma: 1-sigma of the logarithm of the growth, in addition to the scatter of the points.
+        credit: the longest time for which a vehicle is carried, in times for which the detector saw it.
+        longest_s: the longest time for which any vehicle is carried.
     """
 
     most: int = 5

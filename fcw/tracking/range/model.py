@@ -59,19 +59,19 @@ class RangeModel:
     Attributes:
         rears: kinds of vehicles seen from behind.
         turned: kinds that a detector also finds whose boxes have a height of their own.
-        acceleration_sigma_mps2: of the relative acceleration of two vehicles in traffic; hard braking, at two
-            to four sigma, lasts long enough to be followed.
+        acceleration_sigma_mps2: 1-sigma of the relative acceleration of two vehicles in traffic. Hard
+            braking, at two to four sigma, lasts long enough to be followed.
         acceleration_correlation_s: how long a manoeuvre lasts (Singer 1970).
-        closing_sigma_mps: closing speed of a vehicle just found where the own speed is unknown: 2 sigma is a
-            standing one met at 108 km/h. Where it is known, the vehicle is anything between standing and as
-            fast as we are.
-        closing_margin_mps: and so much slower or faster.
+        closing_sigma_mps: 1-sigma of the closing speed of a vehicle just found, if the own speed is unknown:
+            2 sigma is a standing vehicle met at 108 km/h. If it is known, the vehicle is anything between
+            standing and as fast as we are, give or take `closing_margin_mps`.
+        closing_margin_mps: see `closing_sigma_mps`.
         fleet_width_sigma: 1-sigma of the logarithm by which all vehicles of a place and time are wider than
             believed, which many vehicles cannot average away: 1.63 m in KITTI, 1.75 to 1.85 m today.
         size_drift_per_sqrt_s: relative drift in one second of a vehicle's own width and height.
         aspect_sigma: 1-sigma of the logarithm of the apparent over the true width of a vehicle straight
             ahead, which turns a little. One degree shows 7 cm of its side.
-        aspect_correlation_s: how long it stays turned: a change of lane, a bend.
+        aspect_correlation_s: correlation time of that: a change of lane, a bend.
         side_sigma: how well the visible side of a vehicle beside our path is known, as a part of it.
         calibration_pitch_sigma_rad: how far calibrations are off in use, beside their clicks: people park on
             ramps, load the boot, bump the mount.
@@ -82,26 +82,28 @@ class RangeModel:
             alone.
         mount_sigma_rad: 1-sigma of the mount by the picture, beside what it says itself: roads are not level
             with the direction of travel.
-        mount_lasts_s: its errors stay alike for so long.
-        slow_pitch_sigma_rad: pitch against the road by load and long slopes, that is by bends of the road
-            between us and the vehicles; most roads are nearly straight over 50 m.
-        slow_pitch_correlation_s: how long a slope lasts.
-        fast_pitch_sigma_rad: pitch of the body on its springs, and short waves of the road. On KITTI tracking
-            the rows of the lower edges of vehicles ahead scatter by 0.17 to 0.42 degrees in a drive.
-        fast_pitch_correlation_s: of it: bodies swing at 1 to 2 Hz; on KITTI the correlation is a half after
-            0.4 s.
-        dive_rad_per_mps2: and by our own braking and speeding up, where the own speed is known: 1-sigma for
-            each m/s^2. Hard braking was seen to lift the horizon by 12 rows of 360, about 2 degrees.
-        lasting_gain_error: this part of the error of a gain in own speed stays in the closing speeds. The
-            rest is taken back: the measured speed errs about the true one and does not run away from it.
-            1 made simulated threats and KITTI's `warning`s worse; 0 believes wild speeds too much.
+        mount_lasts_s: correlation time of its errors.
+        slow_pitch_sigma_rad: 1-sigma of the pitch against the road by load and long slopes, that is by bends
+            of the road between us and the vehicles; most roads are nearly straight over 50 m.
+        slow_pitch_correlation_s: correlation time of that pitch.
+        fast_pitch_sigma_rad: 1-sigma of the pitch of the body on its springs, with short waves of the road.
+            On KITTI tracking the rows of the lower edges of vehicles ahead scatter by 0.17 to 0.42 degrees in
+            a drive.
+        fast_pitch_correlation_s: correlation time of that pitch: bodies swing at 1 to 2 Hz; on KITTI the
+            correlation is a half after 0.4 s.
+        dive_rad_per_mps2: 1-sigma of the pitch by our own braking and speeding up, for each m/s^2, if the own
+            speed is known. Hard braking was seen to lift the horizon by 12 rows of 360, about 2 degrees.
+        lasting_gain_error: the part of an error of a gain in own speed that stays in the closing speeds. The
+            rest is taken back: the measured speed errs about the true one and does not run away from it. 1
+            made simulated threats and KITTI's `warning`s worse; 0 believes wild speeds too much.
         mount_drift_rad_per_sqrt_s: how fast the filter may come to believe that the camera looks elsewhere
             than it did: 0.1 degrees in a minute and a half. Less, and a turned mount would stay hidden in the
             pitch of the road; more, and the road's pitch would pass for the mount's.
-        bump_sigma_rad: the road below one vehicle against that below another: on KITTI tracking two vehicles
-            ahead in our own direction differ by 0.03 to 0.11 degrees over root two where they share a road.
-        bump_correlation_s: how long such a difference lasts.
-        looks_correlation_s: for so long the errors of the growth by the picture stay alike.
+        bump_sigma_rad: 1-sigma of the road below one vehicle against that below another: on KITTI tracking
+            two vehicles ahead in our own direction differ by 0.03 to 0.11 degrees over root two where they
+            share a road.
+        bump_correlation_s: correlation time of that difference.
+        looks_correlation_s: correlation time of the errors of the growth by the picture.
         cross_slope: vehicles beside our path stand higher or lower by this part of the lateral distance:
             roads are built with 2 to 3 %.
         common_path_m: vehicles farther aside than the next lane say nothing of the camera: what they stand on
