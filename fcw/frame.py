@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 LEAST_RANGE = 10
 """Of 256: the darkest of 200 night pictures of BDD100K has 27, a covered sensor with a noise of 2 has 7."""
 GRID = 32
-"""So many places a row and a column are looked at."""
+"""Number of places of a row, and of a column, that are looked at."""
 STRAY_PART = 20
-"""Of so many places the darkest and the brightest one do not count: recorders write the time into black."""
+"""The darkest and the brightest one of this many places do not count: recorders write the time into black."""
 
 
 @dataclass(frozen=True, slots=True)

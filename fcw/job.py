@@ -67,7 +67,7 @@ class DriveJob:
         imperial: distances shown to a person in feet.
         frame_rate_hz: for folders of pictures without time stamps.
         own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
-        detection_threads: so many frames are searched at once, while others are decoded and written. 0 does
+        detection_threads: how many frames are searched at once, while others are decoded and written. 0 does
             everything in the thread that runs the job, as is best for one process of many.
         search_hz: see `SearchSchedule`; with 0, or a detector of one's own, every picture is searched.
 

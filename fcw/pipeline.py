@@ -49,7 +49,7 @@ class Stages:
         ego: own motion and path, by the picture too; None goes by what is given alone.
         known: what was found in a frame before; None where it is yet to be looked for.
         one_thread: the caller's does everything, with the first detector.
-        search_hz: so many pictures a second are searched, and those that the tracker wants; see
+        search_hz: how many pictures a second are searched, beside those that the tracker wants; see
             `SearchSchedule`. 0 searches all.
     """
 

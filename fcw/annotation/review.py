@@ -21,7 +21,8 @@ from fcw.annotation.records import (
 from fcw.logs.events import DriveEvent
 
 FOUND_AGAIN_WITHIN_S = 1.0
-"""So far from the judged stretch the same vehicle's event may lie: a finer rule moves an edge by less."""
+"""How far an event of the same vehicle may lie from the judged stretch: a finer rule moves an edge by
+less."""
 
 
 @dataclass(frozen=True, slots=True)

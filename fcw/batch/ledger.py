@@ -47,7 +47,7 @@ class Record:
         identity: key of what was run, see `fcw.batch.identity`; empty where nothing could be.
         content: SHA-256 of the source, likewise.
         warning_policy: by which it was judged; empty where it was not run.
-        frames: so many.
+        frames: how many it has.
         seconds: that it took.
         duration_s: of the drive.
         events: of every kind.

@@ -19,7 +19,7 @@ MOST_UNPACKED_BYTES = 256 << 20
 MOST_TIMES_PACKED = 100
 """Of a whole file; raw pictures of the road pack to a half or a tenth, encoded ones hardly."""
 ALWAYS_UNPACKED_BYTES = 1 << 30
-"""So much a small file may unpack to all the same, of black pictures for instance."""
+"""What a small file may unpack to in any case, of black pictures for instance."""
 _FOOTER, _CHUNK, _ATTACHMENT, _METADATA = 0x02, 0x06, 0x09, 0x0C
 _INDEXES = {0x08: (_CHUNK, 16), 0x0A: (_ATTACHMENT, 0), 0x0D: (_METADATA, 0)}
 """Opcodes of index records: what they lead to, and where in them its offset stands."""

@@ -19,7 +19,7 @@ class SearchSchedule:
 
     Args:
         frame_rate_hz: nominal rate of the drive's pictures.
-        least_hz: so many pictures a second are searched, or more, if there are as many; 0 searches all.
+        least_hz: least number of pictures a second that are searched, if there are as many; 0 searches all.
 
     Attributes:
         every: of so many pictures at the nominal rate one is searched.

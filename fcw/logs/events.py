@@ -73,7 +73,7 @@ class WarningCounter:
     """Counts a drive's events of kind `warning` while it runs: as `find_events` finds them in the end.
 
     Attributes:
-        count: so many by now.
+        count: how many there are by now.
     """
 
     count: int = 0

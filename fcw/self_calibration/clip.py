@@ -41,13 +41,13 @@ VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "l
 """Of a camera at the windscreen of each class."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
 ANY_YAW_RAD = math.radians(15.0)
-"""Of a yaw that the drive does not tell: so wide that it has no say."""
+"""1-sigma of a yaw that the drive does not tell: so wide that it has no say."""
 LANES_EVERY_S = 0.5
 WHOLE_CLIP_S = (0.0, LONGEST_S)
 FARTHEST_SIGN_PART = 0.15
 """A vehicle that looks wider, in parts of the focal length, is too near to say where the horizon is."""
 BEFORE_MOVE_S = 1.0
-"""So long before a camera is seen to be knocked the car may brake, and pitch."""
+"""The car may brake, and pitch, for this time before a camera is seen to be knocked."""
 SHORTEST_PIECE_S = 3.0
 """A shorter piece of a clip tells hardly anything."""
 
@@ -169,7 +169,7 @@ def calibrate_clip(
         on_frame: called after each picture.
         turns: whether to look for the lens in the turns of the clip, where it is not stated.
         asks_speed: whether to look how fast the road goes by; a given speed needs it.
-        enough_s: so much driving is enough.
+        enough_s: how much driving is enough.
         axis_column_px: of straight pictures; None in the middle.
         reference_offset_m: from the camera forward to where the distances of the evidence start.
         click_sigma_px: standard deviation of a clicked column or row.
@@ -260,7 +260,7 @@ def observe_clip(
         piece_s: from when to when the clip is looked at.
         on_frame: called after each picture.
         asks_turns: whether to look for the lens in the turns.
-        enough_s: so much driving is enough.
+        enough_s: how much driving is enough.
     """
     camera = guess.camera
     tracks = PointTracks(guess.image_size.width)

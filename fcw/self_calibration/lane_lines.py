@@ -25,16 +25,16 @@ from fcw.motion.view import RoadView
 
 DISTANCES_M = np.geomspace(7.0, 35.0, 60)
 ASIDE_M = np.arange(-0.6, 0.601, 0.02)
-"""So far beside the lane that was found its paint is looked for."""
+"""How far beside the lane that was found its paint is looked for."""
 SIDE_STEPS = 12
 """Paint is brighter than the road a quarter of a metre to both sides."""
 FEWEST_PLACES = 8
 LEAST_REACH = 1.6
-"""The farthest of a line's paint is so many times as far as the nearest: a single dash is no line."""
+"""How many times as far as the nearest paint of a line the farthest must be: a single dash is no line."""
 INLYING_PX = 2.0
 """Paint farther from the straight line is other paint."""
 PLACES_APART = 4
-"""A line is drawn through two places of paint that so many steps of `DISTANCES_M` or more lie between."""
+"""Least number of steps of `DISTANCES_M` between the two places of paint that a line is drawn through."""
 TRIED_RAD = tuple(math.radians(degrees) for degrees in (0, 1, -1, 2, -2, 3, -3, 4, -4))
 """Pitches about the believed one."""
 AGREEING_HEIGHTS = 0.015
@@ -45,7 +45,7 @@ LOOKED_FOR_RAD = (0.0, *(math.radians(sign * deg) for deg in range(1, 11) for si
 YAWS_TRIED_RAD = tuple(math.radians(degrees) for degrees in (5, -5, 10, -10, 15, -15))
 """Of a camera that looks aside, as some do that are put up by hand."""
 YAWED_PICTURES = 12
-"""In so many they are tried: one takes half a second."""
+"""Number of pictures in which they are tried: one takes half a second."""
 FEWEST_LANES = 5
 LEAST_ASIDE_PART = 2 / 3
 """With half of the pictures, kerbs and shadows met aside of a road that lay straight ahead."""

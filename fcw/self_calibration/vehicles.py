@@ -81,7 +81,7 @@ def vehicles_of(
     Args:
         source: straight pictures.
         detector: that needs no calibration: it looks everywhere.
-        longest_s: so much of the clip is looked through.
+        longest_s: how much of the clip is looked through.
         going_on: whether somebody still wants to know.
     """
     vehicles = VehicleRulers(source.image_size)

@@ -22,7 +22,7 @@ NEVER = 1e6
 PART_COST = 1.0
 """Whole boxes go before parts."""
 PART_INSIDE = 0.8
-"""So much of a part is inside the whole, or of the whole inside what was thought to be it."""
+"""How much of a part is inside the whole, at least, or of the whole inside what was thought to be it."""
 PART_HEIGHT_RATIO = 1.3
 PART_BOTTOM = 0.15
 """It stands where the whole does, up to this part of its height: else it is another vehicle."""

@@ -14,7 +14,7 @@ vehicle closes exactly at the own speed, and must not be lost to noise."""
 
 
 RIVAL_AHEAD_S = 1.5
-"""Half a change of lane: so far ahead it is looked who comes into the path."""
+"""How far ahead it is looked who comes into the path: half a change of lane."""
 SLOWEST_TURN_MPS = 3.0
 """Below this a small yaw rate would be any curvature."""
 

@@ -33,7 +33,7 @@ from fcw_viz.benchmark.stages import stage_times
 from fcw_viz.console import progress
 
 STAGES_S = 4.0
-"""So much of the drive is run stage by stage: enough for the tracks to be believed."""
+"""How much of the drive is run stage by stage: enough for the tracks to be believed."""
 
 
 def measure(

@@ -22,7 +22,7 @@ BARS = (
     "by the kind of camera; `fcw calibrate CLIP --from-clip` cuts them off and goes by the camera's own."
 )
 LOOK_S = 1.0
-"""So often it is looked whether the saved file is still what was saved."""
+"""How often it is checked whether the saved file is still what was saved."""
 
 
 class CalibrationPage(PageServer):

@@ -25,7 +25,7 @@ LOGGER = logging.getLogger(__name__)
 SOLUTIONS_KEPT = 256
 """Undo and redo over as many steps find their solutions ready."""
 RESULTS_KEPT = 4096
-"""So far back the last good result is looked for without solving again, for each event of a drag."""
+"""How far back the last good result is looked for without solving again, for each event of a drag."""
 
 Listener = Callable[[SessionState], None]
 

@@ -14,7 +14,7 @@ from fcw.logs.series import DriveSeries, SeriesBuilder
 from fcw.sources.live import LiveSource
 
 HISTORY_S = 30.0
-"""So far back the plots reach."""
+"""How far back the plots reach."""
 NANOSECONDS = 1_000_000_000
 
 

@@ -15,7 +15,7 @@ from fcw.frame import Frame, ImageSize, Source
 CACHE_BYTES = 128 << 20
 """Nearly fifty pictures of 1280x720: stepping to and fro decodes nothing twice."""
 READ_ON_FRAMES = 12
-"""So far ahead it is quicker to decode on than to open the file again at the keyframe before."""
+"""Up to this far ahead it is quicker to decode on than to open the file again at the keyframe before."""
 READ_BACK_FRAMES = 8
 """Stepping back, the pictures before are kept too: all of them have to be decoded for the one asked for."""
 

@@ -17,7 +17,7 @@ from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.drive_card import DriveCard, list_key, listed_card, read_card, read_thumbnail
 
 LOOK_S = 1.0
-"""So often it is looked what has changed."""
+"""How often it is checked what has changed."""
 TOLD_S = 0.8
 """A list that is being read is shown anew so often; each time costs the browser tens of milliseconds."""
 PICTURES_S = 2.0

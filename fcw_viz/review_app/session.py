@@ -22,7 +22,7 @@ LOGGER = logging.getLogger(__name__)
 DRIVES_KEPT = 4
 """Open drives that nobody looks at any more; the columns of an hour are a few megabytes."""
 REFRESH_S = 1.0
-"""So often it is looked whether other programs have added to a review, or to a drive."""
+"""How often it is checked whether other programs have added to a review, or to a drive."""
 
 Listener = Callable[[], None]
 

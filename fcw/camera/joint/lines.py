@@ -8,7 +8,7 @@ from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 
 SMALLEST_BELOW_PX = 0.5
-"""So far below the horizon an end of a line is taken at least."""
+"""An end of a line is taken to be at least this far below the horizon."""
 
 
 def line_misfits(

@@ -9,7 +9,8 @@ from fcw.camera.verdicts.hypotheses import Fault
 from fcw.errors import UserError
 
 SURE_SIGMAS = 3.0
-"""So far above the horizon a point is in the sky, and no far point of the road clicked badly."""
+"""A point this far above the horizon is in the sky, and not a far point of the road that was clicked
+badly."""
 KEEP_HORIZON = frozenset((Fault.BUMPER, Fault.FEET, Fault.AXIS))
 """Mistakes that shift or stretch all distances alike, or the picture: the horizon stays where it is."""
 

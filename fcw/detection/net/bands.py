@@ -28,10 +28,10 @@ FAR_M, LEAST_SHOWN_PX = 60.0, 16.0
 glance hardly finds: through a lens of more than 66 degrees, or one that may well be as wide. Lenses that
 nobody knows are often far wider than they are taken to be."""
 LEAST_FOCAL_PART = 0.5
-"""A focal length of which hardly anything is known is at least so much of itself: a lens that is taken to
-have 66 degrees has 105 then."""
+"""A focal length of which hardly anything is known is taken to be at least this part of itself: a lens that
+is said to have 66 degrees has 105 then."""
 ASIDE_M = 20.0
-"""So far aside of straight ahead, as calibrated, it shows what is `FAR_M` away if the lens is as wide as it
+"""How far aside of straight ahead, as calibrated, it shows what is `FAR_M` away if the lens is as wide as it
 may be: our way in any bend whose radius is 90 m or more."""
 SIZES_M = 1.4, 3.2
 """sqrt(w h) of a small car and of a lorry."""

@@ -82,7 +82,7 @@ def in_bytes(weights: FloatArray) -> tuple[NDArray[np.int8], FloatArray]:
 BEYOND = 2
 """Zeros at the end of each row of planes: of the ring to the right of it, and to the left of the next."""
 SUMMED = 16384
-"""So many bytes' squares are summed in 32 bits."""
+"""How many squares of bytes are summed in 32 bits."""
 
 
 class PlaneConvolution(NamedTuple):

@@ -27,11 +27,11 @@ from fcw.warning.types import WarningLevel, WarningPolicy
 
 PICTURES_PER_S = 15.0
 STANDING_S = 0.8
-"""So long the distance stays what it is in the picture."""
+"""How long the distance stays what it is in the picture."""
 GROWTH_MPS2 = 4.0
-"""So fast the closing speed grows after that, up to what it stays at."""
+"""How fast the closing speed grows after that, up to its final value."""
 DUE_PART = 0.6
-"""With the closing speed that it stays at, a driver must be warned at this part of the first gap."""
+"""At its final closing speed a driver must be warned at this part of the first gap."""
 END_GAP_M = 2.0
 NOISE_LEVELS = 1.5
 """Standard deviation of the noise of the light that is new in each picture, in levels of 255."""

@@ -38,9 +38,9 @@ class Sight:
         farthest_m: from the bumper; farther ones are not found.
         lost_part: part of the frames in which a vehicle is not found.
         lost_s: how long it is not found each time.
-        seen_s: so long a vehicle is found altogether, from the first time on.
-        fault_s: faults of a box last so long and come every 2.5 s in the mean; 0 for none.
-        height_part: a fault makes a box so much taller or less tall, at its lower edge.
+        seen_s: how long a vehicle is found in all, from the first time on.
+        fault_s: duration of the faults of a box, which come every 2.5 s in the mean; 0 for none.
+        height_part: by how much a fault makes a box taller or less tall, at its lower edge.
         boxed_part: a fault boxes this part of the vehicle's width alone, at one of its sides.
         shown: part of the picture's width and height that the camera shows, from the top left corner; what is
             beyond is cut off.

@@ -39,7 +39,8 @@ WARNING_TOPIC = "/fcw/warning"
 VIDEO_INDEX_TOPIC = "/fcw/video_index"
 
 SIGNALS_CHUNK_NS = 300_000_000
-"""A chunk of signals holds no more of the drive than this: so much is lost when the process is killed."""
+"""A chunk of signals holds no more of the drive than this, which is what is lost when the process is
+killed."""
 PICTURES_CHUNK_NS = 500_000_000
 """As much of the pictures; a chunk of them ends before each keyframe too, where a jump starts to read."""
 CHUNK_BYTES = 1 << 30

@@ -23,7 +23,7 @@ from fcw.kernels.jit import kernel
 from fcw.motion.flow.corners import BLOCK_PX
 
 LOOKED_S = 0.2
-"""So often a look is enough."""
+"""Time between two looks; more of them tell no more."""
 MOVED_PX, STILL_PX = 0.6, 0.4
 PLAIN = 4.0
 """Mean square of the gradient, in grey values a pixel, below which a cell shows nothing that could move."""
@@ -33,9 +33,9 @@ STILL_PART = 0.8
 FEWEST_LOOKS = 5.0
 FORGOTTEN_S = 60.0
 PLAIN_ROWS = 3
-"""So many cells that show nothing may lie between the edge and the own car, and within it."""
+"""How many cells that show nothing may lie between the edge and the own car, and within it."""
 BESIDE = 2
-"""How far the own car reaches is the median over so many columns to either side."""
+"""How far the own car reaches is the median over this many columns to either side."""
 UPPER_PART = 1 / 3
 """Of the picture's height it reaches down no farther: what is far stands still, too."""
 SOBEL_SCALE = 8

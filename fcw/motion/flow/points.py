@@ -27,10 +27,10 @@ FAR_INVERSE_DEPTH = 0.01
 IN_PLACE_PX = 1.0
 """A point that moved by less between two pictures is in its place."""
 BONNET_REACHES_M, BEYOND_PART = 8.0, 1 / 3
-"""A bonnet that mirrors the world has the best corners, and they go nowhere: so much of the road's points is
-taken beyond it, if there are as many. A third, a half and none were tried (docs/figures/own-motion.md)."""
+"""A bonnet that mirrors the world has the best corners, and they go nowhere: this part of the road's points
+is taken beyond it, if there are as many. A third, a half and none were tried (docs/figures/own-motion.md)."""
 PLANE_MARGIN_PX = 16
-"""The road is drawn so far above its highest point: windows of the pyramid's upper levels reach there."""
+"""How far above its highest point the road is drawn: windows of the pyramid's upper levels reach there."""
 
 
 Places = NDArray[np.float32]

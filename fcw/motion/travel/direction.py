@@ -43,9 +43,9 @@ COARSE_RAD = COARSE_STEP_RAD * np.arange(-12, 13)
 COARSE_SIGMA_PX, FINE_SIGMA_PX = 1.0, 0.7
 """Of a point's movement across its way, in the small picture: the coarse grid must miss nothing between."""
 FINE_RAD, FINE_STEP_RAD = math.radians(4.0), math.radians(0.5)
-"""Then those around the best of them: so far to each side, in such steps."""
+"""Then those around the best of them: how far to each side, and in which steps."""
 POINTS_AS_ONE = 16.0
-"""So many points tell as much as one: neighbours are followed wrongly together. With 8 two halves of a clip
+"""This many points tell as much as one: neighbours are followed wrongly together. With 8 two halves of a clip
 differed by 1.3 of their sigmas, with 16 by 0.9."""
 BLOCK_S = 1.5
 ASTRAY_BLOCKS = 0.1

@@ -11,13 +11,13 @@ from fcw.tracking.across.place_filter import PlaceFilter
 RATE_SIGMA_MPS = 1.5
 """1-sigma of the rate of a vehicle just found: a change of lane, or what stands beside a road that bends."""
 WRONG_BEFORE_PART = 0.75
-"""So much of what is wrong with a distance was wrong before, of its logarithm; the rest came with the closing
+"""The part of the error of a distance (of its logarithm) that it had before; the rest came with the closing
 speed since. Of 0.5, 0.75, 0.85 and 1 chosen as `JUMP_SIGMAS` was (`fcw/tracking/across/place_filter.py`);
 since then 0.5 is chosen with seven of eleven sequences left out, and is better by 0.6 %."""
 SLOWING_S = 0.35
-"""A rate slows that is smaller than its mean of so long: who brakes at a crossing must be known to before it
-stands. Of 0.35 and 0.5 s chosen on simulated cars that do (docs/figures/warning.md, "Who stops at a
-crossing")."""
+"""A rate slows if it is smaller than its mean over this time: that somebody brakes at a crossing must be
+known before he stands. Of 0.35 and 0.5 s chosen on simulated cars that do (docs/figures/warning.md, "Who
+stops at a crossing")."""
 JERKINESS_M2PS3 = 0.3
 """Spectral density of the acceleration across the road: a change of lane reaches 1 m/s^2 for half a second,
 and so does our own turning, where it is not known, for vehicles ahead."""

@@ -68,7 +68,7 @@ class _Place:
         looked_ns: when it was last the same.
         scene: the whole picture when that last counted.
         counted_ns: see `scene`.
-        times: so often it has counted.
+        times: how often it has counted.
     """
 
     box: Box

@@ -28,7 +28,7 @@ CROSS_GAP_CSS_PX = 2.5
 CIRCLE_CORNERS = 20
 FOLDED_PX, INSIDE_PX = 2.0, 40.0
 BENDS = 33
-"""So many points make a line that the lens bends."""
+"""How many points make a line that the lens bends."""
 DASH_CSS_PX = 7.0
 MAXIMUM_DASHES = 120
 """Zoomed far in, a dashed line over the whole picture has longer dashes rather than thousands."""

@@ -74,7 +74,7 @@ def folder_html(
         width_px: of the page's place for it.
         asked: which of them are listed, and in which order; by default all, the worst first. Or it asks for
             their moments, or for the drives that are not done.
-        most: so many are listed; `more:` asks for the others.
+        most: how many are listed; `more:` asks for the others.
         unfinished: drives that a batch has not done; listed at once where there are no others.
     """
     asked = asked or DriveFilter()

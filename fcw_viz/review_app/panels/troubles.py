@@ -12,7 +12,7 @@ def troubles_html(troubles: Sequence[str], most: int = MOST_TOLD) -> str:
 
     Args:
         troubles: at least one.
-        most: so many are told; of the others it is told how many there are.
+        most: how many are told; of the others only their number is.
     """
     lines = "".join(f"<p>{escape(trouble)}</p>" for trouble in troubles[:most])
     if len(troubles) > most:

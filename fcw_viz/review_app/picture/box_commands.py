@@ -16,7 +16,7 @@ from fcw_viz.review_app.picture.box_limits import SMALLEST_PX
 from fcw_viz.review_app.place import Place
 
 FOLLOWED_S = 4.0
-"""So far a box is followed at once: then somebody looks."""
+"""How far a box is followed at once, before somebody looks."""
 
 
 class BoxCommands:

@@ -44,7 +44,7 @@ SIGNS_PX, TRACK_PX, TICKS_PX = 13.0, 18.0, 13.0
 HEIGHT_PX = SIGNS_PX + TRACK_PX + TICKS_PX
 SMALLEST_MARK_PX = 3.0
 REACH_PX = 4.0
-"""So far beside a mark a click still means it."""
+"""How far beside a mark a click still means it."""
 APART_PX = 2.0
 """Of marks closer together only the worse one is drawn."""
 
