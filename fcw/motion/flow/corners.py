@@ -77,17 +77,21 @@ def _shrink(
     rows: NDArray[np.uint8], factor: int, small: NDArray[np.uint8]
 ) -> None:  # pragma: no cover - compiled
     height, width = small.shape
-    sums = np.empty(width * factor, np.uint16)  # of the pixels of a column that come together
+    part = 1.0 / (factor * factor)
+    # Of all colours, for bytes side by side are added at once: quicker than a third of them one by one.
+    sums, totals = np.empty(3 * width * factor, np.uint16), np.empty(width, np.uint32)
     for y in range(height):
         sums[:] = 0
         for row in range(y * factor, (y + 1) * factor):
-            for column in range(len(sums)):
-                sums[column] += np.uint16(rows[row, 3 * column + 1])
+            for place in range(len(sums)):
+                sums[place] += np.uint16(rows[row, place])
+        totals[:] = 0
+        for column in range(factor):
+            greens = sums[3 * column + 1 :: 3 * factor]
+            for x in range(width):
+                totals[x] += greens[x]
         for x in range(width):
-            total = np.uint32(0)
-            for column in range(x * factor, (x + 1) * factor):
-                total += sums[column]
-            small[y, x] = total // np.uint32(factor * factor)
+            small[y, x] = np.uint8((totals[x] + 0.5) * part)  # rounded down, without a division
 
 
 @kernel()
