@@ -1,6 +1,6 @@
 """What a start takes: `fcw --help`, and the detector alone from process start to its first result.
 
-    python benchmarks/startup.py [--repeats 10]
+    python benchmarks/speed/startup.py [--repeats 10]
 
 The kernels are cached by a run that is not counted. Beside the time by the clock stands that of the
 processor, which other work on the machine changes less.

@@ -1,6 +1,6 @@
 """How long one core takes to render the shipped scenario's pictures.
 
-    python benchmarks/rendering_speed.py [--seeds 0 1 2] [--frames 100]
+    python benchmarks/speed/rendering.py [--seeds 0 1 2] [--frames 100]
 
 Times are of the processor, not of the clock on the wall, so that other work on the machine matters little.
 """

@@ -1,6 +1,6 @@
 """How the time of a frame grows with the size of its picture: the shipped drive in HD, full HD and 4K.
 
-    PYTHONPATH=benchmarks python benchmarks/picture_sizes.py [--rounds 2] [--seconds 24]
+    PYTHONPATH=benchmarks python benchmarks/speed/picture_sizes.py [--rounds 2] [--seconds 24]
 
 Prints by size the time of a frame for decoding alone and for the whole job, by the clock, medians of rounds
 in which all sizes take turns. Enlarged pictures get a little noise, as of a sensor: without it they

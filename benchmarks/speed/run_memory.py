@@ -1,6 +1,6 @@
 """Memory of `fcw run` over a long drive, made by repeating the packets of a short one.
 
-    python benchmarks/run_memory.py CLIP --calibration FILE [--minutes 20]
+    python benchmarks/speed/run_memory.py CLIP --calibration FILE [--minutes 20]
 
 Prints the resident memory over the frames read; the peak is that of the whole process. A run whose memory
 does not grow is as good for a day as for a minute.
