@@ -20,8 +20,8 @@ the speed of a car does."""
 HELD_MPS2 = 3.0
 """While no speed is told the last one is held, and becomes less sure at this rate."""
 HELD_PART = 0.3
-"""It is held until its 1-sigma is this part of it. Without it, what it says of other vehicles would go at
-once, and their closing speeds would jump."""
+"""It is held until its 1-sigma is this part of it. If it were not held, what it says of other vehicles would
+go at once, and their closing speeds would jump."""
 JUMP_MPS = 3.0
 """A speed farther off than this and `JUMP_SIGMAS` is another one, and the old or the new one is wrong. About
 the lag of the filter in the hardest braking (10 m/s^2)."""
