@@ -39,23 +39,25 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--seconds", type=float, default=24.0)
     given = parser.parse_args()
+    say(where_and_with_what())
     drive = demo_folder() / "drive.mp4"
     times_ms: dict[tuple[str, tuple[int, int]], list[float]] = defaultdict(list)
     with tempfile.TemporaryDirectory() as folder:
         runs = {}
         for size in SIZES:
+            say(f"enlarging the drive to {size[0]}x{size[1]}")
             long = Path(folder) / f"{size[1]}.mp4"
             enlarge(drive, Path(folder) / "part.mp4", size)
             repeat_packets(Path(folder) / "part.mp4", long, given.seconds)
             cases = drive_cases(DriveJob(source=long, out=Path(), calibration=default_path(drive)))
             runs |= {(case, size): cases[case] for case in (DECODE, RELAYED)}
-        for measured_round in range(-1, given.rounds):
+        for number in range(given.rounds + 1):  # the first is not counted: kernels may compile in it
+            say(f"round {number} of {given.rounds}")
             for name, run in runs.items():
                 start = time.perf_counter()
                 frames = run()
-                if measured_round >= 0:
+                if number > 0:
                     times_ms[name].append(1e3 * (time.perf_counter() - start) / frames)
-    say(where_and_with_what())
     say_row(("pictures", "decoding alone, ms", "whole job, ms", "frames a second"), head=True)
     for size in SIZES:
         decode_ms, job_ms = (statistics.median(times_ms[case, size]) for case in (DECODE, RELAYED))
