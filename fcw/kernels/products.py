@@ -7,18 +7,22 @@ loaded is used for several sums, which are stored once, at their end.
 
 Four bytes lie in a word, and a word's four products are added at once: by one instruction (VPDPBUSD) where
 the processor has it, by two and the parting of words into pairs on other x86 ones, by plain arithmetic
-elsewhere. Sums of integers are exact, and so the same on all of them.
+elsewhere. Weights are parted beforehand (`as_weights`). Sums of integers are exact, and so the same on all of
+them.
 """
 
 # ruff: noqa: ANN401 - numba's and llvmlite's own types
 
+from enum import Enum
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils, config
 from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 import fcw.kernels.jit  # noqa: F401 - tells the compiler of the processor
 
@@ -32,17 +36,35 @@ def _processor_features() -> frozenset[str]:
 
 
 _FEATURES = _processor_features()
-_REGISTERS = 3
-# Numbers in a register, and rows of registers: as many sums as there is room for. LLVM knows instructions for
-# the longest registers only where it is told to use them (`in_whole_registers`).
-_LANES, TILE_ROWS = (16, 8) if {"+avx512bw", "-prefer-256-bit"} <= _FEATURES else (8, 4)
-TILE_COLUMNS = _LANES * _REGISTERS
-
 _HAS_ONE_INSTRUCTION = "+avxvnni" in _FEATURES or {"+avx512vnni", "+avx512vl"} <= _FEATURES
 _HAS_PAIRS = "+avx2" in _FEATURES
 
-_INDEX, _WORD, _HALF = ir.IntType(64), ir.IntType(32), ir.IntType(16)
-_WORDS, _HALVES = ir.VectorType(_WORD, _LANES), ir.VectorType(_HALF, 2 * _LANES)
+# Numbers in a register, and rows of registers. LLVM knows instructions for the longest registers only where
+# it is told to use them (`in_whole_registers`).
+_LANES, TILE_ROWS = (16, 8) if {"+avx512bw", "-prefer-256-bit"} <= _FEATURES else (8, 4)
+# As many sums as there is room for, beside the values: of 16 registers their pairs take four.
+_REGISTERS = 3 if _HAS_ONE_INSTRUCTION or _LANES == 16 else 2
+TILE_COLUMNS = _LANES * _REGISTERS
+
+_INDEX, _WORD = ir.IntType(64), ir.IntType(32)
+_WORDS, _HALVES, _BYTES = (ir.VectorType(ir.IntType(bits), 32 * _LANES // bits) for bits in (32, 16, 8))
+
+
+def as_weights(steps: NDArray[np.int8]) -> NDArray[np.int32]:
+    """Weights as `sum_products` reads them: whole, or each word's bytes parted as `_parted` does.
+
+    Args:
+        steps: (..., `WORD_BYTES`) in the order in which they are read.
+    """
+    if _HAS_ONE_INSTRUCTION:
+        parted = np.ascontiguousarray(steps)
+    elif _HAS_PAIRS:
+        parted = steps[..., [0, 2, 1, 3]].astype(np.int16)
+    else:
+        parted = steps.astype(np.int32)
+    return parted.reshape(-1).view(np.int32)
+
+
 _code: Any = intrinsic  # by its type it would want the compiler's own argument of those who call
 
 
@@ -68,9 +90,9 @@ def sum_products(
         values: flat int32, words of four bytes without a sign.
         first_value: intp, as all places and pitches, in words.
         offsets: (K,) intp; K is at least 1.
-        weights: flat int32, words of four bytes with a sign.
-        first_weight: place of the first product's first weight.
-        weight_pitch: words from a product's weights to the next one's.
+        weights: `as_weights` of words of four bytes with a sign.
+        first_weight: place of the first product's first weight, in words before they were parted.
+        weight_pitch: likewise, from a product's weights to the next one's.
         sums: flat int32.
         first_sum: place of the tile's first sum.
         sum_pitch: elements from a row of the tile to the next.
@@ -91,8 +113,25 @@ def sum_products_of_signed(
     first_sum: Any,
     sum_pitch: Any,
 ) -> Any:
-    """As `sum_products`, of values with a sign and weights without."""
+    """As `sum_products`, of values with a sign, and weights that are words of four bytes without."""
     return _signature(values, offsets, weights, sums), _write_signed_tile
+
+
+@_code
+def sum_products_of_pairs(
+    _context: Any,
+    values: Any,
+    first_value: Any,
+    offsets: Any,
+    weights: Any,
+    first_weight: Any,
+    weight_pitch: Any,
+    sums: Any,
+    first_sum: Any,
+    sum_pitch: Any,
+) -> Any:
+    """As `sum_products`, of words of two numbers of 16 bits with a sign; weights are such words, too."""
+    return _signature(values, offsets, weights, sums), _write_tile_of_pairs
 
 
 def _signature(values: Any, offsets: Any, weights: Any, sums: Any) -> Any:
@@ -101,25 +140,48 @@ def _signature(values: Any, offsets: Any, weights: Any, sums: Any) -> Any:
 
 
 def _write_tile(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return _write(context, builder, signature, arguments, False)
+    return _write(context, builder, signature, arguments, _Words.UNSIGNED, _Words.PARTED)
 
 
 def _write_signed_tile(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return _write(context, builder, signature, arguments, True)
+    return _write(context, builder, signature, arguments, _Words.SIGNED, _Words.UNSIGNED)
 
 
-def _write(context: Any, builder: Any, signature: Any, arguments: Any, signed_values: bool) -> Any:
+def _write_tile_of_pairs(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return _write(context, builder, signature, arguments, _Words.PAIRS, _Words.PAIRS)
+
+
+class _Words(Enum):
+    """What lies in a word, or in some that belong together."""
+
+    UNSIGNED = "four bytes without a sign"
+    SIGNED = "four bytes with a sign"
+    PARTED = "the latter, as `as_weights` gives them"
+    PAIRS = "two numbers of 16 bits with a sign"
+
+
+def _write(
+    context: Any, builder: Any, signature: Any, arguments: Any, of_values: _Words, of_weights: _Words
+) -> Any:
     def pointer(array: int, first: Any) -> Any:
         data = context.make_array(signature.args[array])(context, builder, arguments[array]).data
         return builder.gep(data, [first])
 
-    offset_array = context.make_array(signature.args[2])(context, builder, arguments[2])
-    count = builder.extract_value(offset_array.shape, 0)
-    values, weights, sums = (pointer(array, arguments[first]) for array, first in ((0, 1), (3, 4), (6, 7)))
+    def after(base: Any, place: int) -> Any:
+        return builder.gep(base, [ir.Constant(_INDEX, place)])
 
     def in_register(base: Any, register: int) -> Any:
-        place = builder.gep(base, [ir.Constant(_INDEX, register * _LANES)])
-        return builder.bitcast(place, _WORDS.as_pointer())
+        return builder.bitcast(after(base, register * _LANES), _WORDS.as_pointer())
+
+    together = _words_of_four() if of_weights is _Words.PARTED else 1
+
+    def in_words(place: Any) -> Any:
+        return builder.mul(place, ir.Constant(_INDEX, together))
+
+    offset_array = context.make_array(signature.args[2])(context, builder, arguments[2])
+    count = builder.extract_value(offset_array.shape, 0)
+    values, sums = pointer(0, arguments[1]), pointer(6, arguments[7])
+    weights, weight_pitch = pointer(3, in_words(arguments[4])), in_words(arguments[5])
 
     before, loop = builder.block, builder.append_basic_block("products")
     builder.branch(loop)
@@ -129,16 +191,16 @@ def _write(context: Any, builder: Any, signature: Any, arguments: Any, signed_va
     tile = [[builder.phi(_WORDS) for _ in range(_REGISTERS)] for _ in range(TILE_ROWS)]
     row_of_values = builder.gep(values, [builder.load(builder.gep(offset_array.data, [k]))])
     loaded = [
-        _parted(builder, builder.load(in_register(row_of_values, i), align=4), signed_values)
+        _factors(builder, [builder.load(in_register(row_of_values, i), align=4)], of_values)
         for i in range(_REGISTERS)
     ]
-    row_of_weights = builder.gep(weights, [builder.mul(k, arguments[5])])
+    row_of_weights = builder.gep(weights, [builder.mul(k, weight_pitch)])
     for row, row_of_sums in enumerate(tile):
-        weight = builder.load(builder.gep(row_of_weights, [ir.Constant(_INDEX, row)]))
-        everywhere = _parted(builder, _in_all_lanes(builder, weight), not signed_values)
+        words = [builder.load(after(row_of_weights, row * together + i)) for i in range(together)]
+        everywhere = _factors(builder, [_in_all_lanes(builder, word) for word in words], of_weights)
         for i, total in enumerate(row_of_sums):
-            unsigned, signed = (everywhere, loaded[i]) if signed_values else (loaded[i], everywhere)
-            added = _with_products(builder, total, unsigned, signed)
+            left, right = (everywhere, loaded[i]) if of_values is _Words.SIGNED else (loaded[i], everywhere)
+            added = _with_products(builder, total, left, right)
             total.add_incoming(ir.Constant(_WORDS, [0] * _LANES), before)
             total.add_incoming(added, loop)
             row_of_sums[i] = added
@@ -164,35 +226,50 @@ def _filled(vector: Any, number: int) -> Any:
     return ir.Constant(vector, [number] * vector.count)
 
 
-def _parted(builder: Any, words: Any, signed: bool) -> list[Any]:
-    """Words as `_with_products` takes them: whole, or their bytes in so many vectors of wider numbers."""
+def _words_of_four() -> int:
+    """Words that `as_weights` makes of one."""
+    return 1 if _HAS_ONE_INSTRUCTION else 2 if _HAS_PAIRS else 4
+
+
+def _factors(builder: Any, words: list[Any], what: _Words) -> list[Any]:
+    """Words as `_with_products` takes them: whole bytes, or vectors of as wide numbers as are multiplied."""
+    vector = _HALVES if _HAS_PAIRS else _WORDS
+    if what is _Words.PAIRS:
+        return [builder.bitcast(words[0], vector)] if _HAS_PAIRS else _parted(builder, words[0], 16, True)
     if _HAS_ONE_INSTRUCTION:
-        return [words]
-    vector, width = (_HALVES, 16) if _HAS_PAIRS else (_WORDS, 32)
-    shift = builder.ashr if signed else builder.lshr
-    words = builder.bitcast(words, vector)
+        return [builder.bitcast(words[0], _BYTES)]
+    if what is _Words.PARTED:
+        return [builder.bitcast(word, vector) for word in words]
+    return _parted(builder, builder.bitcast(words[0], vector), 8, what is _Words.SIGNED)
+
+
+def _parted(builder: Any, numbers: Any, bits: int, signed: bool) -> list[Any]:
+    """Each so many bits of a vector's numbers in a vector of their own, the lowest first."""
+    shift, width = builder.ashr if signed else builder.lshr, numbers.type.element.width
     return [
-        shift(builder.shl(words, _filled(vector, width - 8 - first)), _filled(vector, width - 8))
-        for first in range(0, width, 8)
+        shift(
+            builder.shl(numbers, _filled(numbers.type, width - bits - first)),
+            _filled(numbers.type, width - bits),
+        )
+        for first in range(0, width, bits)
     ]
 
 
-def _with_products(builder: Any, total: Any, unsigned: list[Any], signed: list[Any]) -> Any:
-    """To each lane of a total the products of a word's four bytes."""
-    if _HAS_ONE_INSTRUCTION:
-        name = f"llvm.x86.avx512.vpdpbusd.{32 * _LANES}"
-        function = ir.FunctionType(_WORDS, [_WORDS] * 3)
-        return builder.call(
-            cgutils.get_or_insert_function(builder.module, function, name), [total, *unsigned, *signed]
-        )
-    for left, right in zip(unsigned, signed, strict=True):
-        if _HAS_PAIRS:
-            name = "llvm.x86.avx512.pmaddw.d.512" if _LANES == 16 else "llvm.x86.avx2.pmadd.wd"
-            function = ir.FunctionType(_WORDS, [_HALVES] * 2)
-            products = builder.call(
-                cgutils.get_or_insert_function(builder.module, function, name), [left, right]
-            )
+def _with_products(builder: Any, total: Any, left: list[Any], right: list[Any]) -> Any:
+    """To each lane of a total the products of what lies in it; of whole bytes the left ones have no sign."""
+    for one, other in zip(left, right, strict=True):
+        if one.type == _WORDS:
+            total = builder.add(total, builder.mul(one, other))
+        elif one.type == _BYTES:
+            name = f"llvm.x86.avx512.vpdpbusd.{32 * _LANES}"
+            as_words = [builder.bitcast(numbers, _WORDS) for numbers in (one, other)]
+            total = _call(builder, name, [total, *as_words])
         else:
-            products = builder.mul(left, right)
-        total = builder.add(total, products)
+            name = "llvm.x86.avx512.pmaddw.d.512" if _LANES == 16 else "llvm.x86.avx2.pmadd.wd"
+            total = builder.add(total, _call(builder, name, [one, other]))
     return total
+
+
+def _call(builder: Any, name: str, arguments: list[Any]) -> Any:
+    function = ir.FunctionType(_WORDS, [argument.type for argument in arguments])
+    return builder.call(cgutils.get_or_insert_function(builder.module, function, name), arguments)

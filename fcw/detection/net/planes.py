@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fcw.detection.net.onnx_layers import Convolution
 from fcw.kernels.aligned import aligned_zeros
 from fcw.kernels.inner import inner_kernel
-from fcw.kernels.products import TILE_COLUMNS, TILE_ROWS, WORD_BYTES, sum_products
+from fcw.kernels.products import TILE_COLUMNS, TILE_ROWS, WORD_BYTES, as_weights, sum_products
 
 FloatArray = NDArray[np.float32]
 WordArray = NDArray[np.int32]
@@ -69,7 +69,7 @@ class PlaneWeights:
         weights = np.zeros((blocks * TILE_ROWS, words * WORD_BYTES, 9), np.int8)
         weights[: self.outputs, : self.inputs] = steps.reshape(self.outputs, self.inputs, 9)
         ordered = weights.reshape(blocks, TILE_ROWS, words, WORD_BYTES, 9).transpose(0, 2, 4, 1, 3)
-        self.weights = np.ascontiguousarray(ordered).reshape(-1).view(np.int32)
+        self.weights = as_weights(ordered)
         self.biases = convolution.biases.astype(np.float32)
 
 
