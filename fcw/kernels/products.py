@@ -39,11 +39,17 @@ _FEATURES = _processor_features()
 _HAS_ONE_INSTRUCTION = "+avxvnni" in _FEATURES or {"+avx512vnni", "+avx512vl"} <= _FEATURES
 _HAS_PAIRS = "+avx2" in _FEATURES
 
+
+def in_pairs() -> bool:
+    """Whether bytes are multiplied as pairs of 16 bits, as the processor has no instruction for four."""
+    return _HAS_PAIRS and not _HAS_ONE_INSTRUCTION
+
+
 # Numbers in a register, and rows of registers. LLVM knows instructions for the longest registers only where
 # it is told to use them (`in_whole_registers`).
 _LANES, TILE_ROWS = (16, 8) if {"+avx512bw", "-prefer-256-bit"} <= _FEATURES else (8, 4)
 # As many sums as there is room for, beside the values: of 16 registers their pairs take four.
-_REGISTERS = 3 if _HAS_ONE_INSTRUCTION or _LANES == 16 else 2
+_REGISTERS = 2 if in_pairs() and _LANES == 8 else 3
 TILE_COLUMNS = _LANES * _REGISTERS
 
 _INDEX, _WORD = ir.IntType(64), ir.IntType(32)
@@ -51,18 +57,14 @@ _WORDS, _HALVES, _BYTES = (ir.VectorType(ir.IntType(bits), 32 * _LANES // bits) 
 
 
 def as_weights(steps: NDArray[np.int8]) -> NDArray[np.int32]:
-    """Weights as `sum_products` reads them: whole, or each word's bytes parted as `_parted` does.
+    """Weights as `sum_products` reads them: words whole, or parted into pairs as `_parted` does.
 
     Args:
         steps: (..., `WORD_BYTES`) in the order in which they are read.
     """
-    if _HAS_ONE_INSTRUCTION:
-        parted = np.ascontiguousarray(steps)
-    elif _HAS_PAIRS:
-        parted = steps[..., [0, 2, 1, 3]].astype(np.int16)
-    else:
-        parted = steps.astype(np.int32)
-    return parted.reshape(-1).view(np.int32)
+    if in_pairs():
+        return steps[..., [0, 2, 1, 3]].astype(np.int16).reshape(-1).view(np.int32)
+    return np.ascontiguousarray(steps).reshape(-1).view(np.int32)
 
 
 _code: Any = intrinsic  # by its type it would want the compiler's own argument of those who call
@@ -173,7 +175,7 @@ def _write(
     def in_register(base: Any, register: int) -> Any:
         return builder.bitcast(after(base, register * _LANES), _WORDS.as_pointer())
 
-    together = _words_of_four() if of_weights is _Words.PARTED else 1
+    together = 2 if of_weights is _Words.PARTED and in_pairs() else 1
 
     def in_words(place: Any) -> Any:
         return builder.mul(place, ir.Constant(_INDEX, together))
@@ -226,11 +228,6 @@ def _filled(vector: Any, number: int) -> Any:
     return ir.Constant(vector, [number] * vector.count)
 
 
-def _words_of_four() -> int:
-    """Words that `as_weights` makes of one."""
-    return 1 if _HAS_ONE_INSTRUCTION else 2 if _HAS_PAIRS else 4
-
-
 def _factors(builder: Any, words: list[Any], what: _Words) -> list[Any]:
     """Words as `_with_products` takes them: whole bytes, or vectors of as wide numbers as are multiplied."""
     vector = _HALVES if _HAS_PAIRS else _WORDS
@@ -238,9 +235,10 @@ def _factors(builder: Any, words: list[Any], what: _Words) -> list[Any]:
         return [builder.bitcast(words[0], vector)] if _HAS_PAIRS else _parted(builder, words[0], 16, True)
     if _HAS_ONE_INSTRUCTION:
         return [builder.bitcast(words[0], _BYTES)]
-    if what is _Words.PARTED:
+    if what is _Words.PARTED and _HAS_PAIRS:
         return [builder.bitcast(word, vector) for word in words]
-    return _parted(builder, builder.bitcast(words[0], vector), 8, what is _Words.SIGNED)
+    # Elsewhere too LLVM multiplies faster what it sees to have few bits.
+    return _parted(builder, builder.bitcast(words[0], vector), 8, what is not _Words.UNSIGNED)
 
 
 def _parted(builder: Any, numbers: Any, bits: int, signed: bool) -> list[Any]:

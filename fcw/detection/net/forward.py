@@ -18,8 +18,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.net.onnx_layers import Convolution, Layers
-from fcw.detection.net.planes import PlaneWeights, in_bytes, in_tiles, mean_and_deviation
+from fcw.detection.net.byte_weights import in_tiles
+from fcw.detection.net.onnx_layers import Layers
+from fcw.detection.net.planes import mean_and_deviation
+from fcw.detection.net.row_pairs import FILTERS, LOWER, PAIRS, ROW_PAIRS_PAY, UPPER, filter_rows, to_row_pairs
+from fcw.detection.net.window_layers import (
+    TOGETHER,
+    HiddenLayer,
+    Target,
+    WindowLayer,
+    hidden_layer,
+    last_target,
+    places_in_row,
+    target_of,
+    window_layer,
+)
 from fcw.kernels.aligned import aligned_zeros
 from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
@@ -28,74 +41,19 @@ from fcw.kernels.products import (
     TILE_ROWS,
     WORD_BYTES,
     sum_products,
+    sum_products_of_pairs,
     sum_products_of_signed,
 )
 
 FloatArray = NDArray[np.float32]
 WordArray = NDArray[np.int32]
 
-TOGETHER = 8
-"""Windows side by side: a multiple of a tile's rows, of which the hidden layer's are windows."""
-
-
-class _Layer(NamedTuple):
-    """A convolution as the kernel reads it.
-
-    Attributes:
-        weights: as of `PlaneWeights`, and likewise the three next ones.
-        scales: (outputs,)
-        totals: (outputs,)
-        biases: (outputs,).
-        shape: words from a row that its outputs are summed from to the next one's; rows of outputs, and
-            their columns.
-        offsets: where its products find their words, from the first one's.
-        source: what it looks at: words of inputs, rows, columns, windows; and what tiles read beyond.
-    """
-
-    weights: WordArray
-    scales: FloatArray
-    totals: FloatArray
-    biases: FloatArray
-    shape: NDArray[np.int64]
-    offsets: NDArray[np.int64]
-    source: WordArray
-
-
-class _Target(NamedTuple):
-    """Where a layer's outputs go, as bytes.
-
-    Attributes:
-        places: (columns,) of an output in a row.
-        shape: rows, columns, and the first row.
-        words: words of outputs, rows, columns, windows.
-    """
-
-    places: NDArray[np.int64]
-    shape: NDArray[np.int64]
-    words: WordArray
-
-
-class _Hidden(NamedTuple):
-    """The first dense layer as the kernel reads it.
-
-    Attributes:
-        weights: its outputs' in blocks of `TILE_COLUMNS`; in each the order is word of inputs, output.
-        scales: (H,) of as many outputs as there are in whole blocks, what one of a weight's steps is.
-        biases: (H,).
-        offsets: where the weights of a word of inputs are in a block.
-    """
-
-    weights: WordArray
-    scales: FloatArray
-    biases: FloatArray
-    offsets: NDArray[np.int64]
-
 
 class _Work(NamedTuple):
     """What the kernel works in.
 
     Attributes:
-        sums: (TILE_ROWS, at least a row of outputs) of a convolution.
+        sums: (`FILTERS` of rows, TILE_ROWS, at least a row of outputs) of a convolution.
         values: a convolution's outputs: planes, rows, columns, windows.
         largest: (columns, windows) of them, flat.
         steps: likewise, what a byte's step is in each window, the same in all columns.
@@ -118,12 +76,15 @@ class ForwardPass:
         layers: of the net.
         side_px: of the windows.
         least_contrast: as of `fcw.detection.net.look.normalised`.
+        by_row_pairs: as of `ByteWeights`.
 
     Raises:
         ValueError: windows of this size do not fit the layers.
     """
 
-    def __init__(self, layers: Layers, side_px: int, least_contrast: float) -> None:
+    def __init__(
+        self, layers: Layers, side_px: int, least_contrast: float, by_row_pairs: bool = ROW_PAIRS_PAY
+    ) -> None:
         self._side_px, self._least_contrast = side_px, np.float32(least_contrast)
         sides = [side_px]
         for each in layers.convolutions:
@@ -133,13 +94,16 @@ class ForwardPass:
         outputs = [len(each.weights) for each in layers.convolutions]
         if layers.hidden.shape[1] != outputs[-1] * sides[-1] ** 2:
             raise ValueError(f"a net for other windows than of {side_px} px")
-        self._layers = tuple(map(_layer, layers.convolutions, sides))
-        self._first_places = _places(side_px, layers.convolutions[0].stride)
-        self._targets = (
-            *map(_target, self._layers[1:], layers.convolutions[1:], sides[1:]),
-            _last_target(outputs[-1], sides[-1]),
+        self._layers = tuple(
+            window_layer(each, side, by_row_pairs)
+            for each, side in zip(layers.convolutions, sides, strict=False)
         )
-        self._hidden = _hidden(layers, outputs[-1])
+        self._first_places = places_in_row(side_px, layers.convolutions[0].stride)
+        self._targets = (
+            *map(target_of, self._layers[1:], layers.convolutions[1:], sides[1:]),
+            last_target(outputs[-1], sides[-1]),
+        )
+        self._hidden = hidden_layer(layers, outputs[-1])
         self._hidden_count = len(layers.hidden)
         self._output, self._output_biases = np.ascontiguousarray(layers.output.T), layers.output_biases
         row, most = (
@@ -147,7 +111,7 @@ class ForwardPass:
             max(n * side**2 for n, side in zip(outputs, sides[1:], strict=True)),
         )
         self._work = _Work(
-            aligned_zeros((TILE_ROWS, in_tiles(row)), np.int32),
+            aligned_zeros((FILTERS, TILE_ROWS, in_tiles(row)), np.int32),
             aligned_zeros((most * TOGETHER,), np.float32),
             *(aligned_zeros((row,), np.float32) for _ in range(4)),
         )
@@ -170,67 +134,15 @@ class ForwardPass:
         return hidden[:count, : self._hidden_count] @ self._output + self._output_biases
 
 
-def _places(columns: int, stride: int) -> NDArray[np.int64]:
-    """(columns,) where in a row, which has one more on either side, a convolution wants its columns."""
-    padded = np.arange(1, columns + 1)
-    return padded if stride == 1 else padded % 2 * (columns // 2 + 1) + padded // 2
-
-
-def _layer(convolution: Convolution, side: int) -> _Layer:
-    """A convolution of windows of this side, with memory."""
-    weights = PlaneWeights(convolution)
-    pitch = (side + 2) * TOGETHER
-    columns = np.array([0, 1, 2] if weights.stride == 1 else [0, side // 2 + 1, 1]) * TOGETHER
-    words = -(-weights.inputs // WORD_BYTES)
-    rows = (np.arange(words)[:, None] * (side + 2) + np.arange(3)) * pitch
-    to_side = side // weights.stride
-    return _Layer(
-        weights.weights,
-        weights.scales,
-        weights.totals,
-        weights.biases,
-        np.array([weights.stride * pitch, to_side, to_side]),
-        (rows[:, :, None] + columns).reshape(-1),
-        aligned_zeros((words * (side + 2) * pitch + TILE_COLUMNS,), np.int32),
-    )
-
-
-def _target(following: _Layer, convolution: Convolution, side: int) -> _Target:
-    """Where the next convolution looks for its inputs, of this side."""
-    return _Target(_places(side, convolution.stride), np.array([side + 2, side + 2, 1]), following.source)
-
-
-def _last_target(outputs: int, side: int) -> _Target:
-    """Where the hidden layer looks for them."""
-    words = -(-outputs // WORD_BYTES) * side**2 * TOGETHER
-    return _Target(np.arange(side), np.array([side, side, 0]), aligned_zeros((words,), np.int32))
-
-
-def _hidden(layers: Layers, planes: int) -> _Hidden:
-    outputs, inputs = layers.hidden.shape
-    count, words = in_tiles(outputs), -(-planes // WORD_BYTES)
-    steps, scales = in_bytes(layers.hidden)
-    weights = np.zeros((count, words * WORD_BYTES, inputs // planes), np.int8)
-    weights[:outputs, :planes] = steps.reshape(outputs, planes, -1)
-    blocks = weights.reshape(-1, TILE_COLUMNS, words, WORD_BYTES, inputs // planes).transpose(0, 2, 4, 1, 3)
-    beyond = (0, count - outputs)
-    return _Hidden(
-        np.ascontiguousarray(blocks).reshape(-1).view(np.int32),
-        np.pad(scales, beyond),
-        np.pad(layers.hidden_biases.astype(np.float32), beyond),
-        np.arange(words * inputs // planes) * TILE_COLUMNS,
-    )
-
-
 @kernel()
 def _forward(
     windows: NDArray[np.uint8],
     side: int,
     least_contrast: np.float32,
     first_places: NDArray[np.int64],
-    layers: tuple[_Layer, ...],
-    targets: tuple[_Target, ...],
-    dense: _Hidden,
+    layers: tuple[WindowLayer, ...],
+    targets: tuple[Target, ...],
+    dense: HiddenLayer,
     work: _Work,
     hidden: FloatArray,
 ) -> None:
@@ -284,38 +196,68 @@ def _see(
 
 
 @inner_kernel()
-def _convolve(layer: _Layer, work: _Work) -> None:
-    row_step, to_rows, to_columns = layer.shape[0], layer.shape[1], layer.shape[2]
-    numbers, pitch, width = work.sums.reshape(-1), work.sums.shape[1], to_columns * TOGETHER
+def _convolve(layer: WindowLayer, work: _Work) -> None:
+    to_rows, width = layer.shape[1], layer.shape[2] * TOGETHER
+    numbers, pitch = work.sums.reshape(-1), work.sums.shape[2]
     work.largest[:width] = 0
-    for row in range(to_rows):
+    if layer.filtered:
+        words = len(layer.offsets) // (3 * PAIRS)
+        filter_rows(layer.source, words, to_rows + 2, layer.shape[0], layer.filtered)
+    at_once = 2 if layer.filtered else 1
+    for row in range(0, to_rows, at_once):
         for first in range(0, len(layer.biases), TILE_ROWS):
-            weights = first * len(layer.offsets)
-            for x in range(0, width, TILE_COLUMNS):
-                sum_products(
-                    layer.source,
-                    row * row_step + x,
-                    layer.offsets,
-                    layer.weights,
-                    weights,
-                    TILE_ROWS,
-                    numbers,
-                    x,
-                    pitch,
-                )
+            if layer.filtered:
+                _sum_row_pair(layer, row // 2, first, width, numbers, pitch)
+            else:
+                _sum_row(layer, row, first, width, numbers, pitch)
             for q in range(min(TILE_ROWS, len(layer.biases) - first)):
                 number = first + q
-                _put(
-                    numbers,
-                    q * pitch,
-                    (layer.scales[number], layer.totals[number], layer.biases[number]),
-                    work.steps,
-                    work.zeros,
-                    width,
-                    work.largest,
-                    work.values,
-                    (number * to_rows + row) * width,
-                )
+                for below in range(min(at_once, to_rows - row)):
+                    _put(
+                        numbers,
+                        ((LOWER if below else UPPER) * TILE_ROWS + q) * pitch,
+                        (layer.scales[number], layer.totals[number], layer.biases[number]),
+                        work.steps,
+                        work.zeros,
+                        width,
+                        work.largest,
+                        work.values,
+                        (number * to_rows + row + below) * width,
+                    )
+
+
+@inner_kernel()
+def _sum_row(layer: WindowLayer, row: int, first: int, width: int, sums: WordArray, pitch: int) -> None:
+    """A row of a block of outputs, from the first one on."""
+    source, weights = row * layer.shape[0], first * len(layer.offsets)
+    for x in range(0, width, TILE_COLUMNS):
+        sum_products(
+            layer.source, source + x, layer.offsets, layer.weights, weights, TILE_ROWS, sums, x, pitch
+        )
+
+
+@inner_kernel()
+def _sum_row_pair(layer: WindowLayer, pair: int, first: int, width: int, sums: WordArray, pitch: int) -> None:
+    """As `_sum_row`, of two rows; see `fcw.detection.net.row_pairs`."""
+    size = len(layer.offsets) // 3 * ((layer.shape[1] + 1) // 2) * layer.shape[0]
+    for each in range(FILTERS):
+        source = layer.filtered + each * size + pair * layer.shape[0]
+        weights = (first * FILTERS + each * TILE_ROWS) * len(layer.offsets)
+        target = each * TILE_ROWS * pitch
+        for x in range(0, width, TILE_COLUMNS):
+            sum_products_of_pairs(
+                layer.source,
+                source + x,
+                layer.offsets,
+                layer.weights,
+                weights,
+                TILE_ROWS,
+                sums,
+                target + x,
+                pitch,
+            )
+    for q in range(TILE_ROWS):
+        to_row_pairs(sums, q * pitch, TILE_ROWS * pitch, width)
 
 
 @inner_kernel(no_alias=True)
@@ -341,7 +283,7 @@ def _put(
 
 
 @inner_kernel()
-def _put_in_bytes(layer: _Layer, work: _Work, target: _Target) -> None:
+def _put_in_bytes(layer: WindowLayer, work: _Work, target: Target) -> None:
     """A convolution's outputs to where the next layer looks for them."""
     rows, columns, outputs = layer.shape[1], layer.shape[2], len(layer.biases)
     for n in range(TOGETHER):

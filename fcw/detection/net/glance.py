@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.boxes.suppression import keep_unlike
 from fcw.detection.net.bands import Band
+from fcw.detection.net.byte_weights import ByteWeights
 from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.planes import (
     BEYOND,
     PlaneConvolution,
-    PlaneWeights,
-    Scratch,
     convolve,
     plane_convolution,
     put_picture,
@@ -29,6 +28,7 @@ from fcw.detection.net.planes import (
 )
 from fcw.detection.net.windows import Pyramid
 from fcw.frame import ImageSize
+from fcw.kernels.aligned import Scratch
 from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
 
@@ -66,7 +66,7 @@ class GlanceMemory:
     """
 
     def __init__(self, convolutions: Sequence[Convolution]) -> None:
-        self.weights = [PlaneWeights(each) for each in convolutions]
+        self.weights = [ByteWeights(each) for each in convolutions]
         self.words, self.sums = Scratch(np.int32), Scratch(np.int32)
         self.planes, self.fine, self.middle = Scratch(), Scratch(), Scratch()
 
@@ -126,9 +126,7 @@ def _see(
     middle: FloatArray,
 ) -> None:
     """All of the net in one call: between calls the interpreter's lock would be asked for, and waited for."""
-    step, zero = put_picture(picture, layers[0], least_contrast, words, sums)
-    convolve(layers[0], step, zero, np.float32(0), words, sums, planes)
-    for number in range(1, len(layers)):
+    for number in range(len(layers)):
         if number == FINE:
             _copy(planes, fine)
         elif number == FINE + MIDDLE:
@@ -139,7 +137,10 @@ def _see(
         elif number == FINE + MIDDLE + COARSE + 1:
             _add_doubled(fine, layers[number].inputs, planes)
             _copy(fine, planes)
-        step, zero = put_planes(planes, layers[number], words, sums)
+        if number == 0:
+            step, zero = put_picture(picture, layers[0], least_contrast, words, sums)
+        else:
+            step, zero = put_planes(planes, layers[number], words, sums)
         least = np.float32(0 if number + 1 < len(layers) else LOWEST)
         convolve(layers[number], step, zero, least, words, sums, planes)
 

@@ -12,71 +12,32 @@ well, and become zeros: `BEYOND` of them end each row of all planes.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.detection.net.onnx_layers import Convolution
-from fcw.kernels.aligned import aligned_zeros
+from fcw.detection.net.byte_weights import ByteWeights, in_tiles
+from fcw.detection.net.row_pairs import (
+    FILTERS,
+    LOWER,
+    PAIRS,
+    UPPER,
+    filter_rows,
+    row_offsets,
+    to_row_pairs,
+)
 from fcw.kernels.inner import inner_kernel
-from fcw.kernels.products import TILE_COLUMNS, TILE_ROWS, WORD_BYTES, as_weights, sum_products
+from fcw.kernels.products import (
+    TILE_COLUMNS,
+    TILE_ROWS,
+    WORD_BYTES,
+    sum_products,
+    sum_products_of_pairs,
+)
 
 FloatArray = NDArray[np.float32]
 WordArray = NDArray[np.int32]
-
-
-class Scratch:
-    """Numbers that one computation needs while it runs, and the next one may overwrite: for one thread.
-
-    It is as large as the largest of them asked for.
-
-    Args:
-        dtype: of the numbers, four bytes each.
-    """
-
-    def __init__(self, dtype: type = np.float32) -> None:
-        self._numbers = aligned_zeros((0,), dtype)
-
-    def of(self, *shape: int) -> NDArray[Any]:
-        """An array at its beginning; it holds what was left there."""
-        count = math.prod(shape)
-        if count > len(self._numbers):
-            self._numbers = aligned_zeros((count,), self._numbers.dtype.type)
-        return self._numbers[:count].reshape(shape)
-
-
-class PlaneWeights:
-    """A convolution's weights in bytes, in the order in which they are read, for planes of any size.
-
-    Attributes:
-        inputs: planes that it takes.
-        outputs: planes that it gives.
-        stride: 1 or 2.
-        weights: the outputs' in blocks of `TILE_ROWS`; in each the order is word of inputs, row, column,
-            output.
-        scales: (outputs,) what one of a weight's steps is.
-        totals: (outputs,) sums of the weights, in steps.
-        biases: (outputs,).
-    """
-
-    def __init__(self, convolution: Convolution) -> None:
-        self.outputs, self.inputs = convolution.weights.shape[:2]
-        self.stride = convolution.stride
-        steps, self.scales = in_bytes(convolution.weights.reshape(self.outputs, -1))
-        self.totals = steps.sum(axis=1, dtype=np.float32)
-        blocks, words = -(-self.outputs // TILE_ROWS), -(-self.inputs // WORD_BYTES)
-        weights = np.zeros((blocks * TILE_ROWS, words * WORD_BYTES, 9), np.int8)
-        weights[: self.outputs, : self.inputs] = steps.reshape(self.outputs, self.inputs, 9)
-        ordered = weights.reshape(blocks, TILE_ROWS, words, WORD_BYTES, 9).transpose(0, 2, 4, 1, 3)
-        self.weights = as_weights(ordered)
-        self.biases = convolution.biases.astype(np.float32)
-
-
-def in_bytes(weights: FloatArray) -> tuple[NDArray[np.int8], FloatArray]:
-    """(outputs, inputs) weights in whole steps, 127 of which are an output's largest; and the steps."""
-    scales = np.maximum(np.abs(weights).max(axis=1), np.float32(1e-30)) / np.float32(127)
-    return np.rint(weights / scales[:, None]).astype(np.int8), scales
 
 
 BEYOND = 2
@@ -89,7 +50,7 @@ class PlaneConvolution(NamedTuple):
     """A convolution of planes of one size, as kernels read it; `plane_convolution` makes it.
 
     Attributes:
-        weights: as of `PlaneWeights`, and likewise the three next ones.
+        weights: as of `ByteWeights`, and likewise the three next ones.
         scales: (outputs,)
         totals: (outputs,)
         biases: (outputs,).
@@ -98,6 +59,7 @@ class PlaneConvolution(NamedTuple):
         outputs: planes, rows and columns that it gives.
         part_rows: rows of a part, with the ring of zeros.
         stride: 1 or 2.
+        by_row_pairs: whether two rows of outputs are summed at once.
     """
 
     weights: WordArray
@@ -109,17 +71,22 @@ class PlaneConvolution(NamedTuple):
     outputs: tuple[int, int, int]
     part_rows: int
     stride: int
+    by_row_pairs: bool
 
     @property
     def word_count(self) -> int:
         """Words that it needs for its inputs, and what tiles read beyond."""
-        parts = -(-self.inputs[0] // WORD_BYTES) * self.stride**2
-        return parts * self.part_rows * (self.outputs[2] + BEYOND) + TILE_COLUMNS
+        words, pitch = -(-self.inputs[0] // WORD_BYTES), self.outputs[2] + BEYOND
+        filtered = FILTERS * PAIRS * -(-self.outputs[1] // 2) if self.by_row_pairs else 0
+        return words * (self.stride**2 * self.part_rows + filtered) * pitch + TILE_COLUMNS + BEYOND
 
     @property
     def sum_count(self) -> int:
         """Sums that it needs room for."""
-        return TILE_ROWS * in_tiles(self.outputs[1] * (self.outputs[2] + BEYOND))
+        pitch = self.outputs[2] + BEYOND
+        if self.by_row_pairs:
+            return FILTERS * TILE_ROWS * in_tiles(-(-self.outputs[1] // 2) * pitch)
+        return TILE_ROWS * in_tiles(self.outputs[1] * pitch)
 
     @property
     def output_count(self) -> int:
@@ -128,7 +95,7 @@ class PlaneConvolution(NamedTuple):
         return count * rows * (columns + BEYOND)
 
 
-def plane_convolution(weights: PlaneWeights, height: int, width: int) -> PlaneConvolution:
+def plane_convolution(weights: ByteWeights, height: int, width: int) -> PlaneConvolution:
     """A convolution of planes of a size.
 
     Raises:
@@ -138,25 +105,25 @@ def plane_convolution(weights: PlaneWeights, height: int, width: int) -> PlaneCo
     if height % stride or width % stride:
         raise ValueError(f"planes of {width}x{height}, which cannot be halved")
     part_rows, pitch = height // stride + 3 - stride, width // stride + BEYOND
-    places = np.arange(3)
-    part = (np.arange(words)[:, None, None] * stride + places[:, None] % stride) * stride + places % stride
-    inside = places[:, None] // stride * pitch + places // stride
+    if weights.by_row_pairs:
+        offsets = row_offsets(words, -(-height // 2), pitch)
+    else:
+        places = np.arange(3)
+        part = (np.arange(words)[:, None, None] * stride + places[:, None] % stride) * stride
+        inside = places[:, None] // stride * pitch + places // stride
+        offsets = ((part + places % stride) * part_rows * pitch + inside).reshape(-1)
     return PlaneConvolution(
         weights.weights,
         weights.scales,
         weights.totals,
         weights.biases,
-        (part * part_rows * pitch + inside).reshape(-1),
+        offsets,
         (weights.inputs, height, width),
         (weights.outputs, height // stride, width // stride),
         part_rows,
         stride,
+        weights.by_row_pairs,
     )
-
-
-def in_tiles(count: int) -> int:
-    """So many numbers, or as many more as fill the last tile."""
-    return -(-count // TILE_COLUMNS) * TILE_COLUMNS
 
 
 @inner_kernel()
@@ -240,30 +207,91 @@ def convolve(
         sums: flat memory to work in, at least `sum_count`; both start where a cache line does.
         outputs: flat memory for what it gives, each row with `BEYOND` zeros at its end.
     """
+    if convolution.by_row_pairs:
+        _sum_row_pairs(convolution, step, zero, least, words, sums, outputs)
+    else:
+        _sum_rows(convolution, step, zero, least, words, sums, outputs)
     count, rows, columns = convolution.outputs
-    pitch, weight_count = columns + BEYOND, TILE_ROWS * len(convolution.offsets)
-    size = rows * pitch
-    sums_pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
+    pitch = columns + BEYOND
+    for row in range(count * rows):
+        for beyond in range(columns, pitch):
+            outputs[row * pitch + beyond] = 0
+
+
+@inner_kernel()
+def _sum_rows(
+    convolution: PlaneConvolution,
+    step: np.float32,
+    zero: np.float32,
+    least: np.float32,
+    words: WordArray,
+    sums: WordArray,
+    outputs: FloatArray,
+) -> None:
+    count, rows, columns = convolution.outputs
+    size, weight_count = rows * (columns + BEYOND), TILE_ROWS * len(convolution.offsets)
+    pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
     for block in range(0, count, TILE_ROWS):
+        weights = block // TILE_ROWS * weight_count
         for first in range(0, size - BEYOND, TILE_COLUMNS):
             sum_products(
                 words,
                 first,
                 convolution.offsets,
                 convolution.weights,
-                block // TILE_ROWS * weight_count,
+                weights,
                 TILE_ROWS,
                 sums,
                 first,
-                sums_pitch,
+                pitch,
             )
         for q in range(min(TILE_ROWS, count - block)):
             scale = step * convolution.scales[block + q]
             bias = convolution.biases[block + q] - scale * zero * convolution.totals[block + q]
-            _put_outputs(sums, q * sums_pitch, size, scale, bias, least, outputs, (block + q) * size)
+            _put_outputs(sums, q * pitch, size, scale, bias, least, outputs, (block + q) * size)
+
+
+@inner_kernel()
+def _sum_row_pairs(
+    convolution: PlaneConvolution,
+    step: np.float32,
+    zero: np.float32,
+    least: np.float32,
+    words: WordArray,
+    sums: WordArray,
+    outputs: FloatArray,
+) -> None:
+    """As `_sum_rows`; see `fcw.detection.net.row_pairs`."""
+    count, rows, columns = convolution.outputs
+    row_pitch, weight_count = columns + BEYOND, TILE_ROWS * len(convolution.offsets)
+    word_count, size = -(-convolution.inputs[0] // WORD_BYTES), (rows + 1) // 2 * row_pitch
+    pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
+    filtered = word_count * convolution.part_rows * row_pitch
+    filter_rows(words, word_count, convolution.part_rows, row_pitch, filtered)
+    for block in range(0, count, TILE_ROWS):
+        for each in range(FILTERS):
+            source, target = filtered + each * word_count * PAIRS * size, each * TILE_ROWS * pitch
+            weights = (block // TILE_ROWS * FILTERS + each) * weight_count
+            for first in range(0, size - BEYOND, TILE_COLUMNS):
+                sum_products_of_pairs(
+                    words,
+                    source + first,
+                    convolution.offsets,
+                    convolution.weights,
+                    weights,
+                    TILE_ROWS,
+                    sums,
+                    target + first,
+                    pitch,
+                )
+        to_row_pairs(sums, 0, TILE_ROWS * pitch, min(TILE_ROWS, count - block) * pitch)
+        for q in range(min(TILE_ROWS, count - block)):
+            scale = step * convolution.scales[block + q]
+            bias = convolution.biases[block + q] - scale * zero * convolution.totals[block + q]
             for row in range(rows):
-                for beyond in range(columns, pitch):
-                    outputs[(block + q) * size + row * pitch + beyond] = 0
+                start = ((LOWER if row % 2 else UPPER) * TILE_ROWS + q) * pitch + row // 2 * row_pitch
+                to = ((block + q) * rows + row) * row_pitch
+                _put_outputs(sums, start, row_pitch, scale, bias, least, outputs, to)
 
 
 @inner_kernel(no_alias=True)

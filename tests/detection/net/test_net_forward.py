@@ -67,15 +67,29 @@ def verdicts_by_definition(layers: Layers, windows: np.ndarray) -> np.ndarray:
     return np.maximum(hidden, 0.0) @ layers.output.T + layers.output_biases
 
 
+@pytest.mark.parametrize("by_row_pairs", [False, True])
 @pytest.mark.parametrize("count", [1, 8, 23, 80])
-def test_verdicts_are_those_of_the_definition_and_nearly_those_of_opencv(model, count):
+def test_verdicts_are_those_of_the_definition_and_nearly_those_of_opencv(model, count, by_row_pairs):
     windows, layers = some_windows(count), read_layers(model.look)
-    verdicts = ForwardPass(layers, LOOK_PX, LEAST_CONTRAST)(windows)
+    verdicts = ForwardPass(layers, LOOK_PX, LEAST_CONTRAST, by_row_pairs)(windows)
     # A step more or less, of a number in the middle of two, goes on through all layers.
     assert verdicts == pytest.approx(verdicts_by_definition(layers, windows), abs=0.02)
     by_opencv = verdicts_by_opencv(model.look, windows)
     assert verdicts[:, 0] == pytest.approx(by_opencv[:, 0], abs=0.4)
     assert verdicts[:, 1:] == pytest.approx(by_opencv[:, 1:], abs=0.04)
+
+
+@pytest.mark.parametrize("side", [48, 24, 12])
+def test_rows_summed_two_at_once_say_the_same_of_windows_of_any_size(model, side):
+    # Halved twice, windows of 12 px have three rows in the layer that goes a row a step.
+    layers = read_layers(model.look)
+    convolutions = layers.convolutions[:3]
+    inputs = len(convolutions[-1].weights) * (side // 4) ** 2
+    hidden = np.random.default_rng(side).normal(size=(len(layers.hidden), inputs)).astype(np.float32)
+    small = replace(layers, convolutions=convolutions, hidden=hidden)
+    windows = np.random.default_rng(0).integers(0, 256, (11, side, side, 3)).astype(np.uint8)
+    one, two = (ForwardPass(small, side, LEAST_CONTRAST, at_once)(windows) for at_once in (False, True))
+    assert np.array_equal(one, two)
 
 
 def test_a_window_is_seen_alike_in_any_company(model):

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.net.bands import SHOWN, bands_of, whole
+from fcw.detection.net.byte_weights import ByteWeights
 from fcw.detection.net.glance import (
     CELL_PX,
     CUT_PX,
@@ -30,8 +31,6 @@ from fcw.detection.net.onnx_layers import Convolution, read_layers
 from fcw.detection.net.planes import (
     BEYOND,
     PlaneConvolution,
-    PlaneWeights,
-    Scratch,
     convolve,
     plane_convolution,
     put_picture,
@@ -40,6 +39,7 @@ from fcw.detection.net.planes import (
 from fcw.detection.net.windows import Pyramid
 from fcw.errors import UserError
 from fcw.frame import ImageSize
+from fcw.kernels.aligned import Scratch
 
 
 @pytest.fixture(scope="module")
@@ -118,21 +118,24 @@ def of_size(outputs: np.ndarray, convolution: PlaneConvolution) -> np.ndarray:
     st.integers(1, 9),
     st.sampled_from([1, 3, 8, 11]),
     st.sampled_from([1, 2]),
-    st.integers(1, 9),
-    st.integers(1, 30),
+    st.booleans(),
+    st.integers(1, 18),
+    st.integers(1, 60),
     st.integers(0, 1000),
 )
 @settings(deadline=None)
-def test_planes_are_convolved_as_by_the_definition(inputs, outputs, stride, half_height, half_width, seed):
-    random = np.random.default_rng(seed)
-    planes = np.maximum(random.normal(size=(inputs, 2 * half_height, 2 * half_width)), 0).astype(np.float32)
+def test_planes_are_convolved_as_by_the_definition(
+    inputs, outputs, stride, by_row_pairs, height, width, seed
+):
+    random, (height, width) = np.random.default_rng(seed), (height * stride, width * stride)
+    planes = np.maximum(random.normal(size=(inputs, height, width)), 0).astype(np.float32)
     convolution = Convolution(
         random.normal(size=(outputs, inputs, 3, 3)).astype(np.float32),
         random.normal(size=outputs).astype(np.float32),
         stride,
     )
     expected = convolved(in_bytes(planes), with_bytes(convolution))
-    layer = plane_convolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width)
+    layer = plane_convolution(ByteWeights(convolution, by_row_pairs), height, width)
     words, sums, memory = used_memory(layer)
     convolved_planes(with_zeros_beyond(planes), layer, 0.0, words, sums, memory)
     # A number in the middle of two steps may go to either.
@@ -159,7 +162,7 @@ def test_a_picture_is_convolved_without_its_brightness_and_over_its_contrast(
     convolution = Convolution(
         random.normal(size=(11, 3, 3, 3)).astype(np.float32), random.normal(size=11).astype(np.float32), 2
     )
-    layer = plane_convolution(PlaneWeights(convolution), 2 * half_height, 2 * half_width)
+    layer = plane_convolution(ByteWeights(convolution), 2 * half_height, 2 * half_width)
     memory = used_memory(layer)
     convolved_picture(picture, layer, *memory)
     # Around the picture is the byte that is next to its mean.
@@ -171,10 +174,37 @@ def test_a_picture_is_convolved_without_its_brightness_and_over_its_contrast(
     assert of_size(memory[2], layer) == pytest.approx(expected, abs=2e-3)
 
 
+@given(
+    st.integers(1, 40),
+    st.integers(1, 12),
+    st.integers(1, 9),
+    st.integers(1, 70),
+    st.booleans(),
+    st.integers(0, 1000),
+)
+@settings(deadline=None)
+def test_two_rows_at_once_are_summed_to_what_one_after_the_other_is(
+    inputs, outputs, height, width, outermost, seed
+):
+    random = np.random.default_rng(seed)
+    planes = random.random((inputs, height, width))
+    steps = random.integers(-127, 128, (outputs, inputs, 3, 3))
+    if outermost:  # the numbers of 16 bits become as large as they can
+        planes, steps = np.rint(planes), 127 * np.sign(steps)
+    convolution = Convolution(steps.astype(np.float32), random.normal(size=outputs).astype(np.float32), 1)
+    found = []
+    for by_row_pairs in (False, True):
+        layer = plane_convolution(ByteWeights(convolution, by_row_pairs), height, width)
+        words, sums, memory = used_memory(layer)
+        convolved_planes(with_zeros_beyond(planes.astype(np.float32)), layer, LOWEST, words, sums, memory)
+        found.append(of_size(memory, layer))
+    assert np.array_equal(*found)
+
+
 def test_planes_that_cannot_be_halved_are_refused():
     convolution = Convolution(np.zeros((1, 1, 3, 3), np.float32), np.zeros(1, np.float32), 2)
     with pytest.raises(ValueError, match="7x4, which cannot be halved"):
-        plane_convolution(PlaneWeights(convolution), 4, 7)
+        plane_convolution(ByteWeights(convolution), 4, 7)
 
 
 def seen_by_definition(
