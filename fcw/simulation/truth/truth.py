@@ -1,7 +1,12 @@
-"""What is true at an instant: distances, closing speeds, boxes, what hides what, and the horizon."""
+"""What is true at an instant: distances, closing speeds, boxes, what hides what, and the horizon.
+
+All of it is about the face of a vehicle that looks along the road towards us: its near face, or, where it
+stands across the road, its near side.
+"""
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -35,7 +40,7 @@ class VehicleTruth:
         ttc_s: distance over closing speed; None when the gap is not closing.
         box: exact, around its near face and down to where its tyres meet the road, not cut to the picture.
         body_box: around its whole body.
-        visible_fraction: of the near face: inside the picture and not behind nearer vehicles.
+        visible_fraction: of the near face: inside the picture, not behind nearer vehicles nor its own body.
         oncoming: whether the near face is its front.
         in_path: whether it stands in our path and does not come towards us.
     """
@@ -95,7 +100,7 @@ def frame_truth(
     outlines: list[FloatArray] = []
     vehicles: list[VehicleTruth] = []
     for vehicle in sorted(state.vehicles, key=lambda vehicle: vehicle.s_m):
-        distance_m = vehicle.s_m - ego.s_m - reference_offset_m
+        distance_m = vehicle.s_m + _from_foot(vehicle)[0] - ego.s_m - reference_offset_m
         seen = _seen(state, vehicle, now)
         if seen is None:
             continue
@@ -125,8 +130,8 @@ def _vehicle_truth(
 ) -> VehicleTruth:
     ego = state.ego
     closing_mps = ego.speed_mps - vehicle.speed_mps
-    path_lateral_m = vehicle.lateral_m - ego.lateral_m
-    middle = state.vehicle_points(vehicle, np.zeros(3))
+    path_lateral_m = vehicle.lateral_m + _from_foot(vehicle)[1] - ego.lateral_m
+    middle = state.vehicle_points(vehicle, np.array((*_near_face(vehicle).edges.mean(axis=0), 0.0)))
     return VehicleTruth(
         name=vehicle.name,
         distance_m=distance_m,
@@ -142,6 +147,38 @@ def _vehicle_truth(
     )
 
 
+class _Face(NamedTuple):
+    """Feet of a face, (2, 2) metres along the body and to its left, from our left to our right.
+
+    Attributes:
+        edges: of the body.
+        tyres: where those behind it meet the road.
+    """
+
+    edges: FloatArray
+    tyres: FloatArray
+
+
+def _near_face(vehicle: VehicleState) -> _Face:
+    size, half_m = vehicle.size, vehicle.size.width_m / 2
+    if not vehicle.stands_across:
+        edges = np.array(((0.0, half_m), (0.0, -half_m)))
+        return _Face(edges, edges + np.array((size.overhang_m, 0.0)))
+    # Who faces to our left shows the left side, with the front at the left.
+    to_left = math.sin(vehicle.heading_rad) > 0
+    side_m = half_m if to_left else -half_m
+    edges = np.array(((size.length_m, side_m), (0.0, side_m)))
+    tyres = edges + np.array(((-size.overhang_m, 0.0), (size.overhang_m, 0.0)))
+    return _Face(edges, tyres) if to_left else _Face(edges[::-1], tyres[::-1])
+
+
+def _from_foot(vehicle: VehicleState) -> tuple[float, float]:
+    """Where the middle of that face is from where the vehicle is placed: along the road, and to the left."""
+    along_m, left_m = (float(metres) for metres in _near_face(vehicle).edges.mean(axis=0))
+    cosine, sine = math.cos(vehicle.heading_rad), math.sin(vehicle.heading_rad)
+    return along_m * cosine - left_m * sine, along_m * sine + left_m * cosine
+
+
 def _seen(
     state: WorldState, vehicle: VehicleState, now: GroundPlaneCamera
 ) -> tuple[FloatArray, float, FloatArray] | None:
@@ -151,17 +188,19 @@ def _seen(
         Pixels of the near face's corners (4, 2), from the bumper to the roof and back; the row where the
         tyres below it meet the road; and pixels of the body's outline (N, 2).
     """
-    size = vehicle.size
-    face, foot = ((0.0, size.clearance_m), (0.0, size.height_m)), (size.overhang_m, 0.0)
-    far = ((size.length_m, size.height_m), (size.length_m, 0.0))
-    left = np.array([(along_m, size.width_m / 2, up_m) for along_m, up_m in (*face, *far, foot)])
-    points = state.vehicle_points(vehicle, np.stack((left, left * (1.0, -1.0, 1.0))))
+    size, face = vehicle.size, _near_face(vehicle)
+    (left, right), clearance_m, top_m = face.edges, size.clearance_m, size.height_m
+    corners = np.array(((*left, clearance_m), (*left, top_m), (*right, top_m), (*right, clearance_m)))
+    tyres = np.column_stack((face.tyres, (0.0, 0.0)))
+    near, far = ((0.0, clearance_m), (0.0, top_m)), ((size.length_m, top_m), (size.length_m, 0.0))
+    half_m = size.width_m / 2
+    body = [(x, y, z) for x, z in (*near, *far, (size.overhang_m, 0.0)) for y in (half_m, -half_m)]
+    points = state.vehicle_points(vehicle, np.concatenate((corners, tyres, body)))
     if points[..., 0].min() < NEAREST_DEPTH_M:
         return None
     pixels = np.stack(project(points, now), axis=-1)
-    hull = cv2.convexHull(pixels.reshape(-1, 2).astype(np.float32))[:, 0]
-    corners = np.concatenate((pixels[0, :2], pixels[1, 1::-1]))
-    return corners, float(pixels[:, -1, 1].max()), np.asarray(hull, np.float64)
+    hull = cv2.convexHull(pixels.astype(np.float32))[:, 0]
+    return pixels[:4], float(pixels[4:6, 1].max()), np.asarray(hull, np.float64)
 
 
 def _box(pixels: FloatArray, foot_row_px: float = -math.inf) -> Box:
@@ -170,8 +209,10 @@ def _box(pixels: FloatArray, foot_row_px: float = -math.inf) -> Box:
 
 
 def _visible_fraction(face: FloatArray, image_size: ImageSize, outlines: list[FloatArray]) -> float:
-    """Part of a quadrilateral that is in the picture and outside every outline."""
+    """Part of a face that is in the picture and outside every outline; none where it is seen from inside."""
     bottom_left, top_left, top_right, bottom_right = face
+    if bottom_right[0] <= bottom_left[0]:
+        return 0.0
     u, v = np.meshgrid(*[(np.arange(VISIBILITY_SAMPLES) + 0.5) / VISIBILITY_SAMPLES] * 2)
     u, v = u[..., None], v[..., None]
     points = (1 - v) * ((1 - u) * top_left + u * top_right) + v * ((1 - u) * bottom_left + u * bottom_right)

@@ -14,6 +14,7 @@ negative speed.
 included). `fcw.simulation.picture.projection.project` gives their pixels.
 """
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -92,6 +93,11 @@ class VehicleState:
     acceleration_mps2: float = 0.0
     brake_lamps: bool = False
     oncoming: bool = False
+
+    @property
+    def stands_across(self) -> bool:
+        """Whether its side looks along the road rather than its ends."""
+        return abs(math.sin(self.heading_rad)) > abs(math.cos(self.heading_rad))
 
 
 class RoadsideKind(Enum):

@@ -145,6 +145,34 @@ def test_pitch_and_bounce_move_the_rear_as_they_move_its_box(renderer):
 
 
 @pytest.mark.parametrize("kind", VehicleKind)
+@pytest.mark.parametrize("heading_rad", [np.pi / 2, -np.pi / 2])
+def test_who_crosses_towards_our_path_shows_its_front_and_not_its_rear(renderer, kind, heading_rad):
+    vehicle = car(15.0, -np.sign(heading_rad) * 8.0, kind, heading_rad=heading_rad, color=(120, 120, 120))
+    dark = renderer.render(world(vehicle))
+    lit = renderer.render(world(dataclasses.replace(vehicle, brake_lamps=True)))
+    assert not changed(lit, dark).any(), "its rear looks away"
+    # And away from our path its lamps are seen.
+    leaving = car(15.0, np.sign(heading_rad) * 3.0, kind, heading_rad=heading_rad, color=(120, 120, 120))
+    lit = renderer.render(world(dataclasses.replace(leaving, brake_lamps=True)))
+    assert changed(lit, renderer.render(world(leaving))).any()
+
+
+@pytest.mark.parametrize("kind", VehicleKind)
+@pytest.mark.usefixtures("without_shadows")
+def test_a_vehicle_across_is_painted_as_far_as_its_far_end_reaches(renderer, kind):
+    half_m, length_m = VEHICLE_SIZES[kind].width_m / 2, VEHICLE_SIZES[kind].length_m
+    vehicle = car(15.0, -5.0 - length_m, kind, heading_rad=np.pi / 2)
+    left, _, right, bottom = extent(changed(renderer.render(world(vehicle)), renderer.render(world()), 8))
+    # Its front looks at us, and ends at the corner that is farther from us, 40 px beside the nearer one. The
+    # seam of its panes is 10 px wide.
+    front = CAMERA.ground_box(15.0 + half_m, -5.0, 0.01, 1.0)
+    rear = CAMERA.ground_box(15.0 - half_m, -5.0 - length_m, 0.01, 1.0)
+    assert left == pytest.approx(front.x, abs=12.0)
+    assert right == pytest.approx(min(rear.right, SIZE.width - 0.5), abs=12.0)
+    assert bottom == pytest.approx(CAMERA.row_at(15.0 - half_m), abs=3.0)
+
+
+@pytest.mark.parametrize("kind", VehicleKind)
 def test_brake_lamps_light_up_red_and_nothing_else_changes(renderer, kind):
     vehicle = car(10.0, kind=kind, color=(120, 120, 120))
     dark = renderer.render(world(vehicle)).astype(int)

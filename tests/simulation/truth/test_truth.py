@@ -70,6 +70,29 @@ def test_the_body_box_holds_the_near_face_and_reaches_as_far_as_the_far_one():
     assert body.right == pytest.approx(far.right, abs=1e-3), "its right side is in sight"
 
 
+@pytest.mark.parametrize("to_left", [True, False])
+@pytest.mark.parametrize("lateral_m", [-7.0, 0.0, 7.0])
+def test_of_a_vehicle_that_stands_across_it_is_its_near_side(to_left, lateral_m):
+    heading_rad = math.copysign(math.pi / 2, 1 if to_left else -1)
+    (seen,) = truth_of(vehicle("a", 20.0, lateral_m, heading_rad=heading_rad)).vehicles
+    assert seen.distance_m == pytest.approx(20.0 - SIZE.width_m / 2)
+    middle_m = lateral_m + math.copysign(SIZE.length_m / 2, heading_rad)
+    assert (seen.lateral_m, seen.path_lateral_m) == pytest.approx((middle_m, middle_m))
+    side_m = seen.distance_m + OFFSET_M
+    side = CAMERA.ground_box(side_m, middle_m, SIZE.length_m, SIZE.height_m)
+    # As above, the pitch draws both ends towards the axis by a hundredth.
+    assert (seen.box.x, seen.box.right) == pytest.approx((side.x, side.right), abs=0.01 * 640)
+    assert seen.box.bottom == pytest.approx(CAMERA.row_at(side_m), abs=0.5), "its tyres stand at its side"
+    assert seen.visible_fraction == 1.0
+
+
+def test_a_face_that_looks_away_is_not_seen():
+    # It turns to our left, far to our right: we see its left side and its front.
+    (seen,) = truth_of(vehicle("a", 15.0, -12.0, heading_rad=0.75)).vehicles
+    assert seen.visible_fraction == 0.0
+    assert seen.body_box.w > seen.box.w
+
+
 @given(st.floats(0.0, 30.0), st.floats(-30.0, 30.0), st.floats(1.0, 80.0))
 def test_distance_closing_speed_and_ttc_are_from_the_bumper(ego_mps, other_mps, distance_m):
     (seen,) = truth_of(vehicle("a", distance_m, speed_mps=other_mps), speed_mps=ego_mps).vehicles

@@ -1,8 +1,8 @@
-"""Vehicles in the picture: a box with a painted near face, two sides, and its shadows on the road."""
+"""Vehicles in the picture: a box with a painted rear and front, two sides, and its shadows on the road."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,11 +35,11 @@ SIDE_CONTRAST = 0.22
 """How much brighter the side towards the sun is than the other one."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Textures:
-    near: Texture
-    braking: Texture
-    side: Texture
+class _End(NamedTuple):
+    """The front or the rear, and how far it is from the near face."""
+
+    at_m: float
+    is_front: bool
 
 
 class VehiclePainter:
@@ -50,7 +50,7 @@ class VehiclePainter:
     """
 
     def __init__(self, light: Daylight) -> None:
-        self._textures: dict[tuple[VehicleKind, tuple[int, int, int], int, bool], _Textures] = {}
+        self._textures: dict[tuple[VehicleKind, tuple[int, int, int], int, str], Texture] = {}
         self._rear_light = light.rear_light
         self._contact = Texture(soft_shadow(96, 48, 12, 0.94))
         self._shade = Texture(soft_shadow(96, 48, 8, light.shadow))
@@ -77,16 +77,26 @@ class VehiclePainter:
     def paint(self, view: View, vehicle: VehicleState, shaded: bool) -> None:
         """The body; shaded: it stands under a bridge."""
         size, house = vehicle.size, GREENHOUSES[vehicle.kind]
-        textures = self._of(vehicle)
+        side_seen = self._texture(vehicle, "side")
         half_m, length_m, top_m = size.width_m / 2, size.length_m, size.height_m
         waist = 1 - house.waist_m / VEHICLE_SIZES[vehicle.kind].height_m
         waist_m = (1 - waist) * top_m
         dim = 1 - 0.5 * view.light.shadow if shaded else 1.0
         lowest = view.lowest_row(vehicle.s_m)
+        near, far = _End(0.0, vehicle.oncoming), _End(length_m, not vehicle.oncoming)
+        ends = [
+            end
+            for end, other in ((near, far), (far, near))
+            if _faces_camera(view, vehicle, (end.at_m, 0.0, 0.0), (other.at_m, 0.0, 0.0))
+        ]
+        # What stands below a bumper stands as far inside as the axle, and is painted before the bumper. Of a
+        # vehicle that stands across, its side hides that.
+        below = (size.overhang_m, 0.0), (size.overhang_m, size.clearance_m + LAP_M)
+        if vehicle.stands_across:
+            for end in ends:
+                self._paint_across(view, vehicle, end, *below, dim)
         for side in (-1, 1):
-            foot, sill = _body_points(view, vehicle, ((0.0, side * half_m, 0.0), (0.0, 0.0, 0.0)))
-            outwards = foot - sill
-            if float(outwards @ (np.array((0.0, 0.0, foot[2])) - foot)) <= 0:
+            if not _faces_camera(view, vehicle, (0.0, side * half_m, 0.0), (0.0, 0.0, 0.0)):
                 continue
             sunny = -side * view.light.shadow_lateral
             lit = dim * (1 + SIDE_CONTRAST * sunny * view.light.shadow)
@@ -107,42 +117,71 @@ class VehiclePainter:
                         (rear_m, side * low_half_m, low_m),
                     ),
                 )
-                view.quad(textures.side, corners, lit, part, lowest)
-        shown = textures.braking if vehicle.brake_lamps and not vehicle.oncoming else textures.near
-        sill = (0.0, size.clearance_m)
-        profile = _front_profile(vehicle) if vehicle.oncoming else (sill, (0.0, top_m))
-        # What stands below the bumper stands as far ahead of it as the axle, and is painted before it.
-        below = (size.overhang_m, 0.0), (size.overhang_m, size.clearance_m + LAP_M)
-        for (low_x_m, low_m), (high_x_m, high_m) in (below, *reversed(list(pairwise(profile)))):
-            corners = _body_points(
-                view,
-                vehicle,
-                (
-                    (high_x_m, half_m, high_m),
-                    (high_x_m, -half_m, high_m),
-                    (low_x_m, -half_m, low_m),
-                    (low_x_m, half_m, low_m),
-                ),
-            )
-            part = (1 - high_m / top_m, 1 - low_m / top_m)
-            view.quad(shown, corners, dim * view.light.rear_light, part, lowest)
+                view.quad(side_seen, corners, lit, part, lowest)
+        for end in ends:
+            if not vehicle.stands_across:
+                self._paint_across(view, vehicle, end, *below, dim)
+            profile = _front_profile(vehicle) if end.is_front else ((0.0, size.clearance_m), (0.0, top_m))
+            for low, high in reversed(list(pairwise(profile))):
+                self._paint_across(view, vehicle, end, low, high, dim)
 
-    def _of(self, vehicle: VehicleState) -> _Textures:
-        key = (vehicle.kind, vehicle.color, vehicle.seed, vehicle.oncoming)
+    def _paint_across(
+        self,
+        view: View,
+        vehicle: VehicleState,
+        end: _End,
+        low: tuple[float, float],
+        high: tuple[float, float],
+        dim: float,
+    ) -> None:
+        """A part of front or rear between two edges: metres from that end, and up."""
+        inwards, top_m = 1.0 if end.at_m == 0 else -1.0, vehicle.size.height_m
+        left_m = inwards * vehicle.size.width_m / 2
+        lamps_lit = vehicle.brake_lamps and not end.is_front
+        (low_x_m, low_m), (high_x_m, high_m) = low, high
+        corners = _body_points(
+            view,
+            vehicle,
+            (
+                (end.at_m + inwards * high_x_m, left_m, high_m),
+                (end.at_m + inwards * high_x_m, -left_m, high_m),
+                (end.at_m + inwards * low_x_m, -left_m, low_m),
+                (end.at_m + inwards * low_x_m, left_m, low_m),
+            ),
+        )
+        shown = self._texture(vehicle, "front" if end.is_front else "braking" if lamps_lit else "rear")
+        part = (1 - high_m / top_m, 1 - low_m / top_m)
+        view.quad(shown, corners, dim * view.light.rear_light, part, view.lowest_row(vehicle.s_m))
+
+    def _texture(self, vehicle: VehicleState, what: str) -> Texture:
+        """Of a vehicle's "side", "front", "rear", or rear with "braking" lamps."""
+        key = (vehicle.kind, vehicle.color, vehicle.seed, what)
         if key not in self._textures:
             kind, seed = vehicle.kind, vehicle.seed
             color = mixed(vehicle.color, SKY_ON_PAINT, GLOSS)
-            side = Texture(side_texture(kind, color))
-            if vehicle.oncoming:
-                front = Texture(front_texture(kind, color, seed))
-                self._textures[key] = _Textures(front, front, side)
+            if what == "side":
+                pixels = side_texture(kind, color)
+            elif what == "front":
+                pixels = front_texture(kind, color, seed)
             else:
-                rear, lit = (rear_texture(kind, color, seed, braking) for braking in (False, True))
+                pixels = rear_texture(kind, color, seed, what == "braking")
+            if what == "braking":
                 # Lamps shine by themselves: they do not dim where the rear is in the shade.
-                own = np.abs(lit[..., 2:3] - rear[..., 2:3]) > 1
-                lit[..., :3] = np.where(own, lit[..., :3] / self._rear_light, lit[..., :3])
-                self._textures[key] = _Textures(Texture(rear), Texture(lit), side)
+                own = np.abs(pixels[..., 2:3] - rear_texture(kind, color, seed, False)[..., 2:3]) > 1
+                pixels[..., :3] = np.where(own, pixels[..., :3] / self._rear_light, pixels[..., :3])
+            self._textures[key] = Texture(pixels)
         return self._textures[key]
+
+
+def _faces_camera(
+    view: View,
+    vehicle: VehicleState,
+    outside_m: tuple[float, float, float],
+    inside_m: tuple[float, float, float],
+) -> bool:
+    """Whether a face shows its outside: one of its feet, and what lies straight behind that in the body."""
+    foot, inside = _body_points(view, vehicle, (outside_m, inside_m))
+    return float((foot - inside) @ (np.array((0.0, 0.0, foot[2])) - foot)) > 0
 
 
 def _front_profile(vehicle: VehicleState) -> tuple[tuple[float, float], ...]:
