@@ -8,12 +8,7 @@ from numpy.typing import NDArray
 
 from fcw.detection.net.onnx_layers import Convolution
 from fcw.detection.net.row_pairs import ROW_PAIRS_PAY, row_weights
-from fcw.kernels.products import (
-    TILE_COLUMNS,
-    TILE_ROWS,
-    WORD_BYTES,
-    as_weights,
-)
+from fcw.kernels.products import TILE_COLUMNS, TILE_ROWS, WORD_BYTES, as_weights
 
 FloatArray = NDArray[np.float32]
 
