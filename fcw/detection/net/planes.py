@@ -207,91 +207,74 @@ def convolve(
         sums: flat memory to work in, at least `sum_count`; both start where a cache line does.
         outputs: flat memory for what it gives, each row with `BEYOND` zeros at its end.
     """
-    if convolution.by_row_pairs:
-        _sum_row_pairs(convolution, step, zero, least, words, sums, outputs)
-    else:
-        _sum_rows(convolution, step, zero, least, words, sums, outputs)
     count, rows, columns = convolution.outputs
-    pitch = columns + BEYOND
+    pitch, size = columns + BEYOND, rows * (columns + BEYOND)
+    if convolution.by_row_pairs:
+        word_count = -(-convolution.inputs[0] // WORD_BYTES)
+        filter_rows(words, word_count, convolution.part_rows, pitch, _filtered_at(convolution))
+    for block in range(0, count, TILE_ROWS):
+        if convolution.by_row_pairs:
+            sums_pitch = _sum_row_pairs(convolution, block, words, sums)
+        else:
+            sums_pitch = _sum_rows(convolution, block, words, sums)
+        for q in range(min(TILE_ROWS, count - block)):
+            scale, to = step * convolution.scales[block + q], (block + q) * size
+            bias = convolution.biases[block + q] - scale * zero * convolution.totals[block + q]
+            if convolution.by_row_pairs:
+                for row in range(rows):
+                    start = ((LOWER if row % 2 else UPPER) * TILE_ROWS + q) * sums_pitch + row // 2 * pitch
+                    _put_outputs(sums, start, pitch, scale, bias, least, outputs, to + row * pitch)
+            else:
+                _put_outputs(sums, q * sums_pitch, size, scale, bias, least, outputs, to)
     for row in range(count * rows):
         for beyond in range(columns, pitch):
             outputs[row * pitch + beyond] = 0
 
 
 @inner_kernel()
-def _sum_rows(
-    convolution: PlaneConvolution,
-    step: np.float32,
-    zero: np.float32,
-    least: np.float32,
-    words: WordArray,
-    sums: WordArray,
-    outputs: FloatArray,
-) -> None:
-    count, rows, columns = convolution.outputs
-    size, weight_count = rows * (columns + BEYOND), TILE_ROWS * len(convolution.offsets)
+def _sum_rows(convolution: PlaneConvolution, block: int, words: WordArray, sums: WordArray) -> int:
+    """Of a block of outputs; returns the sums from an output's to the next one's."""
+    _, rows, columns = convolution.outputs
+    size, weights = rows * (columns + BEYOND), block * len(convolution.offsets)
     pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
-    for block in range(0, count, TILE_ROWS):
-        weights = block // TILE_ROWS * weight_count
+    for first in range(0, size - BEYOND, TILE_COLUMNS):
+        sum_products(
+            words, first, convolution.offsets, convolution.weights, weights, TILE_ROWS, sums, first, pitch
+        )
+    return pitch
+
+
+@inner_kernel()
+def _sum_row_pairs(convolution: PlaneConvolution, block: int, words: WordArray, sums: WordArray) -> int:
+    """As `_sum_rows`, of pairs of rows; see `fcw.detection.net.row_pairs`."""
+    _, rows, columns = convolution.outputs
+    size = (rows + 1) // 2 * (columns + BEYOND)
+    pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
+    filter_size = -(-convolution.inputs[0] // WORD_BYTES) * PAIRS * size
+    for each in range(FILTERS):
+        source, target = _filtered_at(convolution) + each * filter_size, each * TILE_ROWS * pitch
+        weights = (block * FILTERS + each * TILE_ROWS) * len(convolution.offsets)
         for first in range(0, size - BEYOND, TILE_COLUMNS):
-            sum_products(
+            sum_products_of_pairs(
                 words,
-                first,
+                source + first,
                 convolution.offsets,
                 convolution.weights,
                 weights,
                 TILE_ROWS,
                 sums,
-                first,
+                target + first,
                 pitch,
             )
-        for q in range(min(TILE_ROWS, count - block)):
-            scale = step * convolution.scales[block + q]
-            bias = convolution.biases[block + q] - scale * zero * convolution.totals[block + q]
-            _put_outputs(sums, q * pitch, size, scale, bias, least, outputs, (block + q) * size)
+    to_row_pairs(sums, 0, TILE_ROWS * pitch, TILE_ROWS * pitch)
+    return pitch
 
 
 @inner_kernel()
-def _sum_row_pairs(
-    convolution: PlaneConvolution,
-    step: np.float32,
-    zero: np.float32,
-    least: np.float32,
-    words: WordArray,
-    sums: WordArray,
-    outputs: FloatArray,
-) -> None:
-    """As `_sum_rows`; see `fcw.detection.net.row_pairs`."""
-    count, rows, columns = convolution.outputs
-    row_pitch, weight_count = columns + BEYOND, TILE_ROWS * len(convolution.offsets)
-    word_count, size = -(-convolution.inputs[0] // WORD_BYTES), (rows + 1) // 2 * row_pitch
-    pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
-    filtered = word_count * convolution.part_rows * row_pitch
-    filter_rows(words, word_count, convolution.part_rows, row_pitch, filtered)
-    for block in range(0, count, TILE_ROWS):
-        for each in range(FILTERS):
-            source, target = filtered + each * word_count * PAIRS * size, each * TILE_ROWS * pitch
-            weights = (block // TILE_ROWS * FILTERS + each) * weight_count
-            for first in range(0, size - BEYOND, TILE_COLUMNS):
-                sum_products_of_pairs(
-                    words,
-                    source + first,
-                    convolution.offsets,
-                    convolution.weights,
-                    weights,
-                    TILE_ROWS,
-                    sums,
-                    target + first,
-                    pitch,
-                )
-        to_row_pairs(sums, 0, TILE_ROWS * pitch, min(TILE_ROWS, count - block) * pitch)
-        for q in range(min(TILE_ROWS, count - block)):
-            scale = step * convolution.scales[block + q]
-            bias = convolution.biases[block + q] - scale * zero * convolution.totals[block + q]
-            for row in range(rows):
-                start = ((LOWER if row % 2 else UPPER) * TILE_ROWS + q) * pitch + row // 2 * row_pitch
-                to = ((block + q) * rows + row) * row_pitch
-                _put_outputs(sums, start, row_pitch, scale, bias, least, outputs, to)
+def _filtered_at(convolution: PlaneConvolution) -> int:
+    """Where in its words that of `filter_rows` begins, behind the bytes."""
+    words = -(-convolution.inputs[0] // WORD_BYTES)
+    return words * convolution.part_rows * (convolution.outputs[2] + BEYOND)
 
 
 @inner_kernel(no_alias=True)
