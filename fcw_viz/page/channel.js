@@ -75,7 +75,9 @@ if (!channel.listens) {
   document.addEventListener("pointerup", (event) => {
     const released = pressed && !pressed.isConnected ? pressable(event) : null;
     const same = (name) => released.dataset[name] === pressed.dataset[name];
-    if (released && same("fcw") && same("fcwGoto")) released.click();
+    // Marks are SVG, which has no `click()`.
+    const click = new MouseEvent("click", { bubbles: true, cancelable: true });
+    if (released && same("fcw") && same("fcwGoto")) released.dispatchEvent(click);
     pressed = null;
   });
   // Before the page takes the cursor out of the field. viser's own fields tell only the last of several changes

@@ -98,3 +98,14 @@ def test_what_is_half_typed_stays_when_its_field_is_drawn_anew(page: Page, manne
     page.evaluate(DRAW, f"<input {manner} value='abc'>")  # it is kept
     page.evaluate(DRAW, f"<input {manner} value='abc, and more of another tab'>")
     assert page.locator("input").input_value() == "abc, and more of another tab"
+
+
+def test_a_mark_that_is_drawn_anew_while_it_is_pressed_is_pressed(page: Page):
+    # It is SVG, which has no `click()`.
+    mark = f'<svg width="60" height="60"><g {says("event:1")}><rect width="60" height="60"/></g></svg>'
+    page.evaluate(DRAW, mark)
+    page.locator("rect").hover()
+    page.mouse.down()
+    page.evaluate(DRAW, mark)
+    page.mouse.up()
+    assert page.evaluate("window.told.at(-1)").endswith("event:1")
