@@ -1,5 +1,6 @@
 """What a desk shows when the logs before it are written anew, or damaged."""
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -129,6 +130,8 @@ def test_a_run_beside_it_that_is_run_again_is_compared_anew(sitting: Sitting):
     sitting.run_again("made", change=lambda one: replace(one, tracks=(), lead_id=None))
     wait_until(lambda: runs.differences is not None)
     assert runs.differences == ()
+    # Who found them tells the page of it a moment later.
+    wait_until(lambda: all(thread.name != "differences" for thread in threading.enumerate()))
     shown: list[object] = []
     sitting.desk.screen._show_panels = lambda: shown.append(runs.other)
     with pytest.raises(UserError, match="shares no moment"):
