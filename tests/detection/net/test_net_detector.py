@@ -161,6 +161,26 @@ def test_windows_that_agree_bear_each_other_out(model, calibration):
     assert together.score - alone.score == pytest.approx(math.log(3.0) / 2)
 
 
+def test_a_box_wider_than_rears_are_is_trusted_sooner_up_to_a_limit(model, calibration):
+    camera, settings = calibration.camera, NetSettings(score_threshold=-9.0, near_bonus=0.0)
+    px_per_m = camera.focal_y_px / 20.0
+    bottom = calibration.horizon_row_px + camera.height_m * px_per_m
+    detector = NetDetector(model, calibration, settings)
+
+    def score(aspect: float) -> float:
+        box = np.array([[500.0, bottom - 1.4 * px_per_m, aspect * 1.4 * px_per_m, 1.4 * px_per_m]])
+        (found,) = detector.decide(box, np.array([9.0]))
+        return found.score
+
+    low, high = settings.wide_aspect, settings.widest_aspect
+    assert score(low) == pytest.approx(score(1.0)) == pytest.approx(9.0, abs=1e-3)
+    assert score(math.sqrt(low * high)) - score(low) == pytest.approx(
+        (score(high) - score(low)) / 2, abs=1e-3
+    )
+    assert score(3.0) == pytest.approx(score(high))
+    assert score(high) - score(low) == pytest.approx(settings.wide_bonus * math.log2(high / low), abs=1e-3)
+
+
 def test_the_glance_has_half_a_say_of_near_vehicles_and_none_of_far_ones(model, calibration):
     height = calibration.image_size.height
     boxes = np.array([[300.0, 100.0, part * height, part * height] for part in (0.07, 0.105, 0.3)])
