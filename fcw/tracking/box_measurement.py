@@ -286,7 +286,7 @@ class BoxGeometry:
         self, sightings: Sequence[Sighting], x: FloatArray, covariance: FloatArray, dt_s: float
     ) -> Measurements:
         """Measurements of one frame, dt after the one before, against the (N,) state x and its covariance."""
-        height_m, noise, size = self.height_m, self._noise, self._image_size
+        height_m, noise, size, model = self.height_m, self._noise, self._image_size, self._model
         white = noise.white(dt_s)
         horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)
@@ -339,7 +339,9 @@ class BoxGeometry:
                 expected = log_focal + math.log((width_m + side_m) / depth_m) + wider + aspect
                 residuals.append(math.log(box.w) - expected)
                 variances.append(noise.log_width_sigma(box) ** 2 * white)
-            tells = view.lateral_m <= self._model.common_path_m and not doubtful
+            shows_corner = box.w >= model.corner_aspect * box.h
+            farthest_m = model.corner_path_m if shows_corner else model.common_path_m
+            tells = view.lateral_m <= farthest_m and not doubtful
             common += [tells] * (len(residuals) - before)
         count = len(residuals)
         return Measurements(

@@ -108,6 +108,12 @@ class RangeModel:
             roads are built with 2 to 3 %.
         common_path_m: vehicles farther aside than the next lane say nothing of the camera: what they stand on
             is another road, and of many of them that are parked we see a corner.
+        corner_aspect: a box this many times as wide as high shows a corner or a side. How much of the side
+            is a guess, so that it says something of the camera only up to `corner_path_m`.
+        corner_path_m: half a lane: who is wide there crosses our way or turns in it, and its row tells more
+            than its width. On KITTI tracking, seeds 0 to 9, the median error is 4.9 % with this rule and
+            5.2 % without, with a pitch 1 degree too high (seeds 0 to 2) 5.6 and 6.2 %. Without the half lane
+            1.3, 1.4, 1.5 and 1.6 were tried, all better than no limit; of the half lane nothing else was.
     """
 
     rears: tuple[VehicleKind, ...] = REARS
@@ -138,6 +144,8 @@ class RangeModel:
     looks_correlation_s: float = 0.1
     cross_slope: float = 0.03
     common_path_m: float = 4.0
+    corner_aspect: float = 1.5
+    corner_path_m: float = 1.75
 
     @property
     def single_picture_pitch_sigma_rad(self) -> float:
