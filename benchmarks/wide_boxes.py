@@ -22,11 +22,13 @@ import cv2
 import numpy as np
 from lines import say, say_row, where_and_with_what
 from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
 from scipy.optimize import minimize
 
 from fcw.detection.boxes.overlap import intersection_areas, intersection_over_union
 from fcw.detection.matching import HIT_IOU, IGNORED_PART
-from fcw.detection.net.detector import NetDetector, NetSettings
+from fcw.detection.net.detector import NetDetector, NetSettings, doublings
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.errors import UserError
 from fcw.evaluation.detection.cameras import LabelledCameras, read_cameras
@@ -60,8 +62,7 @@ class Boxes:
     @property
     def doublings(self) -> NDArray[np.float64]:
         """(N,) what `NetSettings.wide_bonus` is multiplied by."""
-        first, last = USUAL.wide_aspect, USUAL.widest_aspect
-        return np.log2(np.clip(self.aspects, first, last) / first)
+        return doublings(self.aspects, USUAL.wide_aspect, USUAL.widest_aspect)
 
 
 def main() -> None:
@@ -85,9 +86,8 @@ def look_at(model: NetModel, cameras: LabelledCameras) -> tuple[Boxes, Mapping[f
     """All boxes without the bonus, and by bonus, how often which side is found at the model's score."""
     rows, tallies = [], {bonus: Counter[str]() for bonus in (0.0, USUAL.wide_bonus)}
     every_score = NetSettings(wide_bonus=0.0, score_threshold=LOWEST_LOGIT)
-    for image in cameras.images:
-        if not image.labelled.complete:
-            continue
+    images = [image for image in cameras.images if image.labelled.complete]
+    for image in track(images, "detecting", console=Console(stderr=True)):
         calibration = cameras.calibration_of(image.labelled)
         detector = NetDetector(model, calibration, every_score)
         pyramid = detector.pyramid(image.labelled.read())

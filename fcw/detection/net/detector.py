@@ -204,8 +204,8 @@ class NetDetector:
         possible = np.all(boxes[:, 2:] > 1.0, axis=1) & self._has_size(boxes)
         boxes, scores = boxes[possible], logits[possible]
         parts, aspects = boxes[:, 3] / self._size.height, boxes[:, 2] / boxes[:, 3]
-        scores = scores + settings.near_bonus * _doublings(parts, settings.near_part, settings.nearest_part)
-        scores += settings.wide_bonus * _doublings(aspects, settings.wide_aspect, settings.widest_aspect)
+        scores = scores + settings.near_bonus * doublings(parts, settings.near_part, settings.nearest_part)
+        scores += settings.wide_bonus * doublings(aspects, settings.wide_aspect, settings.widest_aspect)
         agreeing = intersection_over_union(boxes, boxes) >= settings.agreeing_iou
         np.fill_diagonal(agreeing, True)  # else one may miss it by a hair
         scores += settings.borne_out * np.log(agreeing @ _probability(scores))
@@ -255,7 +255,7 @@ class NetDetector:
         return merged.tolist(), scores[kept].tolist()
 
 
-def _doublings(values: NDArray[np.float64], first: float, last: float) -> NDArray[np.float64]:
+def doublings(values: NDArray[np.float64], first: float, last: float) -> NDArray[np.float64]:
     """How often each of the values has doubled since `first`, no further than to `last`."""
     return np.log2(np.clip(values, first, last) / first)
 
