@@ -19,9 +19,10 @@ from fcw.detection.detector import Aim, Detection, Detector
 from fcw.detection.schedule import SearchSchedule
 from fcw.frame import Frame, Source, VideoPacket, nothing_seen
 from fcw.logs.encode import VideoEncoder
-from fcw.logs.records import NOTHING_SEEN, DriveHeader, FrameResult, Sink, in_single_precision
+from fcw.logs.records import CUT, NOTHING_SEEN, DriveHeader, FrameResult, Sink, in_single_precision
 from fcw.motion.aiming import Aims, take_aim
 from fcw.motion.ego import Ego, EgoEstimator
+from fcw.motion.flow.cuts import Follows
 from fcw.threads import one_opencv_thread
 from fcw.threat.of_tracker import judge_tracks, track_frame
 from fcw.tracking.tracker import Tracker
@@ -108,6 +109,9 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         ego: own motion and path by it.
         stages: whose tracker and policy take the frame.
     """
+    if ego.follows is Follows.UNLIKE:
+        detections = None
+    told = ((NOTHING_SEEN, nothing_seen(frame.image)), (CUT, ego.follows is Follows.AFTER_CUT))
     own_mps = ego.motion.speed_mps
     tracks = track_frame(stages.tracker, frame.time_ns, detections, ego, frame.image)
     tracks = tuple(map(in_single_precision, tracks))
@@ -120,7 +124,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         lead_id=stages.tracker.lead_id,
         warning=stages.policy.update(frame.time_ns, threats, own_mps),
         ego_speed_mps=own_mps,
-        notes=(*stages.tracker.notes, *((NOTHING_SEEN,) if nothing_seen(frame.image) else ())),
+        notes=(*stages.tracker.notes, *(note for note, holds in told if holds)),
         own_motion=in_single_precision(ego.motion),
         own_path=in_single_precision(ego.path),
         searched=detections is not None,

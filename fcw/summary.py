@@ -1,11 +1,11 @@
 """What a drive came to: counts, and its warnings as spans of time (`summary.json`)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from fcw.logs.events import find_events
-from fcw.logs.records import NOTHING_SEEN, FrameResult
+from fcw.logs.records import MOMENTS, NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.motion.state import Mount, SpeedSource
 from fcw.warning.ego_speed import EgoSpeed
@@ -26,7 +26,7 @@ SLOWEST_HZ = 7.0
 RATE_TOLD_AFTER_S = 2.0
 """A shorter time does not tell it."""
 MOST_SPANS = 3
-"""Of times in which nothing could be seen are told one by one."""
+"""Of times in which nothing could be seen, and of cuts, are told one by one."""
 
 
 @dataclass(slots=True)
@@ -163,7 +163,7 @@ class DriveSummary:
         self._last_ns = result.time_ns
         self.frames += 1
         self.frames_with_lead += result.lead_id is not None
-        notes = tuple(note for note in result.notes if note != NOTHING_SEEN)
+        notes = tuple(note for note in result.notes if note not in MOMENTS)
         if notes:  # the latest is known best
             start_s = self._notes.pop()[0] if self._noted else (result.time_ns - self._first_ns) / NS_PER_S
             self._notes.append((start_s, notes))
@@ -205,7 +205,7 @@ class DriveSummary:
     @property
     def all_notes(self) -> tuple[str, ...]:
         """What a person should know of the drive."""
-        return (*self._rate_notes, *self.notes, *self._own.notes, *self._unseen_notes, *self._blank_notes)
+        return (*self._rate_notes, *self.notes, *self._own.notes, *self._unseen_notes, *self._sight_notes)
 
     @property
     def _rate_notes(self) -> tuple[str, ...]:
@@ -218,16 +218,24 @@ class DriveSummary:
         )
 
     @property
-    def _blank_notes(self) -> tuple[str, ...]:
-        spans = [event for event in find_events(self._series.build()) if event.kind == "nothing seen"]
-        if not spans:
-            return ()
-        told = ", ".join(f"from {span.start_s:.1f} s to {span.end_s:.1f} s" for span in spans[:MOST_SPANS])
-        more = f" and {len(spans) - MOST_SPANS} times more" if len(spans) > MOST_SPANS else ""
-        return (
-            f"pictures are black or blank {told}{more}, as of a covered lens: nothing can be seen there, so "
-            "there could be no warning",
-        )
+    def _sight_notes(self) -> tuple[str, ...]:
+        """Where pictures are blank, and where they are cut."""
+        events, notes = find_events(self._series.build()), []
+        blank = [one for one in events if one.kind == "nothing seen"]
+        if blank:
+            times = _few([f"from {one.start_s:.1f} s to {one.end_s:.1f} s" for one in blank])
+            notes.append(
+                f"pictures are black or blank {times}, as of a covered lens: nothing can be seen there, so "
+                "there could be no warning"
+            )
+        cuts = [one for one in events if one.kind == "cut"]
+        if cuts:
+            notes.append(
+                f"the clip is cut {_few([f'at {one.start_s:.1f} s' for one in cuts])}, as by editing: all "
+                "vehicles begin anew there; where it goes on with another camera its distances are wrong: "
+                "divide the file there, and calibrate each part"
+            )
+        return tuple(notes)
 
     @property
     def _unseen_notes(self) -> tuple[str, ...]:
@@ -257,3 +265,9 @@ class DriveSummary:
             "own_motion": self._own.as_json(self.calibrated_pitch_rad),
             "versions": dict(self.versions),
         }
+
+
+def _few(times: Sequence[str]) -> str:
+    """The first of these, and how many more there are."""
+    more = f" and {len(times) - MOST_SPANS} times more" if len(times) > MOST_SPANS else ""
+    return ", ".join(times[:MOST_SPANS]) + more

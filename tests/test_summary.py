@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from fcw.box import Box
-from fcw.logs.records import NOTHING_SEEN, FrameResult
+from fcw.logs.records import CUT, NOTHING_SEEN, FrameResult
 from fcw.motion.state import OwnMotion, SpeedSource
 from fcw.summary import DriveSummary
 from fcw.tracking.types import SeenBy, Track
@@ -125,6 +125,13 @@ def test_pictures_in_which_nothing_can_be_seen_are_told_and_counted_as_blind() -
     )
     assert summary.all_notes == (said,)
     assert summary.as_json(1.0)["blind_s"] == pytest.approx(1.2)
+
+
+def test_of_many_cuts_the_first_ones_are_told() -> None:
+    cut = [replace(result(index, WarningLevel.NONE, None), notes=(CUT,) * (index % 2)) for index in range(11)]
+    (note,) = summed(*cut).all_notes
+    assert note.startswith("the clip is cut at 0.1 s, at 0.3 s, at 0.5 s and 2 times more, as by editing: ")
+    assert summed(*cut).blind_s == 0
 
 
 def test_a_note_that_stands_while_the_lens_is_covered_is_told_once() -> None:

@@ -15,14 +15,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.logs.records import NOTHING_SEEN
+from fcw.logs.records import CUT, NOTHING_SEEN
 from fcw.logs.series import NO_TRACK, DriveSeries
 from fcw.tracking.lead import ONCOMING_MARGIN_MPS
 from fcw.units import KMH_PER_MPS
 from fcw.warning.driver import HARDEST_BRAKING_MPS2
 from fcw.warning.types import WarningLevel, WarningState
 
-EventKind = Literal["warning", "caution", "advisory", "near miss", "mount moved", "nothing seen"]
+EventKind = Literal["warning", "caution", "advisory", "near miss", "mount moved", "nothing seen", "cut"]
+_KINDS_BY_NOTE: dict[str, EventKind] = {NOTHING_SEEN: "nothing seen", CUT: "cut"}
 
 NEAR_MISS_TTC_S = 1.5
 NEAR_MISS_DECELERATION_MPS2 = 3.4
@@ -45,14 +46,14 @@ class DriveEvent:
         start_s: its first frame.
         end_s: its last frame.
         peak_s: where it was most severe; where nothing closed, where the vehicle was nearest.
-        track_id: the vehicle; None for `mount moved` and `nothing seen`.
+        track_id: the vehicle; None for `mount moved`, `nothing seen` and `cut`.
         rule: the rule that held the level at the peak; empty where none did.
         min_ttc_s: smallest TTC; None when it never closed.
         min_distance_m: smallest distance; None when it was never measured.
         max_required_deceleration_mps2: hardest braking needed; None when none was.
         severity: what nearly happened: the braking needed as a part of the hardest a car can do, 8 m/s^2,
             times the probability of the collision, at its highest; 0 where nothing closed.
-        note: what was said, of a mount that moved and of pictures in which nothing can be seen.
+        note: what was said, of a mount that moved, of pictures in which nothing can be seen, and of a cut.
     """
 
     kind: EventKind
@@ -104,7 +105,7 @@ def find_events(series: DriveSeries) -> tuple[DriveEvent, ...]:
     events += [_event(series, rows, "advisory") for rows in _runs(advised, series.warned_id)]
     for start_ns, end_ns, note in zip(series.note_ns, series.note_end_ns, series.notes, strict=True):
         start_s, end_s = _seconds(series, int(start_ns)), _seconds(series, int(end_ns))
-        kind: EventKind = "nothing seen" if note == NOTHING_SEEN else "mount moved"
+        kind = _KINDS_BY_NOTE.get(note, "mount moved")
         events.append(DriveEvent(kind, start_s, end_s, start_s, None, "", None, None, None, 0.0, note))
     return tuple(sorted(events, key=lambda event: event.start_s))
 

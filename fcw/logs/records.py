@@ -19,6 +19,10 @@ NOTHING_SEEN = (
     "nothing can be seen: the picture is black or blank, as of a covered lens; there can be no warning"
 )
 """The note of a frame whose picture is so (`fcw.frame.nothing_seen`): a dead camera gives pictures too."""
+CUT = "cut: the picture is of another place or camera than before; all vehicles begin anew"
+"""The note of the first frame that is known to come after a cut (`fcw.motion.flow.cuts`)."""
+MOMENTS = (NOTHING_SEEN, CUT)
+"""Notes on a time of the drive; all others tell what is known of the camera by then."""
 
 
 @dataclass(frozen=True, slots=True)

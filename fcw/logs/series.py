@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fcw.bounded.arrays import npz_arrays
 from fcw.bounded.formats import json_value
 from fcw.frame import VideoPacket
-from fcw.logs.records import NOTHING_SEEN, FrameResult
+from fcw.logs.records import MOMENTS, FrameResult
 from fcw.threat.threat import required_deceleration_mps2
 
 NO_TRACK = -1
@@ -207,7 +207,7 @@ class SeriesBuilder:
         self._columns = {name: array(_TYPECODES[np.dtype(kind)]) for name, kind in _COLUMNS.items()}
         self._rules = {"": 0}
         self._notes: list[str] = []
-        self._standing: dict[bool, int] = {}
+        self._standing: dict[str, int] = {}
 
     def add(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         """Take in the next frame and its video packets."""
@@ -254,20 +254,20 @@ class SeriesBuilder:
             self._columns[name].append(_NAN if value is None else value)
         for packet in packets:
             self.add_packet(packet.time_ns, packet.keyframe)
-        for blank in (False, True):
-            note = "; ".join(note for note in result.notes if (note == NOTHING_SEEN) is blank)
-            self._take_note(blank, note, result.time_ns)
+        self._take_note("", "; ".join(note for note in result.notes if note not in MOMENTS), result.time_ns)
+        for moment in MOMENTS:
+            self._take_note(moment, moment if moment in result.notes else "", result.time_ns)
 
-    def _take_note(self, blank: bool, note: str, time_ns: int) -> None:
+    def _take_note(self, kind: str, note: str, time_ns: int) -> None:
         """What a frame tells of one kind; empty where it tells nothing."""
-        number = self._standing.pop(blank, len(self._notes))
+        number = self._standing.pop(kind, len(self._notes))
         if not note:
             return
         if number == len(self._notes):
             self._notes.append("")
             self._columns["note_ns"].append(time_ns)
             self._columns["note_end_ns"].append(time_ns)
-        self._standing[blank] = number
+        self._standing[kind] = number
         self._notes[number] = note
         self._columns["note_end_ns"][number] = time_ns
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.motion.estimator import MotionEstimator
+from fcw.motion.flow.cuts import CutWatch, Follows
 from fcw.motion.lanes import Lane, LaneTracker
 from fcw.motion.path import SLOWEST_TURN_MPS, PathAhead
 from fcw.motion.settings import MotionSettings
@@ -27,11 +28,13 @@ class Ego(NamedTuple):
         motion: own motion; its speed and yaw rate are the given ones where there are any.
         path: own path.
         body_pitch_rad: how much lower the camera looks than its mount does; None where no picture tells it.
+        follows: how the picture follows the one before.
     """
 
     motion: OwnMotion
     path: OwnPath
     body_pitch_rad: Gaussian | None = None
+    follows: Follows = Follows.SAME_VIEW
 
 
 class EgoEstimator:
@@ -46,6 +49,7 @@ class EgoEstimator:
         self, calibration: Calibration | None = None, settings: MotionSettings | None = None
     ) -> None:
         self._estimator = None if calibration is None else MotionEstimator(calibration, settings)
+        self._cuts = CutWatch()
         self._lanes = LaneTracker()
         self._path = PathAhead()
         self._time_ns: int | None = None
@@ -60,6 +64,8 @@ class EgoEstimator:
     ) -> Ego:
         """Take a frame.
 
+        One that is unlike those before tells nothing. After a cut all but the mount begins anew.
+
         Args:
             time_ns: of it; must not decrease.
             image: (height, width, 3) BGR.
@@ -68,8 +74,12 @@ class EgoEstimator:
             given_yaw_radps: own yaw rate, positive to the left, likewise.
         """
         motion, lane, body_pitch_rad = OwnMotion(), None, None
+        follows = self._cuts.see(time_ns, image)
+        if follows is Follows.AFTER_CUT:
+            self._begin_anew()
         if self._estimator is not None:
-            motion = self._estimator.update(time_ns, image, boxes)
+            is_seen = follows is not Follows.UNLIKE
+            motion = self._estimator.update(time_ns, image, boxes) if is_seen else self._estimator.state
             body_pitch_rad = self._estimator.body_pitch(time_ns)
         if given_mps is not None:
             motion = replace(motion, speed_mps=given_mps, speed_sigma_mps=0.0, speed_source=SpeedSource.GIVEN)
@@ -77,7 +87,12 @@ class EgoEstimator:
             motion = replace(motion, yaw_rate_radps=given_yaw_radps, yaw_rate_sigma_radps=None)
         if self._estimator is not None:
             lane = self._see_lane(self._estimator, motion)
-        return Ego(motion, self._path.update(time_ns, motion, lane), body_pitch_rad)
+        return Ego(motion, self._path.update(time_ns, motion, lane), body_pitch_rad, follows)
+
+    def _begin_anew(self) -> None:
+        if self._estimator is not None:
+            self._estimator = self._estimator.after_cut()
+        self._lanes, self._path, self._time_ns = LaneTracker(), PathAhead(), None
 
     def _see_lane(self, estimator: MotionEstimator, motion: OwnMotion) -> Lane | None:
         """The lane by the latest picture that own motion used."""

@@ -43,7 +43,7 @@ class MotionEstimator:
 
     def __init__(self, calibration: Calibration, settings: MotionSettings | None = None) -> None:
         self._settings = settings or MotionSettings()
-        self._camera = calibration.camera
+        self._calibration, self._camera = calibration, calibration.camera
         self._follower = PointFollower(self._camera, calibration.image_size.width, self._settings)
         self._filter = MotionFilter(self._settings)
         self._stillness = Stillness(self._follower)
@@ -116,6 +116,13 @@ class MotionEstimator:
             if self._speed_by_points is not None and self._found_s >= POINTS_TELL_S:
                 self._fastest_mps = state.speed_mps + CHANGED_FROM_SIGMAS * state.speed_sigma_mps
         return state
+
+    def after_cut(self) -> "MotionEstimator":
+        """Another one, for what comes after a cut: it believes the same of the mount and nothing else."""
+        other = MotionEstimator(self._calibration, self._settings)
+        other._filter.take_mount(self._mount)
+        other._mount = self._mount
+        return other
 
     def _take_look(self, told: Told) -> None:
         """What a look tells goes before what steps taught of pitch and yaw, if the two contradict each other.

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fcw.detection.detector import Detection
 from fcw.motion.bend.turn import Turn, turn_of
 from fcw.motion.ego import Ego
+from fcw.motion.flow.cuts import Follows
 from fcw.motion.state import OwnPath
 from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import Threat, assess
@@ -24,6 +25,8 @@ def track_frame(
 ) -> tuple[Track, ...]:
     """The confirmed tracks after a frame, for which the tracker is told all that is believed of ourselves.
 
+    After a cut no vehicle is the same. A picture that is unlike those before tells nothing of them.
+
     Args:
         tracker: takes the frame.
         time_ns: of the frame.
@@ -34,6 +37,10 @@ def track_frame(
     Raises:
         ValueError: as `Tracker.update`.
     """
+    if ego.follows is Follows.AFTER_CUT:
+        tracker.begin_anew()
+    if ego.follows is Follows.UNLIKE:
+        detections = image = None
     return tracker.update(
         time_ns,
         detections,

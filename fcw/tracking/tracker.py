@@ -90,6 +90,12 @@ class Tracker:
         note = self._mount_note.text or self._mount.note
         return () if note is None else (note,)
 
+    def begin_anew(self) -> None:
+        """After a cut: forget the vehicles and the own speed; what is believed of the mount stays."""
+        self._keep([False] * len(self._followed))
+        self._doubts = Doubts(self._settings.belief, self._calibration.image_size.width)
+        self._own, self._lead_id = OwnSpeed(), None
+
     def update(
         self,
         time_ns: int,

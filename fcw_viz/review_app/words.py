@@ -14,7 +14,7 @@ from fcw.units import distance_text, speed_text
 from fcw.warning.describe import braking_text, reason
 from fcw.warning.types import WarningLevel, WarningState
 
-NEAR_MISS, MOUNT_MOVED, NOTHING_SEEN = "near miss", "mount moved", "nothing seen"
+NEAR_MISS, MOUNT_MOVED, NOTHING_SEEN, CUT = "near miss", "mount moved", "nothing seen", "cut"
 KIND_TITLES = {
     "warning": "Warning",
     "caution": "Caution",
@@ -22,6 +22,7 @@ KIND_TITLES = {
     NEAR_MISS: "Near miss",
     MOUNT_MOVED: "Mount moved",
     NOTHING_SEEN: "Nothing seen",
+    CUT: "Cut",
 }
 """What kinds of events are called."""
 KIND_MEANINGS = {
@@ -31,6 +32,7 @@ KIND_MEANINGS = {
     NEAR_MISS: "close, but no warning",
     MOUNT_MOVED: "the camera has moved",
     NOTHING_SEEN: "black picture, covered lens",
+    CUT: "an edited clip, or another camera",
 }
 """What kinds of events are, in a few words."""
 JUDGEMENT_SIGNS = {

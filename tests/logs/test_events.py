@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fcw.box import Box
 from fcw.logs.events import DriveEvent, WarningCounter, find_events
-from fcw.logs.records import NOTHING_SEEN, FrameResult
+from fcw.logs.records import CUT, NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.simulation.truth.file import read_truth
 from fcw.simulation.truth.log import truth_result
@@ -197,6 +197,12 @@ def test_times_in_which_nothing_can_be_seen_are_events_apart_from_a_mount_that_m
         ("mount moved", 0.5, 2.4, "moved"),
         ("nothing seen", 1.0, 1.9, NOTHING_SEEN),
     ]
+
+
+def test_each_cut_is_an_event_of_its_own():
+    frames = [frame(i, notes=("moved",) * (i >= 5) + (CUT,) * (i in (10, 12))) for i in range(20)]
+    found = [(event.kind, event.start_s, event.end_s, event.note) for event in events_of(frames)]
+    assert found == [("mount moved", 0.5, 1.9, "moved"), ("cut", 1.0, 1.0, CUT), ("cut", 1.2, 1.2, CUT)]
 
 
 @given(

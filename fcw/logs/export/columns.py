@@ -284,7 +284,9 @@ def _of_event(name: str, kind: Kind, unit: str, meaning: str) -> Column[EventRow
 
 EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
     Column("drive", "string", "", "name of the drive", lambda row: row.drive),
-    _of_event("kind", "string", "", "warning, caution, advisory, near miss, mount moved or nothing seen"),
+    _of_event(
+        "kind", "string", "", "warning, caution, advisory, near miss, mount moved, nothing seen or cut"
+    ),
     _of_event("start_s", "float64", "s", "its first frame, from the drive's first frame"),
     _of_event("end_s", "float64", "s", "its last frame"),
     _of_event("peak_s", "float64", "s", "where it was most severe, or else where it was nearest"),

@@ -13,6 +13,7 @@ from fcw_viz.page.channel import says
 from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.words import (
+    CUT,
     DISAGREEMENT_SIGN,
     JUDGEMENT_SIGNS,
     MOUNT_MOVED,
@@ -29,6 +30,7 @@ KIND_COLORS = {
     NEAR_MISS: "rgb(214, 51, 132)",
     MOUNT_MOVED: "rgb(134, 92, 214)",
     NOTHING_SEEN: "rgb(121, 85, 72)",
+    CUT: "rgb(34, 139, 230)",
 }
 OTHER_COLOR = "rgb(134, 142, 150)"
 MISSED_COLOR = "rgb(230, 73, 128)"
