@@ -28,6 +28,7 @@ from fcw.camera.vanishing import PixelPoint
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, Source
+from fcw.motion.flow.cuts import CutWatch, Follows
 from fcw.motion.travel.direction import TravelDirection
 from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.contradiction import Contradiction, contradiction_in
@@ -50,6 +51,8 @@ BEFORE_MOVE_S = 1.0
 """The car may brake, and pitch, for this time before a camera is seen to be knocked."""
 SHORTEST_PIECE_S = 3.0
 """A shorter piece of a clip tells hardly anything."""
+BEFORE_CUT_S = 0.2
+"""A cut is known by the second picture after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,7 @@ class ClipObservations:
         rulers: vehicles.
         frames: how many pictures were looked at for vehicles.
         moved_s: between which times the camera was moved; None where it was not.
+        parts_s: from when to when it was looked at, without a cut within; one part where it is not cut.
         by_turns: the lens, by how the picture turns; None where that was not asked, or it turns too little.
     """
 
@@ -72,6 +76,7 @@ class ClipObservations:
     frames: int
     moved_s: tuple[float, float] | None = None
     by_turns: LensByTurns | None = None
+    parts_s: tuple[tuple[float, float], ...] = (WHOLE_CLIP_S,)
 
     def evidence(self) -> Evidence:
         """As the joint fit takes it."""
@@ -96,7 +101,9 @@ class ClipCalibration:
         seen: what it is made of.
         shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
         by_motion: whether the motion of the camera tells where the road lies.
-        piece_s: the piece of the clip that it holds for, where the camera was moved in it; else None.
+        piece_s: the piece of the clip that it is made of and holds for, where the camera was moved in it, or
+            the clip is cut; else None.
+        is_cut: whether the clip is cut.
         focal_px: what the turns of the clip tell; None where they tell nothing, or the view was stated.
         lens: of a camera that bends straight lines, by the turns. Unless somebody clicked in a picture,
             nothing more was looked for: the calibration is a guess until the clip is seen through the lens.
@@ -110,6 +117,7 @@ class ClipCalibration:
     shows_road: bool
     by_motion: bool
     piece_s: tuple[float, float] | None = None
+    is_cut: bool = False
     focal_px: Gaussian | None = None
     lens: Lens | None = None
     contradiction: Contradiction | None = None
@@ -121,7 +129,9 @@ class ClipCalibration:
         if self.piece_s is None:
             return ""
         begin_s, end_s = self.piece_s
-        return f"from {begin_s:.0f} s on" if begin_s else f"until {end_s:.0f} s"
+        if end_s >= LONGEST_S:
+            return f"from {begin_s:.0f} s on"
+        return f"from {begin_s:.0f} s to {end_s:.0f} s" if begin_s else f"until {end_s:.0f} s"
 
 
 def rough_calibration(
@@ -184,14 +194,18 @@ def calibrate_clip(
     asks_turns = turns and priors.field_of_view_rad is None
     look = partial(observe_clip, source, guess, detector, on_frame=on_frame, enough_s=enough_s)
     seen = look(asks_turns=asks_turns)
+    is_cut = len(seen.parts_s) > 1
+    if is_cut:
+        piece_s = max(seen.parts_s, key=lambda part_s: part_s[1] - part_s[0])
+        seen = look(piece_s, asks_turns=asks_turns)
     if seen.moved_s is not None:
-        piece_s = _before_or_after(seen.moved_s)
+        piece_s = _before_or_after(seen.moved_s, piece_s or WHOLE_CLIP_S)
         seen = look(piece_s, asks_turns=asks_turns)
     focal_px = None if seen.by_turns is None else seen.by_turns.focal_px
     bent = None if seen.by_turns is None else seen.by_turns.bent_lens(size)
     if bent is not None:
         if evidence == Evidence():
-            return ClipCalibration(guess, seen, False, False, piece_s, focal_px, bent)
+            return ClipCalibration(guess, seen, False, False, piece_s, is_cut, focal_px, bent)
         seen = replace(seen, by_turns=None)
     told = seen.evidence()
     all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
@@ -229,6 +243,7 @@ def calibrate_clip(
         shows_road=known.tells_of_the_road or bool(seen.rulers),
         by_motion=seen.travel_px is not None,
         piece_s=piece_s,
+        is_cut=is_cut,
         focal_px=focal_px,
         lens=bent,
         contradiction=contradiction,
@@ -236,10 +251,10 @@ def calibrate_clip(
     )
 
 
-def _before_or_after(moved_s: tuple[float, float]) -> tuple[float, float]:
-    """The piece that counts of a clip in which the camera was moved: what led to it, or all that follows."""
-    end_s = moved_s[0] - BEFORE_MOVE_S
-    return (0.0, end_s) if end_s >= SHORTEST_PIECE_S else (moved_s[1], LONGEST_S)
+def _before_or_after(moved_s: tuple[float, float], whole_s: tuple[float, float]) -> tuple[float, float]:
+    """The piece that counts of one in which the camera was moved: what led to it, or all that follows."""
+    (begin_s, end_s), before_s = whole_s, moved_s[0] - BEFORE_MOVE_S
+    return (begin_s, before_s) if before_s - begin_s >= SHORTEST_PIECE_S else (moved_s[1], end_s)
 
 
 def observe_clip(
@@ -271,8 +286,11 @@ def observe_clip(
     signs: list[tuple[float, float]] = []
     pictures: list[NDArray[np.uint8]] = []
     detected_ns = lanes_ns = None
-    frames = 0
+    frames, time_s, cuts, parts_s = 0, 0.0, CutWatch(), [piece_s]
     for time_s, frame in _piece(source, piece_s):
+        if cuts.see(frame.time_ns, frame.image) is Follows.AFTER_CUT:
+            parts_s[-1] = parts_s[-1][0], time_s - BEFORE_CUT_S
+            parts_s.append((time_s, LONGEST_S))
         if lanes_ns is None or (frame.time_ns - lanes_ns) / 1e9 >= LANES_EVERY_S:
             lanes_ns = frame.time_ns
             with suppress(UserError):
@@ -293,6 +311,8 @@ def observe_clip(
         on_frame()
         if travel.driven_s >= enough_s:
             break
+    if len(parts_s) > 1:
+        parts_s[-1] = parts_s[-1][0], time_s
     moved_s, told = moved_at(signs, camera.focal_y_px), travel.told()
     # Who turns all the time shows the row alone.
     unknown_px = Gaussian(camera.principal_column_px, math.tan(ANY_YAW_RAD) * camera.focal_y_px)
@@ -303,6 +323,7 @@ def observe_clip(
         frames=frames,
         moved_s=moved_s,
         by_turns=lens_by_turns(tracks) if asks_turns and moved_s is None else None,
+        parts_s=tuple(parts_s),
     )
 
 

@@ -148,7 +148,8 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     if seen.travel_px is None:
         words += " Does a flat road end there? If not, drag it."
     if found.piece_words:
-        words += f" It holds {found.piece_words}: the horizon jumps there, the camera was moved."
+        why = "the clip is cut there" if found.is_cut else "the horizon jumps there, the camera was moved"
+        words += f" It holds {found.piece_words}: {why}."
     return Look(horizon, words, scale, times_ns=times_ns, first_ns=first_ns, yaw_rad=yaw_rad)
 
 

@@ -109,7 +109,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     if found.contradiction is not None and found.contradiction.sigmas > SAID_SIGMAS:
         notes += (_contradicts(found.contradiction.apart_rad),)
     if found.piece_words:
-        notes += (_jump(found.piece_words),)
+        notes += (_cut(found.piece_words) if found.is_cut else _jump(found.piece_words),)
     notes += tuple(evidence_warnings(command, calibration))
     return save_and_report(calibration, save, command, notes)
 
@@ -235,6 +235,13 @@ def _contradicts(apart_rad: float) -> str:
         f"where the car drives and the vehicles ahead put the horizon {math.degrees(apart_rad):.1f} degrees "
         "apart: one of them is wrong, and distances are known no better than that; give --horizon-row, "
         "points or lane lines"
+    )
+
+
+def _cut(piece: str) -> str:
+    return (
+        f"this clip is cut, as by editing; the calibration is that of its longest part, {piece}, and holds "
+        "for the others only where the camera is the same; divide the file there and calibrate each part"
     )
 
 

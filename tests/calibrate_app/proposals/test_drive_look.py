@@ -137,6 +137,7 @@ TRAVEL = Gaussian(640.0, 3.0), Gaussian(320.0, 3.0)
         (observations(None, LANES), None, 330.0, "By its lane lines alone .* Does a flat road end there?"),
         (observations(TRAVEL, None), (0.0, 7.0), 320.0, "It holds until 7 s: the horizon jumps there"),
         (observations(TRAVEL, None), (8.0, 40.0), 320.0, "It holds from 8 s on"),
+        (observations(TRAVEL, None), (8.0, 20.0), 320.0, "It holds from 8 s to 20 s: the horizon"),
         (
             observations(TRAVEL, FAR_LANES),
             None,

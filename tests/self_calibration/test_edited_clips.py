@@ -1,0 +1,50 @@
+"""Calibrating a clip that was edited: by its longest part, as if that were all of it."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fcw.camera.calibration import Gaussian
+from fcw.detection.choice import searching_detector
+from fcw.frame import Frame
+from fcw.self_calibration.clip import ClipCalibration, calibrate_clip, rough_calibration
+from fcw.sources.video import VideoSource
+
+DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
+
+
+class Edited(VideoSource):
+    """The first seconds of the shipped drive; before a cut the camera hangs upside down."""
+
+    def __init__(self, cut_s: float, begin_s: float = 0.0, end_s: float = 9.0) -> None:
+        super().__init__(DEMO)
+        self._cut_s, self._begin_s, self._end_s = cut_s, begin_s, end_s
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        for frame in super().frames():
+            time_s = frame.time_ns / 1e9
+            if time_s > self._end_s:
+                return
+            if time_s >= self._begin_s and frame.index % 2 == 0:
+                before = time_s < self._cut_s
+                yield replace(frame, image=np.ascontiguousarray(frame.image[::-1])) if before else frame
+
+
+def calibrated(source: VideoSource) -> ClipCalibration:
+    detector = searching_detector(rough_calibration(source.image_size, 1.3))
+    return calibrate_clip(source, detector, Gaussian(1.3, 0.12))
+
+
+@pytest.mark.slow
+def test_a_clip_that_is_cut_is_calibrated_by_its_longest_part():
+    edited = calibrated(Edited(cut_s=3.0))
+    assert edited.is_cut
+    assert edited.piece_words == "from 3 s to 9 s"
+    assert edited.piece_s is not None
+    alone = calibrated(Edited(cut_s=0.0, begin_s=edited.piece_s[0]))
+    assert not alone.is_cut
+    assert alone.piece_s is None
+    assert edited.calibration == alone.calibration
