@@ -157,7 +157,9 @@ def _event(
         right = left + SMALLEST_MARK_PX
     bottom = SIGNS_PX + TRACK_PX
     height = TRACK_PX * KIND_HEIGHTS.get(event.kind, 0.6)
-    title = f"{kind_title(event.kind)} at {time_text(event.start_s)}: {event_line(event, imperial)}"
+    title = f"{kind_title(event.kind)} at {time_text(event.start_s)}"
+    if line := event_line(event, imperial):
+        title += f": {line}"
     look: dict[str, str | float] = {"fill": color}
     if selected:
         look |= {"stroke": "currentColor", "stroke_width": 1.5}
