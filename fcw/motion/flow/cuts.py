@@ -6,7 +6,8 @@ shading are compared as they are and, where these differ because we turn or some
 each where it fits best nearby. Neither minds how bright a picture is.
 
 A picture that is unlike the one before may come after a cut, or may be a flash or a broken one. The next one
-tells: after a cut it is like the one in question, after a flash like those before.
+tells: after a cut it is like the one in question, after a flash like those before. Where it was no cut, as of
+wipers in heavy rain, there is no question again for a second.
 """
 
 from enum import Enum
@@ -38,6 +39,7 @@ more apart: there the road may look the same.
 """
 LONGEST_STEP_NS = 150_000_000
 """After a longer time, pictures of one drive may differ as much."""
+RESTLESS_NS = 1_000_000_000
 
 
 class Follows(Enum):
@@ -57,6 +59,8 @@ class CutWatch:
         self._last: NDArray[np.float32] | None = None
         self._unlike: NDArray[np.float32] | None = None
         self._time_ns = 0
+        self._restless_ns = -RESTLESS_NS
+        """When a picture was last unlike the one before and there was no cut."""
 
     def see(self, time_ns: int, image: NDArray[np.uint8]) -> Follows:
         """Take the next picture.
@@ -70,14 +74,17 @@ class CutWatch:
             return Follows.SAME_VIEW  # nothing can be seen: what comes afterwards tells
         last, unlike, self._time_ns = self._last, self._unlike, time_ns
         self._unlike = None
-        if last is None or since_ns > LONGEST_STEP_NS or _alike(last, now):
-            self._last = now
-            return Follows.SAME_VIEW
-        if unlike is None:
+        is_unlike = last is not None and since_ns <= LONGEST_STEP_NS and not _alike(last, now)
+        if is_unlike and unlike is None and time_ns - self._restless_ns >= RESTLESS_NS:
             self._unlike = now
             return Follows.UNLIKE
         self._last = now
-        return Follows.AFTER_CUT if _alike(unlike, now) else Follows.SAME_VIEW
+        if unlike is None:
+            return Follows.SAME_VIEW
+        if is_unlike and _alike(unlike, now):
+            return Follows.AFTER_CUT
+        self._restless_ns = time_ns
+        return Follows.SAME_VIEW
 
 
 def details(image: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -58,7 +58,9 @@ def test_one_foreign_picture_is_a_broken_one_and_no_cut(drive: list[Picture], el
 def test_pictures_that_are_all_unlike_each_other_are_no_cut(drive: list[Picture]):
     noise = np.random.default_rng(3).integers(0, 256, (12, 36, 64, 3)).astype(np.uint8)
     large = [cv2.resize(one, (1280, 720), interpolation=cv2.INTER_NEAREST) for one in noise]
-    assert not cuts(seen([*drive[:3], *large]))
+    follows = seen([*drive[:3], *large])
+    assert not cuts(follows)
+    assert follows.count(Follows.UNLIKE) == 1  # then nothing is asked for a second
 
 
 @pytest.mark.parametrize("level", [0, 128, 255])
