@@ -103,13 +103,13 @@ class ClipCalibration:
         by_motion: whether the motion of the camera tells where the road lies.
         piece_s: the piece of the clip that it is made of and holds for, where the camera was moved in it, or
             the clip is cut; else None.
-        is_cut: whether the clip is cut.
         focal_px: what the turns of the clip tell; None where they tell nothing, or the view was stated.
         lens: of a camera that bends straight lines, by the turns. Unless somebody clicked in a picture,
             nothing more was looked for: the calibration is a guess until the clip is seen through the lens.
         contradiction: between its drive and its vehicles, which the intervals have; None where they agree, or
             something else that was stated decides.
         speed: by the pictures; None where that was not asked, or they do not tell.
+        is_cut: whether the clip is cut.
     """
 
     calibration: Calibration
@@ -117,11 +117,11 @@ class ClipCalibration:
     shows_road: bool
     by_motion: bool
     piece_s: tuple[float, float] | None = None
-    is_cut: bool = False
     focal_px: Gaussian | None = None
     lens: Lens | None = None
     contradiction: Contradiction | None = None
     speed: MeanSpeed | None = None
+    is_cut: bool = False
 
     @property
     def piece_words(self) -> str:
@@ -205,7 +205,7 @@ def calibrate_clip(
     bent = None if seen.by_turns is None else seen.by_turns.bent_lens(size)
     if bent is not None:
         if evidence == Evidence():
-            return ClipCalibration(guess, seen, False, False, piece_s, is_cut, focal_px, bent)
+            return ClipCalibration(guess, seen, False, False, piece_s, focal_px, bent, is_cut=is_cut)
         seen = replace(seen, by_turns=None)
     told = seen.evidence()
     all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
@@ -243,11 +243,11 @@ def calibrate_clip(
         shows_road=known.tells_of_the_road or bool(seen.rulers),
         by_motion=seen.travel_px is not None,
         piece_s=piece_s,
-        is_cut=is_cut,
         focal_px=focal_px,
         lens=bent,
         contradiction=contradiction,
         speed=speed,
+        is_cut=is_cut,
     )
 
 
