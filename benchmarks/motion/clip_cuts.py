@@ -38,18 +38,21 @@ def main() -> None:
             upto = next(upto for upto in UP_TO_MS if 1000 * step / rate_hz <= upto)
             every = 2 if len(pictures) > 300 else 1
             pairs = zip(pictures[::every], pictures[step::every], strict=False)
-            steps[upto] += [likeness(*pair) for pair in pairs]
+            steps[upto] += [cuts.likeness(*pair) for pair in pairs]
     for upto, likenesses in steps.items():
-        few, least = sum(one < cuts.ALIKE for one in likenesses), min(likenesses)
+        least = cuts.ALIKE_SOON if upto <= cuts.SOON_NS / 1e6 else cuts.ALIKE
+        few, lowest = sum(one < least for one in likenesses), min(likenesses)
         sys.stdout.write(
-            f"steps of up to {upto} ms: {len(likenesses)}, the least {least:.2f}, {few} taken for cuts\n"
+            f"steps of up to {upto} ms: {len(likenesses)}, the lowest {lowest:.2f}, {few} below {least}\n"
         )
     apart: dict[str, list[float]] = {}
     for kind, before, now in drawn(views):
-        apart.setdefault(kind, []).append(likeness(before, now))
+        apart.setdefault(kind, []).append(cuts.likeness(before, now))
     for kind, likenesses in apart.items():
-        found = np.mean([one < cuts.ALIKE for one in likenesses])
-        sys.stdout.write(f"{kind}: {len(likenesses)}, {found:.0%} taken for cuts\n")
+        found = [f"{np.mean(np.array(likenesses) < one):.0%}" for one in (cuts.ALIKE, cuts.ALIKE_SOON)]
+        sys.stdout.write(
+            f"{kind}: {len(likenesses)}, {found[0]} below {cuts.ALIKE}, {found[1]} below {cuts.ALIKE_SOON}\n"
+        )
 
 
 def read_views() -> Iterator[_View]:
@@ -79,12 +82,6 @@ def drawn(views: Sequence[_View]) -> Iterator[tuple[str, NDArray[np.float32], ND
         first, second = sorted((chance.randrange(len(pictures)), chance.randrange(len(pictures))))
         if second - first >= APART_S * rate_hz:
             yield "one view, 3 s apart", pictures[first], pictures[second]
-
-
-def likeness(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
-    """The sum that `fcw.motion.flow.cuts` goes by; infinite where the pictures are surely alike."""
-    whole = cuts.correlation(before, now)
-    return math.inf if whole >= cuts.SURELY_ALIKE else whole + cuts.correlation_of_parts(before, now)
 
 
 if __name__ == "__main__":

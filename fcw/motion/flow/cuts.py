@@ -2,14 +2,15 @@
 
 What finds the cuts of films goes by brightness and colour (FFmpeg's `scdet`, PySceneDetect). Drives have sky
 above and road below on both sides of a cut; details tell them apart. Small grey pictures without their
-shading are compared as they are and, where these differ because we turn or something passes, part by part,
-each where it fits best nearby. Neither minds how bright a picture is.
+shading are compared part by part, each where it fits best nearby: how bright they are does not matter, nor
+that we turn, nor what passes or wipes over some of the parts. In snow and in the dark pictures are less alike
+all the time: a cut is a drop below all of the last second.
 
 A picture that is unlike the one before may come after a cut, or may be a flash or a broken one. The next one
-tells: after a cut it is like the one in question, after a flash like those before. Where it was no cut, as of
-wipers in heavy rain, there is no question again for a second.
+tells: after a cut it is like the one in question.
 """
 
+from collections import deque
 from enum import Enum
 
 import cv2
@@ -22,24 +23,25 @@ SAMPLES = 4
 """Along each side of what becomes one of their pixels."""
 SHADING_PX = 4.0
 """Sigma of what is taken for shading."""
-PART_WIDTH, PART_HEIGHT, NEARBY_PX = 16, 12, 4
+PART_WIDTH, PART_HEIGHT, NEARBY_PX = 12, 9, 4
 """Of the parts, and how far they are looked for, up, down and to the sides."""
-LEAST_DETAIL = 1.0
+LEAST_DETAIL = 2.0
 """Standard deviation, in grey values, of a picture or a part that can be compared."""
 FEWEST_PARTS = 3
-SURELY_ALIKE = 0.5
+SURELY_ALIKE = 0.8
 """Correlation of two pictures whose parts need not be looked at."""
-ALIKE = 0.95
-"""Least sum of the pictures' correlation and the middle one of their parts'.
+ALIKE, ALIKE_SOON = 0.55, 0.75
+"""Least likeness of pictures that follow each other; the second up to `SOON_NS` after the last new one.
 
-Chosen on ten real clips, two drives of KITTI and the shipped one (`benchmarks/motion/clip_cuts.py`). Of
-10,242 steps of up to 150 ms none has less than 1.01, of 5,598 of up to 210 ms 24 have less than 0.95. So do
-99 % of pairs from two cameras, 86 % of pairs from two drives of one, and 49 % of pairs from one view, 3 s and
-more apart: there the road may look the same.
+Chosen on ten real clips, two drives of KITTI and the shipped one (`benchmarks/motion/clip_cuts.py`), and so
+that wipers drawn into the clips are no cuts.
 """
-LONGEST_STEP_NS = 150_000_000
-"""After a longer time, pictures of one drive may differ as much."""
-RESTLESS_NS = 1_000_000_000
+SOON_NS, LONGEST_STEP_NS = 50_000_000, 150_000_000
+"""After a longer time than the second, pictures of one drive may differ as much as any."""
+DROP, LATELY_NS, FEWEST_STEPS = 0.1, 1_000_000_000, 5
+"""By so much a cut is less alike than all steps of so long before; so many must be known."""
+REPEATED = 0.999
+"""Pictures with a higher correlation may be one and the same, shown twice."""
 
 
 class Follows(Enum):
@@ -58,9 +60,10 @@ class CutWatch:
     def __init__(self) -> None:
         self._last: NDArray[np.float32] | None = None
         self._unlike: NDArray[np.float32] | None = None
-        self._time_ns = 0
-        self._restless_ns = -RESTLESS_NS
-        """When a picture was last unlike the one before and there was no cut."""
+        self._time_ns = self._new_ns = 0
+        """Of the last picture, and of the last one that was no repeated one."""
+        self._lately: deque[tuple[float, int]] = deque()
+        """Likenesses and times of the steps of the last second."""
 
     def see(self, time_ns: int, image: NDArray[np.uint8]) -> Follows:
         """Take the next picture.
@@ -73,18 +76,27 @@ class CutWatch:
         if now.std() < LEAST_DETAIL:
             return Follows.SAME_VIEW  # nothing can be seen: what comes afterwards tells
         last, unlike, self._time_ns = self._last, self._unlike, time_ns
-        self._unlike = None
-        is_unlike = last is not None and since_ns <= LONGEST_STEP_NS and not _alike(last, now)
-        if is_unlike and unlike is None and time_ns - self._restless_ns >= RESTLESS_NS:
+        if last is None or since_ns > LONGEST_STEP_NS:
+            return self._go_on(now, time_ns)
+        alike = likeness(last, now)
+        least = ALIKE_SOON if time_ns - self._new_ns <= SOON_NS else ALIKE
+        while self._lately and self._lately[0][1] < time_ns - LATELY_NS:
+            self._lately.popleft()
+        if unlike is not None:
+            anew = likeness(unlike, now)
+            if anew >= least and anew > alike:
+                self._lately.clear()
+                return self._go_on(now, time_ns, Follows.AFTER_CUT)
+        elif len(self._lately) >= FEWEST_STEPS and alike < min(least, min(self._lately)[0] - DROP):
+            self._lately.append((alike, time_ns))
             self._unlike = now
             return Follows.UNLIKE
-        self._last = now
-        if unlike is None:
-            return Follows.SAME_VIEW
-        if is_unlike and _alike(unlike, now):
-            return Follows.AFTER_CUT
-        self._restless_ns = time_ns
-        return Follows.SAME_VIEW
+        self._lately.append((alike, time_ns))
+        return self._go_on(now, self._new_ns if correlation(last, now) >= REPEATED else time_ns)
+
+    def _go_on(self, now: NDArray[np.float32], new_ns: int, follows: Follows = Follows.SAME_VIEW) -> Follows:
+        self._last, self._unlike, self._new_ns = now, None, new_ns
+        return follows
 
 
 def details(image: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -96,22 +108,18 @@ def details(image: NDArray[np.uint8]) -> NDArray[np.float32]:
     return small - cv2.GaussianBlur(small, (0, 0), SHADING_PX)
 
 
-def _alike(before: NDArray[np.float32], now: NDArray[np.float32]) -> bool:
-    """Whether two pictures are of one view, or do not tell."""
-    whole = correlation(before, now)
-    return whole >= SURELY_ALIKE or whole + correlation_of_parts(before, now) >= ALIKE
-
-
 def correlation(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
     """Of two small pictures as they are."""
     return float(cv2.matchTemplate(before, now, cv2.TM_CCOEFF_NORMED)[0, 0])
 
 
-def correlation_of_parts(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
-    """Median over the parts of the earlier picture, each where it fits best in the later one.
+def likeness(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
+    """Median correlation of the parts of the earlier picture, each where it fits best in the later one.
 
-    It is 1 where too few have details.
+    It is 1 where the pictures are surely alike, and where too few parts have details.
     """
+    if correlation(before, now) >= SURELY_ALIKE:
+        return 1.0
     correlations = []
     for top in range(NEARBY_PX, HEIGHT - PART_HEIGHT - NEARBY_PX + 1, PART_HEIGHT):
         for left in range(NEARBY_PX, WIDTH - PART_WIDTH - NEARBY_PX + 1, PART_WIDTH):
