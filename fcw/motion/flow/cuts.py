@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 WIDTH, HEIGHT = 64, 36
 """Of the small pictures."""
-SAMPLES = 4
+SAMPLES = 3
 """Along each side of what becomes one of their pixels."""
 SHADING_PX = 4.0
 """Sigma of what is taken for shading."""
@@ -73,12 +73,13 @@ class CutWatch:
             image: (height, width, 3) BGR.
         """
         now, since_ns = details(image), time_ns - self._time_ns
-        if now.std() < LEAST_DETAIL:
+        if cv2.norm(now) < LEAST_DETAIL * now.size**0.5:
             return Follows.SAME_VIEW  # nothing can be seen: what comes afterwards tells
         last, unlike, self._time_ns = self._last, self._unlike, time_ns
         if last is None or since_ns > LONGEST_STEP_NS:
             return self._go_on(now, time_ns)
-        alike = likeness(last, now)
+        whole = correlation(last, now)
+        alike = 1.0 if whole >= SURELY_ALIKE else likeness(last, now)
         least = ALIKE_SOON if time_ns - self._new_ns <= SOON_NS else ALIKE
         while self._lately and self._lately[0][1] < time_ns - LATELY_NS:
             self._lately.popleft()
@@ -92,7 +93,7 @@ class CutWatch:
             self._unlike = now
             return Follows.UNLIKE
         self._lately.append((alike, time_ns))
-        return self._go_on(now, self._new_ns if correlation(last, now) >= REPEATED else time_ns)
+        return self._go_on(now, self._new_ns if whole >= REPEATED else time_ns)
 
     def _go_on(self, now: NDArray[np.float32], new_ns: int, follows: Follows = Follows.SAME_VIEW) -> Follows:
         self._last, self._unlike, self._new_ns = now, None, new_ns
@@ -104,22 +105,22 @@ def details(image: NDArray[np.uint8]) -> NDArray[np.float32]:
     height, width = image.shape[:2]
     down, across = max(height // (SAMPLES * HEIGHT), 1), max(width // (SAMPLES * WIDTH), 1)
     sampled = np.ascontiguousarray(image[down // 2 :: down, across // 2 :: across, 1])
-    small = cv2.resize(sampled, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA).astype(np.float32)
-    return small - cv2.GaussianBlur(small, (0, 0), SHADING_PX)
+    small = cv2.resize(sampled, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    shading = cv2.GaussianBlur(small, (0, 0), SHADING_PX)
+    return small.astype(np.float32) - shading
 
 
 def correlation(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
-    """Of two small pictures as they are."""
-    return float(cv2.matchTemplate(before, now, cv2.TM_CCOEFF_NORMED)[0, 0])
+    """Of two small pictures as they are; without their shading the mean of each is 0."""
+    length = cv2.norm(before) * cv2.norm(now)
+    return float(np.vdot(before, now)) / length if length else 0.0
 
 
 def likeness(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
     """Median correlation of the parts of the earlier picture, each where it fits best in the later one.
 
-    It is 1 where the pictures are surely alike, and where too few parts have details.
+    It is 1 where too few parts have details.
     """
-    if correlation(before, now) >= SURELY_ALIKE:
-        return 1.0
     correlations = []
     for top in range(NEARBY_PX, HEIGHT - PART_HEIGHT - NEARBY_PX + 1, PART_HEIGHT):
         for left in range(NEARBY_PX, WIDTH - PART_WIDTH - NEARBY_PX + 1, PART_WIDTH):
