@@ -9,9 +9,10 @@ import pytest
 
 from fcw.camera.calibration import Gaussian
 from fcw.detection.choice import searching_detector
-from fcw.frame import Frame
-from fcw.self_calibration.clip import ClipCalibration, calibrate_clip, rough_calibration
+from fcw.frame import Frame, ImageSize
+from fcw.self_calibration.clip import ClipCalibration, ClipObservations, calibrate_clip, rough_calibration
 from fcw.sources.video import VideoSource
+from fcw_viz.cli import main
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 
@@ -48,3 +49,24 @@ def test_a_clip_that_is_cut_is_calibrated_by_its_longest_part():
     assert not alone.is_cut
     assert alone.piece_s is None
     assert edited.calibration == alone.calibration
+
+
+def test_the_command_says_which_part_of_a_clip_it_calibrated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    found = ClipCalibration(
+        rough_calibration(ImageSize(1280, 720), 1.3),
+        ClipObservations(None, None, (), 5),
+        shows_road=True,
+        by_motion=True,
+        piece_s=(8.0, 20.0),
+        is_cut=True,
+    )
+    monkeypatch.setattr("fcw.self_calibration.clip.calibrate_clip", lambda *_args, **_kwargs: found)
+    assert main(["calibrate", str(DEMO), "--from-clip", "--save", str(tmp_path / "camera.yaml")]) == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert (
+        "this clip is cut, as by editing; the calibration is that of its longest part, from 8 s to 20 s"
+        in told
+    )
+    assert "the horizon jumps" not in told

@@ -139,6 +139,12 @@ TRAVEL = Gaussian(640.0, 3.0), Gaussian(320.0, 3.0)
         (observations(TRAVEL, None), (8.0, 40.0), 320.0, "It holds from 8 s on"),
         (observations(TRAVEL, None), (8.0, 20.0), 320.0, "It holds from 8 s to 20 s: the horizon"),
         (
+            replace(observations(TRAVEL, None), parts_s=((0.0, 7.8), (8.0, 20.0))),
+            (8.0, 20.0),
+            320.0,
+            "It holds from 8 s to 20 s: the clip is cut there.",
+        ),
+        (
             observations(TRAVEL, FAR_LANES),
             None,
             None,
@@ -172,7 +178,8 @@ def test_a_look_says_what_tells_the_horizon_and_how_far_to_trust_it(
     calibration = Calibration.from_camera(
         GroundPlaneCamera(0.035, 1000.0, 359.5, 1.3, 639.5), ImageSize(1280, 720)
     )
-    found = ClipCalibration(calibration, seen, True, seen.travel_px is not None, piece_s)
+    is_cut = len(seen.parts_s) > 1
+    found = ClipCalibration(calibration, seen, True, seen.travel_px is not None, piece_s, is_cut=is_cut)
     monkeypatch.setattr(drive_look, "calibrate_clip", lambda *_args, **_kwargs: found)
     look = look_at(Pictures(open_source(tmp_path)))
     assert re.search(words, look.words)
