@@ -25,6 +25,8 @@ SLOWEST_HZ = 7.0
 """Of seven harmless drives of 5 pictures a second five had a `warning`, of two of 8.3 none."""
 RATE_TOLD_AFTER_S = 2.0
 """A shorter time does not tell it."""
+BLANK_TOLD_S = 0.1
+"""Less altogether, as the first picture of a fade, hides nothing."""
 MOST_SPANS = 3
 """Of times in which nothing could be seen, and of cuts, are told one by one."""
 
@@ -222,7 +224,7 @@ class DriveSummary:
         """Where pictures are blank, and where they are cut."""
         events, notes = find_events(self._series.build()), []
         blank = [one for one in events if one.kind == "nothing seen"]
-        if blank:
+        if blank and self.blank_s >= BLANK_TOLD_S:
             times = _few([f"from {one.start_s:.1f} s to {one.end_s:.1f} s" for one in blank])
             notes.append(
                 f"pictures are black or blank {times}, as of a covered lens: nothing can be seen there, so "

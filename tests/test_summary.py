@@ -127,6 +127,12 @@ def test_pictures_in_which_nothing_can_be_seen_are_told_and_counted_as_blind() -
     assert summary.as_json(1.0)["blind_s"] == pytest.approx(1.2)
 
 
+def test_one_black_picture_hides_nothing() -> None:
+    faded_in = blank(0), *(result(index, WarningLevel.NONE, None) for index in (1, 2))
+    at_30_hz = (replace(one, time_ns=START_NS + one.index * 33_333_333) for one in faded_in)
+    assert summed(*at_30_hz).all_notes == ()
+
+
 def test_of_many_cuts_the_first_ones_are_told() -> None:
     cut = [replace(result(index, WarningLevel.NONE, None), notes=(CUT,) * (index % 2)) for index in range(11)]
     (note,) = summed(*cut).all_notes

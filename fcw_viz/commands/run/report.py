@@ -19,6 +19,7 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
     from rich.text import Text
 
     from fcw.logs.names import MCAP_NAME, RRD_NAME, SUMMARY_NAME
+    from fcw.summary import BLANK_TOLD_S
     from fcw.units import distance_text
     from fcw_viz.console_text import counted, one_line
 
@@ -45,7 +46,7 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
                 str(span["track_id"]),
             )
         console.print(table)
-    elif summary["blind_s"]:
+    elif summary["blind_s"] >= BLANK_TOLD_S:
         console.print(
             f"no warnings, but blind for {summary['blind_s']:.1f} s of {summary['duration_s']:.1f} s",
             style="yellow",
