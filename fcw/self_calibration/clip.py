@@ -7,7 +7,7 @@ as fast as the camera is high: with a known speed, the height follows. All of it
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,16 +27,16 @@ from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.camera.vanishing import PixelPoint
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize, Source
-from fcw.motion.flow.cuts import CutWatch, Follows
+from fcw.frame import ImageSize, Source
 from fcw.motion.travel.direction import TravelDirection
 from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.contradiction import Contradiction, contradiction_in
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
 from fcw.self_calibration.moved import moved_at
+from fcw.self_calibration.parts import WHOLE_CLIP_S, ClipParts, longest_of, pictures_of, piece_words
 from fcw.self_calibration.speed import MeanSpeed, mean_speed
 from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
-from fcw.self_calibration.vehicles import DETECTED_EVERY_S, LONGEST_S, VehicleRulers
+from fcw.self_calibration.vehicles import DETECTED_EVERY_S, VehicleRulers
 
 VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
 """Of a camera at the windscreen of each class."""
@@ -44,15 +44,12 @@ ASSUMED_PITCH_RAD = math.radians(2.0)
 ANY_YAW_RAD = math.radians(15.0)
 """1-sigma of a yaw that the drive does not tell: so wide that it has no say."""
 LANES_EVERY_S = 0.5
-WHOLE_CLIP_S = (0.0, LONGEST_S)
 FARTHEST_SIGN_PART = 0.15
 """A vehicle that looks wider, in parts of the focal length, is too near to say where the horizon is."""
 BEFORE_MOVE_S = 1.0
 """The car may brake, and pitch, for this time before a camera is seen to be knocked."""
 SHORTEST_PIECE_S = 3.0
 """A shorter piece of a clip tells hardly anything."""
-BEFORE_CUT_S = 0.2
-"""A cut is known by the second picture after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,12 +123,7 @@ class ClipCalibration:
     @property
     def piece_words(self) -> str:
         """For which piece of the clip it holds; empty for all of it."""
-        if self.piece_s is None:
-            return ""
-        begin_s, end_s = self.piece_s
-        if end_s >= LONGEST_S:
-            return f"from {begin_s:.0f} s on"
-        return f"from {begin_s:.0f} s to {end_s:.0f} s" if begin_s else f"until {end_s:.0f} s"
+        return "" if self.piece_s is None else piece_words(self.piece_s)
 
 
 def rough_calibration(
@@ -196,7 +188,7 @@ def calibrate_clip(
     seen = look(asks_turns=asks_turns)
     is_cut = len(seen.parts_s) > 1
     if is_cut:
-        piece_s = max(seen.parts_s, key=lambda part_s: part_s[1] - part_s[0])
+        piece_s = longest_of(seen.parts_s)
         seen = look(piece_s, asks_turns=asks_turns)
     if seen.moved_s is not None:
         piece_s = _before_or_after(seen.moved_s, piece_s or WHOLE_CLIP_S)
@@ -222,7 +214,7 @@ def calibrate_clip(
     )
     calibration, speed = calibrate_jointly(known), None
     if asks_speed or speed_mps is not None:
-        frames = (frame for _, frame in _piece(source, piece_s or WHOLE_CLIP_S))
+        frames = (frame for _, frame in pictures_of(source, piece_s or WHOLE_CLIP_S))
         speed = mean_speed(frames, calibration, on_frame, enough_s)
     if speed_mps is not None:
         if speed is None:
@@ -286,11 +278,9 @@ def observe_clip(
     signs: list[tuple[float, float]] = []
     pictures: list[NDArray[np.uint8]] = []
     detected_ns = lanes_ns = None
-    frames, time_s, cuts, parts_s = 0, 0.0, CutWatch(), [piece_s]
-    for time_s, frame in _piece(source, piece_s):
-        if cuts.see(frame.time_ns, frame.image) is Follows.AFTER_CUT:
-            parts_s[-1] = parts_s[-1][0], time_s - BEFORE_CUT_S
-            parts_s.append((time_s, LONGEST_S))
+    frames, parts = 0, ClipParts(piece_s)
+    for time_s, frame in pictures_of(source, piece_s):
+        parts.see(time_s, frame)
         if lanes_ns is None or (frame.time_ns - lanes_ns) / 1e9 >= LANES_EVERY_S:
             lanes_ns = frame.time_ns
             with suppress(UserError):
@@ -311,8 +301,6 @@ def observe_clip(
         on_frame()
         if travel.driven_s >= enough_s:
             break
-    if len(parts_s) > 1:
-        parts_s[-1] = parts_s[-1][0], time_s
     moved_s, told = moved_at(signs, camera.focal_y_px), travel.told()
     # Who turns all the time shows the row alone.
     unknown_px = Gaussian(camera.principal_column_px, math.tan(ANY_YAW_RAD) * camera.focal_y_px)
@@ -323,20 +311,8 @@ def observe_clip(
         frames=frames,
         moved_s=moved_s,
         by_turns=lens_by_turns(tracks) if asks_turns and moved_s is None else None,
-        parts_s=tuple(parts_s),
+        parts_s=parts.parts_s,
     )
-
-
-def _piece(source: Source, piece_s: tuple[float, float]) -> Iterator[tuple[float, Frame]]:
-    """Pictures of a piece, each with its time since the clip began."""
-    first_ns = None
-    for frame in source.frames():
-        first_ns = frame.time_ns if first_ns is None else first_ns
-        time_s = (frame.time_ns - first_ns) / 1e9
-        if time_s > piece_s[1]:
-            return
-        if time_s >= piece_s[0]:
-            yield time_s, frame
 
 
 def _together(first: Gaussian, second: Gaussian) -> Gaussian:

@@ -10,9 +10,9 @@ from fcw.camera.joint.evidence import CAR_HEIGHT_M, TALL_WIDTH_M, VEHICLE_WIDTH_
 from fcw.detection.boxes.overlap import intersection_over_union
 from fcw.detection.detector import Detector
 from fcw.frame import ImageSize, Source
+from fcw.self_calibration.parts import WHOLE_CLIP_S, pictures_of
 
 DETECTED_EVERY_S = 0.5
-LONGEST_S = 40.0
 RULER_COUNT = 40
 AHEAD_PARTS = (0.2, 0.8)
 """Boxes whose middle lies farther aside, as parts of the picture's width, show their sides."""
@@ -73,7 +73,7 @@ class VehicleRulers:
 def vehicles_of(
     source: Source,
     detector: Detector,
-    longest_s: float = LONGEST_S,
+    piece_s: tuple[float, float] = WHOLE_CLIP_S,
     going_on: Callable[[], bool] = lambda: True,
 ) -> tuple[tuple[Ruler, ...], int]:
     """Vehicles of a clip, and how many pictures were looked at.
@@ -81,15 +81,13 @@ def vehicles_of(
     Args:
         source: straight pictures.
         detector: that needs no calibration: it looks everywhere.
-        longest_s: how much of the clip is looked through.
+        piece_s: from when to when the clip is looked through.
         going_on: whether somebody still wants to know.
     """
     vehicles = VehicleRulers(source.image_size)
-    first_ns = detected_ns = None
-    frames = 0
-    for frame in source.frames():
-        first_ns = frame.time_ns if first_ns is None else first_ns
-        if (frame.time_ns - first_ns) / 1e9 > longest_s or not going_on():
+    detected_ns, frames = None, 0
+    for _, frame in pictures_of(source, piece_s):
+        if not going_on():
             break
         if detected_ns is not None and (frame.time_ns - detected_ns) / 1e9 < DETECTED_EVERY_S:
             continue

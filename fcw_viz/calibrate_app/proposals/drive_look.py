@@ -28,8 +28,9 @@ from fcw.self_calibration.clip import (
     calibrate_clip,
     rough_calibration,
 )
+from fcw.self_calibration.parts import LONGEST_S, longest_part_s, pictures_of, piece_words
 from fcw.self_calibration.turning.by_turns import lens_by_turns
-from fcw.self_calibration.vehicles import LONGEST_S, vehicles_of
+from fcw.self_calibration.vehicles import vehicles_of
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.page.pictures import Pictures
@@ -200,7 +201,8 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
     """
     size = pictures.image_size
     detector = searching_detector(Calibration.from_camera(assumed_camera(size), size))
-    rulers, frames = vehicles_of(pictures.source, detector, VEHICLES_S, going_on)
+    part_s = longest_part_s(pictures.source, VEHICLES_S, going_on)
+    rulers, frames = vehicles_of(pictures.source, detector, part_s, going_on)
     if len(rulers) < FEWEST_VEHICLES:
         found = "1 vehicle" if len(rulers) == 1 else f"{len(rulers)} vehicles"
         return Look(
@@ -209,7 +211,7 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
             instead="Take the horizon that the drive shows instead, or draw two lane lines.",
         )
     words = f"{len(rulers)} vehicles found in {frames} pictures; press again to take them as rulers."
-    return Look(None, words, vehicles=rulers)
+    return Look(None, words + _part_words(part_s, VEHICLES_S), vehicles=rulers)
 
 
 def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> Look:
@@ -222,15 +224,12 @@ def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -
     Raises:
         UserError: the pictures cannot be read.
     """
-    size, first_ns = pictures.image_size, None
+    size = pictures.image_size
     tracks = PointTracks(size.width)
-    for frame in pictures.source.frames():
-        first_ns = frame.time_ns if first_ns is None else first_ns
-        time_s = (frame.time_ns - first_ns) / 1e9
+    part_s = longest_part_s(pictures.source, LONGEST_S, going_on)
+    for time_s, frame in pictures_of(pictures.source, part_s):
         if not going_on():
             return Look(None, "")
-        if time_s > LONGEST_S:
-            break
         tracks.update(time_s, frame.image)
     told = lens_by_turns(tracks)
     if told is None:
@@ -247,7 +246,14 @@ def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -
     view = Gaussian(2 * math.atan(half_px / focal_px.value), sigma_rad)
     view_deg, sigma_deg = math.degrees(view.value), math.degrees(sigma_rad)
     words = f"By the drive's turns the field of view is {view_deg:.0f} ± {sigma_deg:.0f}°."
-    return Look(None, words, view_rad=view)
+    return Look(None, words + _part_words(part_s, LONGEST_S), view_rad=view)
+
+
+def _part_words(part_s: tuple[float, float], longest_s: float) -> str:
+    """Which part of a clip that is cut was looked at; empty where it is not cut."""
+    if part_s == (0.0, longest_s):
+        return ""
+    return f" The clip is cut: this is by its longest part, {piece_words(part_s)}."
 
 
 class DriveLook:

@@ -22,7 +22,7 @@ from fcw.self_calibration.turning.by_turns import LensByTurns
 from fcw.sources import open_source
 from fcw.warning.ego_speed import EgoSpeed
 from fcw_viz.calibrate_app.proposals import drive_look
-from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, Look, find_view, look_at
+from fcw_viz.calibrate_app.proposals.drive_look import DriveLook, Look, find_vehicles, find_view, look_at
 from fcw_viz.page.pictures import Pictures
 
 DEMO = Path(__file__).parents[3] / "recordings" / "demo" / "drive.mp4"
@@ -199,6 +199,39 @@ def test_turns_show_the_field_of_view(data_dir: Path):
     view = find_view(Pictures(open_source(data_dir / "kitti-odometry-03" / "drive.mp4"))).view_rad
     assert view is not None
     assert abs(view.value - KITTI_VIEW_RAD) < view.sigma < np.radians(8)
+
+
+class Cut(Cropped):
+    """Half a minute of a drive, the first three seconds of it upside down."""
+
+    def __init__(self, pictures: Pictures) -> None:
+        super().__init__(pictures, 0)
+        self.image_size = pictures.image_size
+
+    def frames(self) -> Iterator[Frame]:
+        for frame in self._pictures.source.frames():
+            upside_down = frame.time_ns < 3e9
+            if frame.time_ns > 30e9:
+                return
+            yield replace(frame, image=np.ascontiguousarray(frame.image[::-1])) if upside_down else frame
+
+
+def test_of_a_clip_that_is_cut_the_longest_part_is_searched(data_dir: Path, monkeypatch: pytest.MonkeyPatch):
+    cut = cast(Pictures, Cut(Pictures(open_source(data_dir / "kitti-odometry-03" / "drive.mp4"))))
+    looked_at: list[tuple[float, float]] = []
+
+    def nine_vehicles(_source: object, _detector: object, piece_s: tuple[float, float], _going_on: object):
+        looked_at.append(piece_s)
+        return observations(None, None, vehicles=9).rulers, 10
+
+    monkeypatch.setattr(drive_look, "vehicles_of", nine_vehicles)
+    view, vehicles = find_view(cut), find_vehicles(cut)
+    assert view.view_rad is not None
+    assert abs(view.view_rad.value - KITTI_VIEW_RAD) < view.view_rad.sigma
+    assert view.words.endswith(" The clip is cut: this is by its longest part, from 3 s to 30 s.")
+    assert vehicles.words.endswith(" The clip is cut: this is by its longest part, from 3 s to 20 s.")
+    ((begin_s, end_s),) = looked_at
+    assert 3.0 < begin_s < 3.5 < 19.5 < end_s <= 20.0
 
 
 def test_a_straight_drive_shows_no_field_of_view_and_says_so(data_dir: Path):
