@@ -27,7 +27,7 @@ from fcw.threads import one_opencv_thread
 from fcw.threat.of_tracker import judge_tracks, track_frame
 from fcw.tracking.tracker import Tracker
 from fcw.warning.ego_speed import EgoSpeed
-from fcw.warning.types import WarningPolicy
+from fcw.warning.types import BeginsAnew, WarningPolicy
 
 FRAMES_IN_FLIGHT = 8
 """Enough that no stage waits for another's odd slow frame; at 1280x720 it holds 22 MB of pictures."""
@@ -111,6 +111,8 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
     """
     if ego.follows is Follows.UNLIKE:
         detections = None
+    elif ego.follows is Follows.AFTER_CUT and isinstance(stages.policy, BeginsAnew):
+        stages.policy.begin_anew()
     told = ((NOTHING_SEEN, nothing_seen(frame.image)), (CUT, ego.follows is Follows.AFTER_CUT))
     own_mps = ego.motion.speed_mps
     tracks = track_frame(stages.tracker, frame.time_ns, detections, ego, frame.image)

@@ -1,6 +1,6 @@
 """A clip that was edited: nothing of what was followed goes on over a cut, and a broken picture is no cut."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,8 @@ from fcw.frame import Frame
 from fcw.job import DriveJob, DriveOutcome, run_drive
 from fcw.logs.records import CUT, FrameResult
 from fcw.sources.video import VideoSource
+from fcw.threat.threat import Threat
+from fcw.warning.types import WarningLevel, WarningState
 
 DEMO = Path(__file__).parents[1] / "recordings" / "demo"
 CALIBRATION = read_calibration(DEMO / "drive.calibration.yaml")
@@ -76,3 +78,28 @@ def test_one_broken_picture_ends_no_track(tmp_path: Path):
     assert {track.track_id for result in results for track in result.tracks} == {1}
     assert all(len(result.tracks) == 1 for result in results[40:50])
     assert not any("cut" in note for note in outcome.notes)
+
+
+class ToldOfCuts:
+    """Warns of nothing, and counts the frames."""
+
+    name = "told of cuts"
+
+    def __init__(self) -> None:
+        self.frames, self.anew_at = 0, list[int]()
+
+    def begin_anew(self) -> None:
+        self.anew_at.append(self.frames)
+
+    def update(self, time_ns: int, threats: Sequence[Threat], ego_speed_mps: float | None) -> WarningState:
+        self.frames += 1
+        return WarningState(WarningLevel.NONE)
+
+
+def test_a_policy_is_told_of_a_cut_before_it_judges_the_first_frame_after_it(tmp_path: Path):
+    policy = ToldOfCuts()
+    job = DriveJob(
+        DEMO / "drive.mp4", tmp_path / "out", CALIBRATION, detector=AlwaysOne(), warning_policy=policy
+    )
+    run_drive(job, EditedDrive(range(45, FRAMES)))
+    assert policy.anew_at == [46]

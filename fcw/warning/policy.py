@@ -87,6 +87,10 @@ class RulePolicy:
         self._shortest_ttc_s = math.inf
         """Of the vehicle that the level is about, since it was raised."""
 
+    def begin_anew(self) -> None:
+        """Nothing that was warned of is there any more, as after a cut."""
+        self._state, self._rule = WarningState(WarningLevel.NONE), None
+
     def update(self, time_ns: int, threats: Sequence[Threat], ego_speed_mps: float | None) -> WarningState:
         """The state at `time_ns`; see `WarningPolicy`.
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from fcw.threat.threat import Threat
 
@@ -76,4 +76,13 @@ class WarningPolicy(Protocol):
             threats: of all vehicles, the most urgent first; the lead among them says so.
             ego_speed_mps: own speed; None when unknown.
         """
+        ...
+
+
+@runtime_checkable
+class BeginsAnew(Protocol):
+    """A policy that is told of a cut; others may hold for a moment what was warned of before it."""
+
+    def begin_anew(self) -> None:
+        """Nothing that was warned of is there any more."""
         ...

@@ -7,7 +7,7 @@ from leads.warning_leads import make_lead, threats_of_lead
 
 from fcw.threat.threat import Threat
 from fcw.warning.policies import make_policy
-from fcw.warning.types import WarningLevel
+from fcw.warning.types import BeginsAnew, WarningLevel
 
 
 @pytest.mark.parametrize(("probability", "level"), [(0.3, WarningLevel.CAUTION), (0.6, WarningLevel.WARNING)])
@@ -20,15 +20,18 @@ def test_what_holds_a_level_does_not_raise_a_higher_one(probability, level):
     assert policy.update(16 * 10**8, (near,), None).level == level
 
 
-def lost_at(ttc_s: float) -> list[WarningLevel]:
+def lost_at(ttc_s: float, cut: bool = False) -> list[WarningLevel]:
     """Levels after a vehicle that is warned of, at 10 m/s, is followed no more: by tenths of a second."""
     policy = make_policy()
+    assert isinstance(policy, BeginsAnew)
 
     def after(step: int) -> WarningLevel:
         vehicle = make_lead(10 * (ttc_s + (20 - step) / 10), 10.0)
         return policy.update(step * 10**8, threats_of_lead(vehicle, 20.0), 20.0).level
 
     assert [after(step) for step in range(21)][-1] == WarningLevel.WARNING
+    if cut:
+        policy.begin_anew()
     return [policy.update(step * 10**8, (), 20.0).level for step in range(21, 51)]
 
 
@@ -39,6 +42,10 @@ def test_a_warning_lasts_while_its_vehicle_is_lost_from_sight_just_before_it_is_
 def test_it_lasts_no_longer_than_until_the_vehicle_is_reached_and_never_longer_than_a_second():
     assert lost_at(0.5)[6:] == [WarningLevel.NONE] * 24
     assert lost_at(2.0)[10:] == [WarningLevel.NONE] * 20
+
+
+def test_over_a_cut_no_warning_lasts():
+    assert lost_at(1.5, cut=True) == [WarningLevel.NONE] * 30
 
 
 def test_a_warning_of_an_oncoming_vehicle_lasts_while_it_may_be_hit():
