@@ -30,7 +30,7 @@ from fcw.logs.records import DriveHeader, FrameResult, Sink
 from fcw.motion.ego import EgoEstimator
 from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
 from fcw.sources import is_mcap, open_source
-from fcw.sources.bars import without_bars
+from fcw.sources.bars import for_pictures
 from fcw.sources.straight import straightened
 from fcw.summary import DriveSummary
 from fcw.threads import available_cores
@@ -325,7 +325,7 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
         UserError: there is none, or it is for another camera's image size.
     """
     if isinstance(job.calibration, Calibration):
-        return _for_pictures(job.calibration, source)
+        return for_pictures(job.calibration, source)
     path = job.calibration or default_path(job.source)
     if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
         path, calibration = job.source, facts.calibration
@@ -338,20 +338,9 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
             + _field_of_view(facts)
         )
     try:
-        return _for_pictures(calibration, source)
+        return for_pictures(calibration, source)
     except UserError as error:
         raise error if str(path) in str(error) else UserError(f"{path}: {error}") from None
-
-
-def _for_pictures(calibration: Calibration, source: Source) -> Calibration:
-    """A calibration for a source's whole pictures; also one of what bars leave of them, as a log has it."""
-    try:
-        return calibration.for_image_size(source.image_size)
-    except UserError:
-        _, part = without_bars(source)
-        if part is None or part.size != calibration.image_size:
-            raise
-        return calibration.through(part.back(source.image_size))
 
 
 def _calibrating(job: DriveJob) -> str:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fcw.camera.calibration import Calibration
 from fcw.camera.lens.pixel_map import PixelMap
 from fcw.frame import Frame, ImageSize, Source, nothing_seen
 from fcw.sources.decoding import NANOSECONDS
@@ -34,16 +35,24 @@ class CutSource(ForwardingSource):
     Args:
         source: the whole pictures.
         part: from them to the part.
+
+    Attributes:
+        part: as given.
     """
 
     def __init__(self, source: Source, part: PixelMap) -> None:
         super().__init__(source)
-        self._part = part
+        self.part = part
 
     @property
     def image_size(self) -> ImageSize:
         """The part's."""
-        return self._part.size
+        return self.part.size
+
+    @property
+    def whole_size(self) -> ImageSize:
+        """Of the whole pictures."""
+        return super().image_size
 
     @property
     def relays_video(self) -> bool:
@@ -53,17 +62,17 @@ class CutSource(ForwardingSource):
     @property
     def notes(self) -> tuple[str, ...]:
         """The source's, and what was cut off."""
-        sides = [name for name, px in (("beside", self._part.left_px), ("above", self._part.top_px)) if px]
+        sides = [name for name, px in (("beside", self.part.left_px), ("above", self.part.top_px)) if px]
         where = " and ".join("above and below" if side == "above" else side for side in sides)
         return (
             *super().notes,
-            f"{self.name}: black bars {where} the picture are cut off, which leaves {self._part.size} of "
-            f"{super().image_size}",
+            f"{self.name}: black bars {where} the picture are cut off, which leaves {self.part.size} of "
+            f"{self.whole_size}",
         )
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """The source's, cut."""
-        left, top, size = self._part.left_px, self._part.top_px, self._part.size
+        left, top, size = self.part.left_px, self.part.top_px, self.part.size
         for frame in super().frames(start_ns):
             image = np.ascontiguousarray(frame.image[top : top + size.height, left : left + size.width])
             yield replace(frame, image=image, packets=())
@@ -76,6 +85,23 @@ def without_bars(source: Source) -> tuple[Source, PixelMap | None]:
     """
     part = _picture_in(source)
     return (source, None) if part is None else (CutSource(source, part), part)
+
+
+def for_pictures(calibration: Calibration, source: Source) -> Calibration:
+    """A calibration for a source's pictures; also one of them with their bars, or of what bars leave of them.
+
+    Raises:
+        UserError: it is of pictures of another shape.
+    """
+    size = calibration.image_size
+    if isinstance(source, CutSource):
+        if size == source.whole_size:
+            return calibration.through(source.part)
+    elif size != source.image_size:
+        _, part = without_bars(source)
+        if part is not None and part.size == size:
+            return calibration.through(part.back(source.image_size))
+    return calibration.for_image_size(source.image_size)
 
 
 def _picture_in(source: Source) -> PixelMap | None:

@@ -2,6 +2,9 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fcw.frame import Frame, ImageSize, Source
 
 
@@ -30,6 +33,11 @@ class ForwardingSource:
     def frame_rate_hz(self) -> float:
         """The source's."""
         return self._source.frame_rate_hz
+
+    @property
+    def times_ns(self) -> NDArray[np.int64] | None:
+        """Times of all frames, where the source knows them before it decodes; else None."""
+        return getattr(self._source, "times_ns", None)
 
     @property
     def relays_video(self) -> bool:

@@ -1,13 +1,14 @@
 """The page's server: one session for all tabs."""
 
 import threading
+from functools import partial
 from pathlib import Path
 
 import viser
 
 from fcw.errors import UserError
 from fcw.sources import open_source
-from fcw.sources.bars import without_bars
+from fcw.sources.bars import for_pictures, without_bars
 from fcw_viz.calibrate_app.proposals.drive_look import DriveLooks
 from fcw_viz.calibrate_app.session import CalibrationSession
 from fcw_viz.calibrate_app.tab import Tab
@@ -17,10 +18,6 @@ from fcw_viz.page.server import DEFAULT_PORT, PageServer, check_port
 
 SMALLEST_PX = 64
 """Of a picture in which anybody can see a road."""
-BARS = (
-    "The picture has black bars. A field of view here is that of the whole picture with them, so do not go "
-    "by the kind of camera; `fcw calibrate CLIP --from-clip` cuts them off and goes by the camera's own."
-)
 LOOK_S = 1.0
 """How often it is checked whether the saved file is still what was saved."""
 
@@ -50,7 +47,8 @@ class CalibrationPage(PageServer):
         """
         check_port(port)
         self._source, self._dark = source, dark
-        self.pictures = Pictures(open_source(source, topic=topic))
+        shown, cut = without_bars(open_source(source, topic=topic))
+        self.pictures = Pictures(shown)
         size = self.pictures.image_size
         if min(size.width, size.height) < SMALLEST_PX:
             raise UserError(
@@ -58,8 +56,9 @@ class CalibrationPage(PageServer):
                 f"{SMALLEST_PX} both ways"
             )
         self.looks = DriveLooks.at(self.pictures)
-        _, cut = without_bars(self.pictures.source)
-        self.session = CalibrationSession.open(source, size, save_path, "" if cut is None else BARS)
+        fitted = partial(for_pictures, source=shown)
+        notice = "" if cut is None else f"{shown.notes[-1]}."
+        self.session = CalibrationSession.open(source, size, save_path, notice, fitted)
         super().__init__(port, f"fcw calibrate · {self.pictures.name}", dark)
         self.session.announce(bare_address(self.port))
         self._stopped = threading.Event()

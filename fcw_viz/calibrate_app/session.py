@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fcw.camera.calibration import Calibration
 from fcw.camera.file import write_calibration
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -76,7 +77,12 @@ class CalibrationSession:
 
     @classmethod
     def open(
-        cls, source: Path, image_size: ImageSize, save_path: Path, notice: str = ""
+        cls,
+        source: Path,
+        image_size: ImageSize,
+        save_path: Path,
+        notice: str = "",
+        fitted: Callable[[Calibration], Calibration] | None = None,
     ) -> "CalibrationSession":
         """Resume the journal beside `save_path`, else take the points of the calibration there, else none.
 
@@ -85,12 +91,13 @@ class CalibrationSession:
             image_size: of the pictures.
             save_path: where the calibration is saved.
             notice: what everybody should know of the source.
+            fitted: gives a saved calibration for the pictures; None where at most their size differs.
 
         Raises:
             UserError: the journal is in use by another page, damaged, for pictures of another size, or cannot
                 be written.
         """
-        beginning = begin(source, image_size, save_path)
+        beginning = begin(source, image_size, save_path, fitted)
         notices = " ".join(filter(None, (notice, beginning.notice)))
         return cls(replace(beginning, notice=notices), save_path)
 

@@ -1,6 +1,7 @@
 """What a session begins with: the journal of the work so far, a calibration file's points, or nothing."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -51,7 +52,12 @@ def now() -> str:
     return datetime.now().astimezone().isoformat(timespec="milliseconds")
 
 
-def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
+def begin(
+    source: Path,
+    image_size: ImageSize,
+    save_path: Path,
+    fitted: Callable[[Calibration], Calibration] | None = None,
+) -> Beginning:
     """Resume the journal beside `save_path`, else take the points of the calibration there, else none.
 
     A calibration file that another hand wrote since becomes the journal's last step, which can be undone.
@@ -59,7 +65,7 @@ def begin(source: Path, image_size: ImageSize, save_path: Path) -> Beginning:
     Raises:
         UserError: the journal cannot be used (see `Journal.open`).
     """
-    in_file, notice = _read(save_path, image_size)
+    in_file, notice = _read(save_path, fitted or (lambda calibration: calibration.for_image_size(image_size)))
     loaded = None if in_file is None else document_of(in_file)
     digest = file_digest(save_path)
     start = Document(image_size) if loaded is None else loaded
@@ -204,11 +210,11 @@ def _of_camera(calibration: Calibration) -> Priors:
     )
 
 
-def _read(save_path: Path, image_size: ImageSize) -> tuple[Calibration | None, str]:
+def _read(save_path: Path, fitted: Callable[[Calibration], Calibration]) -> tuple[Calibration | None, str]:
     if not save_path.exists():
         return None, ""
     try:
-        return read_calibration(save_path).for_image_size(image_size), ""
+        return fitted(read_calibration(save_path)), ""
     except UserError as error:
         return None, f"The calibration there is not used: {error}. Saving replaces it."
 

@@ -14,6 +14,7 @@ from fcw.camera.joint.evidence import Ruler
 from fcw.camera.joint.widths import fit_of_widths
 from fcw.camera.straight import LEVEL
 from fcw.errors import UserError
+from fcw.sources.bars import for_pictures
 from fcw_viz.calibrate_app.desk import Desk
 from fcw_viz.calibrate_app.document.besides.joint_fit import FEWEST_VEHICLES
 from fcw_viz.calibrate_app.document.numbers_text import in_units, row_distance_text, unit_name
@@ -72,7 +73,7 @@ class ComparePanel:
             return '<p class="dim">Comes with the first result.</p>'
         path = state.save_path.parent / self._chosen
         try:
-            other = read_calibration(path).for_image_size(state.document.image_size)
+            other = for_pictures(read_calibration(path), self._desk.pictures.source)
         except UserError as error:
             return f'<p class="fcw-wrong" role="alert">{escape(str(error))}</p>'
         here, look = state.shown.calibration, self._desk.looks.vehicles

@@ -1,4 +1,4 @@
-"""`fcw calibrate --from-clip` of a clip with black bars: they are no part of the camera's picture."""
+"""`fcw calibrate` of a clip with black bars: they are no part of the camera's picture."""
 
 import math
 from pathlib import Path
@@ -7,11 +7,15 @@ import av
 import numpy as np
 import pytest
 
-from fcw.camera.calibration import Calibration
-from fcw.camera.file import read_calibration
+from fcw.camera.calibration import Calibration, GroundPoint
+from fcw.camera.file import read_calibration, write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.pixel_map import PixelMap
+from fcw.camera.solve import calibrate
 from fcw.frame import ImageSize
 from fcw.self_calibration.clip import ClipCalibration, ClipObservations
+from fcw.sources import open_source
+from fcw.sources.bars import for_pictures, without_bars
 from fcw_viz.calibrate_app.server import CalibrationPage
 from fcw_viz.cli import main
 
@@ -58,10 +62,34 @@ def test_bars_are_left_out_of_the_fit_and_are_in_the_saved_file(tmp_path, monkey
     assert "black bars beside the picture are cut off, which leaves 640x360 of 960x360" in told
 
 
-@pytest.mark.parametrize(("bar_px", "said"), [(BAR_PX, True), (0, False)])
-def test_the_page_says_what_bars_do_to_the_field_of_view(bar_px, said, tmp_path):
+@pytest.mark.parametrize("bar_px", [BAR_PX, 0])
+def test_the_page_shows_pictures_without_their_bars_and_says_so(bar_px, tmp_path):
     page = CalibrationPage(write_clip(tmp_path / "clip.mp4", bar_px), tmp_path / "clip.yaml", 8600)
     try:
-        assert ("The picture has black bars" in page.session.state.notice) == said
+        assert page.pictures.image_size == page.session.state.document.image_size == ImageSize(640, 360)
+        assert page.pictures.read(1).image.shape == (360, 640, 3)
+        assert page.pictures.count == 3
+        cut_off = "clip.mp4: black bars beside the picture are cut off, which leaves 640x360 of 960x360."
+        assert page.session.state.notice == (cut_off if bar_px else "")
     finally:
         page.stop()
+
+
+@pytest.mark.parametrize("with_bars", [True, False])
+def test_the_page_takes_a_calibration_of_the_pictures_with_and_without_their_bars(with_bars, tmp_path):
+    clip, file = write_clip(tmp_path / "clip.mp4", BAR_PX), tmp_path / "clip.yaml"
+    places = ((6.0, 300.0, 320.0), (15.0, 220.0, 310.0), (40.0, 190.0, 330.0))
+    points = [GroundPoint(distance_m, row_px, column_px) for distance_m, row_px, column_px in places]
+    inner = calibrate(points, ImageSize(640, 360), 1.3)
+    whole = inner.through(PixelMap(ImageSize(960, 360), left_px=-BAR_PX))
+    write_calibration(whole if with_bars else inner, file)
+    page = CalibrationPage(clip, file, 8600)
+    try:
+        marks = page.session.state.document.marks
+        assert [(mark.distance_m, mark.row_px, mark.column_px) for mark in marks] == list(places)
+        assert "is not used" not in page.session.state.notice
+    finally:
+        page.stop()
+    source = open_source(clip)
+    assert for_pictures(read_calibration(file), source).camera == whole.camera
+    assert for_pictures(read_calibration(file), without_bars(source)[0]).camera == inner.camera
