@@ -15,6 +15,7 @@ from fcw.bounded.gpx import gpx_bytes
 from fcw.bounded.pictures import check_drive_size
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import default_path, read_calibration
+from fcw.camera.plausibility import plausibility
 from fcw.detection.choice import DEFAULT_DETECTOR, DETECTOR_NAMES, load_model, make_detector, model_path
 from fcw.detection.detector import Detection, Detector
 from fcw.detection.model import model_sha256
@@ -277,7 +278,9 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
 
         facts = mcap_facts(job.source, job.topic)
     zero_utc_ns = source.zero_utc_ns if isinstance(source, DatedSource) else None
-    source, calibration = straightened(source, load_calibration(job, source, facts))
+    calibration = load_calibration(job, source, facts)
+    doubts = _doubts(calibration)
+    source, calibration = straightened(source, calibration)
     detector = job.detector
     model = load_model(detector, job.detector_classes, job.model) if isinstance(detector, str) else None
     ego_speed = _ego_speed(job, facts)
@@ -290,6 +293,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         notes = (*facts.notes, *notes)
     if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
         notes = (f"{source.name}: calibration from the file itself", *notes)
+    notes = (*doubts, *notes)
     if isinstance(detector, str):
         assert model is not None
         sha256 = model_sha256(model_path(detector, job.model))
@@ -311,6 +315,15 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         gpx=_gpx(job),
     )
     return PreparedDrive(job, source, header, detectors, policy, ego_speed, notes)
+
+
+def _doubts(calibration: Calibration) -> tuple[str, ...]:
+    """What speaks against a calibration: whoever made it was told, and may have saved it all the same."""
+    against = [finding.text for finding in plausibility(calibration) if finding.speaks_against]
+    if not against:
+        return ()
+    more = f" ({len(against) - 1} more in its file)" if len(against) > 1 else ""
+    return (f"the calibration looks wrong, so distances and warnings may be wrong too: {against[0]}{more}",)
 
 
 def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = None) -> Calibration:

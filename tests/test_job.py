@@ -221,6 +221,17 @@ def test_a_calibration_of_another_shape_is_refused_before_anything_is_written(tm
     assert not (tmp_path / "out").exists()
 
 
+def test_a_calibration_that_its_maker_was_warned_of_is_told_with_the_drive(tmp_path):
+    steep = fcw.Calibration.from_camera(replace(CAMERA, pitch_rad=math.radians(53.0), height_m=130.0), SIZE)
+    for calibration, told in ((steep, True), (CALIBRATION, False)):
+        job = fcw.DriveJob("grey", tmp_path / "out", calibration, detector=OwnDetector())
+        outcome = fcw.run_drive(job, GreySource(), sinks=[Notebook()])
+        wrong = [
+            note for note in outcome.notes if note.startswith("the calibration looks wrong, so distances")
+        ]
+        assert ["53" in note for note in wrong] == [True] * told
+
+
 def test_an_earlier_runs_files_do_not_stand_beside_this_runs(tmp_path):
     for name in ("drive.mcap", "drive.rrd", "summary.json"):
         (tmp_path / name).touch()  # as a run leaves them that is killed at its start
