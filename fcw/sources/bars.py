@@ -1,8 +1,9 @@
-"""Pictures without the black bars around them.
+"""Pictures without the black bars, or another frame, around them.
 
-A telephone's upright picture is often put into a wide one, and a wide one into a higher one, with black
-beside or above and below it. A detector takes the edges of the bars for those of vehicles that fill the
-picture, and what the bars cut off for a whole vehicle. So they are cut off before anything looks.
+A telephone's upright picture is often put into a wide one, and a wide one into a higher one, with black, or
+a blurred copy of it, beside or above and below it. A detector takes the edges of the bars for those of
+vehicles that fill the picture, and what the bars cut off for a whole vehicle; and what is known of cameras
+is known of their own pictures. So bars are cut off before anything looks.
 """
 
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from fcw.camera.calibration import Calibration
 from fcw.camera.lens.pixel_map import PixelMap
 from fcw.frame import Frame, ImageSize, Source, nothing_seen
+from fcw.sources.borders import LEAST_PART, UNEVEN_PART, Borders
 from fcw.sources.decoding import NANOSECONDS
 from fcw.sources.forwarding import ForwardingSource
 
@@ -21,10 +23,6 @@ BLACK = 24
 """No pixel of a bar is brighter, of 256: an encoder rings beside the picture's edge."""
 MEAN_BLACK = 6.0
 """Nor is a row or column of a bar in the mean; a camera's own black at night has noise and lamps."""
-LEAST_PART = 0.02
-"""Of the width or height, at either side: thinner ones are an encoder's margin."""
-UNEVEN_PART = 0.02
-"""Bars of the two sides differ by no more of it: a black sky is seldom as high as a black bonnet."""
 LOOKS = 6
 """Pictures over the drive that must all have the bars: one alone may be dark, or fade in."""
 
@@ -66,7 +64,7 @@ class CutSource(ForwardingSource):
         where = " and ".join("above and below" if side == "above" else side for side in sides)
         return (
             *super().notes,
-            f"{self.name}: black bars {where} the picture are cut off, which leaves {self.part.size} of "
+            f"{self.name}: the bars {where} the picture are cut off, which leaves {self.part.size} of "
             f"{self.whole_size}",
         )
 
@@ -79,7 +77,7 @@ class CutSource(ForwardingSource):
 
 
 def without_bars(source: Source) -> tuple[Source, PixelMap | None]:
-    """A source without the black bars of its pictures, and the map to what is left; None where it has none.
+    """A source without the bars around its pictures, and the map to what is left; None where it has none.
 
     What has no known length, such as a camera, is left as it is.
     """
@@ -105,16 +103,20 @@ def for_pictures(calibration: Calibration, source: Source) -> Calibration:
 
 
 def _picture_in(source: Source) -> PixelMap | None:
-    """The part of the pictures that is not always black; None where it is all of them."""
+    """The part of the pictures that is not always black, or a frame; None where it is all of them."""
     least: NDArray[np.int64] | None = None
+    borders = Borders()
     for image in _looks(source):
         if nothing_seen(image):
             continue
         margins = _margins(image)
         least = margins if least is None else np.minimum(least, margins)
-        if not least.any():
+        borders.see(image)
+        if not least.any() and not borders.may_be:
             return None
-    return None if least is None else _without(source.image_size, least)
+    if least is None or not (margins := np.maximum(least, borders.margins)).any():
+        return None
+    return _without(source.image_size, margins)
 
 
 def _looks(source: Source) -> Iterator[NDArray[np.uint8]]:

@@ -49,7 +49,7 @@ class StraightSource(ForwardingSource):
 
 
 def straightened(source: Source, calibration: Calibration) -> tuple[Source, Calibration]:
-    """A source and its calibration in straight pictures without black bars; as they are where theirs are."""
+    """A source and its calibration in straight pictures without bars; as they are where theirs are."""
     source, part = without_bars(source)
     if part is not None:
         calibration = calibration.through(part)

@@ -59,7 +59,7 @@ def test_bars_are_left_out_of_the_fit_and_are_in_the_saved_file(tmp_path, monkey
     assert found.camera.principal_column_px == 319.5 + BAR_PX
     assert found.camera.focal_y_px == 500
     told = " ".join(capsys.readouterr().err.split())
-    assert "black bars beside the picture are cut off, which leaves 640x360 of 960x360" in told
+    assert "the bars beside the picture are cut off, which leaves 640x360 of 960x360" in told
 
 
 @pytest.mark.parametrize("bar_px", [BAR_PX, 0])
@@ -69,7 +69,7 @@ def test_the_page_shows_pictures_without_their_bars_and_says_so(bar_px, tmp_path
         assert page.pictures.image_size == page.session.state.document.image_size == ImageSize(640, 360)
         assert page.pictures.read(1).image.shape == (360, 640, 3)
         assert page.pictures.count == 3
-        cut_off = "clip.mp4: black bars beside the picture are cut off, which leaves 640x360 of 960x360."
+        cut_off = "clip.mp4: the bars beside the picture are cut off, which leaves 640x360 of 960x360."
         assert page.session.state.notice == (cut_off if bar_px else "")
     finally:
         page.stop()
