@@ -105,10 +105,11 @@ def test_too_few_pictures_a_second_are_told() -> None:
             *(replace(r, time_ns=START_NS + round(i * 1e9 / rate_hz)) for i, r in enumerate(results))
         )
 
-    (note,) = at_hz(5).all_notes
-    assert "5.0 pictures a second" in note
-    assert "early or of nothing" in note
-    assert at_hz(7.5).all_notes == ()
+    for rate_hz in (5.0, 7.5, 9.0):
+        (note,) = at_hz(rate_hz).all_notes
+        assert f"{rate_hz:.1f} pictures a second" in note
+        assert "early, late or of nothing" in note
+    assert at_hz(10).all_notes == ()
     assert at_hz(5, count=8).all_notes == ()  # too short to tell
     assert ["blind" in note for note in at_hz(0.5).all_notes] == [True]  # none was looked at for seconds
 

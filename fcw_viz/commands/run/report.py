@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 FOXGLOVE_LAYOUT = Path(__file__).parents[2] / "foxglove_layout.json"
 """Camera, ground view, plots and warnings of a drive.mcap, as Foxglove imports it."""
 
+SHORTEST_S = 1.0
+"""In less a vehicle is hardly found, followed and warned of (`fcw.warning.evidence`)."""
+
 
 def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False) -> None:
     """Print what a drive came to, and how to open its logs."""
@@ -50,6 +53,10 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
         console.print(
             f"no warnings, but blind for {summary['blind_s']:.1f} s of {summary['duration_s']:.1f} s",
             style="yellow",
+        )
+    elif summary["duration_s"] < SHORTEST_S:
+        console.print(
+            "no warnings, but this is too short for any: a vehicle is followed for about a second first"
         )
     else:
         console.print("no warnings")

@@ -61,6 +61,15 @@ def test_the_end_of_a_run_names_its_review(folder):
     assert suggested(told.getvalue()) == [review, [*review, "--rerun"]]
 
 
+@pytest.mark.parametrize(("duration_s", "said"), [(0.5, True), (1.0, False)])
+def test_a_drive_too_short_for_a_warning_says_so(folder, duration_s, said):
+    summary = {"source": "a", "frames": 15, "duration_s": duration_s, "frames_per_second": 9.0}
+    summary |= {"frames_with_lead": 0, "warnings": [], "blind_s": 0.0}
+    told = io.StringIO()
+    report_drive(DriveOutcome(summary, (), False), folder, Console(file=told, width=300))
+    assert ("no warnings, but this is too short for any" in told.getvalue()) == said
+
+
 def test_the_end_of_a_simulation_names_its_run(folder, monkeypatch, capsys):
     monkeypatch.setattr("fcw.simulation.drive.write_drive", lambda *_: None)
     assert main(["simulate", "braking", "--out", str(folder)]) == 0
