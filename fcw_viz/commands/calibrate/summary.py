@@ -127,10 +127,9 @@ def print_report(
     turned = calibration.orientation
     if turned != LEVEL:
         line(
-            f"looks {math.degrees(turned.yaw_rad):+.2f} ± {math.degrees(turned.yaw_sigma_rad):.2f} degrees "
-            f"to the left, rolled {math.degrees(turned.roll_rad):+.2f} ± "
-            f"{math.degrees(turned.roll_sigma_rad):.2f} degrees to the right; rows are of the straight "
-            "picture"
+            f"looks {_turn_text(turned.yaw_rad, turned.yaw_sigma_rad, 'left', 'right')}, "
+            f"rolled {_turn_text(turned.roll_rad, turned.roll_sigma_rad, 'right', 'left')}; "
+            "rows are of the straight picture"
         )
     line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
 
@@ -169,3 +168,9 @@ def print_report(
             f"{next_click.error_before:.1%} to {next_click.error_after:.1%}."
         )
     line(f"saved {saved}" if saved is not None else "not saved; --save FILE keeps it")
+
+
+def _turn_text(angle_rad: float, sigma_rad: float, side: str, other: str) -> str:
+    """An angle, positive to `side`, as people say it."""
+    angle, sigma = abs(math.degrees(angle_rad)), math.degrees(sigma_rad)
+    return f"{angle:.2f} ± {sigma:.2f} degrees to the {other if angle_rad < 0 else side}"
