@@ -151,6 +151,13 @@ def verdict_words(entry: Entry[Verdict]) -> str:
     return f"{entry.person}: {', '.join(parts)}"
 
 
+def verdict_sign(judged: JudgedEvent) -> str:
+    """The sign of what all say who judged an event, or of their disagreement; empty where nobody did."""
+    if judged.judgement is not None:
+        return JUDGEMENT_SIGNS[judged.judgement]
+    return DISAGREEMENT_SIGN if judged.disagreement else ""
+
+
 def verdict_counts(events: Iterable[JudgedEvent]) -> str:
     """How many are judged, as `fcw review --summary` counts them; empty where none is."""
     events = tuple(events)

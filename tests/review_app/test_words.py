@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -9,10 +10,12 @@ from review_drives import CAUTION_S, NEAR_MISS_S, RATE_HZ, WARNING_S, result
 
 from fcw.annotation.records import Entry, EventReference, Judgement, Reason, Verdict
 from fcw.annotation.review import fold, judged_events, reference_to
-from fcw.logs.events import EventKind
+from fcw.logs.events import DriveEvent, EventKind
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.review_app.drive import Drive, by_severity
+from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.panels.event_list import list_html, verdict_html
+from fcw_viz.review_app.panels.moment_list import event_words
 from fcw_viz.review_app.place import list_order
 from fcw_viz.review_app.words import KIND_TITLES, event_line, verdict_counts, verdict_words, why
 
@@ -127,16 +130,32 @@ def test_what_people_typed_is_no_html(drive: Drive):
         assert "be&lt;r&gt;t" in html
 
 
-def test_what_people_judge_differently_is_counted_apart_as_the_summary_does(drive: Drive):
-    def entry(number: int, person: str, judgement: Judgement) -> Entry[Verdict]:
-        verdict = Verdict(reference_to(drive.events[number]), judgement)
-        return Entry(f"{number} {person}", f"2026-11-20T10:00:0{number}.000000Z", person, verdict)
+def entry_on(event: DriveEvent, number: int, person: str, judgement: Judgement) -> Entry[Verdict]:
+    verdict = Verdict(reference_to(event), judgement)
+    return Entry(f"{number} {person}", f"2026-11-20T10:00:0{number}.000000Z", person, verdict)
 
+
+def test_the_list_of_a_folder_shows_what_each_of_several_people_says_and_that_they_disagree(drive: Drive):
+    first, second = drive.events[:2]
     said = [
-        entry(0, "anna", Judgement.FALSE),
-        entry(0, "bert", Judgement.RIGHT),
-        entry(1, "anna", Judgement.FALSE),
-        entry(2, "bert", Judgement.RIGHT),
+        entry_on(first, 0, "anna", Judgement.RIGHT),
+        entry_on(first, 1, "bert", Judgement.FALSE),
+        entry_on(second, 2, "anna", Judgement.TOO_LATE),
+        entry_on(second, 3, "bert", Judgement.TOO_LATE),
+    ]
+    judged, _ = judged_events(fold(said), drive.events)
+    card = DriveCard("made", Path("drive.mcap"), 24.0, drive.events, judged=judged)
+    assert "<span>≠ anna: right; bert: false</span>" in event_words(card, 0)
+    assert "<span>▸ anna: too late; bert: too late</span>" in event_words(card, 1)
+    assert not any(sign in event_words(card, 2) for sign in "✓◂▸✗≠")
+
+
+def test_what_people_judge_differently_is_counted_apart_as_the_summary_does(drive: Drive):
+    said = [
+        entry_on(drive.events[0], 0, "anna", Judgement.FALSE),
+        entry_on(drive.events[0], 0, "bert", Judgement.RIGHT),
+        entry_on(drive.events[1], 1, "anna", Judgement.FALSE),
+        entry_on(drive.events[2], 2, "bert", Judgement.RIGHT),
     ]
     judged, _ = judged_events(fold(said), drive.events)
     assert verdict_counts(judged) == ("2 judged, 1 of them false, 1 judged differently by different people")

@@ -10,12 +10,12 @@ from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.place import list_order
 from fcw_viz.review_app.time.timeline import kind_color
 from fcw_viz.review_app.words import (
-    DISAGREEMENT_SIGN,
     JUDGEMENT_KEYS,
     JUDGEMENT_SIGNS,
     event_line,
     kind_title,
     verdict_counts,
+    verdict_sign,
     verdict_words,
     when_words,
 )
@@ -52,17 +52,15 @@ def list_html(
 
 def _row(number: int, judged: JudgedEvent, selected: bool, imperial: bool) -> str:
     event = judged.event
-    sign, title = "", ""
-    if judged.verdicts:
-        title = "; ".join(verdict_words(entry) for entry in judged.verdicts)
-        sign = DISAGREEMENT_SIGN if judged.judgement is None else JUDGEMENT_SIGNS[judged.judgement]
+    title = "; ".join(map(verdict_words, judged.verdicts))
     kind = "wrong" if judged.judgement is Judgement.FALSE else ""
     return (
         f'<div class="fcw-event {"selected" if selected else ""}" data-event="{number}" '
         f'{says(f"event:{number}")} title="{escape(title)}" style="--kind: {kind_color(event.kind)}">'
         f'<i style="--part: {event.severity:.3f}" title="severity {event.severity:.0%}"></i>'
         f"<b>{kind_title(event.kind)}</b><time>{time_text(event.start_s)}</time>"
-        f'<span>{escape(event_line(event, imperial))}</span><em class="{kind}">{sign}</em></div>'
+        f"<span>{escape(event_line(event, imperial))}</span>"
+        f'<em class="{kind}">{verdict_sign(judged)}</em></div>'
     )
 
 

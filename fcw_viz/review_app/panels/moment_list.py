@@ -10,7 +10,7 @@ from fcw_viz.page.channel import is_item, says
 from fcw_viz.review_app.drive import time_text, utc_text
 from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.time.timeline import kind_color
-from fcw_viz.review_app.words import JUDGEMENT_SIGNS, event_line, kind_title, verdict_words
+from fcw_viz.review_app.words import event_line, kind_title, verdict_sign, verdict_words
 
 
 def moments_html(moments: Sequence[tuple[DriveCard, int]]) -> str:
@@ -33,12 +33,10 @@ def unfinished_html(records: Sequence[Record]) -> str:
 
 
 def event_words(card: DriveCard, number: int) -> str:
-    """An event in a line: its kind, when it was, its figures and the first verdict on it."""
-    event = card.events[number]
-    said = "".join(
-        f"<span>{JUDGEMENT_SIGNS[entry.said.judgement]} {escape(verdict_words(entry))}</span>"
-        for entry in card.judged[number].verdicts[:1]
-    )
+    """An event in a line: its kind, when it was, its figures and what all who judged it say."""
+    event, judged = card.events[number], card.judged[number]
+    words = escape("; ".join(map(verdict_words, judged.verdicts)))
+    said = f"<span>{verdict_sign(judged)} {words}</span>" if words else ""
     return (
         f'<div class="fcw-worst" style="--kind: {kind_color(event.kind)}"><i></i><b>'
         f"{escape(kind_title(event.kind))} at {time_text(event.start_s)}</b>"

@@ -14,13 +14,12 @@ from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.words import (
     CUT,
-    DISAGREEMENT_SIGN,
-    JUDGEMENT_SIGNS,
     MOUNT_MOVED,
     NEAR_MISS,
     NOTHING_SEEN,
     event_line,
     kind_title,
+    verdict_sign,
 )
 
 KIND_COLORS = {
@@ -169,10 +168,9 @@ def _event(
         shape = element("rect", x=left, y=bottom - height, width=right - left, height=height, rx=1, **look)
     width = right - left + 2 * REACH_PX
     reach = element("rect", x=left - REACH_PX, y=SIGNS_PX, width=width, height=TRACK_PX, fill="transparent")
-    sign = ""
-    if judged.verdicts:
-        text = DISAGREEMENT_SIGN if judged.judgement is None else JUDGEMENT_SIGNS[judged.judgement]
-        sign = words((left + right) / 2, SIGNS_PX - 2, text, "middle", 0.9)
+    sign = verdict_sign(judged)
+    if sign:
+        sign = words((left + right) / 2, SIGNS_PX - 2, sign, "middle", 0.9)
     yield (
         f'<g class="fcw-mark" data-event="{number}" {says(f"{message}{number}")}>'
         f"<title>{escape(title)}</title>{reach}{shape}{sign}</g>"
