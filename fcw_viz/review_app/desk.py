@@ -11,7 +11,7 @@ from fcw_viz.review_app.annotating import Annotating
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.picture.box_commands import BoxCommands
 from fcw_viz.review_app.picture.box_editor import BoxEditor
-from fcw_viz.review_app.place import Place, parse_place, place_text
+from fcw_viz.review_app.place import Place, moment_text, parse_place, place_text
 from fcw_viz.review_app.runs.comparing import Comparing
 from fcw_viz.review_app.screen import Screen
 from fcw_viz.review_app.session import ReviewSession
@@ -291,7 +291,7 @@ class Desk:
             self._note_moment()
 
     def _note_moment(self) -> None:
-        self._note_address(f"{self.place.opened.name}@{self.place.time_s:.3f}")
+        self._note_address(moment_text(self.place.opened.name, self.place.time_s))
 
     def _note_address(self, text: str) -> None:
         """Keep the place in the page's address."""

@@ -13,6 +13,8 @@ LEAD_IN_S = 2.0
 """An event is played from so long before it, and whoever is so near to it is still at it."""
 MOST_LISTED = 200
 """Of a long list the worst ones; the time line has them all."""
+NOTED_DECIMALS = 3
+"""Of the seconds in the page's address."""
 
 
 class Place:
@@ -73,8 +75,11 @@ class Place:
         if event is None and moment_s is None:
             event = drive.worst_event()
         if event is not None and event < len(drive.events):
-            self.selected, moment_s = event, drive.events[event].peak_s
-        self.row = drive.row_at(moment_s or 0.0)
+            self.selected = event
+            self.row = drive.row_at(drive.events[event].peak_s)
+        else:
+            # The address may have rounded the moment to one before its frame.
+            self.row = drive.row_at((moment_s or 0.0) + 0.5 * 10**-NOTED_DECIMALS)
         self.follow_event()
 
     def turn_to(self, drive: Drive) -> None:
@@ -160,6 +165,11 @@ def list_order(events: Sequence[JudgedEvent], by_time: bool) -> list[int]:
 def place_text(name: str, event: int | None = None) -> str:
     """What `parse_place` takes for a drive, whatever signs its name has, or for an event of it."""
     return f"{name}#{'' if event is None else event}"
+
+
+def moment_text(name: str, moment_s: float) -> str:
+    """What `parse_place` takes for a moment of a drive, as the page's address notes it."""
+    return f"{name}@{moment_s:.{NOTED_DECIMALS}f}"
 
 
 def parse_place(text: str) -> tuple[str, int | None, float | None]:

@@ -1,14 +1,16 @@
 """Where somebody is: events are followed, and gone to in the order of time or of the list."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fcw.errors import UserError
 from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.panels.folder_list import folder_html
-from fcw_viz.review_app.place import LEAD_IN_S, Place, parse_place, place_text
+from fcw_viz.review_app.place import LEAD_IN_S, Place, moment_text, parse_place, place_text
 
 
 def at(place: Place, time_s: float) -> Place:
@@ -45,6 +47,19 @@ def test_a_drive_begins_at_its_worst_event_where_nothing_else_is_named(place: Pl
     assert place.selected == place.opened.worst_event()
     place.enter(place.opened, None, 4.0)
     assert place.time_s == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("rate_hz", [24.0, 29.97, 30.0, 59.94])
+def test_the_address_of_a_frame_leads_to_that_frame_whatever_fraction_of_a_second_it_has(
+    place: Place, rate_hz: float
+):
+    series = place.opened.series
+    times_ns = np.round(np.arange(len(series)) * 1e9 / rate_hz).astype(np.int64)
+    drive = replace(place.opened, series=replace(series, time_ns=times_ns))
+    for row in range(len(series)):
+        _, event, moment_s = parse_place(moment_text("made", drive.time_s(row)))
+        place.enter(drive, event, moment_s)
+        assert place.row == row
 
 
 def test_events_come_one_after_the_other_and_the_last_one_stays(place: Place):
