@@ -47,7 +47,7 @@ BATCH_EVENT_COLUMNS: tuple[Column[_Event], ...] = (
         "verdict",
         "string",
         "",
-        "what all who judged it say, disagreed, or empty where nobody did",
+        "right, too early, too late or false as all who judged it say, disagreed, or empty where nobody did",
         lambda told: told.verdict,
     ),
     Column(

@@ -11,6 +11,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import cv2
+import duckdb
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -20,6 +21,10 @@ from mcap.exceptions import EndOfFile
 from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 
+from fcw.annotation.records import Judgement, Verdict
+from fcw.annotation.review import reference_to
+from fcw.annotation.store import ReviewStore
+from fcw.annotation.summary import summarise
 from fcw.batch.fleet import FLEET_NAME, Fleet
 from fcw.batch.ledger import DRIVES_NAME, RECORD_NAME, Record, State, write_record
 from fcw.batch.moments import MOMENTS_NAME, WORST_NAME, moment_name, read_moment, write_moments
@@ -248,6 +253,30 @@ def test_the_bytes_of_an_event_hold_it_whole(batch):
         assert min(times_ns) <= start_ns
         assert max(times_ns) >= end_ns
         assert event["log_bytes"] < path.stat().st_size
+
+
+def test_the_share_judged_false_is_that_of_the_summary_where_people_disagree(batch, tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir()
+    shutil.copy(batch / "a" / MCAP_NAME, tmp_path / "a")
+    log = DriveLog(tmp_path / "a" / MCAP_NAME)
+    first, second, third = find_events(log.series())[:3]
+    store = ReviewStore(log)
+    for person, event, judgement in (
+        ("anna", first, Judgement.RIGHT),
+        ("bert", first, Judgement.FALSE),
+        ("anna", second, Judgement.FALSE),
+        ("anna", third, Judgement.TOO_LATE),
+    ):
+        store.add(person, Verdict(reference_to(event), judgement))
+    store.close()
+    write_tables(tmp_path, [done_record("a", 3.0)])
+    verdicts = pq.read_table(tmp_path / EVENTS_NAME).column("verdict").to_pylist()
+    assert verdicts == ["disagreed", "false", "too late", None, None]
+    docs = (Path(__file__).parents[2] / "docs" / "batch.md").read_text()
+    (question,) = re.findall(r"-- share judged false\n(.*)", docs)
+    monkeypatch.chdir(tmp_path)
+    assert duckdb.execute(question).fetchall() == [(1 / 2,)]
+    assert summarise({"a": log.path}).all[WarningLevel.WARNING].share_false == 1 / 2
 
 
 def test_events_of_a_drive_with_a_gpx_track_have_their_place(batch):
