@@ -34,6 +34,7 @@ class BatchDrive:
         calibration: its file; None where there is none but, perhaps, in an MCAP file itself.
         track: the GPX file beside it, from which its own speed comes; None where there is none.
         topic: of an MCAP file, whose pictures; None where it has one topic of them.
+        lacking_table: the table of calibrations that has no line for its camera; None where none lacks it.
     """
 
     name: str
@@ -42,6 +43,7 @@ class BatchDrive:
     calibration: Place | None
     track: Place | None = None
     topic: str | None = None
+    lacking_table: Path | None = None
 
     @property
     def is_calibrated(self) -> bool:
@@ -102,8 +104,17 @@ def find_batch_drives(
             own = _beside(source, (f"{stem}{CALIBRATION_SUFFIX}", FOLDER_CALIBRATION), listed, named)
             track = _beside(source, (f"{stem}{TRACK_SUFFIX}",), listed, named)
         named_topic = (line and line.topic) or topic
+        lacking_table = calibration if table and line is None else None
         drives.append(
-            BatchDrive(name, source, camera, own or given, track, named_topic if _is_mcap(source) else None)
+            BatchDrive(
+                name,
+                source,
+                camera,
+                own or given,
+                track,
+                named_topic if _is_mcap(source) else None,
+                lacking_table,
+            )
         )
     return sorted(drives, key=lambda drive: drive.name)
 
@@ -226,7 +237,8 @@ def _table(path: Path) -> dict[str, _OfCamera]:
             )
         return {}
     try:
-        (_, head), *rows = [*csv_rows(read_text(path))] or [(0, [])]
+        lines = ((line, [cell.strip() for cell in row]) for line, row in csv_rows(read_text(path)))
+        (_, head), *rows = [*lines] or [(0, [])]
         if not set(TABLE_COLUMNS) <= set(head):
             raise UserError(
                 f"{path}: columns {', '.join(head or ('none',))}; expected {' and '.join(TABLE_COLUMNS)}"

@@ -142,12 +142,15 @@ def _broken(drive: BatchDrive) -> Record | None:
 def _without_running(drive: BatchDrive) -> Record | None:
     if drive.is_calibrated:
         return None
-    return _record(
-        drive,
-        State.UNCALIBRATED,
-        f"make one with `fcw calibrate {quote(str(drive.source))}` (a rough one, from the drive alone: "
-        "--from-clip), or name one for all with --calibration",
-    )
+    make = f"`fcw calibrate {quote(str(drive.source))}` (a rough one, from the drive alone: --from-clip)"
+    if drive.lacking_table is None:
+        reason = f"make one with {make}, or name one for all with --calibration"
+    else:
+        reason = (
+            f"{drive.lacking_table} has no line for camera {drive.camera}, which is the name of the drive's "
+            f"folder; add one, or make a calibration with {make}"
+        )
+    return _record(drive, State.UNCALIBRATED, reason)
 
 
 def _known(known: Record, drive: BatchDrive) -> Record:

@@ -54,6 +54,14 @@ def test_the_nearest_calibration_counts(tmp_path):
     }
 
 
+def test_blanks_around_the_cells_of_a_table_do_not_count(tmp_path):
+    touch(tmp_path / "A" / "a.mcap", tmp_path / "roof.yaml")
+    table = tmp_path / "cameras.csv"
+    table.write_text("camera , calibration , topic \n A ,roof.yaml , /front/image \n")
+    (drive,) = find_batch_drives([tmp_path], table)
+    assert (drive.calibration, drive.topic) == (tmp_path / "roof.yaml", "/front/image")
+
+
 def test_the_topic_of_an_mcap_file_is_that_of_its_camera_or_else_the_one_for_all(tmp_path):
     touch(*(tmp_path / name for name in ("front/a.mcap", "front/b.mp4", "roof/c.mcap", "other/d.mcap")))
     touch(tmp_path / "any.yaml")

@@ -135,6 +135,22 @@ def test_copies_and_drives_without_calibration_are_listed(drives):
     assert "fcw calibrate" in told["bare"][1]
 
 
+def test_of_a_drive_that_a_table_has_no_line_for_the_table_and_its_camera_are_named(tmp_path):
+    for camera in ("A", "B"):
+        (tmp_path / camera).mkdir()
+        (tmp_path / camera / f"{camera.lower()}.mp4").write_bytes(camera.encode())
+    (tmp_path / "roof.yaml").write_text("a calibration")
+    table = tmp_path / "t2.csv"
+    table.write_text("camera,calibration\nA,roof.yaml\n")
+    planned = plan_batch(find_batch_drives([tmp_path], table), OPTIONS, Ledger(tmp_path / "out"))
+    assert names(planned) == ["a"]
+    (record,) = planned.records
+    assert record.state is State.UNCALIBRATED
+    assert record.reason.startswith(
+        f"{table} has no line for camera B, which is the name of the drive's folder; add one, or make"
+    )
+
+
 def test_empty_files_have_failed_and_are_no_copies_of_each_other(drives):
     for name in ("x", "y"):
         (drives / f"{name}.mp4").touch()
