@@ -75,13 +75,15 @@ def plan_batch(
     originals = _originals(found, ledger)
     records: list[Record] = []
     to_run: list[tuple[BatchDrive, Identity]] = []
+    copies: list[tuple[BatchDrive, str]] = []
+    called = {key: original.name for key, original in originals.items()}
     for drive, identity in found:
         original, known = originals[identity.key], ledger.known(identity)
         if original is not drive:
-            reason = f"the same file and calibration as {original.name}"
-            listed.append(_record(drive, State.DUPLICATE, reason))
+            copies.append((drive, identity.key))
         elif known is not None and (known.state is State.DONE or not retry):
             records.append(_known(known, drive))
+            called[identity.key] = known.name
         elif retry and not ledger.has_failed(identity, str(drive.source)):
             reason = "not run yet, and --retry runs only what failed; run the batch without it"
             listed.append(_record(drive, State.LOST, reason))
@@ -92,7 +94,12 @@ def plan_batch(
     for drive, identity in to_run:
         name = _folder_name(drive, identity, ledger, taken)
         taken.add(name)
+        called[identity.key] = name
         tasks.append(Task(replace(drive, name=name), identity, ledger.folder(name), piece_s))
+    # By now it is known what the drives that they are copies of are called in this batch's folder.
+    for drive, key in copies:
+        reason = f"the same file and calibration as {called[key]}"
+        listed.append(_record(drive, State.DUPLICATE, reason))
     for record in listed:
         name = record.name
         if name in taken or name in ledger.finished:

@@ -201,6 +201,27 @@ def test_a_copy_that_comes_later_is_the_copy(drives):
     assert told == {"0": State.DUPLICATE, "a": State.DONE, "b": State.DONE}
 
 
+@pytest.mark.parametrize("done", [True, False])
+def test_a_copy_names_its_drive_as_the_batchs_folder_does(drives, done):
+    (drives / "A-a.mp4").write_bytes(b"A-a")
+    (drives / "A-a.calibration.yaml").write_text("a calibration")
+    end(plan(drives), State.DONE)
+    # Files of two cards with one name are called after their folders, unless another drive is called that.
+    cards = drives.parent / "cards"
+    for card in ("A", "B"):
+        (cards / card).mkdir(parents=True)
+        (cards / card / "a.mp4").write_bytes(b"a" if done else b"new")
+        (cards / card / "a.calibration.yaml").write_text("a calibration")
+    (cards / "B" / "b.mp4").write_bytes(b"another b")
+    (cards / "B" / "b.calibration.yaml").write_text("a calibration")
+    planned = plan(cards)
+    folders = {record.name for record in planned.records if record.state is State.DONE} | set(names(planned))
+    (copy,) = [record for record in planned.records if record.state is State.DUPLICATE]
+    original = copy.reason.removeprefix("the same file and calibration as ")
+    assert original in folders
+    assert (original == "a") == done
+
+
 def test_no_two_drives_have_one_name(drives):
     end(plan(drives), State.DONE)
     for path in sorted(drives.glob("a.*")):
