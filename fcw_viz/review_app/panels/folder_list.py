@@ -1,5 +1,6 @@
 """The list of a folder's drives with their events, the worst first."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
@@ -167,8 +168,12 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     counts = _counts(card)
     worst, number = '<div class="fcw-worst"><span>No events.</span></div>', None
     if card.events:
-        number = next(iter(asked.numbers(card)), by_severity(card.events)[0])
+        ranked = asked.numbers(card) or by_severity(card.events)
+        number = ranked[0]
         worst = event_words(card, number)
+        warned = next((one for one in ranked if card.events[one].kind == "warning"), number)
+        if warned != number:  # a caution may be more severe than what the driver was warned of
+            worst += event_words(card, warned, says(f"open:{place_text(card.name, warned)}"))
     opens = f"open:{place_text(card.name, number)}"
     calm = not (card.events or card.review.entries)
     # A mark of the time line opens the drive there: its message names the drive, too.
@@ -188,6 +193,6 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
 
 def _counts(card: DriveCard) -> str:
     """How many of each kind, the more urgent first."""
-    kinds = list(dict.fromkeys(card.events[number].kind for number in by_severity(card.events)))
-    numbers = {kind: sum(event.kind == kind for event in card.events) for kind in kinds}
-    return ", ".join(f"{numbers[kind]} × {kind_title(kind).lower()}" for kind in kinds)
+    numbers = Counter[str](event.kind for event in card.events)
+    kinds = dict.fromkeys((*KIND_TITLES, *numbers))
+    return ", ".join(f"{numbers[kind]} × {kind_title(kind).lower()}" for kind in kinds if numbers[kind])

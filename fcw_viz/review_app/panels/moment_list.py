@@ -32,13 +32,19 @@ def unfinished_html(records: Sequence[Record]) -> str:
     )
 
 
-def event_words(card: DriveCard, number: int) -> str:
-    """An event in a line: its kind, when it was, its figures and what all who judged it say."""
+def event_words(card: DriveCard, number: int, attributes: str = "") -> str:
+    """An event in a line: its kind, when it was, its figures and what all who judged it say.
+
+    Args:
+        card: of its drive.
+        number: of the event.
+        attributes: of the line's element.
+    """
     event, judged = card.events[number], card.judged[number]
     words = escape("; ".join(map(verdict_words, judged.verdicts)))
     said = f"<span>{verdict_sign(judged)} {words}</span>" if words else ""
     return (
-        f'<div class="fcw-worst" style="--kind: {kind_color(event.kind)}"><i></i><b>'
+        f'<div class="fcw-worst" {attributes} style="--kind: {kind_color(event.kind)}"><i></i><b>'
         f"{escape(kind_title(event.kind))} at {time_text(event.start_s)}</b>"
         f"<span>{escape(event_line(event, card.imperial))}</span>{said}</div>"
     )

@@ -14,6 +14,7 @@ from fcw.annotation.records import Entry, Judgement, Verdict
 from fcw.annotation.review import fold, judged_events, reference_to
 from fcw.logs.events import DriveEvent
 from fcw_viz.review_app.drive_card import DriveCard
+from fcw_viz.review_app.panels.folder_list import folder_html
 from fcw_viz.review_app.triage.drive_filter import (
     DISAGREED,
     UNJUDGED,
@@ -192,6 +193,21 @@ def test_drives_are_listed_by_their_camera_and_date(asked: DriveFilter, names: l
 )
 def test_moments_are_ranked_across_the_drives(asked: DriveFilter, moments: list[tuple[str, int]]):
     assert [(one.name, number) for one, number in asked.moments(FLEET)] == moments
+
+
+def test_a_drive_whose_worst_event_is_a_caution_names_its_worst_warning_too():
+    drive = card("bend", [("warning", 0.2), ("caution", 0.9), ("warning", 0.3)], {})
+
+    def headlines(asked: DriveFilter) -> list[tuple[str, str]]:
+        html = folder_html("drives", [drive], 0, 1000.0, asked)
+        return re.findall(r'class="fcw-worst" (?:data-fcw="(.*?)")?.*?<b>(.*?)</b>', html)
+
+    html = folder_html("drives", [drive], 0, 1000.0)
+    assert "2 × warning, 1 × caution" in html
+    assert 'data-fcw="open:bend#1"' in html.partition("fcw-worst")[0]
+    assert headlines(DriveFilter()) == [("", "Caution at 10.0 s"), ("open:bend#2", "Warning at 20.0 s")]
+    assert headlines(DriveFilter(kind="caution")) == [("", "Caution at 10.0 s")]
+    assert headlines(DriveFilter(kind="warning")) == [("", "Warning at 20.0 s")]
 
 
 def test_the_next_unjudged_moment_is_the_next_worst_one_of_any_drive():
