@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from fcw.annotation.records import Entry, Judgement, MissedEvent, Note, Reason, Said, TakenBack, Verdict
-from fcw.annotation.review import reference_to, verdicts_of
+from fcw.annotation.review import fold, reference_to, verdicts_of
 from fcw.annotation.warning_labels import LEVEL_OF_KIND
 from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
@@ -13,8 +13,8 @@ from fcw_viz.review_app.place import Place
 MISSED_BEFORE_S, MISSED_AFTER_S = 1.0, 1.0
 """A missed event reaches so far around the moment at which it is added."""
 NOTHING_TO_UNDO = (
-    "nothing to undo since this tab was loaded. The key of a verdict (1 to 4), pressed again, clears "
-    "it; under Notes, ✕ takes back a note or a missed event"
+    "nothing to undo of what counts and was said in this tab since it was loaded. The key of a verdict "
+    "(1 to 4), pressed again, clears it; under Notes, ✕ takes back a note or a missed event"
 )
 
 
@@ -157,10 +157,10 @@ class Annotating:
         name = self._place.opened.name
         counting = {entry.entry_id for entry in self._place.review.review.entries}
         while (last := next((said for said in reversed(self._said) if said.drive == name), None)) is not None:
-            if counting.issuperset(last.entry_ids):
+            if counting.issuperset(last.entry_ids) and self._counts(last):
                 self._take_back(last)
                 return
-            self._said.remove(last)  # taken back meanwhile, in another tab
+            self._said.remove(last)  # another tab has taken it back meanwhile, or said something else
         raise UserError(NOTHING_TO_UNDO)
 
     def redo(self) -> None:
@@ -182,6 +182,19 @@ class Annotating:
         if judged is None:
             return None
         return next((one for one in judged.verdicts if one.person == self._place.session.reviewer), None)
+
+    def _counts(self, words: "_Words") -> bool:
+        """Whether anything is another without a step: not where a later verdict counts in its place."""
+        review, step = self._place.review.review, set(words.entry_ids)
+        if any(isinstance(one.said, TakenBack) for one in review.entries if one.entry_id in step):
+            return True  # what it took back is not in the review
+        left = fold(one for one in review.entries if one.entry_id not in step)
+        return (left.verdicts, left.missed, left.notes, left.frames) != (
+            review.verdicts,
+            review.missed,
+            review.notes,
+            review.frames,
+        )
 
     def _clear_verdict(self) -> None:
         """Leave the selected event unjudged: with the verdict go those that it superseded, in one step."""

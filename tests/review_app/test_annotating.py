@@ -98,6 +98,22 @@ def test_clearing_takes_back_what_another_tab_said_of_the_event_and_nothing_else
     assert place.review.events[1].verdicts == ()
 
 
+def test_a_verdict_that_another_tab_has_changed_since_is_no_step_to_undo(
+    place: Place, annotating: Annotating
+):
+    other_tab = Annotating(place, lambda title, text: None)
+    annotating.add_note("fog")
+    annotating.judge(Judgement.FALSE)
+    other_tab.judge(Judgement.RIGHT)
+    annotating.undo()  # the step before it counts
+    assert place.review.review.notes == ()
+    with pytest.raises(UserError, match="nothing to undo of what counts"):
+        annotating.undo()
+    assert verdicts(place) == [(Judgement.RIGHT, None, "")]
+    other_tab.undo()  # nobody has taken back what was said first
+    assert verdicts(place) == [(Judgement.FALSE, None, "")]
+
+
 def test_undo_goes_back_word_by_word_and_redo_on_again(place: Place, annotating: Annotating):
     states = [verdicts(place)]
     for step in (
