@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 from annotation_helpers import frame_result, write_log
@@ -9,11 +10,12 @@ from annotation_helpers import frame_result, write_log
 from fcw.annotation.records import Judgement, MissedEvent, Reason, Verdict
 from fcw.annotation.review import reference_to
 from fcw.annotation.store import ReviewStore
-from fcw.annotation.summary import summarise
+from fcw.annotation.summary import DriveReview, ReviewSummary, Tally, summarise
 from fcw.errors import UserError
 from fcw.logs.events import find_events
 from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main
+from fcw_viz.commands.review.summary import summary_tables
 
 WARNING, CAUTION, ADVISORY = WarningLevel.WARNING, WarningLevel.CAUTION, WarningLevel.ADVISORY
 
@@ -133,8 +135,8 @@ def test_as_json_it_says_the_same_for_each_drive_and_all(drives, capsys):
 def test_in_words_it_is_by_drive_and_by_reason(drives, capsys):
     assert main(["review", str(drives["first"].parents[1]), "--summary"]) == 0
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert ["first", "warning", "0.01", "5", "1000.0", "1", "67%", "of", "3", "(21-94%)"] in lines
-    assert ["second", "warning", "0.01", "1", "200.0", "0", "100%", "of", "1", "(21-100%)"] in lines
+    assert ["first", "warning", "18", "s", "5", "-", "1", "67%", "of", "3", "(21-94%)"] in lines
+    assert ["second", "warning", "18", "s", "1", "-", "0", "100%", "of", "1", "(21-100%)"] in lines
     assert ["first", "warning", "0", "0", "1", "2", "1", "1"] in lines
     assert ["warning", "false", "oncoming", "vehicle", "2", "50%"] in lines
     assert ["warning", "false", "no", "reason", "given", "1", "25%"] in lines
@@ -144,9 +146,21 @@ def test_where_nobody_judged_only_the_rates_are_told(tmp_path, capsys):
     write_drive(tmp_path / "drive.mcap", (10,))
     assert main(["review", str(tmp_path), "--summary"]) == 0
     out = capsys.readouterr().out
-    assert "200.0" in out
+    assert "18 s" in out
     assert "disagreed" not in out
     assert "reason" not in out
+
+
+@pytest.mark.parametrize(
+    ("hours", "told"), [(6 / 3600, "6 s -"), (4.9 / 60, "5 min -"), (0.1, "6 min 20.0"), (2.0, "2.0 h 1.0")]
+)
+def test_time_is_told_in_a_fitting_unit_and_a_rate_from_five_minutes_on(hours, told):
+    tally = Tally(hours, 2, {}, 0, 0, {})
+    tallies: dict[WarningLevel, Tally] = dict.fromkeys(WarningLevel, tally)
+    drive = DriveReview("drive", Path("drive.mcap"), tallies, (), 0, ())
+    rates = next(summary_tables(ReviewSummary((drive,), tallies, ())))
+    driven, shown, rate = (next(iter(rates.columns[at].cells)) for at in (2, 3, 4))
+    assert (f"{driven} {rate}", shown) == (told, "2")
 
 
 def test_json_without_the_summary_and_a_folder_without_drives_are_told(tmp_path, capsys):

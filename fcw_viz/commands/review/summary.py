@@ -11,7 +11,10 @@ from fcw.annotation.summary import ReviewSummary, Tally, summarise
 from fcw.logs.export.clip import find_drives
 from fcw.warning.types import WarningLevel
 from fcw_viz.console import RESULTS, note, print_json, progress
+from fcw_viz.review_app.drive import duration_text
 
+RATE_FROM_H = 5 / 60
+"""A rate per hour of less driving is chance: one warning in six seconds would be 600."""
 LEVELS = (WarningLevel.WARNING, WarningLevel.CAUTION, WarningLevel.ADVISORY)
 
 
@@ -91,7 +94,7 @@ def summary_tables(summary: ReviewSummary) -> Iterator[Table]:
     rates = Table(
         Column("drive", overflow="fold"),
         "level",
-        "hours",
+        "driven",
         "shown",
         "per hour",
         "missed",
@@ -102,9 +105,9 @@ def summary_tables(summary: ReviewSummary) -> Iterator[Table]:
         rates.add_row(
             name,
             level,
-            f"{tally.hours:.2f}",
+            duration_text(tally.hours * 3600),
             str(tally.warnings),
-            "-" if tally.per_hour is None else f"{tally.per_hour:.1f}",
+            "-" if tally.per_hour is None or tally.hours < RATE_FROM_H else f"{tally.per_hour:.1f}",
             str(tally.missed),
             _share(tally),
         )
