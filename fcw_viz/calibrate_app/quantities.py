@@ -101,6 +101,8 @@ ANGLE_ERROR = Quantity("the error of an angle", "3 or 3°", _ANGLE_UNITS, math.r
 ROW = Quantity("a row of the picture", "310 or 310.5", _PIXEL_UNITS, -1e5, 1e5)
 ROW_ERROR = Quantity("the error of a row", "1 or 0.3 px", _PIXEL_UNITS, 0.001, 1e4)
 TURN = Quantity("an angle to the side", "2, -1.5 or 2°", _ANGLE_UNITS, -math.radians(30), math.radians(30))
+TILT = Quantity("a tilt to the right", "2, -1.5 or 2°", _ANGLE_UNITS, -math.radians(30), math.radians(30))
+"""Below 0 to the left."""
 WIDTH = Quantity("a width of a lane", "3.7, 3.5 m or 12 ft", _LENGTH_UNITS, 1.5, 8.0)
 SIDE = Quantity("a side of a rectangle", "2.5, 250 cm or 8 ft", _LENGTH_UNITS, 0.3, 100.0)
 PLATE_WIDTH = Quantity("a width of a number plate", "0.52, 52 cm or 12 in", _LENGTH_UNITS, 0.1, 1.0)

@@ -39,6 +39,7 @@ from fcw_viz.calibrate_app.quantities import (
     LENGTH_ERROR,
     SPEED,
     SPEED_ERROR,
+    TILT,
     TURN,
     WIDTH,
 )
@@ -134,7 +135,7 @@ class BesidesPanel:
                     "roll",
                     "Tilted to the right, °",
                     "The horizon falls to the left in the picture; to the left below 0",
-                    TURN,
+                    TILT,
                     ANGLE_ERROR,
                     math.radians(1),
                     SEEN_ROLL_SIGMA_RAD,
