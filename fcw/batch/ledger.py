@@ -20,6 +20,8 @@ MANIFEST_NAME = "manifest.json"
 DRIVES_NAME = "drives.parquet"
 MOST_MANIFEST_BYTES = 256 << 20
 """A kilobyte a drive."""
+RETRY_WORDS = "; once it is mended, run it again with --retry"
+"""After the reason of a drive whose record says that it failed: other batches only name it."""
 
 
 class State(Enum):

@@ -8,7 +8,7 @@ from shlex import quote
 
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import BatchOptions, Identity, identity_of
-from fcw.batch.ledger import MANIFEST_NAME, Ledger, Record, State
+from fcw.batch.ledger import MANIFEST_NAME, RETRY_WORDS, Ledger, Record, State
 from fcw.batch.remote import EMPTY, StoreError
 from fcw.batch.tables import TABLE_NAMES
 from fcw.batch.work import Task
@@ -162,7 +162,7 @@ def _without_running(drive: BatchDrive) -> Record | None:
 
 def _known(known: Record, drive: BatchDrive) -> Record:
     """An earlier record, of the file where it lies now."""
-    again = "" if known.state is State.DONE else "; mended, run it again with --retry"
+    again = "" if known.state is State.DONE else RETRY_WORDS
     reason = known.reason if known.reason.endswith(again) else known.reason + again
     return replace(known, source=str(drive.source), camera=drive.camera, reason=reason)
 

@@ -3,13 +3,13 @@
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fcw.batch.drives import BatchDrive
 from fcw.batch.identity import Identity
-from fcw.batch.ledger import RECORD_NAME, Record, State, write_record
+from fcw.batch.ledger import RECORD_NAME, RETRY_WORDS, Record, State, write_record
 from fcw.batch.moments import write_moments
 from fcw.batch.remote import fetched
 from fcw.errors import UserError
@@ -111,9 +111,11 @@ def run_task(
     except FolderBusyError as error:
         return task.record(State.LOST, f"{error}; run the batch again when that one has ended")
     except UserError as error:
-        failed = task.record(State.FAILED, str(error))
-        with suppress(UserError):  # what failed is told; without a record it is run again
+        failed = task.record(State.FAILED, f"{error}{RETRY_WORDS}")
+        try:
             write_record(failed, task.folder)
+        except UserError:
+            return task.record(State.FAILED, str(error))  # without a record the next batch runs it
         return failed
     done = replace(
         task.record(State.DONE),

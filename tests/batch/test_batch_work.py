@@ -13,7 +13,8 @@ from video_making import write_short_drive
 
 from fcw.batch.drives import find_batch_drives
 from fcw.batch.identity import BatchOptions, identity_of
-from fcw.batch.ledger import DRIVES_NAME, RECORD_NAME, Record, State, read_record
+from fcw.batch.ledger import DRIVES_NAME, RECORD_NAME, Ledger, Record, State, read_record
+from fcw.batch.plan import plan_batch
 from fcw.batch.tables import TABLE_NAMES, write_tables
 from fcw.batch.work import Task, run_task
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
@@ -86,6 +87,21 @@ def test_a_record_that_a_full_disk_has_no_room_for_is_no_fault_of_the_program(tm
     failed = run_task(task)
     assert failed.state is State.FAILED
     assert "d.mp4: not a readable video" in failed.reason
+    assert "--retry" not in failed.reason  # nothing says that it failed
+
+
+def test_a_drive_that_fails_says_at_once_and_once_only_how_it_is_run_again(tmp_path):
+    source = tmp_path / "d.mp4"
+    source.write_bytes(b"no video")
+    (tmp_path / "d.calibration.yaml").write_bytes((DEMO / "drive.calibration.yaml").read_bytes())
+    options, ledger = BatchOptions("acf"), Ledger(tmp_path / "out")
+    (task,) = plan_batch(find_batch_drives([source]), options, ledger).tasks
+    failed = run_task(task)
+    assert failed.reason.endswith("; once it is mended, run it again with --retry")
+    again = plan_batch(find_batch_drives([source]), options, Ledger(tmp_path / "out"))
+    assert [record.reason for record in again.records] == [failed.reason]
+    retried = plan_batch(find_batch_drives([source]), options, Ledger(tmp_path / "out"), retry=True)
+    assert len(retried.tasks) == 1
 
 
 def test_the_tables_of_a_batch_fit_each_other_on_a_full_disk_too(tmp_path, monkeypatch):
