@@ -29,7 +29,7 @@ KIND_COLORS = {
     NEAR_MISS: "rgb(214, 51, 132)",
     MOUNT_MOVED: "rgb(134, 92, 214)",
     NOTHING_SEEN: "rgb(121, 85, 72)",
-    CUT: "rgb(34, 139, 230)",
+    CUT: "rgb(120, 124, 128)",
 }
 OTHER_COLOR = "rgb(134, 142, 150)"
 MISSED_COLOR = "rgb(230, 73, 128)"

@@ -3,7 +3,10 @@
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from itertools import combinations
 
+import cv2
+import numpy as np
 import pytest
 from review_drives import ADVISORY_S, CAUTION_S, MOVED_S, NEAR_MISS_S, RATE_HZ, WARNING_END_S
 
@@ -21,10 +24,25 @@ from fcw.annotation.review import JudgedEvent, fold, judged_events
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.strip import _missed_ends_html
-from fcw_viz.review_app.time.timeline import drawn_events, labelled_spans, timeline_svg
+from fcw_viz.review_app.time.timeline import KIND_COLORS, drawn_events, labelled_spans, timeline_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 TIME = "2026-11-20T10:00:00.00000{}Z"
+
+
+JUST_NOTICEABLE = 2.3
+"""Distance of two colours in CIELAB that an eye just tells apart side by side (Mahy et al. 1994)."""
+
+
+def rgb(color: str) -> list[int]:
+    return [int(part) for part in re.findall(r"\d+", color)]
+
+
+def test_the_colours_of_two_kinds_of_events_are_never_alike():
+    colors = np.array([[rgb(color) for color in KIND_COLORS.values()]], np.float32) / 255
+    (lab,) = cv2.cvtColor(colors, cv2.COLOR_RGB2Lab)
+    for (kind, one), (other_kind, other) in combinations(zip(KIND_COLORS, lab, strict=True), 2):
+        assert np.linalg.norm(one - other) > 8 * JUST_NOTICEABLE, f"{kind}, {other_kind}"
 
 
 def entries(*said):
