@@ -98,7 +98,7 @@ def folder_html(
         left = count - most
         words = f"{left} more {what}" if left <= MORE_LISTED else f"{MORE_LISTED} of {left} more {what}"
         rows += f"<button {says('more:')}>{words}</button>"
-    found = f"<p>{count} match the filter.</p>" if count < of else ""
+    found = f"<p>{count} match{'es' * (count == 1)} the filter.</p>" if count < of else ""
     failed = ""
     if unfinished and asked.listed is not Listed.UNFINISHED:
         words = f"{len(unfinished)} drive{'s' * (len(unfinished) != 1)} not done"

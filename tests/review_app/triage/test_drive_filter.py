@@ -115,6 +115,12 @@ def test_drives_are_listed_that_have_an_event_as_asked_for(asked: DriveFilter, n
     assert [one.name for one in asked.drives(CARDS)] == names
 
 
+def test_how_many_match_the_filter_is_said_in_the_number_that_they_have():
+    for text, words in (("bend", "1 matches the filter."), ("a", "2 match the filter."), ("x", "0 match")):
+        assert f"<p>{words}" in folder_html("drives", CARDS, 0, 1000.0, DriveFilter(text))
+    assert "the filter" not in folder_html("drives", CARDS, 0, 1000.0)
+
+
 def test_the_next_unjudged_event_comes_from_this_drive_first_then_from_the_next():
     asked = DriveFilter()
     assert asked.next_unjudged(CARDS, None, None) == ("Alps", 1)
