@@ -30,6 +30,7 @@ class ListedDrive:
         camera: name of the folder that holds the source.
         begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
         notes: what a person should know of it.
+        source: its file; empty in lists of before it was kept.
     """
 
     drive: str
@@ -42,6 +43,7 @@ class ListedDrive:
     camera: str = ""
     begun_utc_ns: int | None = None
     notes: tuple[str, ...] = ()
+    source: str = ""
 
     @staticmethod
     def of(folder: Path, log: DriveLog, events: tuple[DriveEvent, ...], record: Record) -> "ListedDrive":
@@ -65,6 +67,7 @@ class ListedDrive:
             record.camera,
             header.begun_utc_ns(int(series.time_ns[0])),
             record.notes,
+            record.source,
         )
 
 
@@ -89,6 +92,7 @@ def fill_review_list(path: Path, drives: Iterable[ListedDrive]) -> None:
             "camera": one.camera,
             "begun_utc_ns": one.begun_utc_ns,
             "notes": one.notes,
+            "source": one.source,
         }
         for one in drives
     ]
@@ -104,6 +108,7 @@ def fill_review_list(path: Path, drives: Iterable[ListedDrive]) -> None:
             "camera": pa.string(),
             "begun_utc_ns": pa.int64(),
             "notes": pa.list_(pa.string()),
+            "source": pa.string(),
         }
     )
     pq.write_table(pa.Table.from_pylist(rows, schema), path, compression="zstd")

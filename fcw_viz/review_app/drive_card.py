@@ -40,6 +40,7 @@ class DriveCard:
         camera: the folder of its source, as a batch noted it; empty where none did.
         begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
         notes: what a person should know of it, as its run or its batch told.
+        file: the path of its source, as a batch noted it; empty where none did.
     """
 
     name: str
@@ -58,6 +59,7 @@ class DriveCard:
     camera: str = ""
     begun_utc_ns: int | None = None
     notes: tuple[str, ...] = ()
+    file: str = ""
 
     @property
     def date(self) -> str:
@@ -122,6 +124,7 @@ def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: st
         camera="" if record is None else record.camera,
         begun_utc_ns=drive.zero_utc_ns,
         notes=drive.notes if record is None else record.notes,
+        file="" if record is None else record.source,
     )
 
 
@@ -182,5 +185,6 @@ def listed_card(name: str, path: Path, listed: ListedDrive) -> DriveCard:
         camera=listed.camera,
         begun_utc_ns=listed.begun_utc_ns,
         notes=listed.notes,
+        file=listed.source,
         review_troubles=review_troubles(troubles, len(lost)),
     )

@@ -186,10 +186,10 @@ def test_notes_on_a_drive_are_in_the_table_on_the_fleets_page_and_in_the_list(ba
     assert html.count("&lt;end&gt; of the file is missing") == 1
 
 
-def test_a_list_without_notes_as_earlier_batches_wrote_it_is_read(batch, tmp_path):
+def test_a_list_without_notes_and_files_as_earlier_batches_wrote_it_is_read(batch, tmp_path):
     (tmp_path / "a").mkdir()
     os.link(batch / "a" / MCAP_NAME, tmp_path / "a" / MCAP_NAME)
-    earlier = pq.read_table(batch / REVIEW_LIST_NAME).drop_columns(["notes"])
+    earlier = pq.read_table(batch / REVIEW_LIST_NAME).drop_columns(["notes", "source"])
     pq.write_table(earlier, tmp_path / REVIEW_LIST_NAME)
     assert [one.notes for one in read_review_list(tmp_path).values()] == [()]
 

@@ -7,15 +7,16 @@ from pathlib import Path
 
 from export_drives import drive_header, marked_drive, write_log
 
-from fcw.batch.ledger import DRIVES_NAME, Record, State
+from fcw.batch.ledger import DRIVES_NAME, Record, State, write_record
+from fcw.batch.review_list import read_review_list
 from fcw.batch.tables import unfinished_drives, write_tables
 from fcw.logs.export.clip import find_drives
 from fcw.logs.names import MCAP_NAME
 from fcw_viz.review_app.drive import Drive
-from fcw_viz.review_app.drive_card import DriveCard
+from fcw_viz.review_app.drive_card import DriveCard, listed_card, read_card
 from fcw_viz.review_app.folder import Folder
 from fcw_viz.review_app.panels.folder_list import folder_html
-from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
+from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed, Order
 
 
 def test_what_the_batch_wrote_is_shown_without_opening_a_log(tmp_path, monkeypatch):
@@ -85,6 +86,27 @@ def test_keys_lead_to_every_row_and_open_those_that_have_something_to_open(tmp_p
         html = folder_html("drives", cards, 0, 1000.0, DriveFilter(listed=listed), unfinished=[torn])
         assert set(re.findall('data-fcw-item="(.*?)" tabindex="0"', html)) == names
         assert html.count('role="link"') == opening
+
+
+def test_drives_of_a_batch_show_their_cameras_and_where_files_have_one_name_their_paths(tmp_path):
+    files = {"FILE0001": ("van", "/mon/van/FILE0001.mp4"), "FILE0001-1f": ("van", "/tue/van/FILE0001.mp4")}
+    files |= {"own": ("bus", "/mon/bus/own.mp4")}
+    records = []
+    for name, (camera, file) in files.items():
+        write_log(tmp_path / name / MCAP_NAME, marked_drive(30), drive_header())
+        records.append(Record(name, file, camera, State.DONE, duration_s=1.2))
+        write_record(records[-1], tmp_path / name)
+    write_tables(tmp_path, records)
+    listed = read_review_list(tmp_path)
+    assert len(listed) == 3
+    for cards in (
+        [listed_card(log.parent.name, log, one) for log, one in listed.items()],
+        [read_card(log.parent.name, log) for log in listed],
+    ):
+        _, *rows = folder_html("drives", cards, 0, 1000.0, DriveFilter(order=Order.NAME)).split("<header>")
+        for row, (name, (camera, file)) in zip(rows, files.items(), strict=True):
+            assert f"<b>{name}</b><span>{camera}</span>" in row
+            assert (file in row) == (name != "own")
 
 
 def test_a_long_list_is_drawn_in_parts(tmp_path):

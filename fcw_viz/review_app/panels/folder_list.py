@@ -1,9 +1,10 @@
 """The list of a folder's drives with their events, the worst first."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
+from pathlib import PurePath
 
 from fcw.batch.ledger import Record
 from fcw_viz.page.channel import is_item, says
@@ -93,7 +94,8 @@ def folder_html(
         axis_px = width_px - (AROUND_PX if width_px < NARROW_PX else BESIDE_PX)
         drives, what = asked.drives(cards), "drives"
         count, of = len(drives), len(cards)
-        rows = "".join(_row(card, axis_px, asked) for card in drives[:most])
+        alike = _alike_files(cards)
+        rows = "".join(_row(card, axis_px, asked, card.file in alike) for card in drives[:most])
     if count > most:
         left = count - most
         words = f"{left} more {what}" if left <= MORE_LISTED else f"{MORE_LISTED} of {left} more {what}"
@@ -151,7 +153,16 @@ def _summary(cards: Sequence[DriveCard], unread: int, listed: Listed) -> str:
     return f"{' · '.join(parts)}. {_HINTS[listed]}"
 
 
-def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
+def _alike_files(cards: Sequence[DriveCard]) -> set[str]:
+    """Files of a batch that only their folders tell apart: the cameras' folders, or those above them."""
+    named: defaultdict[str, set[str]] = defaultdict(set)
+    for card in cards:
+        if card.file:
+            named[PurePath(card.file).name].add(card.file)
+    return {file for files in named.values() if len(files) > 1 for file in files}
+
+
+def _row(card: DriveCard, axis_px: float, asked: DriveFilter, shows_file: bool) -> str:
     if card.trouble:
         return (
             f'<div class="fcw-row still" {is_item(card.name, False)}><div class="fcw-thumb">?</div>'
@@ -179,13 +190,15 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter) -> str:
     # A mark of the time line opens the drive there: its message names the drive, too.
     svg = timeline_svg(axis, judged, card.review, None, None, card.imperial, f"open:{card.name}#")
     troubles = troubles_html(card.review_troubles, 1) if card.review_troubles else ""
-    notes = "".join(f'<p class="fcw-told">{escape(note)}</p>' for note in card.notes)
+    told = (card.file, *card.notes) if shows_file else card.notes
+    notes = "".join(f'<p class="fcw-told">{escape(one)}</p>' for one in told)
+    camera = f"<span>{escape(card.camera)}</span>" if card.camera else ""
     notice = "" if card.complete else "<span>not finished; shown up to its last frame</span>"
     return (
         f'<div class="fcw-row {"calm" if calm else ""}" data-drive="{escape(card.name)}" '
         f"{is_item(card.name)} {says(opens)}>"
         f'<div class="fcw-thumb"{thumbnail_style(card.thumbnail)}></div>'
-        f"<div><header><b>{escape(card.name)}</b>{notice}<span>{escape(counts)}</span>"
+        f"<div><header><b>{escape(card.name)}</b>{camera}{notice}<span>{escape(counts)}</span>"
         f"<span>{duration_text(card.duration_s)}</span></header>{worst}"
         f'<div class="fcw-whole" style="height:{HEIGHT_PX:.0f}px">{svg}</div>{notes}{troubles}</div></div>'
     )
