@@ -43,6 +43,7 @@ figure { margin: 0 }
 figure img, figure i { width: 100%; aspect-ratio: 16/9; display: block; background: #dde3ea }
 figcaption { font-size: 13px; overflow-wrap: anywhere }
 li { overflow-wrap: anywhere }
+ol { columns: 240px; padding-left: 3rem }
 """
 
 
@@ -134,6 +135,10 @@ class Fleet:
         charts = "".join(chart.svg() for chart in self.charts()) if self.names else ""
         moments = "".join(_moment_html(out, name, event) for name, event in self.moments)
         notes = "".join(f"<li>{escape(name)}: {escape(note)}</li>" for name, note in self.notes)
+        drives = "".join(
+            f"<li>{escape(name)}{f' ({escape(camera)})' if camera else ''}</li>"
+            for name, camera in zip(self.names, self.cameras, strict=True)
+        )
         return (
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>Fleet</title>'
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -141,6 +146,7 @@ class Fleet:
             f"{self._unfinished_html()}"
             f'<h2>Worst moments</h2><div class="moments">{moments or "None."}</div>'
             f'<h2>The fleet</h2><div class="charts">{charts}</div>'
+            f"<h2>The drives by number</h2><ol>{drives or '<li>None.</li>'}</ol>"
             f"<h2>Notes on the drives</h2><ul>{notes or '<li>None.</li>'}</ul></html>\n"
         )
 
@@ -175,14 +181,13 @@ class Fleet:
         cameras = sorted(set(self.cameras))
         if len(cameras) > MOST_CAMERAS:
             cameras = [""]
-        series = [
-            Series(
-                camera if len(cameras) > 1 else "",
-                [(x, y) for x, y, of in zip(xs, values, self.cameras, strict=True) if camera in ("", of)],
-                dot_px=4,
-            )
-            for camera in cameras
-        ]
+        series = []
+        for camera in cameras:
+            shown = [number for number, of in enumerate(self.cameras) if camera in ("", of)]
+            points = [(xs[number], values[number]) for number in shown]
+            names = [f"{number + 1}. {self.names[number]}: {values[number]:.2f}" for number in shown]
+            legend = camera if len(cameras) > 1 else ""
+            series.append(Series(legend, points, dot_px=4, point_names=names))
         return Chart(title, label, y_label, x_range, y_range, series, x_ticks=ticks)
 
 

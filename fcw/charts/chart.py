@@ -3,6 +3,8 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +36,7 @@ class Series:
         color: as CSS writes it; empty for the next one of the chart's own.
         band: x, low and high of a band about a line; it is cut at the axes' ends.
         mark: a point of a line to mark.
+        point_names: of points that are not joined, told while the mouse is over one; empty for none.
     """
 
     name: str
@@ -43,6 +46,7 @@ class Series:
     color: str = ""
     band: Sequence[tuple[float, float, float]] = ()
     mark: tuple[float, float] | None = None
+    point_names: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +137,11 @@ class Chart:
             if places:
                 yield element("polyline", points=places, fill="none", stroke=color, stroke_width=2)
         else:
-            for cx, cy in places:
-                yield element("circle", cx=cx, cy=cy, r=series.dot_px, fill=color, fill_opacity=DOT_OPACITY)
+            names = series.point_names or [""] * len(at)
+            for (cx, cy), name in zip(places, compress(names, inside), strict=True):
+                title = [element("title", escape(name))] if name else []
+                dot = {"cx": cx, "cy": cy, "r": series.dot_px, "fill": color, "fill_opacity": DOT_OPACITY}
+                yield element("circle", *title, **dot)
         if series.mark is not None and all(map(math.isfinite, series.mark)):
             yield element("circle", cx=x.px(series.mark[0]), cy=y.px(series.mark[1]), r=5, fill=color)
 

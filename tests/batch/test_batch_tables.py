@@ -216,6 +216,16 @@ def test_drives_that_say_when_they_were_stand_over_days_each_camera_in_its_colou
     assert undated.charts()[0].x_label.startswith("number of the drive")
 
 
+def test_each_dot_has_its_drives_name_and_its_number_in_a_list_of_all():
+    names, rates = ["<a>", "b", "c"], [1.0, 2.0, np.nan]
+    fleet = Fleet(names, ["van", "bus", ""], [None] * 3, rates, [0.1, 0.2, 0.3])
+    charts = [ElementTree.fromstring(chart.svg()) for chart in fleet.charts()[:2]]
+    told = [{dot.findtext("{*}title") for dot in chart.iterfind(".//{*}circle")} for chart in charts]
+    assert told == [{"1. <a>: 1.00", "2. b: 2.00"}, {"1. <a>: 0.10", "2. b: 0.20", "3. c: 0.30"}]
+    (listed,) = re.findall(r"<ol>(.*?)</ol>", fleet.html(Path()))
+    assert listed == "<li>&lt;a&gt; (van)</li><li>b (bus)</li><li>c</li>"
+
+
 def test_a_fleet_without_any_drive_is_a_page_too(tmp_path):
     assert write_tables(tmp_path, [Record("torn", "/d/torn.mp4", "van", State.FAILED, "torn")]) == (0, ())
     assert "0 drives" in (tmp_path / FLEET_NAME).read_text()

@@ -48,6 +48,13 @@ def test_points_outside_the_axes_are_left_out():
     assert [title.text for title in root.findall("{*}title")] == ["a < b"]
 
 
+def test_a_point_has_its_own_name_also_where_others_are_left_out():
+    points = [(1.0, math.nan), (2.0, 1.0), (50.0, 1.0), (4.0, 1.0)]
+    root = drawn(Series("", points, point_names=["none", "b & c", "far", ""]))
+    circles = root.findall(".//{*}circle")
+    assert [circle.findtext("{*}title") for circle in circles] == ["b & c", None]
+
+
 def test_names_that_do_not_fit_beside_each_other_stand_below_each_other():
     names = ["a name as long as half of the chart, and more than that"] * 3
     root = drawn(*(Series(name, [(1.0, 1.0), (2.0, 1.5)], line=True) for name in names))
