@@ -100,9 +100,9 @@ def _rear_face(track: Track, calibration: Calibration) -> tuple[float, ...]:
     along_m = track.distance_m + calibration.reference_offset_m
     if not (math.isfinite(along_m) and math.isfinite(track.lateral_m)):
         return (UNKNOWN_SIZE_M,) * 3 + (UNKNOWN_PLACE_M,) * 3
-    width_m, height_m = rear_size_m(track, calibration)
+    _, height_m = rear_size_m(track, calibration)  # the box is wider where it shows a side, too
     camera = calibration.camera
     sine, cosine = math.sin(camera.pitch_rad), math.cos(camera.pitch_rad)
     down_m = camera.height_m * cosine - along_m * sine
     forward_m = along_m * cosine + camera.height_m * sine
-    return height_m, width_m, REAR_LENGTH_M, -track.lateral_m, down_m, forward_m
+    return height_m, track.width_m, REAR_LENGTH_M, -track.lateral_m, down_m, forward_m

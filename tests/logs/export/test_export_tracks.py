@@ -36,7 +36,10 @@ KITTI_COLUMNS = [
 ]
 metres = st.floats(2, 150)
 box_strategy = st.builds(Box, st.floats(-50, 700), st.floats(-50, 400), st.floats(1, 300), st.floats(1, 300))
-tracks_strategy = st.lists(st.tuples(box_strategy, st.floats(-5, 50), metres, st.floats(-9, 9)), max_size=3)
+widths = st.floats(1.5, 2.6)
+tracks_strategy = st.lists(
+    st.tuples(box_strategy, st.floats(-5, 50), metres, st.floats(-9, 9), widths), max_size=3
+)
 
 
 def drawn_drive(data: st.DataObject, any_frame_result: st.SearchStrategy[FrameResult]) -> list[FrameResult]:
@@ -44,8 +47,11 @@ def drawn_drive(data: st.DataObject, any_frame_result: st.SearchStrategy[FrameRe
     results = []
     for drawn in data.draw(st.lists(tracks_strategy, min_size=1, max_size=5)):
         tracks = tuple(
-            Track(i + 1, box, score, far, far, far, left, 0, 1, None, 0, list(SeenBy)[i % 3], False)
-            for i, (box, score, far, left) in enumerate(drawn)
+            Track(
+                *(i + 1, box, score, far, far, far, left, 0, 1, None, 0, list(SeenBy)[i % 3], False),
+                width_m=width_m,
+            )
+            for i, (box, score, far, left, width_m) in enumerate(drawn)
         )
         results.append(replace(data.draw(any_frame_result), tracks=tracks))
     return in_time(results)
@@ -90,8 +96,8 @@ def test_kitti_lines_hold_the_boxes_and_where_the_rear_stands_in_the_camera(any_
         assert camera.focal_y_px * x / z + camera.principal_column_px == pytest.approx(
             calibration.column_at(track.lateral_m, track.distance_m)
         )
-        assert width * camera.focal_y_px / z == pytest.approx(track.box.w)
-        assert length == 0
+        assert (width, length) == (track.width_m, 0)
+        assert float(row["height"]) * camera.focal_y_px / z == pytest.approx(track.box.h)
 
 
 def test_our_own_reader_of_kitti_labels_finds_the_distance(tmp_path):
