@@ -19,6 +19,10 @@ SCALE_AFTER_M = 100.0
 """The scale is judged after so much way."""
 SCALE_SAID = 0.04
 """A ratio farther from one is said: people's speedometers and GPS, and ours, are as good as 3 %."""
+STANDS_BELOW_MPS, DRIVES_ABOVE_MPS = 1.0, 5.0
+"""A given speed below the one and the picture's above the other contradict each other, whatever the scale."""
+CONTRADICTED_S = 2.0
+"""Altogether; less may be the picture's error, as where somebody passes in front of a car that stands."""
 BLIND_AFTER_S = 1.0
 """From one picture to the next; drivers take about as long to react."""
 SLOWEST_HZ = 9.5
@@ -65,6 +69,7 @@ class OwnMotionSummary:
     _last_ns: int | None = None
     _by_picture_m: float = 0.0
     _given_m: float = 0.0
+    _contradicted_s: float = 0.0
 
     def add(self, result: FrameResult) -> None:
         """Take in the next frame's result."""
@@ -80,14 +85,13 @@ class OwnMotionSummary:
         self.mount = motion.mount
         self.given += motion.speed_source is SpeedSource.GIVEN
         by_picture_mps = motion.picture_speed_mps
-        if (
-            motion.speed_source is SpeedSource.GIVEN
-            and speed_mps is not None
-            and by_picture_mps is not None
-            and speed_mps > SCALE_ABOVE_MPS
-        ):
+        if motion.speed_source is not SpeedSource.GIVEN or speed_mps is None or by_picture_mps is None:
+            return
+        if speed_mps > SCALE_ABOVE_MPS:
             self._by_picture_m += by_picture_mps * dt_s
             self._given_m += speed_mps * dt_s
+        elif speed_mps < STANDS_BELOW_MPS and by_picture_mps > DRIVES_ABOVE_MPS:
+            self._contradicted_s += dt_s
 
     @property
     def scale_ratio(self) -> float | None:
@@ -100,6 +104,19 @@ class OwnMotionSummary:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know of it."""
+        return (*self._contradicted_notes, *self._scale_notes)
+
+    @property
+    def _contradicted_notes(self) -> tuple[str, ...]:
+        if self._contradicted_s < CONTRADICTED_S:
+            return ()
+        return (
+            f"the own speed that was given says for {self._contradicted_s:.1f} s that you stand, while the "
+            "picture says that you drive: check it, as warnings are missing there if it is wrong",
+        )
+
+    @property
+    def _scale_notes(self) -> tuple[str, ...]:
         ratio = self.scale_ratio
         if ratio is None or abs(ratio - 1) < SCALE_SAID:
             return ()

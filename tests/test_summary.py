@@ -220,3 +220,14 @@ def test_without_a_given_speed_or_with_little_way_there_is_no_scale() -> None:
     assert (
         summed(*(moved(k, 20.0, 19.0) for k in range(20))).as_json(1.0)["own_motion"]["scale_ratio"] is None
     )
+
+
+def test_a_given_standstill_while_the_picture_drives_is_told() -> None:
+    (note,) = summed(*(moved(k, 0.0, 17.0) for k in range(31))).all_notes
+    assert note == (
+        "the own speed that was given says for 3.0 s that you stand, while the picture says that you drive: "
+        "check it, as warnings are missing there if it is wrong"
+    )
+    assert summed(*(moved(k, 0.0, 17.0) for k in range(15))).all_notes == ()  # 1.4 s
+    assert summed(*(moved(k, 0.0, 0.2) for k in range(31))).all_notes == ()
+    assert summed(*(moved(k, None, 17.0) for k in range(31))).all_notes == ()

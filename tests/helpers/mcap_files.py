@@ -44,6 +44,11 @@ float64 x
 float64 y
 float64 z
 """
+COVARIANT = """================================================================================
+MSG: geometry_msgs/TwistWithCovariance
+geometry_msgs/Twist twist
+float64[36] covariance
+"""
 ROS_SCHEMAS = {
     "sensor_msgs/msg/CompressedImage": "std_msgs/Header header\nstring format\nuint8[] data\n" + HEADER,
     "sensor_msgs/msg/Image": (
@@ -51,6 +56,9 @@ ROS_SCHEMAS = {
         "uint32 step\nuint8[] data\n" + HEADER
     ),
     "geometry_msgs/msg/TwistStamped": "std_msgs/Header header\ngeometry_msgs/Twist twist\n" + HEADER + VECTOR,
+    "geometry_msgs/msg/TwistWithCovarianceStamped": (
+        "std_msgs/Header header\ngeometry_msgs/TwistWithCovariance twist\n" + HEADER + COVARIANT + VECTOR
+    ),
     "sensor_msgs/msg/CameraInfo": (
         "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n"
         "float64[9] k\nfloat64[9] r\nfloat64[12] p\n" + HEADER

@@ -79,13 +79,14 @@ def mcap_facts(path: Path, topic: str | None = None) -> McapFacts:
     calibration = None
     if attached is not None:
         calibration = parse_calibration(attached.decode("utf-8", "replace"), f"{path}: {CALIBRATION_NAME}")
-    ego_speed, note = _ego_speed(file, Clock.of(file, pictures.name).stamps and not is_own_log(file))
+    ego_speed, notes = _ego_speed(file, Clock.of(file, pictures.name).stamps and not is_own_log(file))
     field_of_view_rad, camera_topic = _field_of_view(file)
-    return McapFacts(calibration, ego_speed, field_of_view_rad, camera_topic, (note,) if note else ())
+    return McapFacts(calibration, ego_speed, field_of_view_rad, camera_topic, notes)
 
 
-def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, str]:
+def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str, ...]]:
     """The own speed, and in words where it is from or why it is not used."""
+    notes: tuple[str, ...] = ()
     for kind, speed_of in _SPEEDS.items():
         topics = [
             topic.name
@@ -97,14 +98,21 @@ def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, str]:
         ]
         if len(topics) > 1:
             return None, (
+                *notes,
                 f"{file.path.name}: the own speed may be in {' or '.join(topics)} ({kind}); "
-                "none is used: give it with --ego-speed"
+                "none is used: give it with --ego-speed",
             )
         if topics:
             speed = _speeds(file, topics[0], speed_of, stamps)
+            if speed is not None and (kind == RESULT_TYPE or any(speed.speeds_mps)):
+                return speed, (*notes, f"{file.path.name}: own speed from {topics[0]} ({kind})")
             if speed is not None:
-                return speed, f"{file.path.name}: own speed from {topics[0]} ({kind})"
-    return None, ""
+                # Who knows only places leaves the speed empty; if we stood, nothing would be warned of.
+                notes += (
+                    f"{file.path.name}: the own speed in {topics[0]} ({kind}) is 0 throughout, as where "
+                    "nobody filled it in: it is not used; if you stood, give it with --ego-speed 0",
+                )
+    return None, notes
 
 
 def _speeds(file: McapFile, topic: str, speed_of: Callable[[Any], float], stamps: bool) -> EgoSpeed | None:

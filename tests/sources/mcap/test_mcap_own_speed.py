@@ -1,0 +1,64 @@
+"""The own speed in an MCAP file of others: which of its messages are used, and what is said of the rest."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from mcap_files import DELAY_NS, START_NS, ros_file, ros_image, ros_twist
+
+from fcw.sources.mcap.facts import McapFacts, mcap_facts
+
+IMAGE, TWIST = "sensor_msgs/msg/Image", "geometry_msgs/msg/TwistStamped"
+COVARIANT = "geometry_msgs/msg/TwistWithCovarianceStamped"
+PERIOD_NS = 100_000_000
+TWIST_NOTE = "drive.mcap: own speed from /twist (geometry_msgs/TwistStamped)"
+
+Message = tuple[str, str, int, Any]
+
+
+def picture(time_ns: int = START_NS) -> Message:
+    grey = np.zeros((4, 6, 1), np.uint8)
+    return "/camera", IMAGE, time_ns + DELAY_NS, ros_image(grey, "mono8", time_ns)
+
+
+def twist(number: int, speed_mps: float, late_ns: int = 0, topic: str = "/twist") -> Message:
+    """A speed ten times a second, whose stamp may be late by some time."""
+    time_ns = START_NS + number * PERIOD_NS
+    return topic, TWIST, time_ns + DELAY_NS, ros_twist(time_ns + late_ns, speed_mps)
+
+
+def facts(folder: Path, messages: Sequence[Message]) -> McapFacts:
+    return mcap_facts(ros_file(folder / "drive.mcap", [picture(), *messages]))
+
+
+def test_a_speed_that_is_0_throughout_is_as_good_as_none(tmp_path: Path) -> None:
+    found = facts(tmp_path, [twist(number, 0.0) for number in range(10)])
+    assert found.ego_speed is None
+    assert found.notes == (
+        "drive.mcap: the own speed in /twist (geometry_msgs/TwistStamped) is 0 throughout, as where nobody "
+        "filled it in: it is not used; if you stood, give it with --ego-speed 0",
+    )
+
+
+def test_who_stands_at_times_stands(tmp_path: Path) -> None:
+    found = facts(tmp_path, [twist(number, 0.0 if number < 9 else 0.5) for number in range(10)])
+    assert found.ego_speed is not None
+    assert found.ego_speed.at(START_NS) == 0.0
+    assert found.notes == (TWIST_NOTE,)
+
+
+def test_after_one_that_is_0_throughout_the_next_kind_is_asked(tmp_path: Path) -> None:
+    empty = [_with_covariance(twist(number, 0.0, topic="/gps")) for number in range(10)]
+    found = facts(tmp_path, [*empty, *(twist(number, 20.0) for number in range(10))])
+    assert found.ego_speed is not None
+    assert found.ego_speed.at(START_NS) == 20.0
+    assert ["/gps" in note for note in found.notes] == [True, False]
+    assert found.notes[1] == TWIST_NOTE
+
+
+def _with_covariance(message: Message) -> Message:
+    topic, _, log_ns, stamped = message
+    twist = SimpleNamespace(twist=stamped.twist, covariance=[0.0] * 36)
+    return topic, COVARIANT, log_ns, SimpleNamespace(header=stamped.header, twist=twist)
