@@ -9,7 +9,7 @@ from typing import Any
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import parse_calibration
-from fcw.sources.mcap.file import Clock, McapFile
+from fcw.sources.mcap.file import Clock, McapFile, stray_notes
 from fcw.sources.mcap.source import is_own_log, picture_topic
 from fcw.warning.ego_speed import HIGHEST_SPEED_MPS, EgoSpeed
 
@@ -103,9 +103,10 @@ def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str
                 "none is used: give it with --ego-speed",
             )
         if topics:
-            speed = _speeds(file, topics[0], speed_of, stamps)
+            speed, strays = _speeds(file, topics[0], speed_of, stamps)
             if speed is not None and (kind == RESULT_TYPE or any(speed.speeds_mps)):
-                return speed, (*notes, f"{file.path.name}: own speed from {topics[0]} ({kind})")
+                notes += (f"{file.path.name}: own speed from {topics[0]} ({kind})",)
+                return speed, (*notes, *stray_notes(f"{file.path.name}: {topics[0]}", strays, "message"))
             if speed is not None:
                 # Who knows only places leaves the speed empty; if we stood, nothing would be warned of.
                 notes += (
@@ -115,19 +116,22 @@ def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str
     return None, notes
 
 
-def _speeds(file: McapFile, topic: str, speed_of: Callable[[Any], float], stamps: bool) -> EgoSpeed | None:
-    clock = Clock(stamps, 0)
-    times_s: list[float] = []
-    speeds_mps: list[float] = []
-    for message in file.messages([topic]):
+def _speeds(
+    file: McapFile, topic: str, speed_of: Callable[[Any], float], stamps: bool
+) -> tuple[EgoSpeed | None, int]:
+    """The speeds of a topic in the order of their times, and how many stamps of it are stray."""
+    speeds_mps: dict[float, float] = {}
+    strays = 0
+    for message, time_ns, stray in Clock(stamps, 0).timed(file.messages([topic])):
         speed_mps = message.read(lambda content: float(speed_of(content)))
         if speed_mps is None or not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
             continue
-        time_s = clock.time_ns(message) / 1e9
-        if not times_s or time_s > times_s[-1]:
-            times_s.append(time_s)
-            speeds_mps.append(speed_mps)
-    return EgoSpeed(tuple(times_s), tuple(speeds_mps)) if times_s else None
+        speeds_mps.setdefault(time_ns / 1e9, speed_mps)
+        strays += stray
+    if not speeds_mps:
+        return None, strays
+    times_s = sorted(speeds_mps)
+    return EgoSpeed(tuple(times_s), tuple(speeds_mps[time_s] for time_s in times_s)), strays
 
 
 def _field_of_view(file: McapFile) -> tuple[float | None, str]:

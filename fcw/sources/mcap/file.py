@@ -1,11 +1,14 @@
 """An MCAP file of anybody's, read as a stream: its topics, the messages of some of them, its attachments."""
 
 import struct
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO, TypeVar
+from statistics import median_high
+from typing import Any, BinaryIO, NamedTuple, TypeVar
 
 from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
@@ -36,6 +39,10 @@ Decoder = Callable[[bytes], object]
 Read = TypeVar("Read")
 DELAY_MARGIN_NS = 2_000_000_000
 """How much sooner than the first message, counted from its stamp, another may have been logged."""
+BESIDE = 3
+"""So many messages before one, and as many after it, tell how late it should have been logged."""
+STRAY_NS = 5_000_000_000
+"""No message is on its way so much longer or shorter than those beside it: its stamp is wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +94,25 @@ class Logged:
         stamp_ns = self.read(_stamp_ns)
         return stamp_ns if stamp_ns is not None and 0 < abs(stamp_ns) <= LATEST_NS else None
 
+    @property
+    def delay_ns(self) -> int | None:
+        """How much later than its stamp it was logged; None without one."""
+        return None if (stamp_ns := self.stamp_ns) is None else self.log_ns - stamp_ns
+
+
+class Timed(NamedTuple):
+    """A message and its time.
+
+    Attributes:
+        message: the message.
+        time_ns: its time on its topic's clock.
+        stray: whether its stamp says another one, which cannot be.
+    """
+
+    message: Logged
+    time_ns: int
+    stray: bool = False
+
 
 @dataclass(frozen=True, slots=True)
 class Clock:
@@ -94,7 +120,7 @@ class Clock:
 
     Attributes:
         stamps: whether they are the messages' own stamps; else log times.
-        delay_ns: how much later than its time the first message was logged.
+        delay_ns: how much later than their times the first messages were logged.
     """
 
     stamps: bool
@@ -102,14 +128,37 @@ class Clock:
 
     @classmethod
     def of(cls, file: "McapFile", topic: str) -> "Clock":
-        """The clock that the first message of a topic shows."""
-        first = next(file.messages([topic]), None)
-        stamp_ns = None if first is None else first.stamp_ns
-        return cls(False, 0) if first is None or stamp_ns is None else cls(True, first.log_ns - stamp_ns)
+        """The clock that the first messages of a topic show."""
+        first = [message.delay_ns for message in islice(file.messages([topic]), 2 * BESIDE + 1)]
+        if not first or first[0] is None:
+            return cls(False, 0)
+        return cls(True, median_high(delay_ns for delay_ns in first if delay_ns is not None))
 
-    def time_ns(self, message: Logged) -> int:
-        """A message's time; of one that nobody stamped, when it was logged less the delay."""
-        return (message.stamp_ns if self.stamps else None) or message.log_ns - self.delay_ns
+    def timed(self, messages: Iterable[Logged]) -> Iterator[Timed]:
+        """Messages of a topic with their times, in the order in which they come.
+
+        One that nobody stamped, or whose stamp is stray, has the time at which it was logged, less what those
+        beside it took. They alone are asked: over a recording a clock may drift, and be set.
+        """
+        if not self.stamps:
+            yield from (Timed(message, message.log_ns) for message in messages)
+            return
+        messages = iter(messages)
+        before: deque[int] = deque(maxlen=BESIDE)
+        ahead: deque[Logged] = deque()
+        while True:
+            ahead.extend(islice(messages, BESIDE + 1 - len(ahead)))
+            if not ahead:
+                return
+            delays = [*before, *(each.delay_ns for each in ahead if each.delay_ns is not None)]
+            usual_ns = median_high(delays) if delays else self.delay_ns
+            message = ahead.popleft()
+            delay_ns = message.delay_ns
+            stray = delay_ns is not None and abs(delay_ns - usual_ns) > STRAY_NS
+            used_ns = usual_ns if stray or delay_ns is None else delay_ns
+            yield Timed(message, message.log_ns - used_ns, stray)
+            if delay_ns is not None:
+                before.append(delay_ns)
 
     def search_ns(self, time_ns: int) -> int:
         """A log time surely before that of a message with a time."""
@@ -235,6 +284,21 @@ class McapFile:
         except DAMAGED:
             self.torn = True
         return channels, schemas, counts
+
+
+def stray_notes(label: str, strays: int, what: str) -> tuple[str, ...]:
+    """That times of a topic are not those of its stamps; nothing where they are.
+
+    Args:
+        label: file and topic.
+        strays: number of messages with a stray stamp.
+        what: each of them is.
+    """
+    if not strays:
+        return ()
+    if strays == 1:
+        return (f"{label}: 1 {what} with a time stamp that cannot be: its log time counts",)
+    return (f"{label}: {strays} {what}s with time stamps that cannot be: their log times count",)
 
 
 def _stamp_ns(content: Any) -> int | None:  # noqa: ANN401 - of any schema

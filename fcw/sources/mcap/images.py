@@ -42,8 +42,8 @@ class McapImageSource:
         self._table_ns: NDArray[np.int64] | None = None
         beginning: list[int] = []
         size: ImageSize | None = None
-        for message in islice(file.messages([topic.name]), RATE_PICTURES):
-            beginning.append(self._clock.time_ns(message))
+        for message, time_ns, _ in islice(self._clock.timed(file.messages([topic.name])), RATE_PICTURES):
+            beginning.append(time_ns)
             if size is None and (image := self._image(message)) is not None:
                 size = _size(image)
         if size is None:
@@ -68,7 +68,8 @@ class McapImageSource:
     def times_ns(self) -> NDArray[np.int64]:
         """Times of all pictures, ascending, found in one pass over the file without decoding pictures."""
         if self._table_ns is None:
-            times = [self._clock.time_ns(message) for message in self._file.messages([self._topic.name])]
+            messages = self._clock.timed(self._file.messages([self._topic.name]))
+            times = [time_ns for _, time_ns, _ in messages]
             self._table_ns = np.unique(np.maximum.accumulate(np.array(times, np.int64)))
         return self._table_ns
 
@@ -85,8 +86,7 @@ class McapImageSource:
         search_ns: int | None = None
         if start_ns is not None and start_ns > self.times_ns[0]:
             search_ns = self._clock.search_ns(start_ns)
-        for message in self._file.messages([self._topic.name], search_ns):
-            time_ns = self._clock.time_ns(message)
+        for message, time_ns, _ in self._clock.timed(self._file.messages([self._topic.name], search_ns)):
             if last_ns is None and search_ns is not None:
                 index = int(np.searchsorted(self.times_ns, time_ns))
             if last_ns is not None and time_ns <= last_ns:

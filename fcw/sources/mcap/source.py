@@ -121,8 +121,7 @@ class _ForeignPackets:
         started = self._codec != "h264"
         before = 0
         search_ns = None if key_ns is None else self._clock.search_ns(key_ns)
-        for message in self._file.messages([self._topic.name], search_ns):
-            time_ns = self._clock.time_ns(message)
+        for message, time_ns, _ in self._clock.timed(self._file.messages([self._topic.name], search_ns)):
             if key_ns is not None and time_ns < key_ns:
                 continue
             data = message.read(lambda content: bytes(memoryview(content.data)))

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 from mcap_files import DELAY_NS, START_NS, ros_file, ros_image, ros_twist
 
 from fcw.sources.mcap.facts import McapFacts, mcap_facts
@@ -13,6 +14,7 @@ from fcw.sources.mcap.facts import McapFacts, mcap_facts
 IMAGE, TWIST = "sensor_msgs/msg/Image", "geometry_msgs/msg/TwistStamped"
 COVARIANT = "geometry_msgs/msg/TwistWithCovarianceStamped"
 PERIOD_NS = 100_000_000
+HOUR_NS = 3600 * 10**9
 TWIST_NOTE = "drive.mcap: own speed from /twist (geometry_msgs/TwistStamped)"
 
 Message = tuple[str, str, int, Any]
@@ -62,3 +64,33 @@ def _with_covariance(message: Message) -> Message:
     topic, _, log_ns, stamped = message
     twist = SimpleNamespace(twist=stamped.twist, covariance=[0.0] * 36)
     return topic, COVARIANT, log_ns, SimpleNamespace(header=stamped.header, twist=twist)
+
+
+def test_one_stamp_of_an_hour_later_leaves_the_speeds_as_they_are(tmp_path: Path) -> None:
+    late = {number: HOUR_NS if number in (0, 5) else 0 for number in range(20)}
+    found = facts(tmp_path, [twist(number, 10.0 + number, late[number]) for number in late])
+    assert found.ego_speed is not None
+    speeds = [found.ego_speed.at(START_NS + number * PERIOD_NS) for number in late]
+    # At the ends rounding may put a time just outside.
+    assert speeds[1:-1] == pytest.approx([10.0 + number for number in late][1:-1], abs=1e-4)
+    assert found.ego_speed.times_s[-1] == pytest.approx((START_NS + 19 * PERIOD_NS) / 1e9)
+    strays = "drive.mcap: /twist: 2 messages with time stamps that cannot be: their log times count"
+    assert found.notes == (TWIST_NOTE, strays)
+
+
+def test_speeds_are_sorted_by_their_stamps(tmp_path: Path) -> None:
+    numbers = [0, 2, 1, 3, 5, 4, 6]
+    messages = [twist(number, 10.0 + number) for number in numbers]
+    logged = [(*message[:2], START_NS + i, message[3]) for i, message in enumerate(messages)]
+    found = facts(tmp_path, logged)
+    assert found.ego_speed is not None
+    assert found.ego_speed.speeds_mps == (10, 11, 12, 13, 14, 15, 16)
+    assert found.notes == (TWIST_NOTE,)
+
+
+def test_a_clock_that_is_set_while_recording_is_followed(tmp_path: Path) -> None:
+    found = facts(tmp_path, [twist(number, 10.0, HOUR_NS if number >= 10 else 0) for number in range(20)])
+    assert found.ego_speed is not None
+    first_s = START_NS / 1e9
+    assert found.ego_speed.times_s[9:11] == pytest.approx((first_s + 0.9, first_s + 3601.0))
+    assert found.notes == (TWIST_NOTE,)
