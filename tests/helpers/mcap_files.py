@@ -1,10 +1,10 @@
 """MCAP files as others make them: with Foxglove's SDK and with the ROS 2 registry's own writer."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import av
@@ -133,13 +133,19 @@ def encoded(frames: list[Frame], codec_name: str, options: dict[str, str]) -> li
     return [(stamp_ns(frames[packet.pts]), bytes(packet)) for packet in packets]
 
 
-def foxglove_video(path: Path, packets: Iterable[tuple[int, bytes]], video_format: str = "h264") -> Path:
-    """foxglove.CompressedVideo of stamps and packets."""
+def foxglove_video(
+    path: Path,
+    packets: Iterable[tuple[int, bytes]],
+    video_format: str = "h264",
+    wrong_by_ns: Mapping[int, int] = MappingProxyType({}),
+) -> Path:
+    """foxglove.CompressedVideo of times and packets; the stamps of some, by their numbers, are wrong."""
     context = foxglove.Context()
     with foxglove.open_mcap(path, context=context):
         channel = CompressedVideoChannel("/video", context=context)
-        for time_ns, data in packets:
-            message = CompressedVideo(timestamp=_timestamp(time_ns), data=data, format=video_format)
+        for number, (time_ns, data) in enumerate(packets):
+            stamp = _timestamp(time_ns + wrong_by_ns.get(number, 0))
+            message = CompressedVideo(timestamp=stamp, data=data, format=video_format)
             channel.log(message, log_time=time_ns + DELAY_NS)
     return path
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
-from fcw.sources.mcap.file import Clock, Logged, McapFile, Topic
+from fcw.sources.mcap.file import Clock, Logged, McapFile, Topic, stray_notes
 from fcw.sources.mcap.pictures import PICTURE_READERS, Image, UnknownPictureError
 from fcw.sources.mcap.video import counted, frame_rate_hz
 
@@ -81,18 +81,20 @@ class McapImageSource:
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Frames from the first one at or after `start_ns`."""
         self._notes = ()
-        undecodable, late, index = 0, 0, 0
+        undecodable, late, strays, index = 0, 0, 0, 0
         last_ns: int | None = None
         search_ns: int | None = None
         if start_ns is not None and start_ns > self.times_ns[0]:
             search_ns = self._clock.search_ns(start_ns)
-        for message, time_ns, _ in self._clock.timed(self._file.messages([self._topic.name], search_ns)):
+        messages = self._file.messages([self._topic.name], search_ns)
+        for message, time_ns, stray in self._clock.timed(messages):
             if last_ns is None and search_ns is not None:
                 index = int(np.searchsorted(self.times_ns, time_ns))
             if last_ns is not None and time_ns <= last_ns:
                 late += 1
                 continue
             last_ns = time_ns
+            strays += stray
             if start_ns is None or time_ns >= start_ns:
                 image = self._image(message)
                 if image is None:
@@ -108,6 +110,7 @@ class McapImageSource:
             index += 1
         if undecodable:
             self._notes += (f"{self._label}: {counted(undecodable)} that cannot be decoded, left out",)
+        self._notes += stray_notes(self._label, strays, "picture")
         if late:
             self._notes += (f"{self._label}: {counted(late)} with a time not after the one before, left out",)
 

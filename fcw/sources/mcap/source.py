@@ -2,8 +2,9 @@
 
 The time of a picture is its message's own stamp (`header.stamp`, `timestamp`), which says when the camera
 saw it; a log time also has the way to the recorder in it. Where the first picture of a topic has no stamp,
-the log times count. Both are kept as they are, mostly nanoseconds since 1970, so that a log lines up with the
-file it was made from. Files are read a chunk at a time, torn ones up to where they end.
+the log times count, and so does that of a picture whose stamp is far from those of its neighbours. Both are
+kept as they are, mostly nanoseconds since 1970, so that a log lines up with the file it was made from. Files
+are read a chunk at a time, torn ones up to where they end.
 """
 
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from pathlib import Path
 from fcw.errors import UserError
 from fcw.frame import Source, VideoPacket
 from fcw.sources import h264
-from fcw.sources.mcap.file import Clock, McapFile, Topic
+from fcw.sources.mcap.file import Clock, McapFile, Topic, stray_notes
 from fcw.sources.mcap.images import McapImageSource
 from fcw.sources.mcap.pictures import PICTURE_TYPES, VIDEO_CODECS, VIDEO_TYPES
 from fcw.sources.mcap.video import PacketVideoSource, counted
@@ -105,23 +106,27 @@ class _ForeignPackets:
     def __init__(self, file: McapFile, topic: Topic, codec: str) -> None:
         self._file, self._topic, self._codec = file, topic, codec
         self._clock = Clock.of(file, topic.name)
-        self._before_keyframe = 0
+        self._before_keyframe, self._strays = 0, 0
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What could not be read of the file by now, and what was left out of the topic."""
+        label = f"{self._file.path}: {self._topic.name}"
+        strays = stray_notes(label, self._strays, "picture")
         if not self._before_keyframe:
-            return self._file.notes
-        pictures = counted(self._before_keyframe)
-        left_out = f"{self._file.path}: {self._topic.name}: {pictures} before the first keyframe left out"
-        return (left_out, *self._file.notes)
+            return (*strays, *self._file.notes)
+        left_out = f"{label}: {counted(self._before_keyframe)} before the first keyframe left out"
+        return (left_out, *strays, *self._file.notes)
 
     def __call__(self, key_ns: int | None) -> Iterator[VideoPacket]:
         """See `PacketStream`."""
         started = self._codec != "h264"
-        before = 0
+        before, strays = 0, 0
         search_ns = None if key_ns is None else self._clock.search_ns(key_ns)
-        for message, time_ns, _ in self._clock.timed(self._file.messages([self._topic.name], search_ns)):
+        messages = self._file.messages([self._topic.name], search_ns)
+        for message, time_ns, stray in self._clock.timed(messages):
+            strays += stray
+            self._strays = max(strays, self._strays)
             if key_ns is not None and time_ns < key_ns:
                 continue
             data = message.read(lambda content: bytes(memoryview(content.data)))
