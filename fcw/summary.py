@@ -203,13 +203,22 @@ class DriveSummary:
         ]
 
     def notes_on(self, given: EgoSpeed | None) -> tuple[str, ...]:
-        """What a person should know of the own speed that was given: that it is of another time."""
-        if given is None or not given.times_s or not self.frames or self._own.given:
+        """What a person should know of the own speed that was given: gaps, or that it is of another time."""
+        if given is None or not given.times_s or not self.frames:
+            return ()
+        first_s, last_s = self._first_ns / NS_PER_S, self._last_ns / NS_PER_S
+        zero_s = first_s if given.from_first_frame else 0.0
+        if gaps_s := given.gaps_s(first_s - zero_s, last_s - zero_s):
+            return (
+                f"the own speed that was given is not used for {sum(gaps_s):.1f} s, as its samples there are "
+                f"more than {given.longest_step_s:.1f} s apart",
+            )
+        if self._own.given:
             return ()
         return (
             f"the own speed that was given is not used: it is from {given.times_s[0]:.1f} s to "
-            f"{given.times_s[-1]:.1f} s, and the drive from {self._first_ns / NS_PER_S:.1f} s to "
-            f"{self._last_ns / NS_PER_S:.1f} s on its source's clock",
+            f"{given.times_s[-1]:.1f} s, and the drive from {first_s:.1f} s to {last_s:.1f} s on its "
+            "source's clock",
         )
 
     @property

@@ -3,8 +3,10 @@
 import math
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
+from statistics import median
 
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
@@ -23,11 +25,19 @@ A larger number is most likely km/h: 80 is an everyday speed in those, and 288 k
 """
 FASTEST_YAW_RADPS = 3.0
 """A larger number is surely not radians per second (172 degrees per second): cars spin more slowly."""
+TIME_ERROR_S = 1e-3
+"""By which steps that are meant to be even differ."""
+SHORTEST_GAP_S, LONGEST_STEP_S = 1.0, 10.0
+"""Between samples farther apart than twice their usual step nothing is known, within these limits.
+
+A sample may be lost of those of a receiver that gives one a second, or one in five seconds. Of a car that
+brakes with 6 m/s^2 meanwhile, a straight line over 1 s is wrong by 0.8 m/s at most; in 10 s any car stops.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class EgoSpeed:
-    """Own speed, constant or between the samples of a file.
+    """Own speed, constant or between the samples of a file that are not too far apart.
 
     Attributes:
         times_s: sample times on the source's clock, ascending; empty for a constant speed.
@@ -35,12 +45,20 @@ class EgoSpeed:
         yaw_rates_radps: how fast we turn at each time, positive to the left; empty where unknown.
         from_first_frame: whether the times count from the drive's first frame instead, as those of a GPX
             track, whose receiver knows nothing of the source's clock.
+        longest_step_s: samples farther apart have a gap between them, in which the speed is unknown.
     """
 
     times_s: tuple[float, ...]
     speeds_mps: tuple[float, ...]
     yaw_rates_radps: tuple[float, ...] = ()
     from_first_frame: bool = False
+    longest_step_s: float = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        steps_s = [after - before for before, after in pairwise(self.times_s)]
+        usual_s = median(steps_s) if steps_s else 0.0
+        longest_s = min(max(2 * usual_s, SHORTEST_GAP_S), LONGEST_STEP_S)
+        object.__setattr__(self, "longest_step_s", longest_s + TIME_ERROR_S)
 
     @classmethod
     def parse(cls, text: str) -> "EgoSpeed":
@@ -137,12 +155,21 @@ class EgoSpeed:
         return cls(tuple(times_s), tuple(speeds_mps), tuple(yaw_rates_radps))
 
     def at(self, time_ns: int) -> float | None:
-        """Speed in metres per second, linear between samples; None outside the file's time span."""
+        """Speed in metres per second, linear between samples; None in gaps and outside the file's span."""
         return self.speeds_mps[0] if not self.times_s else self._between(self.speeds_mps, time_ns)
 
     def yaw_rate_at(self, time_ns: int) -> float | None:
-        """Yaw rate in radians per second, positive to the left; None outside the file's span, or unknown."""
+        """Yaw rate in radians per second, positive to the left; None where `at` is, or unknown."""
         return self._between(self.yaw_rates_radps, time_ns) if self.yaw_rates_radps else None
+
+    def gaps_s(self, start_s: float, end_s: float) -> tuple[float, ...]:
+        """Lengths of the gaps between samples, as far as they are in a span of time on the samples' clock."""
+        parts = (
+            min(after, end_s) - max(before, start_s)
+            for before, after in pairwise(self.times_s)
+            if after - before > self.longest_step_s
+        )
+        return tuple(part_s for part_s in parts if part_s > 0)
 
     def _between(self, values: tuple[float, ...], time_ns: int) -> float | None:
         time_s = time_ns / 1e9
@@ -152,6 +179,8 @@ class EgoSpeed:
         if after == len(self.times_s):
             return values[-1]
         t0, t1 = self.times_s[after - 1 : after + 1]
+        if t1 - t0 > self.longest_step_s and time_s != t0:
+            return None
         v0, v1 = values[after - 1 : after + 1]
         return v0 + (v1 - v0) * (time_s - t0) / (t1 - t0)
 

@@ -27,6 +27,42 @@ def test_a_csv_is_linear_between_its_samples_and_unknown_outside(tmp_path):
     assert speed.at(4_000_000_001) is None
 
 
+@pytest.mark.parametrize("step_s", [1 / 30, 1.0, 5.0])
+def test_one_lost_sample_is_bridged_and_more_are_a_gap(step_s):
+    lost = {10, 20, 21, *range(30, 130)}
+    numbers = [number for number in range(140) if number not in lost]
+    speed = EgoSpeed(tuple(n * step_s for n in numbers), tuple(n * 0.25 for n in numbers))
+
+    def at(number):
+        return speed.at(round(number * step_s * 1e9))
+
+    assert at(10) == pytest.approx(2.5)
+    two_lost = pytest.approx(5.25) if step_s < 0.5 else None  # within 0.1 s no car changes its speed
+    assert at(21) == two_lost
+    assert at(80) is None
+    assert at(29.001) is None
+    assert at(28.999) == pytest.approx(28.999 * 0.25, abs=1e-6)
+
+
+def test_of_a_few_samples_none_is_far_from_the_others():
+    assert EgoSpeed((0.0, 10.0), (10.0, 20.0)).at(5 * 10**9) == 15.0
+    rare = EgoSpeed((0.0, 100.0), (30.0, 0.0))
+    assert [rare.at(t * 10**9) for t in (0, 1, 50, 99, 100)] == [30.0, None, None, None, 0.0]
+    assert EgoSpeed((3.0,), (30.0,)).at(3 * 10**9) == 30.0
+
+
+def test_a_yaw_rate_has_the_gaps_of_the_speed():
+    turning = EgoSpeed((0.0, 0.1, 0.2, 5.0, 5.1), (10.0,) * 5, (0.1,) * 5)
+    assert [turning.yaw_rate_at(t * 10**8) for t in (1, 25, 50)] == [0.1, None, 0.1]
+
+
+def test_gaps_are_measured_as_far_as_they_are_in_a_drive():
+    speed = EgoSpeed((0.0, 0.1, 0.2, 5.0, 5.1, 15.1), (10.0,) * 6)
+    assert speed.gaps_s(1.0, 8.0) == pytest.approx((4.0, 2.9))
+    assert speed.gaps_s(0.0, 0.2) == ()
+    assert EgoSpeed.constant(10.0).gaps_s(0.0, 100.0) == ()
+
+
 def test_columns_may_come_in_any_order_among_others(tmp_path):
     speed = EgoSpeed.read_csv(csv_file(tmp_path, "speed_mps, gear, time_s\n10, 3, 0\n12, 4, 1\n"))
     assert speed.at(500_000_000) == pytest.approx(11)
