@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
+from numbers import Real
 from pathlib import Path
 from statistics import median
 
@@ -46,6 +47,9 @@ class EgoSpeed:
         from_first_frame: whether the times count from the drive's first frame instead, as those of a GPX
             track, whose receiver knows nothing of the source's clock.
         longest_step_s: samples farther apart have a gap between them, in which the speed is unknown.
+
+    Raises:
+        UserError: the times do not rise, a number is none of its kind, or there are not as many of each.
     """
 
     times_s: tuple[float, ...]
@@ -55,10 +59,35 @@ class EgoSpeed:
     longest_step_s: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if fault := self._fault():
+            raise UserError(f"EgoSpeed: {fault}")
         steps_s = [after - before for before, after in pairwise(self.times_s)]
         usual_s = median(steps_s) if steps_s else 0.0
         longest_s = min(max(2 * usual_s, SHORTEST_GAP_S), LONGEST_STEP_S)
         object.__setattr__(self, "longest_step_s", longest_s + TIME_ERROR_S)
+
+    def _fault(self) -> str:
+        """What is wrong with the samples; empty where they are as they must be."""
+        times_s, count = self.times_s, len(self.times_s)
+        numbers = (*times_s, *self.speeds_mps, *self.yaw_rates_radps)
+        for number in numbers:
+            if not _is_finite(number):
+                return f"{number!s:.80}, expected a number"
+        if len(self.speeds_mps) != (count or 1) or len(self.yaw_rates_radps) not in (0, count):
+            return (
+                f"{count} times, {len(self.speeds_mps)} speeds and {len(self.yaw_rates_radps)} yaw rates, "
+                "expected as many speeds as times, or one speed and no time, and as many yaw rates or none"
+            )
+        for before, after in pairwise(times_s):
+            if after <= before:
+                return f"time {after:g} s is not after {before:g} s; sort the samples by time"
+        for speed_mps in self.speeds_mps:
+            if fault := speed_fault(speed_mps):
+                return f"speed {speed_mps:g}, {fault}"
+        for yaw_rate_radps in self.yaw_rates_radps:
+            if fault := _yaw_fault(yaw_rate_radps):
+                return f"yaw rate {yaw_rate_radps:g}, {fault}"
+        return ""
 
     @classmethod
     def parse(cls, text: str) -> "EgoSpeed":
@@ -142,11 +171,8 @@ class EgoSpeed:
                 )
             if yaw_index is not None:
                 yaw_rate_radps = _number(row, yaw_index, YAW_COLUMN, line)
-                if abs(yaw_rate_radps) > FASTEST_YAW_RADPS:
-                    raise UserError(
-                        f"{line}: {YAW_COLUMN} is {yaw_rate_radps:g}, expected radians per second between "
-                        f"-{FASTEST_YAW_RADPS:g} and {FASTEST_YAW_RADPS:g}, positive to the left"
-                    )
+                if fault := _yaw_fault(yaw_rate_radps):
+                    raise UserError(f"{line}: {YAW_COLUMN} is {yaw_rate_radps:g}, {fault}")
                 yaw_rates_radps.append(yaw_rate_radps)
             times_s.append(time_s)
             speeds_mps.append(speed_mps)
@@ -200,6 +226,20 @@ def speed_fault(speed_mps: float, mend: str = "") -> str:
         mend = f"{question} Else {mend}" if mend else question
     expected = f"expected metres per second between 0 and {HIGHEST_SPEED_MPS:g}"
     return f"{expected}; {mend}" if mend else expected
+
+
+def _yaw_fault(yaw_rate_radps: float) -> str:
+    """What is wrong with a number as a car's yaw rate; empty where it can be one."""
+    if abs(yaw_rate_radps) <= FASTEST_YAW_RADPS:
+        return ""
+    return (
+        f"expected radians per second between -{FASTEST_YAW_RADPS:g} and {FASTEST_YAW_RADPS:g}, positive to "
+        "the left"
+    )
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)
 
 
 def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from fcw.errors import UserError
@@ -188,3 +189,33 @@ def test_a_wrong_yaw_rate_is_named_with_line_and_value(tmp_path, value, message)
     path = csv_file(tmp_path, f"time_s,speed_mps,yaw_rate_radps\n0,10,{value}\n")
     with pytest.raises(UserError, match=re.escape(f"line 2: {message}")):
         EgoSpeed.read_csv(path)
+
+
+NAN: float = float("nan")
+
+
+@pytest.mark.parametrize(
+    ("samples", "message"),
+    [
+        (((28.0, 29.0), (20.0, NAN)), "nan, expected a number"),
+        (((28.0, NAN), (20.0, 20.0)), "nan, expected a number"),
+        (((0.0, 1.0), (20.0, "20")), "20, expected a number"),
+        (((0.0, 1.0), (20.0, None)), "None, expected a number"),
+        (((29.0, 28.0), (20.0, 21.0)), "time 28 s is not after 29 s; sort the samples by time"),
+        (((28.0, 28.0), (20.0, 21.0)), "time 28 s is not after 28 s; sort the samples by time"),
+        (((28.0, 29.0), (20.0,)), "2 times, 1 speeds and 0 yaw rates, expected as many speeds as times"),
+        (((), ()), "0 times, 0 speeds and 0 yaw rates, expected as many speeds as times, or one speed"),
+        (((0.0, 1.0), (2.0, 2.0), (0.1,)), "2 times, 2 speeds and 1 yaw rates"),
+        (((0.0, 1.0), (20.0, -3.0)), "speed -3, expected metres per second between 0 and 70"),
+        (((), (100.0,)), "speed 100, expected metres per second between 0 and 70; did you mean 27.8 m/s"),
+        (((0.0, 1.0), (2.0, 2.0), (0.1, 12.0)), "yaw rate 12, expected radians per second between -3 and 3"),
+    ],
+)
+def test_samples_that_are_none_are_named_when_they_are_given(samples, message):
+    with pytest.raises(UserError, match="^EgoSpeed: " + re.escape(message)):
+        EgoSpeed(*samples)
+
+
+def test_numbers_may_be_of_numpy():
+    speed = EgoSpeed(tuple(np.array([0, 1], np.float32)), tuple(np.array([10, 20])))
+    assert speed.at(500_000_000) == 15.0
