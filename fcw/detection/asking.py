@@ -1,6 +1,7 @@
 """A detector is asked what is in a frame. It may be anybody's, so what it says is looked at."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from fcw.box import Box
@@ -25,29 +26,31 @@ def vehicles_in(detector: Detector, frame: Frame) -> tuple[Detection, ...]:
     found: object = detector.detect(shown)
     if not isinstance(found, tuple | list):
         raise _wrong(detector, frame, f"gave {_short(found)}", "a tuple of fcw.Detection, empty for none")
-    for one in found:
-        _check(detector, frame, one)
-    return tuple(found)
+    return tuple(_checked(detector, frame, one) for one in found)
 
 
-def _check(detector: Detector, frame: Frame, found: object) -> None:
+def _checked(detector: Detector, frame: Frame, found: object) -> Detection:
+    """A detection in Python's own numbers: the sums of small integers, and their squares, would overflow."""
     if not isinstance(found, Detection) or not isinstance(found.box, Box):
         expected = "an fcw.Detection with an fcw.Box"
         raise _wrong(detector, frame, f"gave {_short(found)} in the tuple", expected)
-    box = found.box
-    numbers = (box.x, box.y, box.w, box.h)
-    if not (all(_is_below(number, FARTHEST_PX) for number in numbers) and box.w > 0 and box.h > 0):
+    given = (found.box.x, found.box.y, found.box.w, found.box.h)
+    x, y, w, h = map(_number, given)
+    if not (all(abs(number) < FARTHEST_PX for number in (x, y, w, h)) and w > 0 and h > 0):
         expected = f"finite numbers, below {FARTHEST_PX:,.0f} px, and a positive size"
-        raise _wrong(detector, frame, f"box ({', '.join(map(_short, numbers))})", expected)
-    if not _is_below(found.score, math.inf):
+        raise _wrong(detector, frame, f"box ({', '.join(map(_short, given))})", expected)
+    score = _number(found.score)
+    if not math.isfinite(score):
         raise _wrong(detector, frame, f"score {_short(found.score)}", "a finite number")
+    return replace(found, box=Box(x, y, w, h), score=score)
 
 
-def _is_below(number: Any, most: float) -> bool:  # noqa: ANN401 - whatever somebody took for a number
+def _number(value: Any) -> float:  # noqa: ANN401 - whatever somebody took for a number
+    """A number of any type as Python's; NaN of what is none, such as an array or a text."""
     try:
-        return bool(abs(number) < most)
-    except (TypeError, ValueError):
-        return False
+        return math.nan if isinstance(value, str | bytes) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
 
 
 def _wrong(detector: Detector, frame: Frame, what: str, expected: str) -> UserError:

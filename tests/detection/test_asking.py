@@ -56,6 +56,10 @@ def test_what_are_no_detections_is_named(gives: Any, message: str) -> None:
     assert str(raised.value) == f"detector 'mine', frame 9: {message}"
 
 
+def shown(number: Any) -> str:
+    return str(number) if len(str(number)) <= 80 else f"{str(number)[:80]}..."
+
+
 @pytest.mark.parametrize(
     "numbers",
     [
@@ -68,18 +72,32 @@ def test_what_are_no_detections_is_named(gives: Any, message: str) -> None:
         (1, "2", 50, 50),
         (1, None, 50, 50),
         (1, np.zeros(2), 50, 50),
+        (1, np.ones(1), 50, 50),
+        (1, 1, 50, 10**400),
     ],
 )
 def test_a_box_that_is_none_is_named(numbers: tuple[Any, ...]) -> None:
     with pytest.raises(fcw.UserError) as raised:
         found((fcw.Detection(BOX, 1.0), fcw.Detection(fcw.Box(*numbers), 1.0)))
     assert str(raised.value) == (
-        f"detector 'mine', frame 9: box ({', '.join(map(str, numbers))}); "
+        f"detector 'mine', frame 9: box ({', '.join(map(shown, numbers))}); "
         "expected finite numbers, below 1,000,000 px, and a positive size"
     )
 
 
-@pytest.mark.parametrize("score", [math.nan, math.inf, None, "0.5"])
+@pytest.mark.parametrize("score", [math.nan, math.inf, None, "0.5", ()])
 def test_a_score_that_is_none_is_named(score: Any) -> None:
-    with pytest.raises(fcw.UserError, match=f"mine', frame 9: score {score}; expected a finite number"):
+    with pytest.raises(fcw.UserError) as raised:
         found((fcw.Detection(BOX, score),))
+    assert str(raised.value) == f"detector 'mine', frame 9: score {score}; expected a finite number"
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int8, np.int16, np.float16, np.float32, np.int64, int])
+def test_numbers_of_any_type_are_taken_as_what_they_are(kind: Any) -> None:
+    """An edge at 220 is more than an int8 holds, and an area of 12,000 more than a uint8."""
+    box = fcw.Box(*map(kind, (120, 100, 100, 120)))
+    (taken,) = found([fcw.Detection(box, kind(1), faint=True)])
+    assert taken == fcw.Detection(fcw.Box(120.0, 100.0, 100.0, 120.0), 1.0, faint=True)
+    assert (taken.box.right, taken.box.bottom, taken.box.w * taken.box.h) == (220.0, 220.0, 12_000.0)
+    numbers = (taken.box.x, taken.box.y, taken.box.w, taken.box.h, taken.score)
+    assert [type(number) for number in numbers] == [float] * 5
