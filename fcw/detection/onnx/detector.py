@@ -194,15 +194,19 @@ class OnnxDetector:
 
         Raises:
             ValueError: the picture has another size than the calibration.
+            UserError: the net puts out what are no numbers; of half precision they may have overflowed.
         """
         size, model = self._size, self._model
         if image.shape != (size.height, size.width, 3):
             raise ValueError(f"the detector expects BGR pictures of {size}, got the shape {image.shape}")
         output = model.run(self._letterbox.show(image))
         boxes, scores = decode(model.layout, output, model.shown, model.classes)
-        sure = scores >= self._score_threshold
-        boxes = cut_to_picture(self._letterbox.in_picture(boxes[sure]), size)
-        scores = scores[sure]
+        sure = ~(scores < self._score_threshold)  # NaN is not below it: nothing found would look the same
+        boxes, scores = boxes[sure], scores[sure]
+        for what, numbers in (("score", scores), ("box edge", boxes)):
+            if wrong := numbers[~np.isfinite(numbers)].tolist():
+                raise UserError(f"detector {self.name!r}: {what} {wrong[0]}; expected a finite number")
+        boxes = cut_to_picture(self._letterbox.in_picture(boxes), size)
         # Before suppression: what cannot be a vehicle must not hide one.
         standing = (boxes[:, 2:] > 0).all(axis=1)
         standing &= plausible(boxes, self._camera, size, self._vehicles)

@@ -93,14 +93,14 @@ def decode(
 
     Returns:
         (N, 4) left, top, width, height in pixels of what the net was shown, and (N,) scores, 0 to 1: the best
-        of the wanted classes, times the objectness where there is one.
+        of the wanted classes, times the objectness where there is one. NaN where the net puts out NaN.
     """
     rows = output[0].T if layout is Layout.YOLOV8 else output[0]
     if layout is Layout.END_TO_END:
         rows = rows.astype(np.float64)
         corners, score, number = rows[:, :4], rows[:, 4], rows[:, 5]
         boxes = np.column_stack([corners[:, :2], corners[:, 2:] - corners[:, :2]])
-        return boxes, np.where(np.isin(number.round(), classes), score, 0.0)
+        return boxes, score * np.isin(number.round(), classes)  # NaN stays: it is of no class
     first = 4 if layout is Layout.YOLOV8 else 5
     # Only what is wanted: of a thousand classes all others would be copied too.
     scores = rows[:, [first + number for number in classes]].max(axis=1).astype(np.float64)

@@ -7,8 +7,9 @@ import builtins
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -111,6 +112,33 @@ def test_what_is_no_vehicle_or_too_unsure_is_left_out(layout: Layout, tmp_path: 
     path = net(tmp_path, layout, [person, unsure, car])
     check(detect(path), [car])
     check(detect(path, score_threshold=-math.inf), [car, unsure])
+
+
+@pytest.mark.parametrize("layout", list(Layout))
+def test_a_net_that_puts_out_no_numbers_is_not_one_that_finds_nothing(layout: Layout, tmp_path: Path) -> None:
+    broken = np.full_like(output_of(layout, []), math.nan)
+    path = net(tmp_path, layout, [Put(NEAR, 0.8, COCO_CAR)])
+    model = replace(OnnxModel.load(path), path=tmp_path / "mine.onnx", session=cast(Any, _Puts(broken)))
+    with pytest.raises(UserError, match=r"^detector 'onnx:mine\.onnx': score nan; expected a finite number$"):
+        OnnxDetector(model, CALIBRATION).detect(IMAGE)
+
+
+def test_a_sure_box_without_edges_is_a_fault_of_the_net(tmp_path: Path) -> None:
+    path = net(tmp_path, Layout.END_TO_END, [Put(Box(math.nan, 390, 180, 120), 0.8, COCO_CAR)])
+    with pytest.raises(UserError, match="': box edge nan; expected a finite number"):
+        detect(path)
+    unsure = Put(Box(math.inf, 390, 180, 120), 0.1, COCO_CAR)
+    assert detect(net(tmp_path, Layout.YOLOV8, [unsure])) == ()
+
+
+class _Puts:
+    """A session of onnxruntime that puts out an array, whatever it is shown."""
+
+    def __init__(self, output: np.ndarray) -> None:
+        self._output = output
+
+    def run(self, *_: Any) -> list[np.ndarray]:
+        return [self._output]
 
 
 @given(
