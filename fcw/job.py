@@ -293,6 +293,8 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
         notes = (*facts.notes, *notes)
     if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
         notes = (f"{source.name}: calibration from the file itself", *notes)
+    elif facts is not None and job.calibration is None:
+        notes = (*facts.notes_on_calibration(default_path(job.source)), *notes)
     notes = (*doubts, *notes)
     if isinstance(detector, str):
         assert model is not None

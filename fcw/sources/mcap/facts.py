@@ -3,13 +3,15 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import takewhile
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import parse_calibration
-from fcw.sources.mcap.file import Clock, McapFile, stray_notes
+from fcw.sources.mcap.file import Clock, McapFile, Topic, stray_notes
+from fcw.sources.mcap.pictures import PICTURE_TYPES
 from fcw.sources.mcap.source import is_own_log, picture_topic
 from fcw.warning.ego_speed import HIGHEST_SPEED_MPS, EgoSpeed
 
@@ -51,8 +53,11 @@ class McapFacts:
     Attributes:
         calibration: of its attachment; None where it has none.
         ego_speed: the own speed at the pictures' times; None where no topic, or no single one, has it.
-        field_of_view_rad: horizontal, as a camera info states it; it says nothing of where the camera is.
+        field_of_view_rad: horizontal, as the camera info of the pictures states it; it says nothing of where
+            the camera is.
         camera_topic: where the field of view was found.
+        pictures: the topic of the pictures.
+        other_pictures: topics of other cameras' pictures, for which a calibration beside the file may be.
         notes: what of it a person should know.
     """
 
@@ -60,7 +65,19 @@ class McapFacts:
     ego_speed: EgoSpeed | None
     field_of_view_rad: float | None
     camera_topic: str
+    pictures: str
+    other_pictures: tuple[str, ...]
     notes: tuple[str, ...]
+
+    def notes_on_calibration(self, beside: Path) -> tuple[str, ...]:
+        """That a calibration beside the file, which names no camera, may be another one's."""
+        if not self.other_pictures:
+            return ()
+        others = ", ".join(self.other_pictures)
+        return (
+            f"{beside.name}: taken as that of {self.pictures}; the file has {others} as well: name the "
+            "calibration of each with --calibration",
+        )
 
 
 def mcap_facts(path: Path, topic: str | None = None) -> McapFacts:
@@ -80,8 +97,9 @@ def mcap_facts(path: Path, topic: str | None = None) -> McapFacts:
     if attached is not None:
         calibration = parse_calibration(attached.decode("utf-8", "replace"), f"{path}: {CALIBRATION_NAME}")
     ego_speed, notes = _ego_speed(file, Clock.of(file, pictures.name).stamps and not is_own_log(file))
-    field_of_view_rad, camera_topic = _field_of_view(file)
-    return McapFacts(calibration, ego_speed, field_of_view_rad, camera_topic, notes)
+    field_of_view_rad, camera_topic = _field_of_view(file, pictures)
+    others = _others(file, pictures)
+    return McapFacts(calibration, ego_speed, field_of_view_rad, camera_topic, pictures.name, others, notes)
 
 
 def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str, ...]]:
@@ -134,15 +152,48 @@ def _speeds(
     return EgoSpeed(tuple(times_s), tuple(speeds_mps[time_s] for time_s in times_s)), strays
 
 
-def _field_of_view(file: McapFile) -> tuple[float | None, str]:
-    """Of the first camera info with a focal length."""
+def _field_of_view(file: McapFile, pictures: Topic) -> tuple[float | None, str]:
+    """Of the camera info with a focal length that belongs to a topic of pictures: the nearest by its name.
+
+    One that is nearer to other pictures is another camera's. Of several that are as near, one that names the
+    pictures' own frame of reference goes first.
+    """
+    first = next(file.messages([pictures.name]), None)
+    frame_id = None if first is None else first.read(_frame_id)
+    others = _others(file, pictures)
+    found: list[tuple[int, bool, float, str]] = []
     for topic in file.topics:
-        if topic.type in _CAMERA_TYPES and topic.readable:
-            message = next(file.messages([topic.name]), None)
-            found_rad = None if message is None else message.read(_angle_of_view_rad)
-            if found_rad is not None:
-                return found_rad, topic.name
-    return None, ""
+        if topic.type not in _CAMERA_TYPES or not topic.readable:
+            continue
+        shared = _shared_levels(topic.name, pictures.name)
+        message = next(file.messages([topic.name]), None)
+        angle_rad = None if message is None else message.read(_angle_of_view_rad)
+        if message is None or angle_rad is None:
+            continue
+        if all(_shared_levels(topic.name, other) <= shared for other in others):
+            found.append((shared, message.read(_frame_id) == frame_id, angle_rad, topic.name))
+    nearest = max((one[:2] for one in found), default=None)
+    best = [one for one in found if one[:2] == nearest]
+    if len({angle_rad for _, _, angle_rad, _ in best}) != 1:
+        return None, ""  # whose any of them is cannot be told
+    return best[0][2:]
+
+
+def _others(file: McapFile, pictures: Topic) -> tuple[str, ...]:
+    """The other topics that have pictures."""
+    of_pictures = (topic for topic in file.topics if topic.type in PICTURE_TYPES and topic.count != 0)
+    return tuple(topic.name for topic in of_pictures if topic.name != pictures.name)
+
+
+def _shared_levels(a: str, b: str) -> int:
+    """How many levels the names of two topics share: `/front/image/compressed` and `/front/info` one."""
+    pairs = zip(a.strip("/").split("/"), b.strip("/").split("/"), strict=False)
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+
+def _frame_id(content: Any) -> str:  # noqa: ANN401 - of any schema
+    header = getattr(content, "header", None)
+    return str(content.frame_id if header is None else header.frame_id)
 
 
 def _angle_of_view_rad(content: Any) -> float | None:  # noqa: ANN401 - of any schema

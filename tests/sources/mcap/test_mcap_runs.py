@@ -99,6 +99,11 @@ def test_several_cameras_are_asked_for_and_one_can_be_named(
     assert main(["calibrate", str(path), "--topic", "/rear/image", *points]) == 0
     assert run(path, tmp_path / "out", "--topic", "/front/image") == 0
     assert len(list(DriveLog(tmp_path / "out" / "drive.mcap").results())) == 3
+    assert "taken as that of" not in capsys.readouterr().err
+    (tmp_path / "two.calibration.yaml").write_bytes(CALIBRATION.read_bytes())
+    assert main(["run", str(path), "--topic", "/rear/image", "--out", str(tmp_path / "rear")]) == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "two.calibration.yaml: taken as that of /rear/image; the file has /front/image as well" in told
 
 
 def test_a_camera_info_says_what_it_is_good_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
