@@ -26,6 +26,7 @@ from fcw.motion.flow.cuts import Follows
 from fcw.threads import one_opencv_thread
 from fcw.threat.of_tracker import judge_tracks, track_frame
 from fcw.tracking.tracker import Tracker
+from fcw.warning.asking import state_by
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import BeginsAnew, WarningPolicy
 
@@ -124,7 +125,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         detections=tuple(in_single_precision(found) for found in detections or () if not found.faint),
         tracks=tracks,
         lead_id=stages.tracker.lead_id,
-        warning=stages.policy.update(frame.time_ns, threats, own_mps),
+        warning=state_by(stages.policy, frame, threats, own_mps),
         ego_speed_mps=own_mps,
         notes=(*stages.tracker.notes, *(note for note, holds in told if holds)),
         own_motion=in_single_precision(ego.motion),

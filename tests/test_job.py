@@ -205,6 +205,18 @@ def test_gaps_of_the_own_speed_that_was_given_are_told(tmp_path):
     assert [one.ego_speed_mps for one in seen] == [10.0] * 6 + [None] * (FRAMES - 6)
 
 
+def test_what_is_no_state_of_a_warning_is_named_with_the_frame(tmp_path):
+    class Forgetful:
+        name = "forgetful"
+
+        def update(self, time_ns: int, threats: Sequence[fcw.Threat], ego_speed_mps: float | None) -> Any:
+            return fcw.WarningState(fcw.WarningLevel.NONE) if time_ns < 3 * FRAME_NS else None
+
+    forgetful = replace(job(tmp_path / "out"), warning_policy=Forgetful())
+    with pytest.raises(fcw.UserError, match="warning policy of the type Forgetful, frame 3: gave None"):
+        fcw.run_drive(forgetful, GreySource())
+
+
 def test_a_detectors_class_is_no_detector():
     mistaken: Any = OwnDetector
     with pytest.raises(fcw.UserError, match="an object with `name` and `detect`"):

@@ -98,7 +98,10 @@ class RulePolicy:
             ValueError: `time_ns` is before the last one.
         """
         if self._time_ns is not None and time_ns < self._time_ns:
-            raise ValueError(f"time went back from {self._time_ns} to {time_ns} ns")
+            raise ValueError(
+                f"time went back from {self._time_ns} to {time_ns} ns; a policy serves one drive: make "
+                "another one for the next"
+            )
         passed_s = 0.0 if self._time_ns is None else (time_ns - self._time_ns) / 1e9
         self._time_ns = time_ns
         self._memories = {

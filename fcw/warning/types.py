@@ -61,7 +61,7 @@ class WarningState:
 
 
 class WarningPolicy(Protocol):
-    """Decides the warning from the threats of all vehicles; keeps its own hysteresis."""
+    """Decides the warning from the threats of all vehicles; keeps its own hysteresis, so serves one drive."""
 
     @property
     def name(self) -> str:
