@@ -51,7 +51,9 @@ class Frame:
     Attributes:
         index: 0-based number among the shown frames.
         time_ns: presentation time on the source's clock, in nanoseconds.
-        image: (height, width, 3) uint8, BGR, upright (rotation metadata already applied).
+        image: (height, width, 3) uint8, BGR, upright (rotation metadata already applied). It must stay as it
+            is once the frame was given: up to eight frames are searched, followed and written at once, so a
+            source has an array of its own for each.
         packets: where the source's own video can be relayed, the packets in decoding order since
             the previous frame, the last one being this frame's own; empty otherwise.
     """
@@ -109,7 +111,10 @@ class Source(Protocol):
         ...
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-        """Frames from the first one at or after `start_ns` (None: from the beginning)."""
+        """Frames from the first one at or after `start_ns` (None: from the beginning).
+
+        Each has an array that nobody writes to any more; see `Frame.image`.
+        """
         ...
 
 

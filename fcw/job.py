@@ -32,6 +32,7 @@ from fcw.motion.ego import EgoEstimator
 from fcw.pipeline import FRAMES_IN_FLIGHT, Stages, run_pipeline
 from fcw.sources import is_mcap, open_source
 from fcw.sources.bars import for_pictures
+from fcw.sources.checked import CheckedSource
 from fcw.sources.straight import straightened
 from fcw.summary import DriveSummary
 from fcw.threads import available_cores
@@ -270,7 +271,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     Raises:
         UserError: the source, the calibration or an option is wrong, or the pictures are too large.
     """
-    source = source or open_source(job.source, job.frame_rate_hz, job.topic)
+    source = CheckedSource(source) if source else open_source(job.source, job.frame_rate_hz, job.topic)
     check_drive_size(job.source, source.image_size.width, source.image_size.height)
     facts = None
     if is_mcap(job.source):

@@ -205,6 +205,16 @@ def test_gaps_of_the_own_speed_that_was_given_are_told(tmp_path):
     assert [one.ego_speed_mps for one in seen] == [10.0] * 6 + [None] * (FRAMES - 6)
 
 
+def test_a_picture_of_another_size_than_the_source_states_is_named_with_the_frame(tmp_path):
+    class Halving(GreySource):
+        def frames(self, start_ns: int | None = None):
+            for frame in super().frames(start_ns):
+                yield frame if frame.index < 5 else replace(frame, image=frame.image[::2, ::2])
+
+    with pytest.raises(fcw.UserError, match=r"source 'grey', frame 5: a picture of the shape \(96, 160, 3\)"):
+        fcw.run_drive(job(tmp_path / "out"), Halving())
+
+
 def test_what_is_no_state_of_a_warning_is_named_with_the_frame(tmp_path):
     class Forgetful:
         name = "forgetful"

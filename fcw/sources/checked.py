@@ -1,0 +1,43 @@
+"""A source that somebody brings along: each of its pictures is looked at before anything takes it for one."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fcw.errors import UserError
+from fcw.frame import DatedSource, Frame
+from fcw.sources.forwarding import ForwardingSource
+
+
+class CheckedSource(ForwardingSource):
+    """Another source's frames, as long as their pictures are what `Frame` says.
+
+    Smaller pictures than stated, or a fourth channel, would else be taken, with distances that are wrong.
+    """
+
+    @property
+    def zero_utc_ns(self) -> int | None:
+        """The source's, if it may know it."""
+        return self._source.zero_utc_ns if isinstance(self._source, DatedSource) else None
+
+    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+        """The source's.
+
+        Raises:
+            UserError: a picture is of another shape or type than it must be, or a time is no whole number.
+        """
+        size = self.image_size
+        shape = (size.height, size.width, 3)
+        for frame in super().frames(start_ns):
+            image: object = frame.image
+            if not isinstance(image, np.ndarray):
+                raise self._wrong(frame, f"a picture of the type {type(image).__name__}", "an array of NumPy")
+            if image.shape != shape or image.dtype != np.uint8:
+                expected = f"{shape} of uint8, which is BGR of the source's image_size {size}"
+                raise self._wrong(frame, f"a picture of the shape {image.shape} of {image.dtype}", expected)
+            if not isinstance(frame.time_ns, int | np.integer):
+                raise self._wrong(frame, f"the time {frame.time_ns!r:.80}", "nanoseconds in a whole number")
+            yield frame
+
+    def _wrong(self, frame: Frame, what: str, expected: str) -> UserError:
+        return UserError(f"source {self.name!r}, frame {frame.index}: {what}; expected {expected}")
